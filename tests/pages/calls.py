@@ -107,7 +107,7 @@ def runs(call: Call) -> None:
 
 def knows_options(words, options) -> None:
     """words: package, program, and what it is given."""
-    kinds = ("tune", "relations", "ate", "map")  # of `campaign` and `gridslam_evaluate`
+    kinds = ("tune", "relations", "ate", "map", "volume")  # of `campaign` and `gridslam_evaluate`
     program = ROOT / "devel/lib" / words[0] / words[1]  # rosrun takes 0.4 s of CPU time to find it
     text = help_of(str(program), *(word for word in words[2:3] if word in kinds))
     for option in options:

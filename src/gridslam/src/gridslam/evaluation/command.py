@@ -12,9 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from gridslam.errors import EvaluationError, SlamError, reason_of
+from gridslam.evaluation.argument_types import finite, positive
 from gridslam.evaluation.map_error import map_error
 from gridslam.evaluation.relations import read_relations, relation_errors
 from gridslam.evaluation.trajectory_error import ALIGNMENTS, trajectory_error
+from gridslam.evaluation.volume.arguments import add_volume_arguments
 from gridslam.evaluation.walls import read_walls
 from gridslam.files.replacing import replace_file
 from gridslam.files.tum import read_tum
@@ -42,7 +44,8 @@ def main(arguments: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="gridslam_evaluate", description="Judge trajectories (TUM form) and maps (yaml + pgm)."
+        prog="gridslam_evaluate",
+        description="Judge trajectories (TUM form), maps (yaml + pgm) and maps of voxels (.bt, .ot).",
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
 
@@ -66,7 +69,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     ate.add_argument(
         "--rpe-distance",
-        type=_positive,
+        type=positive,
         default=1.0,
         metavar="M",
         help="length of path for the RPE, m (default: 1)",
@@ -80,7 +83,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     maps.add_argument(
         "--map-in-world",
-        type=_finite,
+        type=finite,
         nargs=3,
         default=(0.0, 0.0, 0.0),
         metavar=("X", "Y", "YAW"),
@@ -91,31 +94,12 @@ def _parser() -> argparse.ArgumentParser:
     maps.add_argument("--picture", type=Path, help="write map, walls and paths to this PNG")
     maps.set_defaults(judge=_map)
 
-    for command in (relations, ate, maps):
+    volume = commands.add_parser("volume", help="a map of voxels against a world's true surfaces")
+    add_volume_arguments(volume)
+
+    for command in (relations, ate, maps, volume):
         command.add_argument("--json", type=Path, help="also write the numbers to this file")
     return parser
-
-
-def _number(text: str) -> float:
-    """Return NaN for what is not a number, so that the bounds refuse it with their own words."""
-    try:
-        return float(text)
-    except ValueError:
-        return math.nan
-
-
-def _finite(text: str) -> float:
-    value = _number(text)
-    if not math.isfinite(value):
-        raise argparse.ArgumentTypeError(f"must be a finite number, not {text}")
-    return value
-
-
-def _positive(text: str) -> float:
-    value = _number(text)
-    if not 0.0 < value < math.inf:
-        raise argparse.ArgumentTypeError(f"must be greater than 0, not {text}")
-    return value
 
 
 def _refuse_unwritable(path: Path | None) -> None:

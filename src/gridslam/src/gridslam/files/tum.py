@@ -25,8 +25,30 @@ def write_tum(path: Path, trajectory: Trajectory) -> None:
     replace_file(path, "".join(lines))
 
 
+def write_tum_in_space(path: Path, rows: np.ndarray) -> None:
+    """Write poses in space at once: rows (n, 8) of stamp, x, y, z and quaternion xyzw, m and s.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    lines = [f"{row[0]:.6f} " + " ".join(f"{value:.9g}" for value in row[1:]) + "\n" for row in rows.tolist()]
+    replace_file(path, "".join(lines))
+
+
 def read_tum(path: Path) -> Trajectory:
     """Read a trajectory. Keep x, y and yaw of poses in space. Keep the first of poses with one stamp.
+
+    Raises:
+        EvaluationError: the file cannot be read, or is not in TUM form, or its stamps go back in time.
+    """
+    rows = read_tum_in_space(path)
+    x, y, z, w = rows[:, 4:].T
+    yaw = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)  # of any length
+    return Trajectory(rows[:, 0], np.column_stack([rows[:, 1:3], yaw]))
+
+
+def read_tum_in_space(path: Path) -> np.ndarray:
+    """Read poses in space (n, 8): stamp, x, y, z, quaternion xyzw. Keep the first of poses with one stamp.
 
     Raises:
         EvaluationError: the file cannot be read, or is not in TUM form, or its stamps go back in time.
@@ -36,13 +58,11 @@ def read_tum(path: Path) -> Trajectory:
     if (np.diff(first) < 0).any():
         raise EvaluationError(f"{path}: the stamps go back in time; sort the lines, or cut the file there.")
     rows = rows[first]
-    x, y, z, w = rows[:, 4:].T
     if not (rows[:, 4:] != 0.0).any(axis=1).all():
         raise EvaluationError(
             f"{path}: a quaternion is 0 0 0 0, which is not an orientation; unturned is 0 0 0 1."
         )
-    yaw = np.arctan2(2.0 * (w * z + x * y), w * w + x * x - y * y - z * z)  # of any length
-    return Trajectory(rows[:, 0], np.column_stack([rows[:, 1:3], yaw]))
+    return rows
 
 
 def poses_at(trajectory: Trajectory, stamps_s: np.ndarray) -> np.ndarray:

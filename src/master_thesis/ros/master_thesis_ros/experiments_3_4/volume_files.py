@@ -8,7 +8,7 @@ from octomap_msgs.srv import GetOctomap
 
 from gridslam import MapError
 from gridslam.volume import VolumeParameters, VoxelMap, map_from, stream_of, write_octree
-from gridslam.volume.picture import volume_figure
+from gridslam.volume.drawing.picture import volume_figure
 from master_thesis.results.picture_files import png
 from master_thesis.results.run_folder import RunFolder
 

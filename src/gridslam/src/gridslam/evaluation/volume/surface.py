@@ -98,6 +98,16 @@ class Surface:
         )
         return np.where(hits > 1e20, np.inf, hits)
 
+    def hits(self, origins_m: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the range (n,) of rays of unit length, inf: none, and the normal (n, 3) where they end."""
+        found = self._scene.run(
+            np.ascontiguousarray(origins_m, dtype=np.float32),
+            np.ascontiguousarray(directions, dtype=np.float32),
+            output=True,
+        )
+        missed = found["primID"] < 0
+        return np.where(missed, np.inf, found["tfar"]), self._normals[np.where(missed, 0, found["primID"])]
+
 
 def read_surface(path: Path) -> Surface:
     """Read an SDF world, or a mesh that trimesh knows (STL, OBJ, PLY, GLB). Units are metres, z is up.

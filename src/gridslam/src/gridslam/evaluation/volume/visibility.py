@@ -13,6 +13,10 @@ from gridslam.evaluation.volume.surface import Samples, Surface
 
 OFF_SURFACE_M = 0.01
 """A ray that ends this near to a point has reached it."""
+BEAMS = 20_000
+"""Directions that are tried from each place for the box of what is reached."""
+EDGE_M = 1.0
+"""More on each side of this box."""
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,8 @@ class LidarView:
 
     elevation_deg: tuple[float, float] = (-90.0, 90.0)
     """Lowest and highest beam, from the lidar's plane."""
+    field_of_view_deg: float = 360.0
+    """In the lidar's plane, as much to the left as to the right."""
     range_max_m: float = 30.0
     incidence_max_deg: float = 80.0
     """A surface that beams graze at a greater angle from its normal counts as one that could not be seen."""
@@ -33,6 +39,8 @@ class LidarView:
         low, high = self.elevation_deg
         if not -90.0 <= low < high <= 90.0:
             raise EvaluationError(f"Elevations of {low:g} to {high:g} deg: use -90 <= LOW < HIGH <= 90.")
+        if not 0.0 < self.field_of_view_deg <= 360.0:
+            raise EvaluationError(f"The field of view is {self.field_of_view_deg:g} deg. Use 0 to 360.")
         if not 0.0 < self.range_max_m < math.inf:
             raise EvaluationError(f"The greatest range is {self.range_max_m:g} m. Give a length above 0.")
         if not 0.0 < self.incidence_max_deg <= 90.0:
@@ -49,13 +57,19 @@ class Places:
     def __len__(self) -> int:
         return len(self.positions_m)
 
-    def thinned(self, spacing_m: float) -> Places:
-        """Return places that are at least this far apart along the way, the first among them."""
-        kept = [0]
+    def thinned(self, spacing_m: float, turn_deg: float = 180.0) -> Places:
+        """Return places along the way, the first among them, each as far or as turned from the one before."""
+        kept, cosine = [0], math.cos(math.radians(turn_deg))
         for index, place in enumerate(self.positions_m):
-            if np.linalg.norm(place - self.positions_m[kept[-1]]) >= spacing_m:
+            apart_m = np.linalg.norm(place - self.positions_m[kept[-1]])
+            turned = 0.5 * (np.sum(self.rotations[index] * self.rotations[kept[-1]]) - 1.0)
+            if apart_m >= spacing_m or turned < cosine - 1e-9:
                 kept.append(index)
         return Places(self.positions_m[kept], self.rotations[kept])
+
+    def moved(self, offset_m: np.ndarray) -> Places:
+        """Return the places of a lidar that is mounted at an offset (3,), m, from these."""
+        return Places(self.positions_m + self.rotations @ offset_m, self.rotations)
 
 
 def visible_samples(
@@ -65,12 +79,43 @@ def visible_samples(
     normals, least = samples.normals, math.cos(math.radians(view.incidence_max_deg))
 
     def may_be_seen(some: np.ndarray, directions: np.ndarray, place: int, apart_m: np.ndarray) -> np.ndarray:
-        up = directions @ places.rotations[place][:, 2]
-        low, high = (math.sin(math.radians(each)) for each in view.elevation_deg)
         incidence = np.abs((directions * normals[some]).sum(axis=1))
-        return (apart_m <= view.range_max_m) & (low <= up) & (up <= high) & (incidence >= least)
+        is_met = _has_beam(view, directions, places.rotations[place])
+        return (apart_m <= view.range_max_m) & (incidence >= least) & is_met
 
     return _seen(surface, samples.points_m, places, rng, may_be_seen)
+
+
+def reached_box(
+    surface: Surface, places: Places, view: LidarView, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the corners of a box around the surfaces that beams drawn at random reach from the places.
+
+    Raises:
+        EvaluationError: they reach none.
+    """
+    least, ends = math.cos(math.radians(view.incidence_max_deg)), []
+    for position_m, rotation in zip(places.positions_m, places.rotations):
+        directions = rng.normal(size=(BEAMS, 3))
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        directions = directions[_has_beam(view, directions, rotation)]
+        ranges_m, normals = surface.hits(np.broadcast_to(position_m, directions.shape), directions)
+        met = (ranges_m <= view.range_max_m) & (np.abs((directions * normals).sum(axis=1)) >= least)
+        ends.append(position_m + directions[met] * ranges_m[met, None])
+    reached_m = np.concatenate(ends)
+    if not len(reached_m):
+        raise EvaluationError(
+            "The lidar reaches no surface from any place of the path. Are path and world in the same frame?"
+        )
+    return reached_m.min(axis=0) - EDGE_M, reached_m.max(axis=0) + EDGE_M
+
+
+def _has_beam(view: LidarView, directions: np.ndarray, rotation: np.ndarray) -> np.ndarray:
+    """Return which directions (n, 3) in the world lie within the beams of a lidar of a rotation (3, 3)."""
+    forward, left, up = (directions @ rotation).T
+    low, high = (math.sin(math.radians(each)) for each in view.elevation_deg)
+    half = math.radians(view.field_of_view_deg) / 2.0
+    return (low <= up) & (up <= high) & (np.abs(np.arctan2(left, forward)) <= half + 1e-9)
 
 
 def in_sight(surface: Surface, points_m: np.ndarray, places: Places, rng: np.random.Generator) -> np.ndarray:

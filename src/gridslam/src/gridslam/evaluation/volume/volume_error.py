@@ -11,25 +11,17 @@ from scipy.spatial import cKDTree
 
 from gridslam.errors import EvaluationError
 from gridslam.evaluation.volume.surface import Surface
-from gridslam.evaluation.volume.visibility import LidarView, Places, in_sight, visible_samples
+from gridslam.evaluation.volume.visibility import LidarView, Places, in_sight, reached_box, visible_samples
+from gridslam.evaluation.volume.voxels import Voxels
 
 SAMPLE_M, NEAR_SAMPLE_M = 0.1, 0.05
 """One point of the true surfaces for each square of this side: for what is visible, and for distances."""
 MARGIN_M = 1.0
 """Surfaces farther than this from the map's bounds are nearest to none of its voxels."""
 PLACES_M = 0.5
-"""Places of the lidar that are nearer to each other are not tried twice."""
-FREE_VOXELS = 100_000
-"""Of more free voxels as many are drawn."""
-
-
-@dataclass(frozen=True)
-class Voxels:
-    """A map: centres (n, 3) of occupied and (m, 3) of free voxels in the world's frame, and their size."""
-
-    occupied_m: np.ndarray
-    free_m: np.ndarray
-    resolution_m: float
+"""Places of the lidar that are nearer to each other are not tried twice, unless the lidar has turned."""
+TURN_MIN_DEG, TURN_MAX_DEG = 1.0, 15.0
+"""The turn that makes a place another one: as wide as the beams, within these bounds."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +34,8 @@ class VolumeError:
     max_m: float
     within_a_voxel: float
     """Share of the occupied voxels that lie at most one voxel from a surface, 0..1."""
+    visible_m2: float = math.nan
+    """Area of the true surface that the lidar could see; NaN: not asked."""
     mapped: float = math.nan
     """Share of the visible true surface with an occupied voxel within one voxel, 0..1; NaN: not asked."""
     mapped_by_part: dict[str, float] = field(default_factory=dict)
@@ -50,13 +44,19 @@ class VolumeError:
     """Share of the free voxels that the lidar could really look into, 0..1."""
 
     def as_dict(self) -> dict:
-        """Return the figures under the names that result files use."""
-        return {
+        """Return the figures under the names that result files use; without a path, fewer."""
+        figures = {
             "occupied_voxels": self.occupied_voxels,
             "volume_error_mean_m": self.mean_m,
             "volume_error_p95_m": self.p95_m,
             "volume_error_max_m": self.max_m,
             "occupied_within_a_voxel_share": self.within_a_voxel,
+        }
+        if math.isnan(self.visible_m2):
+            return figures
+        return {
+            **figures,
+            "visible_surface_m2": self.visible_m2,
             "visible_surface_mapped_share": self.mapped,
             "free_right_share": self.free_right,
             "mapped_share_by_part": self.mapped_by_part,
@@ -100,21 +100,27 @@ def volume_error(
     }
     if places is None:
         return VolumeError(**figures), distances
-    places, view = places.thinned(PLACES_M), view or LidarView()
-    samples = surface.samples(SAMPLE_M, rng, *_around(places.positions_m, view.range_max_m))
-    seen = visible_samples(surface, samples, places, view, rng)
+    return VolumeError(**figures, **_coverage(voxels, surface, rng, places, view or LidarView())), distances
+
+
+def _coverage(
+    voxels: Voxels, surface: Surface, rng: np.random.Generator, places: Places, view: LidarView
+) -> dict[str, Any]:
+    """Return what of the visible surface is mapped, and what of the free voxels is right."""
+    low_deg, high_deg = view.elevation_deg
+    turn_deg = float(np.clip(high_deg - low_deg, TURN_MIN_DEG, TURN_MAX_DEG))
+    apart = places.thinned(PLACES_M)
+    samples = surface.samples(SAMPLE_M, rng, *reached_box(surface, apart, view, rng))
+    seen = visible_samples(surface, samples, places.thinned(PLACES_M, turn_deg), view, rng)
     mapped = _has_voxel(samples.points_m[seen], voxels)
     part = surface.part[samples.triangles[seen]]
-    by_part = {surface.names[k]: float(mapped[part == k].mean()) for k in np.unique(part)}
     free = voxels.free_m
-    if len(free) > FREE_VOXELS:
-        free = free[rng.choice(len(free), FREE_VOXELS, replace=False)]
-    return VolumeError(
-        **figures,
-        mapped=float(mapped.mean()) if len(mapped) else math.nan,
-        mapped_by_part=by_part,
-        free_right=float(in_sight(surface, free, places, rng).mean()) if len(free) else math.nan,
-    ), distances
+    return {
+        "visible_m2": float(seen.sum() * SAMPLE_M**2),
+        "mapped": float(mapped.mean()) if len(mapped) else math.nan,
+        "mapped_by_part": {surface.names[k]: float(mapped[part == k].mean()) for k in np.unique(part)},
+        "free_right": float(in_sight(surface, free, apart, rng).mean()) if len(free) else math.nan,
+    }
 
 
 def _around(points_m: np.ndarray, margin_m: float) -> tuple[np.ndarray, np.ndarray]:
@@ -125,5 +131,6 @@ def _around(points_m: np.ndarray, margin_m: float) -> tuple[np.ndarray, np.ndarr
 def _has_voxel(points_m: np.ndarray, voxels: Voxels) -> np.ndarray:
     """Return which points lie in an occupied voxel or in a neighbour of one, corners included."""
     reach = 1.5 * voxels.resolution_m
-    apart, _ = cKDTree(voxels.occupied_m).query(points_m, p=np.inf, distance_upper_bound=reach + 1e-9)
+    centres, points = voxels.occupied_m @ voxels.axes, points_m @ voxels.axes
+    apart, _ = cKDTree(centres).query(points, p=np.inf, distance_upper_bound=reach + 1e-9)
     return apart <= reach

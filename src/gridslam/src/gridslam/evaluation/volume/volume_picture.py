@@ -1,4 +1,4 @@
-"""A map of voxels beside the true surfaces: three sections, the distances, what is mapped of each thing."""
+"""A map of voxels beside the true surfaces: cut open, its errors in sections, and what is mapped."""
 
 from __future__ import annotations
 
@@ -10,19 +10,30 @@ import trimesh
 
 from gridslam.evaluation.volume.surface import Surface
 from gridslam.evaluation.volume.visibility import Places
-from gridslam.evaluation.volume.volume_error import VolumeError, Voxels
+from gridslam.evaluation.volume.volume_error import VolumeError
+from gridslam.evaluation.volume.voxels import Voxels
+from gridslam.volume.drawing.picture import (
+    HEIGHT_LABEL,
+    VIEWS,
+    draw_cut_open,
+    pixels,
+    projections,
+    show_pixels,
+)
 
 if TYPE_CHECKING:  # matplotlib takes half a second to import
     from matplotlib.axes import Axes
-    from matplotlib.collections import PathCollection
     from matplotlib.figure import Figure
+    from matplotlib.image import AxesImage
 
-AXES = "xyz"
-SECTIONS = ((0, 1, 2), (0, 2, 1), (1, 2, 0))
-"""Axis to the right, axis up, axis across the section."""
-TRUE, PATH = "#e8711a", "#2b6cb0"
+TRUE, PATH = "#e8711a", "#c2185b"
+ERRORS = "viridis_r"
 FAR_VOXELS = 2.0
 """A distance of so many voxels has the last colour."""
+TURNED_PIXEL = 1.5
+"""Pixels of a map that is turned against the world are so many voxels wide: no gaps open between voxels."""
+PARTS_MAX = 10
+"""Things that are listed: of more, the least mapped."""
 
 
 def draw_volume_error(
@@ -35,7 +46,7 @@ def draw_volume_error(
 ) -> None:
     """Write the picture of `volume_error_figure` as PNG. The file's ending does not matter."""
     figure = volume_error_figure(voxels, surface, error, distances_m, places)
-    figure.savefig(path, dpi=130, format="png")
+    figure.savefig(path, dpi=150, format="png")
 
 
 def volume_error_figure(
@@ -45,73 +56,78 @@ def volume_error_figure(
     distances_m: np.ndarray,
     places: Places | None = None,
 ) -> Figure:
-    """Return a figure with three sections through the middle of the way, or of the map without one.
+    """Return a figure: the map cut open, coloured by height; the same cuts, coloured by error; the shares.
 
-    distances_m: (n,) of the occupied voxels.
+    The cuts lead through the middle of the way, or of the map without one. distances_m: (n,) of the occupied
+    voxels.
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(12.0, 7.2), layout="constrained")
-    grid = figure.add_gridspec(2, 6)
-    plots = [
-        figure.add_subplot(grid[0, :4]),
-        figure.add_subplot(grid[1, :4]),
-        figure.add_subplot(grid[0, 4:]),
-    ]
-    middle_m = _middle(voxels, places)
-    for plot, section in zip(plots, SECTIONS):
-        marks = _draw_section(plot, voxels, surface, distances_m, section, middle_m, places)
-    figure.colorbar(marks, ax=plots[1], label="distance from the true surface, m", shrink=0.8)
-    below = grid[1, 4:].subgridspec(2, 1, hspace=0.1)
-    _draw_distances(figure.add_subplot(below[0]), distances_m, error)
-    _draw_parts(figure.add_subplot(below[1]), error)
+    figure = Figure(figsize=(14.0, 6.6), layout="constrained")
+    figure.suptitle(_title(voxels, error), fontsize=11)
+    left, right = np.ravel(figure.subfigures(1, 2))
+    middle_m, centres = _middle(voxels, places), voxels.occupied_m
+    (panels, spread), (sections, parts) = projections(left, centres), projections(right, centres)
+    for view, panel, section in zip(VIEWS, panels, sections):
+        heights = draw_cut_open(panel, centres, _pixel_m(voxels), view, middle_m[view[2]])
+        errors = _draw_section(section, voxels, surface, distances_m, view, middle_m)
+        if places is not None:
+            for each in (panel, section):
+                each.plot(*places.positions_m[:, view[:2]].T, color=PATH, lw=0.8)
+    bar = {"location": "bottom", "aspect": 50}
+    left.colorbar(heights, ax=[*panels, spread], label=HEIGHT_LABEL, **bar)
+    right.colorbar(
+        errors, ax=[*sections, parts], label="distance from the true surface, m", extend="max", **bar
+    )
+    sections[0].set_title(f"{sections[0].get_title()}; orange: true surface", fontsize=9)
+    _draw_distances(spread, distances_m, error)
+    _draw_parts(parts, error)
     return figure
 
 
+def _title(voxels: Voxels, error: VolumeError) -> str:
+    title = f"{error.occupied_voxels:,} occupied voxels of {voxels.resolution_m:g} m"
+    if np.isfinite(error.mapped):
+        title += f"; {100 * error.mapped:.1f} % of {error.visible_m2:,.0f} m² of visible surface mapped"
+    if np.isfinite(error.free_right):
+        title += f"; {100 * error.free_right:.1f} % of the free voxels right"
+    return title
+
+
+def _pixel_m(voxels: Voxels) -> float:
+    return voxels.resolution_m * (1.0 if np.allclose(voxels.axes, np.eye(3)) else TURNED_PIXEL)
+
+
 def _middle(voxels: Voxels, places: Places | None) -> np.ndarray:
-    """Return the place (3,) through which the sections lead: that of the path nearest to its median."""
-    if places is None:
-        return np.median(voxels.occupied_m, axis=0)
-    apart = np.linalg.norm(places.positions_m - np.median(places.positions_m, axis=0), axis=1)
-    return places.positions_m[apart.argmin()]
+    """Return the place (3,) through which the cuts lead."""
+    if places is not None:
+        return np.median(places.positions_m, axis=0)
+    return 0.5 * (voxels.occupied_m.min(axis=0) + voxels.occupied_m.max(axis=0))
 
 
 def _draw_section(
-    plot: Axes,
+    panel: Axes,
     voxels: Voxels,
     surface: Surface,
     distances_m: np.ndarray,
-    section: tuple[int, int, int],
+    view: tuple[int, int, int],
     middle_m: np.ndarray,
-    places: Places | None,
-) -> PathCollection:
-    right, up, across = section
-    cut = np.abs(voxels.occupied_m[:, across] - middle_m[across]) <= 0.5 * voxels.resolution_m + 1e-9
-    at, far_m = voxels.occupied_m[cut], FAR_VOXELS * voxels.resolution_m
+) -> AxesImage:
+    right, up, across = view
+    cut = np.abs(voxels.occupied_m[:, across] - middle_m[across]) <= 0.5 * _pixel_m(voxels) + 1e-9
+    worst_last = np.flatnonzero(cut)[np.argsort(distances_m[cut], kind="stable")]
+    shown_m = voxels.occupied_m[:, (right, up)]
+    image = pixels(shown_m[worst_last], distances_m[worst_last], shown_m, _pixel_m(voxels))
+    shown = show_pixels(panel, image, view, ERRORS, 0.0, FAR_VOXELS * voxels.resolution_m)
     for line in _cut_lines(surface, across, middle_m):
-        plot.plot(line[:, right], line[:, up], color=TRUE, lw=0.8, zorder=1)
-    marks = plot.scatter(
-        at[:, right],
-        at[:, up],
-        c=distances_m[cut],
-        s=5,
-        marker="s",
-        lw=0,
-        cmap="viridis_r",
-        vmin=0.0,
-        vmax=far_m,
-    )
-    if places is not None:
-        plot.plot(*places.positions_m[:, (right, up)].T, color=PATH, lw=0.8, alpha=0.7)
-    span = voxels.occupied_m[:, (right, up)]
-    margin = 5 * voxels.resolution_m
-    plot.set_xlim(span[:, 0].min() - margin, span[:, 0].max() + margin)
-    plot.set_ylim(span[:, 1].min() - margin, span[:, 1].max() + margin)
-    plot.set_aspect("equal")
-    plot.set_xlabel(f"{AXES[right]}, m")
-    plot.set_ylabel(f"{AXES[up]}, m")
-    plot.set_title(f"section at {AXES[across]} = {middle_m[across]:.2f} m", fontsize=9)
-    return marks
+        panel.plot(
+            line[:, right], line[:, up], color=TRUE, lw=1.2, zorder=-1
+        )  # shows where no voxel covers it
+    margin_m = 5 * voxels.resolution_m
+    left, last, low, high = image.extent_m
+    panel.set(xlim=(left - margin_m, last + margin_m), ylim=(low - margin_m, high + margin_m))
+    panel.set_title(f"section at {'xyz'[across]} = {middle_m[across]:.2f} m", fontsize=9)
+    return shown
 
 
 def _cut_lines(surface: Surface, across: int, middle_m: np.ndarray) -> np.ndarray:
@@ -123,26 +139,29 @@ def _cut_lines(surface: Surface, across: int, middle_m: np.ndarray) -> np.ndarra
     return trimesh.intersections.mesh_plane(mesh, np.eye(3)[across], middle_m)
 
 
-def _draw_distances(plot: Axes, distances_m: np.ndarray, error: VolumeError) -> None:
+def _draw_distances(panel: Axes, distances_m: np.ndarray, error: VolumeError) -> None:
     rising = np.sort(distances_m)
-    plot.plot(rising, np.arange(1, len(rising) + 1) / len(rising), color="black", lw=1.2)
-    plot.axvline(error.p95_m, color=TRUE, lw=1.0, label=f"95 %: {error.p95_m:.3f} m")
-    plot.set_xlim(0.0, max(1.5 * error.p95_m, 1e-3))
-    plot.set_ylim(0.0, 1.0)
-    plot.set_xlabel("distance from the true surface, m", fontsize=8)
-    plot.set_ylabel("share of voxels", fontsize=8)
-    plot.legend(loc="lower right", frameon=False, fontsize=8)
+    shares = np.arange(1, len(rising) + 1) / len(rising) * 100.0
+    panel.step(rising, shares, color="black", lw=1.4, where="post")
+    for value, style in ((error.mean_m, ":"), (error.p95_m, "--")):
+        panel.axvline(value, color=TRUE, ls=style, lw=1.2)
+    panel.set(xlim=(0.0, max(1.6 * error.p95_m, 1e-3)), ylim=(0.0, 101.0))
+    panel.set(xlabel="distance, m", ylabel="occupied voxels, %")
+    panel.set_title(f"mean {error.mean_m:.3f} m (dotted)\n95 % {error.p95_m:.3f} m (dashed)", fontsize=9)
+    panel.spines[["top", "right"]].set_visible(False)
 
 
-def _draw_parts(plot: Axes, error: VolumeError) -> None:
+def _draw_parts(panel: Axes, error: VolumeError) -> None:
     if not error.mapped_by_part:
-        plot.set_axis_off()
+        panel.set_axis_off()
         return
-    names = sorted(error.mapped_by_part, key=error.mapped_by_part.__getitem__)
+    names = sorted(error.mapped_by_part, key=error.mapped_by_part.__getitem__)[:PARTS_MAX][::-1]
     shares = [100.0 * error.mapped_by_part[name] for name in names]
-    plot.barh(names, shares, color="0.6", height=0.7)
+    panel.barh(names, shares, color="0.75", height=0.75)
     for row, share in enumerate(shares):
-        plot.text(1.5, row, f"{share:.1f} %", va="center", fontsize=7)
-    plot.set_xlim(0.0, 100.0)
-    plot.set_xlabel("visible surface that is mapped, %", fontsize=8)
-    plot.tick_params(labelsize=8)
+        panel.text(1.0, row, f"{share:.1f} %", va="center", fontsize=8)
+    panel.set(xlim=(0.0, 100.0), xlabel="visible surface mapped, %")
+    hidden = len(error.mapped_by_part) - len(names)
+    if hidden:
+        panel.set_title(f"the {len(names)} least of {len(names) + hidden} things", fontsize=9)
+    panel.spines[["top", "right"]].set_visible(False)
