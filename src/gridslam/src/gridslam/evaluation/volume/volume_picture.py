@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import trimesh
@@ -65,7 +65,8 @@ def volume_error_figure(
 
     figure = Figure(figsize=(14.0, 6.6), layout="constrained")
     figure.suptitle(_title(voxels, error), fontsize=11)
-    left, right = np.ravel(figure.subfigures(1, 2))
+    halves: Any = figure.subfigures(1, 2)
+    left, right = halves
     middle_m, centres = _middle(voxels, places), voxels.occupied_m
     (panels, spread), (sections, parts) = projections(left, centres), projections(right, centres)
     for view, panel, section in zip(VIEWS, panels, sections):
