@@ -12,6 +12,8 @@ ROOT = Path(__file__).resolve().parents[2]
 READMES = [ROOT / "README.md", ROOT / "benchmarks/README.md", *sorted((ROOT / "src").rglob("README.md"))]
 OTHERS = [ROOT / "CONTRIBUTING.md", *sorted(ROOT.glob("doc/*.md")), *sorted(ROOT.glob("src/*/doc/*.md"))]
 WORDS_MAX = {**dict.fromkeys(READMES, 700), **dict.fromkeys(OTHERS, 2500)}
+ALL = {*WORDS_MAX, ROOT / "CHANGELOG.md", *ROOT.glob("benchmarks/*.md")}
+WORDS_OF_ALL_MAX = 40_000
 
 FOLDERS = ("src", "tests", "benchmarks", "scripts")
 FILES = ["/px4.launch", "/apm.launch"]  # of MAVROS
@@ -30,6 +32,12 @@ def _name(page: Path) -> str:
 def test_a_page_is_short(page):
     words = len(page.read_text(encoding="utf-8").split())
     assert words <= WORDS_MAX[page], f"{_name(page)} has {words} words: move a part to a page of its own"
+
+
+def test_all_pages_together_are_short():
+    words = {_name(page): len(page.read_text(encoding="utf-8").split()) for page in ALL}
+    longest = sorted(words, key=lambda name: -words[name])[:5]
+    assert sum(words.values()) <= WORDS_OF_ALL_MAX, f"{sum(words.values())} words; the longest: {longest}"
 
 
 @pytest.mark.parametrize("package", room_maps.PAGES)
