@@ -22,6 +22,8 @@ from gridslam_ros.odometry_frames import OdometryFrames
 from gridslam_ros.scan_queue import ScanQueue
 
 LASER_SCAN, ODOMETRY = "sensor_msgs/LaserScan", "nav_msgs/Odometry"
+POINT_CLOUD = "sensor_msgs/PointCloud2"
+KINDS = {LASER_SCAN: "scans", ODOMETRY: "odometry", POINT_CLOUD: "clouds"}
 DAMAGE = (
     rosbag.ROSBagException,
     genpy.DeserializationError,
@@ -81,7 +83,7 @@ def topic_of(bag: rosbag.Bag, topic: str, message_type: str = LASER_SCAN) -> str
         if name in topics and topics[name].msg_type == message_type:
             return name
     others = sorted(name for name, info in topics.items() if info.msg_type == message_type)
-    kind = "scans" if message_type == LASER_SCAN else "odometry"
+    kind = KINDS[message_type]
     hint = f"It has {kind} on {', '.join(others)}." if others else f"It holds no {message_type} at all."
     raise BagError(f"The bag has no {kind} on {topic}. {hint}")
 

@@ -26,14 +26,17 @@ from gridslam.files.map_file import write_map, write_picture
 from gridslam.files.replacing import replace_file
 from gridslam.files.tum import write_tum
 from gridslam.trajectory import Trajectory
+from gridslam.volume.clouds import Pose
+from gridslam.volume.path_poses import OdometryHistory, PathCorrections
 from gridslam.warm_up import warm_up
-from gridslam_ros.bags import ODOMETRY, BagCount, BagError, BagScans, open_bag, topic_of
+from gridslam_ros.bags import ODOMETRY, POINT_CLOUD, BagCount, BagError, BagScans, open_bag, topic_of
 from gridslam_ros.odometry.covariances import OdometryCovariances
 from gridslam_ros.odometry_frames import FrameError, OdometryFrames
 from gridslam_ros.parameters import clamped, sort_parameters, without_effect
 from gridslam_ros.remarks import Remarks
 from gridslam_ros.scan_source import ScanSource
 from gridslam_ros.sessions import Sessions
+from gridslam_ros.volume.bag_volume import BagVolume, VolumeRequest, add_volume_arguments, volume_request
 
 SIDE = ("base_frame", "odom_frame", "throttle_scans", "levelling", "floor_z", "odometry_covariance")
 
@@ -49,7 +52,8 @@ def main(argv: list[str] | None = None) -> int:
         prog="gridslam_replay",
         description="Maps a bag as fast as it can be read. Writes map, trajectories (TUM) and timing.",
         epilog="name:=value sets any parameter of slam_gridslam: particles:=60 loop_closure:=true",
-        usage="gridslam_replay BAG [--scan TOPIC] [--odometry TOPIC] [--output FOLDER] [name:=value ...]",
+        usage="gridslam_replay BAG [--scan TOPIC] [--odometry TOPIC] [--output FOLDER] [--volume MAP.bt] "
+        "[--cloud TOPIC] [--resolution M] [--max-range M] [name:=value ...]",
     )
     parser.add_argument("bag", metavar="BAG", help="bag with scans and TF odom -> base -> lidar")
     parser.add_argument(
@@ -62,10 +66,11 @@ def main(argv: list[str] | None = None) -> int:
         help="topic of the odometry, for odometry_covariance:=true (default: %(default)s)",
     )
     parser.add_argument("--output", metavar="FOLDER", help="folder to write (default: BAG's name + _slam)")
+    add_volume_arguments(parser)
     arguments = parser.parse_args(rest)
     output = Path(arguments.output or str(Path(arguments.bag).with_suffix("")) + "_slam")
     try:
-        replay = Replay(arguments.bag, (arguments.scan, arguments.odometry), given)
+        replay = Replay(arguments.bag, (arguments.scan, arguments.odometry), given, volume_request(arguments))
         with writable(output):
             replay.run(output)
     except SlamError as error:
@@ -121,8 +126,8 @@ def writable(folder: Path) -> Iterator[None]:
 class Replay:
     """One run over one bag. Raises SlamError with one sentence."""
 
-    def __init__(self, bag: str, topics: tuple[str, str], given: dict):
-        """topics: of the scans and of the odometry."""
+    def __init__(self, bag: str, topics: tuple[str, str], given: dict, volume: VolumeRequest | None = None):
+        """topics: of the scans and of the odometry. volume: the map of voxels to make of the clouds."""
         settings, parameters, _, unknown = sort_parameters(given)
         if unknown:
             raise ParameterError(
@@ -131,7 +136,7 @@ class Replay:
         self._remarks = Remarks(lambda sentence: tqdm.write(f"gridslam_replay: {sentence}", file=sys.stderr))
         for sentence in filter(None, (clamped(parameters), without_effect(given))):
             self._remarks.say(sentence)
-        self._bag, self._topics, self._settings = bag, topics, settings
+        self._bag, self._topics, self._settings, self._volume = bag, topics, settings, volume
         self._sessions = Sessions(given, self._remarks.say)
         self._frames = OdometryFrames(settings.odom_frame, settings.base_frame, self._remarks.say)
         self._covariances = OdometryCovariances(self._remarks.say) if settings.odometry_covariance else None
@@ -146,6 +151,7 @@ class Replay:
         self._unusable = 0
         self._stamps_s: list[float] = []
         self._odometry: list[np.ndarray] = []
+        self._history = OdometryHistory()
         self._online: list[np.ndarray] = []
         self._cpu_s: list[float] = []
         self._first_closure_s: float | None = None
@@ -161,6 +167,8 @@ class Replay:
         start_s = time.perf_counter()
         with open_bag(self._bag) as bag:
             topic, odometry = topic_of(bag, self._topics[0]), None
+            if self._volume is not None:
+                topic_of(bag, self._volume.cloud, POINT_CLOUD)
             if self._covariances is not None:
                 odometry = topic_of(bag, self._topics[1], ODOMETRY), self._covariances
             scans = BagScans(
@@ -207,6 +215,7 @@ class Replay:
         if update is not None:
             self._cpu_s.append(time.process_time() - begun_s)
         self._stamps_s.append(planar.stamp_s)
+        self._history.add(planar.stamp_s, Pose.planar(*base_in_odom))
         self._odometry.append(se2.compose(self._session.odom_in_continuous, base_in_odom))
         map_to_odom = self._session.map_to_odom
         assert map_to_odom is not None  # since the first scan
@@ -234,7 +243,8 @@ class Replay:
             write_tum(output / "trajectory_final.tum", self._final(stamps_s))
             write_map(output / "map", grid)
             write_picture(output / "map.png", grid)
-            figures = self._figures(wall_s, render_s)  # last, because what is written needs memory, too
+            volume = self._make_volume(stamps_s)
+            figures = {**self._figures(wall_s, render_s), **volume}  # last, as what is written needs memory
             replace_file(output / "timing.json", json.dumps(figures, indent=2) + "\n")
         except OSError as error:
             raise BagError(f"The results cannot be written to {output}: {reason_of(error)}.") from None
@@ -244,6 +254,17 @@ class Replay:
             f"{len(self._session.closures)} loops closed.\n"
             f"Map, trajectories and timing are in {output}"
         )
+
+    def _make_volume(self, stamps_s: np.ndarray) -> dict:
+        """Map the clouds along the final path, if asked for; return the figures."""
+        if self._volume is None:
+            return {}
+        path = self._final(stamps_s)
+        corrections = PathCorrections(path.stamps_s, path.poses_in_map, self._history)
+        frames = self._settings.odom_frame, self._settings.base_frame
+        figures = BagVolume(self._volume, frames, corrections, self._remarks.say).make(self._bag)
+        print(f"{figures['clouds_integrated']} of {figures['clouds_read']} clouds are in {figures['file']}")
+        return {"volume": figures}
 
     def _final(self, stamps_s: np.ndarray) -> Trajectory:
         """Return the best particle's path at every scan. Between integrated scans it follows the odometry."""

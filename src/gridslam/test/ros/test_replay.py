@@ -258,6 +258,10 @@ def test_with_odometry_covariance_each_scan_counts_with_that_of_its_stamp(way, t
         (["BAG", "base_frame:=robot"], "base_frame:=..."),
         (["BAG", "starting_map:=/nothing.yaml"], "/nothing.yaml cannot be read"),
         (["/nothing.bag"], "/nothing.bag cannot be opened"),
+        (["BAG", "--volume", "map.bt"], "no clouds on /cloud"),
+        (["BAG", "--volume", "map.stl"], "map.stl: a map of voxels is a file .bt or .ot"),
+        (["BAG", "--volume", "/nothing/map.bt"], "/nothing/map.bt: cannot be written"),
+        (["BAG", "--volume", "map.bt", "--resolution", "0"], "resolution"),
     ],
 )
 def test_what_cannot_be_done_is_one_sentence(bag, capsys, tmp_path, words, answer):

@@ -72,6 +72,10 @@ class CorrectedMap:
         """The path's nodes."""
         return [event for event in self.events if isinstance(event, CloudNode)]
 
+    def asks_for(self, stamp_s: float, sensor_in_odom: Pose) -> bool:
+        """Return whether a cloud from a sensor's pose in odom would be kept with a node."""
+        return self.spacing.asks_for(stamp_s, sensor_in_odom, self._last)
+
     def add(self, stamp_s: float, points: np.ndarray, sensor_in_odom: Pose, odom_in_map: Pose) -> bool:
         """Take in a cloud (n, 3) of the sensor's frame; return whether it is kept with a node.
 
@@ -92,7 +96,7 @@ class CorrectedMap:
         thinned = exact[self._board.thinned(rays, resolution_m)]
         rays = self._rays(sensor_in_map, thinned)
         self.transient.insert(stamp_s, rays, self._board)
-        if not self.spacing.asks_for(stamp_s, sensor_in_odom, self._last):
+        if not self.asks_for(stamp_s, sensor_in_odom):
             return False
         cloud = KeptCloud.of(thinned, resolution_m)
         reach_m = float(np.median(np.linalg.norm(rays.ends - rays.origin, axis=1)))

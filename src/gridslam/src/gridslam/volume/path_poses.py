@@ -43,32 +43,55 @@ class OdometryHistory:
         return are_known, np.stack([np.interp(wanted_s, known_s, column) for column in poses.T], axis=1)
 
 
-def odom_in_map(
-    path_stamps_s: np.ndarray, path_poses: np.ndarray, history: OdometryHistory, stamps_s: np.ndarray
-) -> list[Pose]:
-    """Return the poses of odom in the map at times, after a path.
+class PathCorrections:
+    """The poses of odom in the map along a path. Between two of its poses, the correction changes evenly.
 
     Args:
         path_stamps_s: (n,) of the path's poses, in order.
         path_poses: (n, 3) x, y and yaw of the base in the map.
         history: of odometry.
-        stamps_s: (k,) when; between two poses of the path, the correction changes evenly.
 
     Raises:
         PoseError: the path is empty, makes no sense, or odometry is known at none of its poses.
     """
-    is_sound = len(path_stamps_s) and np.isfinite(path_poses).all() and (np.diff(path_stamps_s) > 0.0).all()
-    if not is_sound:
-        raise PoseError("The path is empty, not in the order of time, or not finite; the map stays as it is.")
-    are_known, base_in_odom = history.at(np.asarray(path_stamps_s, float))
-    if not are_known.any():
-        raise PoseError(
-            "No pose of the path is of a time at which odometry is known; the map stays as it is."
+
+    def __init__(self, path_stamps_s: np.ndarray, path_poses: np.ndarray, history: OdometryHistory):
+        is_sound = (
+            len(path_stamps_s) and np.isfinite(path_poses).all() and (np.diff(path_stamps_s) > 0.0).all()
         )
-    corrections = np.array(
-        [se2.compose(pose, se2.inverse(base)) for pose, base in zip(path_poses[are_known], base_in_odom)]
-    )
-    corrections[:, 2] = np.unwrap(corrections[:, 2])
-    known_s = path_stamps_s[are_known]
-    at = np.stack([np.interp(stamps_s, known_s, column) for column in corrections.T], axis=1)
-    return [Pose.planar(*correction) for correction in at.tolist()]
+        if not is_sound:
+            raise PoseError(
+                "The path is empty, not in the order of time, or not finite; the map stays as it is."
+            )
+        are_known, base_in_odom = history.at(np.asarray(path_stamps_s, float))
+        if not are_known.any():
+            raise PoseError(
+                "No pose of the path is of a time at which odometry is known; the map stays as it is."
+            )
+        corrections = np.array(
+            [se2.compose(pose, se2.inverse(base)) for pose, base in zip(path_poses[are_known], base_in_odom)]
+        )
+        corrections[:, 2] = np.unwrap(corrections[:, 2])
+        self._stamps_s, self._corrections = path_stamps_s[are_known], corrections
+
+    def cover(self, stamp_s: float) -> bool:
+        """Return whether a time lies between the first and the last pose of the path."""
+        return bool(self._stamps_s[0] <= stamp_s <= self._stamps_s[-1])
+
+    def at(self, stamp_s: float) -> Pose:
+        """Return the pose of odom in the map at a time; before and after the path, that of its end."""
+        return Pose.planar(
+            *(float(np.interp(stamp_s, self._stamps_s, column)) for column in self._corrections.T)
+        )
+
+
+def odom_in_map(
+    path_stamps_s: np.ndarray, path_poses: np.ndarray, history: OdometryHistory, stamps_s: np.ndarray
+) -> list[Pose]:
+    """Return the poses of odom in the map at times (k,), after a path; see `PathCorrections`.
+
+    Raises:
+        PoseError: the path cannot be used.
+    """
+    corrections = PathCorrections(path_stamps_s, path_poses, history)
+    return [corrections.at(stamp_s) for stamp_s in stamps_s.tolist()]

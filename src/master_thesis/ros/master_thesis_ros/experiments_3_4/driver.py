@@ -6,6 +6,7 @@ import uuid
 from enum import Enum
 from typing import Iterable, Sequence
 
+import numpy as np
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
 from geometry_msgs.msg import Point, Pose
@@ -18,6 +19,7 @@ from inspection_tools import Waypoint, way_home
 from inspection_tools.msg import MissionActionFeedback, MissionActionGoal, MissionActionResult
 from master_thesis.experiments_3_4.request import MissionFlight, read
 from master_thesis.flight.course import Phase
+from master_thesis.flight.flight_log import POSE_COLUMNS
 from master_thesis.flight.monitor import Monitor
 from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
 from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
@@ -26,8 +28,9 @@ from master_thesis_ros.experiments.messages import stamp_s
 from master_thesis_ros.experiments.parameters import all_parameters
 from master_thesis_ros.experiments.progress import ProgressLog
 from master_thesis_ros.experiments.run import Run
+from master_thesis_ros.experiments_3_4.lidar_watch import LidarWatch
 from master_thesis_ros.experiments_3_4.slam_watch import SlamWatch
-from master_thesis_ros.experiments_3_4.volume_files import save_volume
+from master_thesis_ros.experiments_3_4.volume_files import has_volume, save_volume
 from node_tools.ending import Ending
 from node_tools.node import RunNode
 
@@ -54,8 +57,15 @@ class Experiments34Node(FlightNode):
     Parameters: see doc/reference.md.
     """
 
-    def __init__(self, monitor: Monitor, slam: SlamWatch, flight: MissionFlight, lockstep: bool) -> None:
-        self._slam = slam
+    def __init__(
+        self,
+        monitor: Monitor,
+        slam: SlamWatch,
+        flight: MissionFlight,
+        lockstep: bool,
+        lidar: LidarWatch | None = None,
+    ) -> None:
+        self._slam, self._lidar = slam, lidar
         self._flight = flight
         self._reached = 0
         self._flies_home = False
@@ -133,6 +143,8 @@ class Experiments34Node(FlightNode):
     def _on_scan(self, message: LaserScan) -> None:
         super()._on_scan(message)
         self._slam.on_scan(stamp_s(message))
+        if self._lidar is not None:
+            self._lidar.on_scan(message)
 
 
 def make() -> RunNode:
@@ -148,10 +160,10 @@ def _fly(flight: MissionFlight, lockstep: bool, slam_node: str, ending: Ending) 
     run = Run(flight.description.experiment, ending)
     monitor = Monitor(flight.limits, uav=flight.description.model)
     monitor.log.scan_period_s = SCAN_PERIOD_S
-    slam = SlamWatch(slam_node)
-    run.lead(monitor, lambda: Experiments34Node(monitor, slam, flight, lockstep))
+    slam, lidar = SlamWatch(slam_node), LidarWatch() if has_volume() else None
+    run.lead(monitor, lambda: Experiments34Node(monitor, slam, flight, lockstep, lidar))
     if not run.interrupted:
-        save_volume(run.folder)
+        lidar = lidar if save_volume(run.folder) else None
         slam.close(ending)
     description, wall = run.close(flight.description, monitor)
     flown = run.folder, description, monitor.log, monitor.course.outcome
@@ -161,9 +173,32 @@ def _fly(flight: MissionFlight, lockstep: bool, slam_node: str, ending: Ending) 
     return run.finish(
         numbers,
         headline,
-        lambda content: complete_run(*flown, _with_survey(flown, content, slam), ProgressLog()),
+        lambda content: complete_run(*flown, _with_surveys(flown, content, slam, lidar), ProgressLog()),
         "maps, clearance or pictures",
     )
+
+
+def _with_surveys(flown: FlownRun, content: dict, slam: SlamWatch, lidar: LidarWatch | None) -> dict:
+    """Compute the metrics of the maps and add them."""
+    content = _with_survey(flown, content, slam)
+    return content if lidar is None else _with_volume(flown, content, lidar.close())
+
+
+def _with_volume(flown: FlownRun, content: dict, lidar_on_uav: np.ndarray) -> dict:
+    """Judge the map of voxels and add its figures. lidar_on_uav: (k, 8), see `LidarWatch.close`."""
+    from master_thesis.experiments_3_4.volume_survey import survey_volume  # trimesh takes half a second
+
+    folder, description, log, _ = flown
+    rospy.loginfo("The map of voxels is compared with the world.")
+    scenario, truth = description.scenario, log.truth.array(*POSE_COLUMNS)
+    try:
+        figures = survey_volume(folder.path, scenario.world_path, description.lidar, truth, lidar_on_uav)
+    except (SlamError, OSError) as error:
+        rospy.logwarn(f"result.json has no section volume: {error}")
+        return content
+    content = {**content, "volume": figures}
+    folder.write_json("result.json", content)
+    return content
 
 
 def _with_survey(flown: FlownRun, content: dict, slam: SlamWatch) -> dict:

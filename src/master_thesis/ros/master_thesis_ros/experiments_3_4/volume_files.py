@@ -17,10 +17,18 @@ PATIENCE_S = 20.0
 """Wall time to wait for the map."""
 
 
-def save_volume(folder: RunFolder) -> None:
-    """Ask for the map, if the flight has one, and write its files. A map that does not come is told."""
-    if rospy.get_param("~volume", False) is not True:
-        return
+def has_volume() -> bool:
+    """Whether `slam_octomap` maps this flight."""
+    return rospy.get_param("~volume", False) is True
+
+
+def save_volume(folder: RunFolder) -> bool:
+    """Ask for the map, if the flight has one, and write its files. A map that does not come is told.
+
+    Returns whether there is one.
+    """
+    if not has_volume():
+        return False
     try:
         rospy.wait_for_service(SERVICE, PATIENCE_S)
         octree = rospy.ServiceProxy(SERVICE, GetOctomap)().map
@@ -29,6 +37,8 @@ def save_volume(folder: RunFolder) -> None:
         _write(folder, voxels)
     except (rospy.ROSException, rospy.ServiceException, MapError) as error:
         rospy.logwarn(f"There is no map.bt: slam_octomap gave no map ({error}).")
+        return False
+    return True
 
 
 def _write(folder: RunFolder, voxels: VoxelMap) -> None:

@@ -20,8 +20,20 @@ def headline(content: dict) -> str:
         "loops closed": slam["closures"],
         "SLAM's cores, memory": _costs(slam),
         "the map is": verdict(slam),
+        **_volume(content.get("volume")),
     }
     return "\n".join([lines, *(f"  {name:<22} {value}" for name, value in rows.items())])
+
+
+def _volume(volume: dict | None) -> dict[str, str]:
+    """Return the rows of the map of voxels, if there is one."""
+    if volume is None:
+        return {}
+    mapped = volume.get("visible_surface_mapped_share")
+    return {
+        "voxels' error, 95 %": f"{volume['volume_error_p95_m']:.3f} m",
+        "visible surface mapped": "-" if mapped is None else f"{100 * mapped:.1f} %",
+    }
 
 
 def _costs(slam: dict) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ from gridslam.evaluation.volume.surface import Surface
 from gridslam.evaluation.volume.visibility import Places
 from gridslam.evaluation.volume.volume_error import VolumeError
 from gridslam.evaluation.volume.voxels import Voxels
+from gridslam.files.replacing import replace_file
 from gridslam.volume.drawing.picture import (
     HEIGHT_LABEL,
     VIEWS,
@@ -46,7 +48,9 @@ def draw_volume_error(
 ) -> None:
     """Write the picture of `volume_error_figure` as PNG. The file's ending does not matter."""
     figure = volume_error_figure(voxels, surface, error, distances_m, places)
-    figure.savefig(path, dpi=150, format="png")
+    drawn = io.BytesIO()
+    figure.savefig(drawn, dpi=150, format="png")
+    replace_file(path, drawn.getvalue())
 
 
 def volume_error_figure(
