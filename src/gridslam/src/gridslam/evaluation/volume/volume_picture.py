@@ -85,7 +85,7 @@ def volume_error_figure(
         errors, ax=[*sections, parts], label="distance from the true surface, m", extend="max", **bar
     )
     sections[0].set_title(f"{sections[0].get_title()}; orange: true surface", fontsize=9)
-    _draw_distances(spread, distances_m, error)
+    _draw_distances(spread, distances_m, error, voxels.resolution_m)
     _draw_parts(parts, error)
     return figure
 
@@ -144,13 +144,13 @@ def _cut_lines(surface: Surface, across: int, middle_m: np.ndarray) -> np.ndarra
     return trimesh.intersections.mesh_plane(mesh, np.eye(3)[across], middle_m)
 
 
-def _draw_distances(panel: Axes, distances_m: np.ndarray, error: VolumeError) -> None:
+def _draw_distances(panel: Axes, distances_m: np.ndarray, error: VolumeError, resolution_m: float) -> None:
     rising = np.sort(distances_m)
     shares = np.arange(1, len(rising) + 1) / len(rising) * 100.0
     panel.step(rising, shares, color="black", lw=1.4, where="post")
     for value, style in ((error.mean_m, ":"), (error.p95_m, "--")):
         panel.axvline(value, color=TRUE, ls=style, lw=1.2)
-    panel.set(xlim=(0.0, max(1.6 * error.p95_m, 1e-3)), ylim=(0.0, 101.0))
+    panel.set(xlim=(0.0, max(1.6 * error.p95_m, FAR_VOXELS * resolution_m)), ylim=(0.0, 101.0))
     panel.set(xlabel="distance, m", ylabel="occupied voxels, %")
     panel.set_title(f"mean {error.mean_m:.3f} m (dotted)\n95 % {error.p95_m:.3f} m (dashed)", fontsize=9)
     panel.spines[["top", "right"]].set_visible(False)
