@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """What slam_octomap promises: the topics and services of octomap_server, boxes that change, and loops."""
 
+import math
 import subprocess
 import sys
 import tempfile
@@ -10,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import rospy
 import rostest
-from geometry_msgs.msg import Point, PoseStamped
+from geometry_msgs.msg import Point, PoseStamped, Quaternion, Vector3
 from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Path as PathMessage
 from octomap_msgs.msg import Octomap
 from octomap_msgs.srv import BoundingBoxQuery, GetOctomap
-from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -65,6 +66,7 @@ class OctomapTest(unittest.TestCase):
         cls.updates = Output(NODE + "/updates", VoxelTiles)
         cls.warned = Warned(NODE)
         cls.clouds = Input("cloud_in", PointCloud2)
+        cls.scans = Input("scan_in", LaserScan)
         cls.paths = Input("path", PathMessage)
         cls.tf = Input("/tf", TFMessage)
         cls.static = Input("/tf_static", TFMessage, latch=True)
@@ -104,6 +106,27 @@ class OctomapTest(unittest.TestCase):
         """Send the wall, and wait until the map has it."""
         stamp = self.send()
         wait_until(lambda: self.call("/octomap_binary").map.header.stamp >= stamp, "a map with the wall")
+
+    def test_a_scan_of_a_lidar_that_looks_down_maps_the_floor(self):
+        """Its first beam leaves (0.1, 0.1, 0.1), 45 degrees down, and ends 1 m ahead and 1 m below."""
+        cls, half = type(self), math.radians(22.5)
+        down = transform("base_link", "nodding", rospy.Time(0))
+        down.transforms[0].transform.translation = Vector3(0.1, 0.1, 0.1)
+        down.transforms[0].transform.rotation = Quaternion(0.0, math.sin(half), 0.0, math.cos(half))
+        self.static.send(down)
+        cls.stamp += rospy.Duration(2.0)
+        self.tf.send(transform("map", "odom", cls.stamp))
+        self.tf.send(transform("odom", "base_link", cls.stamp))
+        scan = LaserScan(angle_increment=0.1, range_min=0.1, range_max=10.0, scan_time=0.025)
+        scan.header.stamp, scan.header.frame_id = cls.stamp, "nodding"
+        scan.ranges = [math.sqrt(2.0), math.nan, math.inf, -math.inf]
+        self.scans.send(scan)
+        floor = {(1.1, 0.1, -0.9)}
+        wait_until(lambda: occupied(self.call("/octomap_binary").map) == floor, "a map with the floor")
+        cls.stamp += rospy.Duration(2.0)
+        scan.header.stamp, scan.time_increment = cls.stamp, -1.0
+        self.scans.send(scan)
+        self.warned.wait_for("time_increment")
 
     def test_topics_hold_what_the_cloud_saw(self):
         self.walls()

@@ -9,6 +9,7 @@ from inspection_tools.errors import (
     ScanError,
     VelocityError,
 )
+from inspection_tools.level_beams import LevelBeamsParameters, LevelFrame, level_part
 from inspection_tools.median_filter import LidarMedianFilter, MedianFilterParameters
 from inspection_tools.mission import Mission, Waypoint, hold_s, way_home, way_m
 from inspection_tools.mission_file import parse_mission, read_mission
@@ -22,6 +23,8 @@ from inspection_tools.yaw.steering import YawSteering
 __all__ = [
     "CorrectionParameters",
     "InspectionToolsError",
+    "LevelBeamsParameters",
+    "LevelFrame",
     "LidarMedianFilter",
     "LidarPadding",
     "MedianFilterParameters",
@@ -44,6 +47,7 @@ __all__ = [
     "YawRegulatorParameters",
     "YawSteering",
     "hold_s",
+    "level_part",
     "parse_mission",
     "read_mission",
     "way_home",

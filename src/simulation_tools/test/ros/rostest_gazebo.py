@@ -21,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent))
 from gazebo_test_case import PATIENCE_S, GazeboTestCase
 
 from node_tools.testing import wait_until
+from simulation_tools.srv import NodLidar
 
 PARCEL = """<sdf version="1.6"><model name="parcel"><link name="link"><inertial><mass>1</mass><inertia>
 <ixx>0.007</ixx><iyy>0.007</iyy><izz>0.007</izz></inertia></inertial><collision name="c"><geometry>
@@ -91,6 +92,29 @@ class TestGazebo(GazeboTestCase):
         self.assertEqual(joints.name, ["iris::lidar_roll_joint", "iris::lidar_pitch_joint"])
         self.assertLess(max(map(abs, joints.position)), 0.01)  # it stands level already
         self.assertTrue(level(False).success)
+
+    def test_the_lidar_nods_by_a_service_that_refuses_nonsense(self):
+        nod = rospy.ServiceProxy("/gazebo/nod_lidar", NodLidar)
+        for values, words in (
+            ((math.nan, 4.0, 0), "amplitude of a nod"),
+            ((-0.5, 4.0, 0), "amplitude of a nod"),
+            ((0.5, -4.0, 0), "period of a nod"),
+            ((0.5, math.nan, 0), "period of a nod"),
+            ((1.5, 4.0, 0), "too wide"),
+            ((0.7, 0.1, 0), "longer period"),
+        ):
+            answer = nod(*values)
+            self.assertFalse(answer.success)
+            self.assertIn(words, answer.status_message)
+        answer = nod(0.5, 1.0, 0)
+        self.assertTrue(answer.success, answer.status_message)
+        pitch_rad = lambda: (  # noqa: E731
+            rospy.wait_for_message("/gazebo/joint_states", JointState, timeout=PATIENCE_S).position[1]
+        )
+        wait_until(lambda: pitch_rad() > 0.4, "a lidar that looks down", PATIENCE_S)
+        wait_until(lambda: pitch_rad() < -0.4, "a lidar that looks up", PATIENCE_S)
+        self.assertTrue(nod(0.0, 1.0, 0).success)
+        wait_until(lambda: pitch_rad() == 0.0, "a level lidar", PATIENCE_S)
 
     def test_paused_time_stands_still(self):
         self.services["pause_physics"]()

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 from master_thesis.errors import FlightError, MasterThesisError
 from master_thesis.experiment_1 import request as goal_flight
 from master_thesis.experiments_3_4 import request as mission_flight
-from master_thesis.launch_arguments import real_uav, simulator, teleop
+from master_thesis.launch_arguments import nodding, real_uav, simulator, teleop
 from master_thesis.launch_arguments.results_folder import check_results
 from master_thesis.worlds import scenario
 from master_thesis_ros.launch import cepa_arguments, machine_code, slam_arguments
@@ -137,6 +137,7 @@ def _mission_flight(asked: Mapping[str, str]) -> None:
 
     cepa_of(asked, {"r_ub": "r_ub"})
     mission_flight.read(asked, cepa_keeps_m({}))
+    nodding.check(asked)
     slam_arguments.check(asked)
 
 

@@ -13,6 +13,8 @@ from simulation_tools.errors import SimulationToolsError
 from simulation_tools.running.gazebo_services import Answer, GazeboServices
 from simulation_tools.running.run_loop import RunLoop
 from simulation_tools.simulation import Simulation
+from simulation_tools.srv import NodLidar, NodLidarRequest, NodLidarResponse
+from simulation_tools.vehicle.nod import Nod
 from simulation_tools.world.world import BodyState
 from simulation_tools_ros import conversions
 from simulation_tools_ros.gazebo.output import GazeboOutput
@@ -22,8 +24,8 @@ class Services:
     """Converts requests and answers; `GazeboServices` does the work, between two steps.
 
     Serves: ~pause_physics, ~unpause_physics, ~reset_simulation, ~reset_world, ~spawn_sdf_model,
-    ~delete_model, ~get_model_state, ~set_model_state, ~get_world_properties, ~level_lidar. Subscribes:
-    ~set_model_state.
+    ~delete_model, ~get_model_state, ~set_model_state, ~get_world_properties, ~level_lidar, ~nod_lidar.
+    Subscribes: ~set_model_state.
     """
 
     def __init__(
@@ -67,6 +69,7 @@ class Services:
             ("~set_model_state", srv.SetModelState, self._on_set_state),
             ("~get_world_properties", srv.GetWorldProperties, self._on_get_world),
             ("~level_lidar", SetBool, self._on_level_lidar),
+            ("~nod_lidar", NodLidar, self._on_nod_lidar),
         ):
             rospy.Service(name, service_class, handler)
 
@@ -146,6 +149,18 @@ class Services:
         except SimulationToolsError as error:
             return SetBoolResponse(False, str(error))
         return SetBoolResponse(True, f"The lidar is {'kept level' if request.data else 'fixed'}.")
+
+    def _on_nod_lidar(self, request: NodLidarRequest) -> NodLidarResponse:
+        try:
+            nod = Nod(request.amplitude, request.period, request.sweeps)
+            self._loop.call(lambda: self._simulation.nod_lidar(nod))
+        except SimulationToolsError as error:
+            return NodLidarResponse(False, str(error))
+        if nod.amplitude_rad == 0.0:
+            return NodLidarResponse(True, "The lidar does not nod.")
+        return NodLidarResponse(
+            True, f"The lidar nods by {nod.amplitude_rad:g} rad every {nod.period_s:g} s."
+        )
 
 
 def _respond(response_class: Any, action: Callable[[], Answer]) -> Any:

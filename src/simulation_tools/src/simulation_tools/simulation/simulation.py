@@ -34,6 +34,7 @@ from simulation_tools.simulation.random_streams import RandomStreams
 from simulation_tools.simulation.sensor_suite import SensorSuite, StepOutput
 from simulation_tools.vehicle.airframe import Airframe
 from simulation_tools.vehicle.gimbal import Gimbal
+from simulation_tools.vehicle.nod import Nod
 from simulation_tools.vehicle.uav import load_uav
 from simulation_tools.vehicle.wind import Wind, streams_of
 from simulation_tools.world.overlaps import warning_of
@@ -198,9 +199,20 @@ class Simulation:
             raise self._no_gimbal()
         self.gimbal.switch(level)
 
+    def nod_lidar(self, nod: Nod) -> None:
+        """Let the lidar look up and down about level, from the next step on; amplitude 0 ends it.
+
+        Raises:
+            SimulationError: the lidar is not on a gimbal.
+            GimbalError: the gimbal cannot follow.
+        """
+        if self.gimbal is None:
+            raise self._no_gimbal()
+        self.gimbal.start_nod(nod)
+
     def _no_gimbal(self) -> SimulationError:
         return SimulationError(
-            f'The lidar of "{self.uav_name}" cannot be levelled: its SDF has no gimbal (see models/iris).'
+            f'The lidar of "{self.uav_name}" cannot be turned: its SDF has no gimbal (see models/iris).'
         )
 
     def joint_angles(self) -> dict[str, float]:

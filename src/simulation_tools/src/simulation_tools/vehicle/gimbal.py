@@ -1,4 +1,4 @@
-"""A gimbal that keeps a lidar level while the UAV leans (thesis, 9.2.4).
+"""A gimbal that keeps a lidar level while the UAV leans (thesis, 9.2.4), or lets it nod about level.
 
 Two hinges, roll outside and pitch inside, as the SDF model describes them. The gimbal measures its own
 attitude, and its motors are much faster than the airframe. So it is exact within its limits and its rate.
@@ -15,6 +15,7 @@ from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose, Quaternion, Vector3, rotate, rotate_inverse
 from simulation_tools.sdf.elements import Joint, Model, Plugin
 from simulation_tools.sdf.frames import joint_rotation
+from simulation_tools.vehicle.nod import Nod
 
 GIMBAL = "libsimulation_tools_gimbal.so"
 DEFAULT_RATE_RAD_S = 10.0
@@ -22,14 +23,14 @@ AXIS_TOLERANCE = 1e-6
 
 
 class GimbalError(SimulationToolsError):
-    """A model describes a gimbal that cannot be."""
+    """A model describes a gimbal that cannot be, or a gimbal is asked for what it cannot do."""
 
 
 class Gimbal:
     """The gimbal of one model. level: whether it levels; if not, its hinges go back to zero.
 
-    used: whether it has levelled before. carries: names of the links that turn with it. angles_rad: of roll
-    and pitch.
+    nod: the sweep about level, or None. used: whether it has moved before. carries: names of the links that
+    turn with it. angles_rad: of roll and pitch.
     """
 
     def __init__(self, model: Model, roll: Joint, pitch: Joint, max_rate_rad_s: float) -> None:
@@ -37,6 +38,8 @@ class Gimbal:
         self.joint_names = (roll.name, pitch.name)
         self.carries = _carried(model, pitch)
         self.level = self.used = False
+        self.nod: Nod | None = None
+        self._nodded_s = 0.0
         self.angles_rad = (0.0, 0.0)
         self._joints = (roll, pitch)
         self._places = tuple(model.link(joint.child).pose for joint in self._joints)
@@ -53,17 +56,38 @@ class Gimbal:
 
     @property
     def is_active(self) -> bool:
-        """Whether it levels, or still turns back to zero."""
-        return self.level or self.angles_rad != (0.0, 0.0)
+        """Whether it levels or nods, or still turns back to zero."""
+        return self.level or self.nod is not None or self.angles_rad != (0.0, 0.0)
 
     def switch(self, level: bool) -> None:
         """Level from now on, or go back to zero."""
         self.level = level
         self.used = self.used or level
 
+    def start_nod(self, nod: Nod) -> None:
+        """Nod from the next step on, beginning level and downwards. An amplitude of 0 ends the nodding.
+
+        Raises:
+            GimbalError: the hinges cannot turn so far or so fast.
+        """
+        self._check_reach(nod)
+        self.nod, self._nodded_s = (nod, 0.0) if nod.amplitude_rad > 0.0 else (None, 0.0)
+        self.used = True
+
+    def _check_reach(self, nod: Nod) -> None:
+        asked = f"A nod by {nod.amplitude_rad:g} rad"
+        reach_rad = min(min(joint.upper_rad, -joint.lower_rad) for joint in self._joints)
+        if nod.amplitude_rad > reach_rad:
+            raise GimbalError(f"{asked} is too wide: the gimbal turns by {reach_rad:g} rad at most.")
+        if nod.greatest_rate_rad_s > self._max_rate_rad_s:
+            raise GimbalError(
+                f"{asked} every {nod.period_s:g} s needs {nod.greatest_rate_rad_s:.1f} rad/s, and the gimbal "
+                f"turns at {self._max_rate_rad_s:g} rad/s; give a longer period."
+            )
+
     def step(self, orientation_xyzw: Quaternion, dt_s: float) -> None:
         """Turn the hinges for dt_s. orientation: of the model in the world."""
-        wanted = level_angles(orientation_xyzw) if self.level else (0.0, 0.0)
+        wanted = self._wanted(orientation_xyzw, dt_s)
         reach = self._max_rate_rad_s * dt_s
         roll, pitch = (
             now + min(max(min(max(to, joint.lower_rad), joint.upper_rad) - now, -reach), reach)
@@ -74,13 +98,24 @@ class Gimbal:
         for place, joint, angle in zip(self._places, self._joints, self.angles_rad):
             self._turn = self._turn @ place @ joint_rotation(joint, angle) @ place.inverse()
 
+    def _wanted(self, orientation_xyzw: Quaternion, dt_s: float) -> tuple[float, float]:
+        self._nodded_s += dt_s
+        if self.nod is not None and self.nod.is_over(self._nodded_s):
+            self.nod = None
+        if not self.level and self.nod is None:
+            return (0.0, 0.0)
+        roll, pitch = level_angles(orientation_xyzw)
+        swept = self.nod.angles_at(self._nodded_s) if self.nod else (0.0, 0.0)
+        return roll + swept[0], pitch + swept[1]
+
     def turned(self, pose: Pose) -> Pose:
         """Return the present pose of what it carries, from its pose with the hinges at zero (model frame)."""
         return self._turn @ pose if self.angles_rad != (0.0, 0.0) else pose
 
     def reset(self, level: bool) -> None:
-        """Start again with the hinges at zero."""
+        """Start again with the hinges at zero. A nod ends."""
         self.switch(level)
+        self.nod = None
         self.angles_rad = (0.0, 0.0)
 
 

@@ -1,0 +1,78 @@
+"""A scan of a planar lidar as a cloud, with the lidar's motion during the scan undone."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gridslam.errors import ScanError
+from gridslam.scan import BEAMS_MAX
+from gridslam.volume.clouds import Pose
+
+BEYOND_M = 0.01
+"""A beam without return ends this far beyond the greatest range of the map's rays."""
+
+
+def points_of_scan(
+    ranges_m: np.ndarray,
+    angles_rad: tuple[float, float],
+    limits_m: tuple[float, float],
+    free_up_to_m: float,
+    last_in_first: Pose | None = None,
+) -> np.ndarray:
+    """Return the ends of a scan's beams, float32 (n, 3), in the lidar's frame at the first beam.
+
+    A beam without return (+inf) ends just beyond ``free_up_to_m``, so that the map's greatest range cuts it,
+    if the lidar sees so far. Otherwise it tells nothing that the map could hold, and is left out.
+
+    Args:
+        ranges_m: (n,) by REP-117.
+        angles_rad: angle of the first beam, and from beam to beam.
+        limits_m: least and greatest range of the lidar.
+        free_up_to_m: greatest range of the map's rays; below 0: they have none.
+        last_in_first: the lidar at the last beam in its frame at the first; it turns and moves evenly between
+            both. None: all beams are of one instant.
+
+    Raises:
+        ScanError: the scan makes no sense, or tells nothing.
+    """
+    ranges_m = np.asarray(ranges_m, float)
+    least_m, greatest_m = limits_m
+    if not 0 < len(ranges_m) <= BEAMS_MAX:
+        raise ScanError(f"A scan has {len(ranges_m)} beams; from 1 to {BEAMS_MAX} can be mapped.")
+    if not (all(map(math.isfinite, angles_rad)) and 0.0 <= least_m < greatest_m):
+        raise ScanError("The angles of a scan are not finite, or its ranges not 0 <= min < max.")
+    counts = (ranges_m >= least_m) & (ranges_m <= greatest_m)
+    if 0.0 < free_up_to_m <= greatest_m:
+        no_return = ranges_m > greatest_m
+        counts |= no_return
+        ranges_m = np.where(no_return, free_up_to_m + BEYOND_M, ranges_m)
+    if not counts.any():
+        raise ScanError("A scan has no beam that tells anything.")
+    beams = np.flatnonzero(counts)
+    along_rad = angles_rad[0] + angles_rad[1] * beams
+    level = np.zeros(len(beams))
+    ends = ranges_m[beams, None] * np.stack((np.cos(along_rad), np.sin(along_rad), level), axis=1)
+    if last_in_first is not None:
+        ends = _carried(ends, beams / max(len(ranges_m) - 1, 1), last_in_first)
+    return ends.astype(np.float32)
+
+
+def _carried(points: np.ndarray, shares: np.ndarray, last: Pose) -> np.ndarray:
+    """Return points (n, 3), each of the frame after a share (n,) of an even motion, in the first frame.
+
+    Rodrigues' formula: each point turns about the motion's axis by its share of the angle.
+    """
+    turn_rad = last.turn_from(Pose.identity())
+    shifts = shares[:, None] * last.translation
+    if turn_rad < 1e-9:
+        return points + shifts
+    skew = last.rotation - last.rotation.T
+    axis = np.array((skew[2, 1], skew[0, 2], skew[1, 0])) / (2.0 * math.sin(turn_rad))
+    angles = shares[:, None] * turn_rad
+    along = (points @ axis)[:, None] * axis
+    turned = (
+        points * np.cos(angles) + np.cross(axis, points) * np.sin(angles) + along * (1.0 - np.cos(angles))
+    )
+    return turned + shifts
