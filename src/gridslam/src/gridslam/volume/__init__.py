@@ -3,14 +3,14 @@
 from gridslam.volume.board import Board, Rays
 from gridslam.volume.clouds import KeptCloud, Pose
 from gridslam.volume.corrected_map import CorrectedMap
-from gridslam.volume.gathering import PlacedCloud, ScanGathering
 from gridslam.volume.nodes import CloudNode, NodeSpacing
 from gridslam.volume.octree.files import read_octree, write_octree
 from gridslam.volume.octree.stream import OctreeStream, map_from, stream_of
 from gridslam.volume.parameters import VolumeParameters
 from gridslam.volume.planning_layers import DistanceField, Frontiers
 from gridslam.volume.rebuilding import Rebuilding
-from gridslam.volume.scan_points import points_of_scan
+from gridslam.volume.scans.gathering import PlacedCloud, ScanGathering
+from gridslam.volume.scans.scan_points import points_of_scan
 from gridslam.volume.shown_map import FREE, OCCUPIED, UNKNOWN, ShownMap
 from gridslam.volume.tile_table import Box
 from gridslam.volume.voxel_map import VoxelMap

@@ -1,0 +1,1 @@
+"""Scans of a planar lidar that moves, as clouds for the map."""
