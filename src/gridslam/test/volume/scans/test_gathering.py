@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gridslam.volume import PlacedCloud, Pose, ScanGathering
+from gridslam.volume import PlacedCloud, Pose, ScanGathering, points_of_scan
 
 STILL = Pose.identity()
 
@@ -46,6 +46,13 @@ def test_a_cloud_ends_before_its_rays_would_begin_in_another_voxel():
 
 def test_a_clock_that_goes_back_ends_a_cloud():
     assert [cloud.stamp_s for cloud in gathered([scan(9.0), scan(9.1), scan(3.0)])] == [9.0, 3.0]
+
+
+def test_beams_without_return_stay_free_when_they_are_gathered():
+    free = points_of_scan(np.full(90, np.inf), (0.0, 0.07), (0.1, 10.0), 10.0)
+    (cloud,) = gathered([scan(0.0, points=free), scan(0.1, place=(0.07, 0.0, 0.0), points=free)])
+    lengths = np.linalg.norm(cloud.points, axis=1)
+    assert (lengths > 10.0).all()  # or the map would hold their ends
 
 
 def test_nothing_gathered_is_no_cloud():

@@ -10,8 +10,11 @@ from gridslam.errors import ScanError
 from gridslam.scan import BEAMS_MAX
 from gridslam.volume.clouds import Pose
 
-BEYOND_M = 0.01
-"""A beam without return ends this far beyond the greatest range of the map's rays."""
+BEYOND = 2.0
+"""A beam without return ends at this many times the greatest range of the map's rays, which then cuts it.
+
+Much farther, because scans that are gathered into one cloud have rays from places a little apart.
+"""
 
 
 def points_of_scan(
@@ -23,7 +26,7 @@ def points_of_scan(
 ) -> np.ndarray:
     """Return the ends of a scan's beams, float32 (n, 3), in the lidar's frame at the first beam.
 
-    A beam without return (+inf) ends just beyond ``free_up_to_m``, so that the map's greatest range cuts it,
+    A beam without return (+inf) ends far beyond ``free_up_to_m``, so that the map's greatest range cuts it,
     if the lidar sees so far. Otherwise it tells nothing that the map could hold, and is left out.
 
     Args:
@@ -47,7 +50,7 @@ def points_of_scan(
     if 0.0 < free_up_to_m <= greatest_m:
         no_return = ranges_m > greatest_m
         counts |= no_return
-        ranges_m = np.where(no_return, free_up_to_m + BEYOND_M, ranges_m)
+        ranges_m = np.where(no_return, BEYOND * free_up_to_m, ranges_m)
     if not counts.any():
         raise ScanError("A scan has no beam that tells anything.")
     beams = np.flatnonzero(counts)
