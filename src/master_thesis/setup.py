@@ -15,6 +15,7 @@ setup(
             "master_thesis.experiment_2",
             "master_thesis.experiments_3_4",
             "master_thesis.experiments_3_4.report",
+            "master_thesis.experiments_3_4.volume",
             "master_thesis.experiments_3_4.without_gnss",
             "master_thesis.flight",
             "master_thesis.flight.judging",

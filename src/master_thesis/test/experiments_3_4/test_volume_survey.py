@@ -5,7 +5,7 @@ import pytest
 
 from gridslam.volume import Board, VolumeParameters, VoxelMap, stream_of, write_octree
 from master_thesis.experiments_3_4.slam_summary import headline
-from master_thesis.experiments_3_4.volume_survey import lidar_path, survey_volume
+from master_thesis.experiments_3_4.volume.survey import lidar_path, survey_volume
 
 HALF_TURN = [0.0, 0.0, 1.0, 0.0]
 LEVEL = [0.0, 0.0, 0.0, 1.0]

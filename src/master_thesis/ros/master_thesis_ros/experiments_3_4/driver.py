@@ -186,7 +186,7 @@ def _with_surveys(flown: FlownRun, content: dict, slam: SlamWatch, lidar: LidarW
 
 def _with_volume(flown: FlownRun, content: dict, lidar_on_uav: np.ndarray) -> dict:
     """Judge the map of voxels and add its figures. lidar_on_uav: (k, 8), see `LidarWatch.close`."""
-    from master_thesis.experiments_3_4.volume_survey import survey_volume  # trimesh takes half a second
+    from master_thesis.experiments_3_4.volume.survey import survey_volume  # trimesh takes half a second
 
     folder, description, log, _ = flown
     rospy.loginfo("The map of voxels is compared with the world.")

@@ -10,6 +10,7 @@ from master_thesis.chapter_8.plan import plan
 from master_thesis.experiment_1 import section as experiment_1
 from master_thesis.experiment_2 import section as experiment_2
 from master_thesis.experiments_3_4.report import section_3, section_4
+from master_thesis.experiments_3_4.volume import section as volume
 from master_thesis.experiments_3_4.without_gnss import section as without_gnss
 from master_thesis.measurements import section as measurements
 from master_thesis.report.content import Section
@@ -23,6 +24,7 @@ _SECTIONS = (
     experiment_2.section,
     section_3.section,
     section_4.section,
+    volume.section,
     without_gnss.section,
     measurements.build_section,
     measurements.launch_section,

@@ -16,6 +16,7 @@ EXPERIMENTS = (
     "experiment_2",
     "experiment_3",
     "experiment_4",
+    "volume",
     "without_gnss",
     "measurement_1",
     "measurement_2",
@@ -28,7 +29,8 @@ class Size:
 
     seeds: of Experiment 1's flights, over goal_x_m. placements: variations of each of Experiment 2's.
     map_seeds: of the flights that map; map_duration_s: 0: the whole mission. without_gnss: worlds and lidars
-    of the flights without GNSS, which take longest. launches, builds: number of rounds; 0: no measurement.
+    of the flights without GNSS, which take longest. volumes: lidars whose
+    clouds are mapped in three dimensions. launches, builds: number of rounds; 0: no measurement.
     """
 
     name: str
@@ -43,6 +45,7 @@ class Size:
     worlds: tuple[str, ...] = WORLDS
     lidars: tuple[str, ...] = scenario.LIDARS
     without_gnss: tuple[tuple[str, str], ...] = tuple(product(WORLDS, scenario.LIDARS))
+    volumes: tuple[str, ...] = ("puck", "m8")
     map_duration_s: float = 0.0
 
 
@@ -70,5 +73,6 @@ SMALLEST = Size(
     worlds=("room",),
     lidars=("ust",),
     without_gnss=(("room", "ust"),),
+    volumes=("puck",),
     map_duration_s=3.0,
 )
