@@ -13,6 +13,7 @@ gnss_denied.killed.PART.{briefly, for_good}: parts of the chain die in flight.
 gnss_denied.stops.{LIDAR, urg_after_lost_scan}.{stops, median_s, worst_s, ...}: it loses its pose and stops.
 gnss_denied.boxes: boxes of 0.5 m lie under the way.
 gnss_denied.restart.{closure, restart}: SLAM closes the loop, or begins a new map, in flight.
+gnss_denied.climbs.{puck, m8, ust}: climbs between the bottom and the deck of `hold_3d`, by odometry alone.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from typing import Sequence
 
 import numpy as np
 
-from benchmarks.gnss_rows import boxes, corrections, killed, stops
+from benchmarks.gnss_rows import boxes, climbs, corrections, killed, stops
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_all, run_crossed, trial_options
 from master_thesis.experiments_3_4.without_gnss.flight import fly_without_gnss, parameters_without_gnss
@@ -35,12 +36,15 @@ from master_thesis.trials.workers import count
 from master_thesis.worlds.scenario import LIDARS
 
 WORLDS = ("room", "hold")
-ROWS = ("missions", "killed", "stops", "boxes", "restart")
+ROWS = ("missions", "killed", "stops", "boxes", "restart", "climbs")
 SEEDS = (1, 2, 3, 4, 5)
 SHORT_SEEDS, BRIEF_SEEDS = (1, 2, 3), (1,)
+BRIEF_CLIMB_MIN = 0.5
 KILLS, BRIEF_KILLS = 50, 2
 STOP_SEEDS = (5,)
 """The stop's constants were chosen in flights with the seeds 1 to 3."""
+CLIMBS_LIDARS, CLIMBS_SEEDS = ("puck", "m8", "ust"), tuple(range(11, 21))
+"""The cloud odometry was developed in flights with the seeds 1 and 2."""
 METRICS = {
     "landed_off_m": "landed off the start [m]",
     "ate_m": "ATE of the pose flown by [m]",
@@ -57,6 +61,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--rows", nargs="+", default=ROWS, choices=ROWS)
     parser.add_argument("--kills", type=count, default=None, help="of each part, for a while and for good")
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
+    parser.add_argument("--climb-minutes", type=float, default=10.0, help="length of a flight with climbs")
     parser.add_argument("--worlds", nargs="+", default=WORLDS, choices=WORLDS)
     parser.add_argument("--lidars", nargs="+", default=LIDARS, choices=LIDARS)
     given = parser.parse_args(arguments)
@@ -72,6 +77,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if "restart" in given.rows:
             for kind in ("closure", "restart"):
                 _fly_seeds(f"restart.{kind}", corrections, {"kind": kind}, given, results)
+        if "climbs" in given.rows:
+            _climb(given, results)
 
 
 def _fly_missions(given: argparse.Namespace, results: Results) -> None:
@@ -120,6 +127,17 @@ def _stop(given: argparse.Namespace, results: Results) -> None:
         numbers = stops.summary([stop for one in rounds for stop in one])
         results.add(f"gnss_denied.stops.{name}", numbers)
         print(name, json.dumps(numbers))
+
+
+def _climb(given: argparse.Namespace, results: Results) -> None:
+    seeds = given.seeds or (BRIEF_SEEDS if given.brief else CLIMBS_SEEDS)
+    lidars = [lidar for lidar in CLIMBS_LIDARS if lidar in given.lidars]
+    minutes = BRIEF_CLIMB_MIN if given.brief else given.climb_minutes
+    found = run_crossed("gnss_denied_climbs", climbs.fly, given, lidar=lidars, seed=seeds, minutes=[minutes])
+    for lidar in lidars:
+        numbers = climbs.summary([found[lidar, seed, minutes] for seed in seeds])
+        results.add(f"gnss_denied.climbs.{lidar}", numbers)
+        print(lidar, json.dumps(numbers))
 
 
 def _fly_seeds(

@@ -27,7 +27,7 @@ from gridslam.odometry.parameters import LidarOdometryParameters
 
 SILENT_LEAN_RAD = 0.1
 """Standard deviation of roll and pitch then."""
-HEIGHT_SIGMA_M = 0.05
+HEIGHT_SIGMA_M = 0.02
 """Least standard deviation of the height over a floor that may have steps."""
 RANGE_AGE_S = 0.1
 """An older range tells nothing about a cloud's instant."""
