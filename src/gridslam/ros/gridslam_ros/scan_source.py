@@ -9,8 +9,7 @@ import numpy as np
 from sensor_msgs.msg import LaserScan
 
 from gridslam import PlanarScan
-from gridslam.inputs.attitude import matrix_of_quaternion, roll_pitch_yaw_of
-from gridslam.inputs.scan_projection import project
+from gridslam.inputs.levelling import Levelling
 from gridslam_ros.odometry_frames import OdometryFrames
 
 TURNS = 3
@@ -36,7 +35,7 @@ class ScanSource:
     ):
         self._frames = frames
         self._say = say
-        self._levelling, self._floor_z_m = levelling, floor_z_m
+        self._levelling = Levelling(levelling, floor_z_m)
         self._lidars: deque[tuple[str, int]] = deque(maxlen=2 * TURNS)  # frames and numbers of beams
 
     def planar(self, scan: LaserScan) -> tuple[PlanarScan, tuple[float, float, float]]:
@@ -46,27 +45,17 @@ class ScanSource:
             FrameError: TF does not know where the lidar was.
             ScanError: the scan or its frames make no sense.
         """
-        (position_xyz, orientation), lidar_in_base = self._frames.look_up(scan)
-        x, y, z = position_xyz
-        roll_rad, pitch_rad, yaw_rad = roll_pitch_yaw_of(matrix_of_quaternion(orientation))
-        height_m = None
-        if not self._levelling:
-            roll_rad = pitch_rad = 0.0
-        elif self._floor_z_m is not None:
-            height_m = z - self._floor_z_m
-        planar = project(
-            np.asarray(scan.ranges),
-            scan.angle_min,
-            scan.angle_increment,
-            scan.range_min,
-            scan.range_max,
-            lidar_in_base,
-            (roll_rad, pitch_rad),
-            height_m,
+        base_in_odom, lidar_in_base = self._frames.look_up(scan)
+        levelled = self._levelling.level(
             scan.header.stamp.to_sec(),
+            np.asarray(scan.ranges),
+            (scan.angle_min, scan.angle_increment),
+            (scan.range_min, scan.range_max),
+            lidar_in_base,
+            base_in_odom,
         )
         self._watch_lidar(scan)
-        return planar, (x, y, yaw_rad)
+        return levelled
 
     def _watch_lidar(self, scan: LaserScan) -> None:
         lidar = (scan.header.frame_id, len(scan.ranges))

@@ -20,6 +20,7 @@ from inspection_tools.msg import MissionActionFeedback, MissionActionGoal, Missi
 from master_thesis.experiments_3_4.request import MissionFlight, read
 from master_thesis.flight.course import Phase
 from master_thesis.flight.flight_log import POSE_COLUMNS
+from master_thesis.flight.mission_time import TimeIsOver
 from master_thesis.flight.monitor import Monitor
 from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
 from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
@@ -36,12 +37,6 @@ from node_tools.node import RunNode
 
 SCAN_PERIOD_S = 1.0
 """Simulated time between two scans that are kept for the pictures of a flight of four minutes."""
-
-
-class Order(Enum):
-    """What this node does besides the actions of the course."""
-
-    FLY_HOME = "fly back to the start"
 
 
 class Experiments34Node(FlightNode):
@@ -74,7 +69,7 @@ class Experiments34Node(FlightNode):
         self._cancel = rospy.Publisher("mission_cancel", GoalID, queue_size=1)
         super().__init__(monitor, lockstep)
         self.subscribe("mission_result", MissionActionResult, self._on_result)
-        if flight.return_to_start:
+        if flight.time.returns:
             self.subscribe("mission_feedback", MissionActionFeedback, self._on_feedback)
 
     def send_goal(self) -> None:
@@ -90,7 +85,7 @@ class Experiments34Node(FlightNode):
         self._goal.publish(goal)
 
     def _carry_out(self, action: Enum) -> None:
-        if action is not Order.FLY_HOME:
+        if action is not TimeIsOver.FLY_HOME:
             return super()._carry_out(action)
         start_m = self._flight.description.scenario.start_xyz_yaw[:2]
         self._send(way_home(self._flight.mission, self._reached, start_m))
@@ -127,17 +122,18 @@ class Experiments34Node(FlightNode):
         awaited = "SLAM, whose node says above why it has not begun" if self._uav_is_ready else "the hover"
         self._monitor.course.on_ready(self._uav_is_ready and self._slam.has_begun, awaited)
 
-    def _end_in_time(self) -> list[Order]:
+    def _end_in_time(self) -> list[TimeIsOver]:
         course = self._monitor.course
-        if course.phase is not Phase.FLYING or self._flies_home:
+        if course.phase is not Phase.FLYING:
             return []
-        if self._monitor.now_s - course.outcome.times_s[Phase.FLYING] < self._flight.duration_s:
-            return []
-        if self._flight.return_to_start:
+        flying_s = self._monitor.now_s - course.outcome.times_s[Phase.FLYING]
+        over = self._flight.time.over(flying_s, self._flies_home)
+        if over is TimeIsOver.FLY_HOME:
             self._flies_home = True
-            return [Order.FLY_HOME]
-        self._cancel.publish(GoalID())
-        self._monitor.on_goal_reached(True)
+            return [over]
+        if over is TimeIsOver.END_HERE:
+            self._cancel.publish(GoalID())
+            self._monitor.on_goal_reached(True)
         return []
 
     def _on_scan(self, message: LaserScan) -> None:

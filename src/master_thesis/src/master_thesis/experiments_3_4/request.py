@@ -11,6 +11,7 @@ from inspection_tools import InspectionToolsError, Waypoint, hold_s, read_missio
 from master_thesis.errors import ScenarioError
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.description import RunDescription
+from master_thesis.flight.mission_time import MissionTime
 from master_thesis.launch_arguments.common import check_pose_source, choices_of, limits_of
 from master_thesis.launch_arguments.free_places import check_course
 from master_thesis.worlds import scenario
@@ -22,14 +23,12 @@ LONGEST_S = 86_400.0
 class MissionFlight:
     """A flight along a mission.
 
-    limits: of its phases. duration_s: the mission ends after this at the latest. return_to_start: after
-    duration_s the UAV flies back, and lands where it started. mission: its waypoints.
+    limits: of its phases. time: of the mission. mission: its waypoints.
     """
 
     description: RunDescription
     limits: PhaseLimits
-    duration_s: float
-    return_to_start: bool
+    time: MissionTime
     mission: tuple[Waypoint, ...]
 
 
@@ -57,7 +56,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
     duration_s = scenario.number("duration", asked.get("duration", 0.0), 0.0, LONGEST_S)
     check_course(flown, description.model, description.lidar, sorted(set(places)), keep_m)
     returns = asked.get("return_to_start", False) is True
-    return MissionFlight(description, limits, duration_s or math.inf, returns, waypoints)
+    return MissionFlight(description, limits, MissionTime(duration_s or math.inf, returns), waypoints)
 
 
 def _waypoints(path: Path) -> tuple:

@@ -12,7 +12,7 @@ import numpy as np
 
 from gridslam import OccupancyGrid, ScanError
 from gridslam.evaluation import Walls
-from gridslam.inputs.scan_projection import project
+from gridslam.inputs.levelling import Levelling
 from gridslam.session import SlamSession
 from gridslam.trajectory import Trajectory
 from master_thesis.flight.flight_log import POSE_COLUMNS, Series
@@ -63,8 +63,7 @@ class SlamParticipant:
     ) -> None:
         self.session = session
         self._lidar = lidar
-        self._mounting = (lidar.position_m, lidar.orientation_xyzw)
-        self._levelling = levelling
+        self._levelling = Levelling(levelling)
         self._half_time_s = half_time_s
         self._half_way: OccupancyGrid | None = None
         self._online: list[tuple] = []
@@ -86,24 +85,20 @@ class SlamParticipant:
         self._scans += 1
         if self._half_way is None and t_s >= self._half_time_s:
             self._half_way = self.session.grid()
-        roll, pitch, yaw = odometry.rpy_rad
-        x, y, z = odometry.position_m
+        lidar = self._lidar
         started = time.thread_time()  # CPU time of this thread: other work of the machine does not count
         try:
-            scan = project(
+            scan, base_in_odom = self._levelling.level(
+                t_s,
                 ranges,
-                self._lidar.angle_min_rad,
-                self._lidar.angle_increment_rad,
-                self._lidar.range_min_m,
-                self._lidar.range_max_m,
-                self._mounting,
-                attitude_rad=(roll, pitch) if self._levelling else (0.0, 0.0),
-                height_m=z if self._levelling else None,
-                stamp_s=t_s,
+                (lidar.angle_min_rad, lidar.angle_increment_rad),
+                (lidar.range_min_m, lidar.range_max_m),
+                (lidar.position_m, lidar.orientation_xyzw),
+                (odometry.position_m, odometry.orientation_xyzw),
             )
         except ScanError:
             return
-        update = self.session.process(scan, (x, y, yaw), covariance)
+        update = self.session.process(scan, base_in_odom, covariance)
         if update is not None:
             self._cpu_ms.append(1e3 * (time.thread_time() - started))
             self._online.append((t_s, *update.base_in_map))

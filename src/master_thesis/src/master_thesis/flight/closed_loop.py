@@ -26,6 +26,7 @@ from master_thesis.errors import FlightError
 from master_thesis.flight.conditions import Delivery
 from master_thesis.flight.course import Action, Outcome, Phase
 from master_thesis.flight.flight_log import FlightLog
+from master_thesis.flight.mission_time import TimeIsOver
 from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.flight.publisher_link import PublisherLink
@@ -221,13 +222,12 @@ class ClosedLoop:
             self._carry_out(
                 self.monitor.abort(f"Waypoint {status.reached + 1} of {status.of} was not reached.")
             )
-        time_is_over = t_s - self.outcome.times_s[Phase.FLYING] >= self.parameters.duration_s
-        if not self.parameters.return_to_start:
-            return status.done or time_is_over
-        if time_is_over and not (status.done or self._returns):
+        flying_s = t_s - self.outcome.times_s[Phase.FLYING]
+        over = self.parameters.mission_time.over(flying_s, self._returns)
+        if over is TimeIsOver.FLY_HOME and not status.done:
             self._fly_home(status.reached)
             return False
-        return status.done
+        return status.done or over is TimeIsOver.END_HERE
 
     def _fly_home(self, reached: int) -> None:
         self._returns = True

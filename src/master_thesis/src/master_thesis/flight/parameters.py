@@ -19,6 +19,7 @@ from inspection_tools import (
 from master_thesis.errors import FlightError
 from master_thesis.flight.conditions import Conditions
 from master_thesis.flight.course import PhaseLimits
+from master_thesis.flight.mission_time import MissionTime
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.simulation import SimulationParameters
 
@@ -64,6 +65,11 @@ class ClosedLoopParameters:
         if self.pose_source not in POSE_SOURCES:
             choices = ", ".join(POSE_SOURCES)
             raise FlightError(f"There is no pose source '{self.pose_source}'; choose one of {choices}.")
+
+    @property
+    def mission_time(self) -> MissionTime:
+        """What ends the mission before its last waypoint."""
+        return MissionTime(self.duration_s, self.return_to_start)
 
     @property
     def limits_of_way(self) -> PhaseLimits:
