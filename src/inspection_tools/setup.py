@@ -8,7 +8,13 @@ from setuptools import setup
 # inspection_tools.cfg.
 setup(
     **generate_distutils_setup(
-        packages=["inspection_tools", "inspection_tools.yaw", "inspection_tools_ros"],
+        packages=[
+            "inspection_tools",
+            "inspection_tools.planning",
+            "inspection_tools.planning.kernels",
+            "inspection_tools.yaw",
+            "inspection_tools_ros",
+        ],
         package_dir={"": "src", "inspection_tools_ros": "ros/inspection_tools_ros"},
     )
 )

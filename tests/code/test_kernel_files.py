@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ["cepa", "gridslam", "simulation_tools"]
+PACKAGES = ["cepa", "gridslam", "inspection_tools", "simulation_tools"]
 WITH_KERNELS = [
     path for path in sorted(ROOT.glob("src/*/src/**/*.py")) if "njit(" in path.read_text(encoding="utf-8")
 ]

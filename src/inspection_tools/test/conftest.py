@@ -10,3 +10,5 @@ try:
 except ImportError:
     sys.modules.pop("inspection_tools", None)
     sys.path.insert(0, SOURCE)
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))  # helpers of the tests

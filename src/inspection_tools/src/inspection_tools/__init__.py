@@ -3,7 +3,9 @@
 from inspection_tools.correction import CorrectionParameters, SlowCorrection
 from inspection_tools.errors import (
     InspectionToolsError,
+    MapError,
     MissionError,
+    NoPathError,
     ParameterError,
     PoseError,
     ScanError,
@@ -27,9 +29,11 @@ __all__ = [
     "LevelFrame",
     "LidarMedianFilter",
     "LidarPadding",
+    "MapError",
     "MedianFilterParameters",
     "Mission",
     "MissionError",
+    "NoPathError",
     "PaddingParameters",
     "ParameterError",
     "PoseError",

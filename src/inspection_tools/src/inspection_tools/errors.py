@@ -23,3 +23,11 @@ class VelocityError(InspectionToolsError):
 
 class MissionError(InspectionToolsError):
     """A mission that cannot be flown: no waypoints, or one that makes no sense."""
+
+
+class MapError(InspectionToolsError):
+    """Voxels that cannot become a map: their number, size or kinds are wrong, or they are too far apart."""
+
+
+class NoPathError(InspectionToolsError):
+    """There is no safe path; the message says what blocks it."""

@@ -32,7 +32,8 @@ LOOP_CLOSURE = "gridslam.loop_closure.warm_up:warm_up_loop_closure"
 ODOMETRY = "gridslam.odometry.warm_up:warm_up_odometry"
 CLOUD_ODOMETRY = "gridslam.cloud_odometry.warm_up:warm_up_cloud_odometry"
 VOLUME = "gridslam.volume.warm_up:warm_up_volume"
-ALL = (SIMULATOR, THESIS_CEPA, DYNAMIC_CEPA, SLAM, LOOP_CLOSURE, ODOMETRY, CLOUD_ODOMETRY, VOLUME)
+PATHS = "inspection_tools.warm_up:warm_up"
+ALL = (SIMULATOR, THESIS_CEPA, DYNAMIC_CEPA, SLAM, LOOP_CLOSURE, ODOMETRY, CLOUD_ODOMETRY, VOLUME, PATHS)
 """The parts that are compiled one by one: module and function that runs through all kernels of the part."""
 FIRST_FLIGHT = (SIMULATOR, THESIS_CEPA)
 """Those of Experiment 1 with its defaults."""

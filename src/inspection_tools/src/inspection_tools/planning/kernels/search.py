@@ -1,0 +1,106 @@
+"""A* over voxels with enough clearance (Hart, Nilsson and Raphael, 1968)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from inspection_tools.planning.kernels.neighbours import LENGTHS, STEPS, may_step
+from kernel_cache.compiler import njit
+
+UNREACHED, START = -1, 26
+TIE = 1.0 + 1e-7
+"""Factor of the estimate: of equal costs the voxel nearer to the goal comes first. The cost errs by this."""
+
+
+@njit(cache=True, nogil=True)
+def _push(keys: np.ndarray, items: np.ndarray, size: int, key: float, item: int) -> None:
+    """Add to a binary heap of `size` entries."""
+    place = size
+    while place > 0:
+        parent = (place - 1) >> 1
+        if keys[parent] <= key:
+            break
+        keys[place], items[place] = keys[parent], items[parent]
+        place = parent
+    keys[place], items[place] = key, item
+
+
+@njit(cache=True, nogil=True)
+def _drop_first(keys: np.ndarray, items: np.ndarray, size: int) -> None:
+    """Remove the least entry of a binary heap, which has `size` entries afterwards."""
+    key, item = keys[size], items[size]
+    place = 0
+    while True:
+        child = 2 * place + 1
+        if child >= size:
+            break
+        if child + 1 < size and keys[child + 1] < keys[child]:
+            child += 1
+        if keys[child] >= key:
+            break
+        keys[place], items[place] = keys[child], items[child]
+        place = child
+    keys[place], items[place] = key, item
+
+
+@njit(cache=True, nogil=True)
+def _estimate(z: int, y: int, x: int, goal: tuple[int, int, int]) -> float:
+    """Return the length of the shortest way by steps to neighbours, if nothing is between."""
+    a, b, c = abs(z - goal[0]), abs(y - goal[1]), abs(x - goal[2])
+    most, least = max(a, b, c), min(a, b, c)
+    middle = a + b + c - most - least
+    return least * math.sqrt(3.0) + (middle - least) * math.sqrt(2.0) + (most - middle)
+
+
+@njit(cache=True, nogil=True)
+def search(squares: np.ndarray, need: int, factors: np.ndarray, ends: np.ndarray, came: np.ndarray) -> float:
+    """Find the cheapest way. A step costs its length times the mean factor of its two voxels.
+
+    Args:
+        squares: (d, h, w) squared clearances, voxels; 0: blocked.
+        need: squared clearance that the path keeps; see `may_step`.
+        factors: (k,) at least 1, by squared clearance.
+        ends: (2, 3) z, y, x of start and goal.
+        came: (d, h, w) int8, all UNREACHED. Filled with the number of the step that led to a voxel.
+
+    Returns:
+        The cost in voxels, or infinity: then `came` tells all that the start reaches.
+    """
+    depth, height, width = squares.shape
+    goal = (ends[1, 0], ends[1, 1], ends[1, 2])
+    costs = np.empty(squares.shape, np.float64)
+    is_done = np.zeros(squares.shape, np.bool_)
+    keys, items = np.empty(1024, np.float64), np.empty(1024, np.int64)
+    z, y, x = ends[0, 0], ends[0, 1], ends[0, 2]
+    costs[z, y, x], came[z, y, x] = 0.0, START
+    keys[0], items[0] = 0.0, (z * height + y) * width + x
+    size = 1
+    while size > 0:
+        item = items[0]
+        size -= 1
+        _drop_first(keys, items, size)
+        x, y, z = item % width, item // width % height, item // (width * height)
+        if is_done[z, y, x]:
+            continue
+        is_done[z, y, x] = True
+        if (z, y, x) == goal:
+            return costs[z, y, x]
+        here = squares[z, y, x]
+        for k in range(26):
+            c, b, a = z + STEPS[k, 0], y + STEPS[k, 1], x + STEPS[k, 2]
+            if not (0 <= c < depth and 0 <= b < height and 0 <= a < width):
+                continue
+            there = squares[c, b, a]
+            if is_done[c, b, a] or not may_step(here, there, need):
+                continue
+            cost = costs[z, y, x] + 0.5 * LENGTHS[k] * (factors[here] + factors[there])
+            if came[c, b, a] != UNREACHED and cost >= costs[c, b, a]:
+                continue
+            costs[c, b, a], came[c, b, a] = cost, k
+            if size == keys.size:
+                keys, items = np.concatenate((keys, keys)), np.concatenate((items, items))
+            _push(keys, items, size, cost + TIE * _estimate(c, b, a, goal), (c * height + b) * width + a)
+            size += 1
+    return math.inf

@@ -1,0 +1,177 @@
+"""The shortest safe path through known free space."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from inspection_tools.errors import NoPathError, PoseError
+from inspection_tools.planning import refusals
+from inspection_tools.planning.clearance import ClearanceMap
+from inspection_tools.planning.closures import Closure, Closures
+from inspection_tools.planning.kernels.distances import REACH_MAX
+from inspection_tools.planning.kernels.neighbours import STEPS
+from inspection_tools.planning.kernels.pulling import leg_cost, pull
+from inspection_tools.planning.kernels.search import START, UNREACHED, search
+from inspection_tools.planning.limits import Limits
+from inspection_tools.planning.parameters import PlannerParameters
+from inspection_tools.planning.space import Space
+from inspection_tools.planning.voxel_grid import VoxelGrid
+
+WINDOW = 150
+"""Voxels of a path that one leg may skip."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A path.
+
+    Attributes:
+        points_m: (n, 3) x, y, z in the map's frame, from the start to the goal.
+        length_m: of its legs.
+        searched_m: length of the path from voxel to voxel that string pulling began with.
+    """
+
+    points_m: np.ndarray
+    length_m: float
+    searched_m: float
+
+
+class PathPlanner:
+    """Plans on a map that it is given tile by tile.
+
+    A path runs through voxels that are known to be free and keep `clearance_m`. A UAV that is nearer to
+    something may leave it, but not come still nearer. A* finds the cheapest path from voxel to voxel; string
+    pulling then takes the shortcuts that keep the clearance.
+
+    Args:
+        parameters: of the UAV. limits: keep-out boxes and ceiling.
+    """
+
+    def __init__(self, parameters: PlannerParameters | None = None, limits: Limits | None = None):
+        self._parameters, self._limits = parameters or PlannerParameters(), limits or Limits()
+        self._map: ClearanceMap | None = None
+        self._closures = Closures()
+
+    @property
+    def parameters(self) -> PlannerParameters:
+        """Setting them computes all distances anew."""
+        return self._parameters
+
+    @parameters.setter
+    def parameters(self, parameters: PlannerParameters) -> None:
+        self._parameters = parameters
+        if self._map is not None:
+            self._map = self._clearances_on(self._map.grid)
+
+    def update_map(self, resolution_m: float, side: int, tiles: np.ndarray, voxels: np.ndarray) -> None:
+        """Take over tiles of the map: see `VoxelGrid.update`. Another size of voxels begins a new map.
+
+        Raises:
+            MapError: they make no sense; the map stays as it was.
+        """
+        known = self._map
+        if known is not None and (known.grid.resolution_m, known.grid.side) == (resolution_m, side):
+            known.grid.update(tiles, voxels)
+            known.note(tiles)
+            return
+        grid = VoxelGrid(resolution_m, side)
+        grid.update(tiles, voxels)
+        self._map = self._clearances_on(grid)
+
+    def clear_map(self) -> None:
+        """Forget the map, but not what is closed."""
+        self._map = None
+
+    def close(self, place_m: np.ndarray, stamp_s: float) -> None:
+        """Close a place (x, y, z) that CEPA did not fly, for `closed_time`.
+
+        Raises:
+            PoseError: the place is not finite.
+        """
+        self._closures.close(place_m, self._parameters.closed_radius, self._parameters.closed_time, stamp_s)
+
+    def plan(self, start_m: np.ndarray, goal_m: np.ndarray, stamp_s: float = 0.0) -> Plan:
+        """Return the path from a start to a goal, each (x, y, z) in the map's frame.
+
+        Raises:
+            PoseError: a place is not finite.
+            NoPathError: there is no path; the sentence says what blocks it.
+        """
+        start_m, goal_m = _place("start", start_m), _place("goal", goal_m)
+        space = self._space(stamp_s, start_m)
+        refusals.require_start(space, start_m)
+        refusals.require_goal(space, goal_m)
+        cost, came = _search(space, start_m, goal_m)
+        if math.isinf(cost):
+            raise NoPathError(self._why(space, came, start_m, goal_m))
+        way = _way_back(came, np.array(space.grid.index_of(goal_m))) + 0.5
+        chain = np.concatenate(([space.inner(start_m)], way, [space.inner(goal_m)]))
+        kept = pull(space.squares, space.need, space.factors, chain, WINDOW)
+        points_m = space.outer(chain[kept])
+        return Plan(points_m, _length(points_m), _length(space.outer(chain)))
+
+    def is_clear(self, points_m: np.ndarray, stamp_s: float = 0.0) -> bool:
+        """Return whether a path's legs (n, 3), begun at the UAV, still keep what `plan` promises."""
+        space = self._space(stamp_s, points_m[0])
+        if any(space.grid.index_of(place_m) is None for place_m in points_m):
+            return False
+        inner = [space.inner(place_m) for place_m in points_m]
+        legs = zip(inner, inner[1:])
+        return all(math.isfinite(leg_cost(space.squares, space.need, space.factors, *leg)) for leg in legs)
+
+    def _clearances_on(self, grid: VoxelGrid) -> ClearanceMap:
+        reach_m = self._parameters.clearance_m + self._parameters.comfort
+        reach = min(math.ceil(reach_m / grid.resolution_m) + 1, REACH_MAX)
+        return ClearanceMap(grid, reach, self._limits.boxes)
+
+    def _space(self, stamp_s: float, start_m: np.ndarray) -> Space:
+        if self._map is None:
+            raise NoPathError("There is no map yet.")
+        grid = self._map.grid
+        closed = tuple(_ahead_of(closure, start_m, grid) for closure in self._closures.at(stamp_s))
+        return Space.of(grid, self._map.squares(), self._parameters, self._limits, closed, start_m[2])
+
+    def _why(self, space: Space, came: np.ndarray, start_m: np.ndarray, goal_m: np.ndarray) -> str:
+        """Return the sentence that says what blocks the way."""
+        if space.closed and self._map is not None:
+            opened = Space.of(space.grid, self._map.squares(), self._parameters, self._limits, (), start_m[2])
+            if math.isfinite(_search(opened, start_m, goal_m)[0]):
+                return refusals.closed_ways(space)
+        return refusals.no_way(space, came, goal_m)
+
+
+def _search(space: Space, start_m: np.ndarray, goal_m: np.ndarray) -> tuple[float, np.ndarray]:
+    """Return the cost between two places in the grid, in voxels, and the step that led to each voxel."""
+    ends = np.array([space.grid.index_of(start_m), space.grid.index_of(goal_m)])
+    came = np.full(space.squares.shape, UNREACHED, np.int8)
+    return search(space.squares, space.need, space.factors, ends, came), came
+
+
+def _place(name: str, place_m: np.ndarray) -> np.ndarray:
+    place_m = np.asarray(place_m, float)
+    if place_m.shape != (3,) or not np.isfinite(place_m).all():
+        raise PoseError(f"The {name} is not three finite numbers.")
+    return place_m
+
+
+def _ahead_of(closure: Closure, start_m: np.ndarray, grid: VoxelGrid) -> Closure:
+    """Return a closure that does not hold the UAV itself, so that it can always leave."""
+    away_m = math.dist(closure.place_m, start_m) - math.sqrt(3.0) * grid.resolution_m
+    return replace(closure, radius_m=min(closure.radius_m, away_m))
+
+
+def _way_back(came: np.ndarray, goal: np.ndarray) -> np.ndarray:
+    """Return the voxels (n, 3), z, y, x, from the start to the goal, by the steps that led to each."""
+    voxel = tuple(goal.tolist())
+    way = [voxel]
+    while came[voxel] != START:
+        voxel = tuple((np.array(voxel) - STEPS[came[voxel]]).tolist())
+        way.append(voxel)
+    return np.array(way[::-1], float)
+
+
+def _length(points_m: np.ndarray) -> float:
+    return float(np.linalg.norm(np.diff(points_m, axis=0), axis=1).sum())

@@ -1,0 +1,92 @@
+"""What one plan may use: clearances with all that is closed, and what a voxel's length costs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Sequence
+
+import numpy as np
+
+from inspection_tools.planning.closures import Closure
+from inspection_tools.planning.limits import Limits
+from inspection_tools.planning.parameters import PlannerParameters
+from inspection_tools.planning.voxel_grid import VoxelGrid
+
+LEAST_NEED = 2
+"""Squared voxels. With less, a diagonal step could pass between two blocked voxels."""
+
+
+@dataclass(frozen=True)
+class Space:
+    """Arguments of the kernels, and what they come from.
+
+    Attributes:
+        grid: the map. limits: as given. closed: what is closed.
+        squares: (d, h, w) squared clearances, voxels; 0: blocked, closed, or centred above the ceiling.
+        need: squared clearance that a path keeps. factors: (k,) cost of a length, by squared clearance.
+    """
+
+    grid: VoxelGrid
+    limits: Limits
+    closed: Sequence[Closure]
+    squares: np.ndarray
+    need: int
+    factors: np.ndarray
+
+    @classmethod
+    def of(
+        cls,
+        grid: VoxelGrid,
+        squares: np.ndarray,
+        parameters: PlannerParameters,
+        limits: Limits,
+        closed: Sequence[Closure],
+        height_m: float,
+    ) -> Space:
+        """Return the space of a UAV at a height; one above the ceiling may stay there, but not climb."""
+        if closed or math.isfinite(limits.ceiling_m):
+            squares = squares.copy()
+        if math.isfinite(limits.ceiling_m):
+            layer = math.floor(limits.ceiling_m / grid.resolution_m - 0.5)
+            highest = max(layer, math.floor(height_m / grid.resolution_m)) - int(grid.corner[2])
+            squares[max(highest + 1, 0) :] = 0
+        for closure in closed:
+            _close(squares, grid, closure)
+        need = max(math.ceil((parameters.clearance_m / grid.resolution_m) ** 2 - 1e-9), LEAST_NEED)
+        return cls(grid, limits, closed, squares, need, _factors(parameters, grid.resolution_m))
+
+    @property
+    def clearance_m(self) -> float:
+        """Least distance that a path keeps, in whole voxels' squares."""
+        return math.sqrt(self.need) * self.grid.resolution_m
+
+    def inner(self, place_m: np.ndarray) -> np.ndarray:
+        """Return a place (x, y, z) as z, y, x in voxels from the grid's corner."""
+        return (np.asarray(place_m) / self.grid.resolution_m - self.grid.corner)[::-1].copy()
+
+    def outer(self, points: np.ndarray) -> np.ndarray:
+        """Return points (n, 3), z, y, x in voxels, as x, y, z in the map's frame, m."""
+        return (points[:, ::-1] + self.grid.corner) * self.grid.resolution_m
+
+
+def _factors(parameters: PlannerParameters, resolution_m: float) -> np.ndarray:
+    reach_m = parameters.clearance_m + parameters.comfort
+    squares = np.arange((math.ceil(reach_m / resolution_m) + 1) ** 2 + 1)
+    lacking_m = reach_m - np.sqrt(squares) * resolution_m
+    share = np.clip(lacking_m / max(parameters.comfort, 1e-9), 0.0, 1.0)
+    return 1.0 + parameters.preference * share
+
+
+def _close(squares: np.ndarray, grid: VoxelGrid, closure: Closure) -> None:
+    """Set the squares of all voxels to 0 whose centres are in a ball."""
+    if closure.radius_m <= 0.0:
+        return
+    centre = (np.array(closure.place_m) / grid.resolution_m - grid.corner)[::-1]
+    reach = closure.radius_m / grid.resolution_m
+    low = np.clip(np.floor(centre - reach).astype(np.int64), 0, squares.shape)
+    high = np.clip(np.ceil(centre + reach).astype(np.int64) + 1, 0, squares.shape)
+    axes = [(np.arange(a, b) + 0.5 - c) ** 2 for a, b, c in zip(low, high, centre)]
+    far = axes[0][:, None, None] + axes[1][:, None] + axes[2]
+    part = squares[tuple(map(slice, low.tolist(), high.tolist()))]
+    part[far <= reach**2] = 0
