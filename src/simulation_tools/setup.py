@@ -27,6 +27,7 @@ setup(
             "simulation_tools.simulation",
             "simulation_tools.transforms",
             "simulation_tools.vehicle",
+            "simulation_tools.vehicle.energy",
             "simulation_tools.world",
             "simulation_tools.world.shapes",
             "simulation_tools_ros",

@@ -8,6 +8,7 @@ import numpy as np
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import IDENTITY, ORIGIN, Pose, Vector3
+from simulation_tools.vehicle.energy.battery import BatteryReading
 
 
 class Px4Error(SimulationToolsError):
@@ -19,7 +20,8 @@ class VehicleState(NamedTuple):
 
     time_us: simulation time. pose: body (FLU, origin at the centre of mass or the model frame) in the world
     (ENU). velocity_world_m_s: ENU. angular_velocity_body_rad_s, specific_force_body_m_s2: FLU; the specific
-    force is what an accelerometer feels, (0, 0, +g) at rest.
+    force is what an accelerometer feels, (0, 0, +g) at rest. battery: what its monitor tells; None: there is
+    no monitor.
     """
 
     time_us: int
@@ -27,6 +29,7 @@ class VehicleState(NamedTuple):
     velocity_world_m_s: Vector3 = ORIGIN
     angular_velocity_body_rad_s: Vector3 = ORIGIN
     specific_force_body_m_s2: Vector3 = (0.0, 0.0, 9.8)
+    battery: BatteryReading | None = None
 
 
 class Autopilot(Protocol):

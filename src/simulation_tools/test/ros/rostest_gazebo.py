@@ -15,7 +15,7 @@ from dynamic_reconfigure.client import Client
 from gazebo_msgs.msg import ModelState
 from geometry_msgs.msg import Pose
 from sensor_msgs.msg import CameraInfo, FluidPressure, Image, JointState, Range
-from std_srvs.srv import SetBool
+from std_srvs.srv import SetBool, Trigger
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from gazebo_test_case import PATIENCE_S, GazeboTestCase
@@ -115,6 +115,10 @@ class TestGazebo(GazeboTestCase):
         wait_until(lambda: pitch_rad() < -0.4, "a lidar that looks up", PATIENCE_S)
         self.assertTrue(nod(0.0, 1.0, 0).success)
         wait_until(lambda: pitch_rad() == 0.0, "a level lidar", PATIENCE_S)
+
+    def test_a_full_battery_is_put_in_by_a_service(self):
+        answer = rospy.ServiceProxy("/gazebo/swap_battery", Trigger)()
+        self.assertEqual((answer.success, answer.message), (True, "A full battery is in."))
 
     def test_paused_time_stands_still(self):
         self.services["pause_physics"]()

@@ -98,7 +98,14 @@ class TestMavros(MavrosTestCase):
         self.assertEqual(imu.header.frame_id, "base_link")
         self.assertAlmostEqual(imu.linear_acceleration.z, 9.8, delta=0.5)
         self.assertEqual(self.last("extended_state").landed_state, ExtendedState.LANDED_STATE_ON_GROUND)
-        self.assertGreater(self.last("battery").voltage, 14.0)
+        self.assertTrue(self.eventually(lambda: self.last("battery").cell_voltage), "no BATTERY_STATUS")
+        battery = self.last("battery")
+        self.assertAlmostEqual(battery.percentage, 0.8, delta=0.02)  # the launch file's
+        drawn_a = lambda: self.last("battery").current  # noqa: E731
+        self.assertTrue(self.eventually(lambda: abs(drawn_a() + 10.0 / 11.82) < 0.03), drawn_a())  # 10 W
+        self.assertEqual((len(battery.cell_voltage), battery.present, battery.location), (3, True, "id0"))
+        self.assertAlmostEqual(battery.voltage, 11.82, delta=0.02)  # three cells of 3.95 V, less 0.02 ohm
+        self.assertEqual(battery.power_supply_status, BatteryState.POWER_SUPPLY_STATUS_DISCHARGING)
         self.assertAlmostEqual(self.last("home_position/home").geo.latitude, 47.3977, delta=0.001)
         self.assertEqual(self.last("local_position/odom").child_frame_id, "base_link")
 

@@ -25,10 +25,9 @@ from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
 from simulation_tools.sdf.elements import Model, RaySensor
 from simulation_tools.simulation import SimulationParameters
+from simulation_tools.vehicle.energy.battery_plugins import power_load_w
 from simulation_tools.vehicle.uav import load_uav
 
-LIDAR_POWER_W = {"urg": 2.5, "ust": 3.6, "utm": 8.0, "puck": 8.0, "tim": 4.0, "m8": 15.0}
-"""Thesis, table D.1; range, rate and weight stand in the lidars' SDF files."""
 _OF_WAY = ("path_length_m", "min_clearance_m", "emergencies", "mass_kg")
 COLUMNS = {
     "flight": ("reached", "collision", "stuck", "flight_time_s", "time_over_straight", *_OF_WAY),
@@ -117,7 +116,7 @@ def thinned_times(times_ms: np.ndarray | Sequence[float]) -> list[float]:
 
 
 def lidar_data(lidar: str, range_m: float | None = None) -> LidarData:
-    """Return what the lidar's SDF and data sheet say. range_m: replaces its own range."""
+    """Return what the lidar's SDF says. range_m: replaces its own range."""
     data = _lidar_data(lidar)
     return data if range_m is None else replace(data, lidar_range_m=range_m)
 
@@ -129,7 +128,8 @@ def _lidar_data(lidar: str) -> LidarData:
     sensor = carried.lidar.sensor
     assert isinstance(sensor, RaySensor)
     weight_kg = _mass_kg(carried.model) - _mass_kg(bare.model)
-    data = sensor.range_max_m, sensor.update_rate_hz, round(weight_kg, 6), LIDAR_POWER_W[lidar]
+    load_w = power_load_w(carried.model) - power_load_w(bare.model)
+    data = sensor.range_max_m, sensor.update_rate_hz, round(weight_kg, 6), round(load_w, 6)
     return LidarData(*map(float, data))
 
 

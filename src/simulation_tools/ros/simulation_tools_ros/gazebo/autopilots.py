@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import rospy
@@ -55,4 +56,6 @@ def _with_real_px4(parameters: SimulationParameters, pacing: PacingParameters) -
     rospy.loginfo(f"Waiting for PX4. {how_to_start(link.port)}")
     patience_s = number("px4_patience", 0.0, least=0.0) or math.inf
     rng = np.random.default_rng([parameters.seed, DEFAULT_PORT])
+    # Its simulator protocol carries no battery; PX4 SITL simulates one itself (SIM_BAT_DRAIN).
+    parameters = replace(parameters, battery=None)
     return Simulation(parameters, Px4Sitl(link, hil, rng, patience_s))

@@ -15,7 +15,11 @@ from simulation_tools.running.pacing import PacingParameters
 from simulation_tools.sensors.odometry import OdometryParameters
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.transforms.edge_pairing import FrameNames
+from simulation_tools.vehicle.energy.battery import WARM_C, BatteryStart
 from simulation_tools.vehicle.uav import NO_LIDAR
+
+ENDLESS = "endless"
+"""Value of ~battery for a battery that never gets empty."""
 
 
 def number(name: str, default: float, least: float = -MAX_MAGNITUDE, most: float = MAX_MAGNITUDE) -> float:
@@ -55,11 +59,22 @@ def simulation_parameters() -> SimulationParameters:
         gnss=bool(rospy.get_param("~gnss", True)),
         px4_parameters=dict(rospy.get_param("~px4_parameters", {})),
         level_lidar=bool(rospy.get_param("~level_lidar", False)),
+        battery=_battery_start(),
         origin=GeodeticOrigin(
             number("latitude", GeodeticOrigin.latitude_deg),
             number("longitude", GeodeticOrigin.longitude_deg),
             number("altitude", GeodeticOrigin.altitude_m),
         ),
+    )
+
+
+def _battery_start() -> BatteryStart | None:
+    charge = str(rospy.get_param("~battery", "")).strip()
+    if charge == ENDLESS:
+        return None
+    return BatteryStart(
+        charge=values.number("battery", charge, 0.0, 1.0) if charge else None,
+        temperature_c=number("battery_temperature", WARM_C),
     )
 
 

@@ -7,7 +7,16 @@ from typing import Any, Callable
 import rospy
 from gazebo_msgs import srv
 from gazebo_msgs.msg import ModelState
-from std_srvs.srv import Empty, EmptyResponse, SetBool, SetBoolRequest, SetBoolResponse
+from std_srvs.srv import (
+    Empty,
+    EmptyResponse,
+    SetBool,
+    SetBoolRequest,
+    SetBoolResponse,
+    Trigger,
+    TriggerRequest,
+    TriggerResponse,
+)
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.running.gazebo_services import Answer, GazeboServices
@@ -24,8 +33,8 @@ class Services:
     """Converts requests and answers; `GazeboServices` does the work, between two steps.
 
     Serves: ~pause_physics, ~unpause_physics, ~reset_simulation, ~reset_world, ~spawn_sdf_model,
-    ~delete_model, ~get_model_state, ~set_model_state, ~get_world_properties, ~level_lidar, ~nod_lidar.
-    Subscribes: ~set_model_state.
+    ~delete_model, ~get_model_state, ~set_model_state, ~get_world_properties, ~level_lidar, ~nod_lidar,
+    ~swap_battery. Subscribes: ~set_model_state.
     """
 
     def __init__(
@@ -70,6 +79,7 @@ class Services:
             ("~get_world_properties", srv.GetWorldProperties, self._on_get_world),
             ("~level_lidar", SetBool, self._on_level_lidar),
             ("~nod_lidar", NodLidar, self._on_nod_lidar),
+            ("~swap_battery", Trigger, self._on_swap_battery),
         ):
             rospy.Service(name, service_class, handler)
 
@@ -161,6 +171,13 @@ class Services:
         return NodLidarResponse(
             True, f"The lidar nods by {nod.amplitude_rad:g} rad every {nod.period_s:g} s."
         )
+
+    def _on_swap_battery(self, _request: TriggerRequest) -> TriggerResponse:
+        try:
+            self._loop.call(self._simulation.swap_battery)
+        except SimulationToolsError as error:
+            return TriggerResponse(False, str(error))
+        return TriggerResponse(True, "A full battery is in.")
 
 
 def _respond(response_class: Any, action: Callable[[], Answer]) -> Any:

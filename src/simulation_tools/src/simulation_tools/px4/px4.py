@@ -37,6 +37,7 @@ from simulation_tools.px4.safety.geofence import Geofence
 from simulation_tools.px4.setpoint import NAN, AttitudeSetpoint, Setpoint
 from simulation_tools.px4.status import Px4Status
 from simulation_tools.vehicle.airframe import Airframe
+from simulation_tools.vehicle.energy.battery import BatteryReading
 
 POSITION_PERIOD_US = 8_000
 
@@ -111,6 +112,7 @@ class Px4:
         self._position_us = 0
         self._mode_entries = -1
         self._offboard: Setpoint | AttitudeSetpoint | None = None
+        self._measured_battery: BatteryReading | None = None
         self.newest_range: RangeSample | None = None
 
     def close(self) -> None:
@@ -234,7 +236,8 @@ class Px4:
             landed_state=self._landed_state(),
             position_valid=self.estimate_valid,
             hover_thrust=self._control.position.hover_thrust,
-            battery_remaining=self._battery.remaining,
+            battery=self._battery.reading,
+            battery_level=self._battery.level,
             terminated=commander.is_terminated,
         )
 
@@ -256,6 +259,7 @@ class Px4:
         else:
             dt_s = max(1e-6 * (state.time_us - self._time_us), 1e-4)
         self._time_us = state.time_us
+        self._measured_battery = state.battery
         if self._revision != self.parameters.revision:
             self._revision = self.parameters.revision
             self._control.load_parameters()
@@ -303,7 +307,7 @@ class Px4:
         has_place = self.has_gnss and self.estimate_valid
         self.mission.watch(commander.home if has_place else None, landed)
         commander.mission_is_valid = self.mission.is_valid and has_place
-        self._battery.update(self._known["position"][0], dt_s, has_place)
+        self._battery.update(self._measured_battery, self._known["position"][0], dt_s, has_place)
         if has_place:
             self._fence.update(self._time_us, self._known, self._battery.is_failing)
         if not (commander.armed and commander.mode is Mode.AUTO_MISSION):

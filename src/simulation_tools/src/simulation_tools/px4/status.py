@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from simulation_tools.px4.modes import ARMED_FLAG, STABILISED_FLAG, LandedState, Mode
+from simulation_tools.px4.safety.battery import ChargeLevel
+from simulation_tools.vehicle.energy.battery import BatteryReading
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,8 @@ class Px4Status:
     landed_state: LandedState
     position_valid: bool
     hover_thrust: float
-    battery_remaining: float
+    battery: BatteryReading
+    battery_level: ChargeLevel
     terminated: bool = False
 
     @property

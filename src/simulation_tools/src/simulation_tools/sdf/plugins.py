@@ -17,6 +17,10 @@ KNOWN_LIBRARIES = frozenset(
         "libsimulation_tools_linear_rotor.so",
         "libsimulation_tools_body_drag.so",
         "libsimulation_tools_gimbal.so",
+        "libsimulation_tools_power_load.so",
+        "libLinearBatteryPlugin.so",
+        "ignition-gazebo-linearbatteryplugin-system",
+        "gz-sim-linearbatteryplugin-system",
         "libgazebo_multirotor_base_plugin.so",
         "libgazebo_wind_plugin.so",
         "libgazebo_imu_plugin.so",
@@ -60,6 +64,10 @@ class PluginReader:
     def error(self, text: str) -> SimulationToolsError:
         """Return an error at the plugin's place."""
         return self._error_class(f"{self._where}: plugin {self._plugin.name!r}: {text}")
+
+    def has(self, key: str) -> bool:
+        """Whether a parameter is there."""
+        return key in self._plugin.parameters
 
     def text(self, key: str) -> str:
         """Return a parameter's text, which must be there."""

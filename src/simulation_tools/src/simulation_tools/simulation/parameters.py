@@ -12,6 +12,7 @@ from simulation_tools.geometry import Pose
 from simulation_tools.px4.estimation.choice import ESTIMATORS, STEADY
 from simulation_tools.sdf.parser import PathLike
 from simulation_tools.sensors.odometry import OdometryParameters
+from simulation_tools.vehicle.energy.battery import BatteryStart
 from simulation_tools.vehicle.wind import AirStream
 
 
@@ -51,6 +52,8 @@ class SimulationParameters:
     estimator: of the flight controller's stand-in: `steady` (the truth with small errors) or `ekf2` (a Kalman
     filter on simulated sensors). gnss: False: neither GNSS nor compass, as inside a steel hull; the stand-in
     then flies by external vision, always with `ekf2` (see `WITHOUT_GNSS`).
+    battery: how the model's battery starts; None: it never gets empty, and the flight controller simulates
+    one of its own, as PX4 SITL.
     """
 
     world: str
@@ -72,6 +75,7 @@ class SimulationParameters:
     lidar_noise_factor: float = 1.0
     estimator: str = STEADY
     gnss: bool = True
+    battery: BatteryStart | None = None
 
     def __post_init__(self) -> None:
         step_us_from(self.time_step_s)

@@ -33,6 +33,7 @@ from simulation_tools.simulation.payload import further_sensors, has_camera, uns
 from simulation_tools.simulation.random_streams import RandomStreams
 from simulation_tools.simulation.sensor_suite import SensorSuite, StepOutput
 from simulation_tools.vehicle.airframe import Airframe
+from simulation_tools.vehicle.energy.power_supply import PowerSupply
 from simulation_tools.vehicle.gimbal import Gimbal
 from simulation_tools.vehicle.nod import Nod
 from simulation_tools.vehicle.uav import load_uav
@@ -49,6 +50,9 @@ WIND = "wind of the world"
 
 WARM_UP_MOST_S = 10.0
 """Of simulated time; an estimator may need some seconds to find its position."""
+
+_STANDING_RAD_S = 1e-3
+"""A rotor slower than this stands."""
 
 WATCH_PERIOD_US = 100_000
 """Time between two checks that no body is absurdly far or fast."""
@@ -84,6 +88,7 @@ class Simulation:
         rotors_of = load_uav(IRIS, None, parameters.model_path).model if is_fixed else self.uav.model
         self.airframe = Airframe.from_sdf(rotors_of)
         rigid_joints = frozenset() if is_fixed else self.airframe.rotor_joints
+        self.power = PowerSupply.from_sdf(self.uav.model, parameters.battery)
         self.gimbal = Gimbal.from_sdf(self.uav.model)
         if self.gimbal is not None:
             rigid_joints |= frozenset(self.gimbal.joint_names)
@@ -160,9 +165,12 @@ class Simulation:
         velocity = self._body.linear_velocity_m_s
         commands = self.autopilot.step(self._state())
         dt_s = 1e-6 * self._step_us
-        force, torque = self.airframe.step(
-            commands, rotate_inverse(q, velocity), dt_s, rotate_inverse(q, self._air_velocity(dt_s))
-        )
+        own, wind = rotate_inverse(q, velocity), rotate_inverse(q, self._air_velocity(dt_s))
+        if self.power is not None:
+            commands = self.power.supplied(commands)
+        force, torque = self.airframe.step(commands, own, dt_s, wind)
+        if self.power is not None:
+            self.power.draw(self.airframe.thrusts_n, own[2] - wind[2], dt_s)
         self.world.apply_wrench(self.uav_name, force, torque)
         self.world.step()
         self.time_us += self._step_us
@@ -191,7 +199,19 @@ class Simulation:
         """Return the UAV's present state for the flight controller."""
         body, q = self._body, self._body.pose.orientation_xyzw
         turning = rotate_inverse(q, body.angular_velocity_rad_s)
-        return VehicleState(self.time_us, body.pose, body.linear_velocity_m_s, turning, self._specific_force)
+        battery = None if self.power is None else self.power.battery.reading
+        felt = self._specific_force
+        return VehicleState(self.time_us, body.pose, body.linear_velocity_m_s, turning, felt, battery)
+
+    def swap_battery(self) -> None:
+        """Put in a full battery; SimulationError if there is none, or if the rotors turn."""
+        if self.power is None:
+            raise SimulationError(f'"{self.uav_name}" flies without a battery, so there is none to swap.')
+        if self.airframe.rotor_states.max() > _STANDING_RAD_S:
+            raise SimulationError(
+                "The battery cannot be swapped while the rotors turn. Land and disarm first."
+            )
+        self.power.battery.swap()
 
     def set_level_lidar(self, level: bool) -> None:
         """Switch the levelling of the lidar on or off; SimulationError when it is not on a gimbal."""
@@ -256,6 +276,8 @@ class Simulation:
         self._streams.rewind()
         self.world.reset()
         self.airframe.reset()
+        if self.power is not None:
+            self.power.battery.reset()
         self.autopilot.reset()
         self._begin()
 

@@ -126,6 +126,13 @@ class Airframe:
         """Speed of each propeller in rad/s (linear rotors: lagged command), (n,)."""
         return self._table["state"].copy()
 
+    @property
+    def thrusts_n(self) -> np.ndarray:
+        """Thrust of each rotor, N, (n,)."""
+        table = self._table
+        x = table["state"]
+        return (table["quadratic"] * x + table["linear"]) * x
+
     def hover_command(self, mass_kg: float, gravity_m_s2: float = 9.8) -> float:
         """Return the command at which equal rotors carry the mass in still air (closed form, 0..1)."""
         return self.rotors[0].command_for_thrust(mass_kg * gravity_m_s2 / len(self.rotors))

@@ -26,7 +26,7 @@ def emptying():
 
 def until_below(flight, share):
     """Fly until the charge is just below a share."""
-    assert flight.run(DRAIN_S, until=lambda: flight.px4.status.battery_remaining < share - 0.001)
+    assert flight.run(DRAIN_S, until=lambda: flight.px4.status.battery.remaining < share - 0.001)
 
 
 @pytest.mark.parametrize(
@@ -88,5 +88,5 @@ def test_the_default_battery_never_gets_so_low():
     flight = hovering()
     flight.px4.parameters.set("SIM_BAT_DRAIN", DRAIN_S)
     flight.run(DRAIN_S)
-    assert flight.px4.status.battery_remaining == 0.5
+    assert flight.px4.status.battery.remaining == 0.5
     assert (flight.px4.status.mode, flight.texts) == (Mode.OFFBOARD, [])

@@ -5,12 +5,18 @@ from __future__ import annotations
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.px4.px4 import Px4
+from simulation_tools.px4.safety.battery import ChargeLevel
 from simulation_tools.px4.status import Px4Status
 
 _UNKNOWN_U16 = 65535
-_CURRENT_CA = -100  # PX4's simulated battery says -1 A
+_UNKNOWN_I16 = 32767
+_CHARGE_STATES = {
+    ChargeLevel.NONE: common.MAV_BATTERY_CHARGE_STATE_OK,
+    ChargeLevel.LOW: common.MAV_BATTERY_CHARGE_STATE_LOW,
+    ChargeLevel.CRITICAL: common.MAV_BATTERY_CHARGE_STATE_CRITICAL,
+    ChargeLevel.EMERGENCY: common.MAV_BATTERY_CHARGE_STATE_EMERGENCY,
+}
 _UTC_AT_START_US = 1_625_097_600_000_000  # 2021-07-01: the simulated world's date, the same in each flight
-_CELLS, _CELL_FULL_V, _CELL_EMPTY_V = 4, 4.05, 3.7  # PX4's simulated battery
 
 _SENSORS = 0x0020000B  # gyro, accelerometer, pressure, AHRS
 _MAGNETOMETER, _GPS, _VISION = 0x04, 0x20, 0x80
@@ -33,10 +39,6 @@ def _servo_output(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     return common.MAVLink_servo_output_raw_message(status.time_us % 2**32, 0, *pulses, 0, 0, 0, 0)
 
 
-def _battery_voltage(status: Px4Status) -> float:
-    return _CELL_EMPTY_V + (_CELL_FULL_V - _CELL_EMPTY_V) * status.battery_remaining
-
-
 def _sys_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
     may_arm = _ARMING_CHECKS if status.position_valid else 0
     sensors = _SENSORS | (_GPS if px4.has_gnss else _VISION)
@@ -47,9 +49,9 @@ def _sys_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
         sensors | _ARMING_CHECKS,
         sensors | may_arm,
         100,
-        round(1000.0 * _CELLS * _battery_voltage(status)),
-        _CURRENT_CA,
-        round(100.0 * status.battery_remaining),
+        round(1e3 * status.battery.voltage_v),
+        round(1e2 * status.battery.current_a),
+        round(1e2 * status.battery.remaining),
         0,
         0,
         0,
@@ -60,17 +62,21 @@ def _sys_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
 
 
 def _battery_status(px4: Px4, status: Px4Status) -> common.MAVLink_message:
-    cells = [round(1000.0 * _battery_voltage(status))] * _CELLS + [_UNKNOWN_U16] * (10 - _CELLS)
+    battery = status.battery
+    left_s, warmth_c = battery.time_remaining_s, battery.temperature_c
+    cells = [round(1e3 * battery.voltage_v / battery.cells)] * battery.cells
     return common.MAVLink_battery_status_message(
-        0,
-        common.MAV_BATTERY_FUNCTION_ALL,
-        common.MAV_BATTERY_TYPE_LIPO,
-        32767,
-        cells,
-        _CURRENT_CA,
-        0,
-        -1,
-        round(100.0 * status.battery_remaining),
+        id=0,
+        battery_function=common.MAV_BATTERY_FUNCTION_ALL,
+        type=common.MAV_BATTERY_TYPE_LIPO,
+        temperature=_UNKNOWN_I16 if warmth_c is None else round(1e2 * warmth_c),
+        voltages=cells + [_UNKNOWN_U16] * (10 - battery.cells),
+        current_battery=round(1e2 * battery.current_a),
+        current_consumed=round(battery.consumed_mah),
+        energy_consumed=-1,
+        battery_remaining=round(1e2 * battery.remaining),
+        time_remaining=0 if left_s is None else max(1, round(left_s)),
+        charge_state=_CHARGE_STATES[status.battery_level],
     )
 
 

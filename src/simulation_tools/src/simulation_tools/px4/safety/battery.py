@@ -1,8 +1,7 @@
-"""The battery and PX4's low-battery failsafe.
+"""PX4's low-battery failsafe.
 
-PX4's simulated battery drains evenly while the vehicle is armed. The levels are those of BAT_LOW_THR,
-BAT_CRIT_THR and BAT_EMERGEN_THR. In flight a level never rises again. What the return home would take counts
-as used already: its time as a share of RTL_FLT_TIME.
+The levels are those of BAT_LOW_THR, BAT_CRIT_THR and BAT_EMERGEN_THR. In flight a level never rises again.
+What the return home would take counts as used already: its time as a share of RTL_FLT_TIME.
 """
 
 from __future__ import annotations
@@ -17,6 +16,8 @@ from simulation_tools.px4.commander import Commander
 from simulation_tools.px4.failsafe import Say
 from simulation_tools.px4.modes import Mode, Severity
 from simulation_tools.px4.parameters import Px4Parameters
+from simulation_tools.px4.safety.battery_monitor import BatteryMonitor
+from simulation_tools.vehicle.energy.battery import BatteryReading
 
 _S_PER_MIN = 60.0
 _GOING_DOWN = (Mode.AUTO_RTL, Mode.AUTO_LAND)
@@ -52,33 +53,41 @@ _TEXTS = {ChargeLevel.CRITICAL: "Critical battery level!", ChargeLevel.EMERGENCY
 
 
 class Battery:
-    """Drains, and switches the mode when the charge passes a threshold. `remaining`: charge, 0..1."""
+    """Switches the mode when the charge passes a threshold. `reading`: the battery's state."""
 
     def __init__(self, parameters: Px4Parameters, commander: Commander, say: Say) -> None:
         self._parameters = parameters
         self._commander = commander
         self._say = say
+        self._monitor = BatteryMonitor(parameters)
         self.reset()
 
     def reset(self) -> None:
         """Be full."""
-        self.remaining = 1.0
+        self._monitor.reset()
         self.level = ChargeLevel.NONE
+
+    @property
+    def reading(self) -> BatteryReading:
+        """The battery's state."""
+        return self._monitor.reading
 
     @property
     def is_failing(self) -> bool:
         """Whether the charge is critical or worse. Then the fence does nothing, as in PX4."""
         return self.level > ChargeLevel.LOW
 
-    def update(self, position: np.ndarray, dt_s: float, has_place: bool) -> None:
-        """Drain for dt_s, and act on a new level.
+    def update(
+        self, measured: BatteryReading | None, position: np.ndarray, dt_s: float, has_place: bool
+    ) -> None:
+        """Act on a new level.
 
-        position: NED, (3,). has_place: there is a place on earth.
+        measured: by the vehicle's battery monitor; None: it has none. position: NED, (3,). dt_s: since the
+        last update. has_place: there is a place on earth.
         """
-        p, commander = self._parameters, self._commander
-        drained = dt_s / p["SIM_BAT_DRAIN"] if commander.armed else 0.0
-        self.remaining = max(self.remaining - drained, 0.01 * p["SIM_BAT_MIN_PCT"])
-        level = max(self._level(self.remaining), self._level_at_home(position))
+        commander = self._commander
+        self._monitor.update(measured, commander.armed, dt_s)
+        level = max(self._level(self.reading.remaining), self._level_at_home(position))
         if not commander.armed:
             self.level = level
         elif level > self.level:
@@ -100,7 +109,7 @@ class Battery:
             return ChargeLevel.NONE
         north, east, down = (home - position).tolist()
         time_s = math.hypot(north, east) / p["MPC_XY_CRUISE"] + abs(down) / p["MPC_Z_VEL_MAX_DN"]
-        charge = self.remaining - time_s / (_S_PER_MIN * p["RTL_FLT_TIME"])
+        charge = self.reading.remaining - time_s / (_S_PER_MIN * p["RTL_FLT_TIME"])
         return min(self._level(charge), ChargeLevel.CRITICAL)
 
     def _act(self, has_place: bool) -> None:

@@ -1,0 +1,1 @@
+"""The energy of the UAV: what its rotors and devices draw, and the battery that gives it."""
