@@ -52,15 +52,8 @@ class Experiments34Node(FlightNode):
     Parameters: see doc/reference.md.
     """
 
-    def __init__(
-        self,
-        monitor: Monitor,
-        slam: SlamWatch,
-        flight: MissionFlight,
-        lockstep: bool,
-        lidar: LidarWatch | None = None,
-    ) -> None:
-        self._slam, self._lidar = slam, lidar
+    def __init__(self, monitor: Monitor, slam: SlamWatch, flight: MissionFlight, lockstep: bool) -> None:
+        self._slam = slam
         self._flight = flight
         self._reached = 0
         self._flies_home = False
@@ -139,8 +132,6 @@ class Experiments34Node(FlightNode):
     def _on_scan(self, message: LaserScan) -> None:
         super()._on_scan(message)
         self._slam.on_scan(stamp_s(message))
-        if self._lidar is not None:
-            self._lidar.on_scan(message)
 
 
 def make() -> RunNode:
@@ -157,7 +148,7 @@ def _fly(flight: MissionFlight, lockstep: bool, slam_node: str, ending: Ending) 
     monitor = Monitor(flight.limits, uav=flight.description.model)
     monitor.log.scan_period_s = SCAN_PERIOD_S
     slam, lidar = SlamWatch(slam_node), LidarWatch() if has_volume() else None
-    run.lead(monitor, lambda: Experiments34Node(monitor, slam, flight, lockstep, lidar))
+    run.lead(monitor, lambda: Experiments34Node(monitor, slam, flight, lockstep))
     if not run.interrupted:
         lidar = lidar if save_volume(run.folder) else None
         slam.close(ending)

@@ -8,14 +8,13 @@ import numpy as np
 import rospy
 import tf2_py
 from nav_msgs.msg import Odometry
+from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from master_thesis_ros.experiments.messages import stamp_s
 from node_tools.conversions import xyz, xyzw
 
-PERIOD_S = 0.1
-"""Simulated time between two places that are noted."""
 LATE_S = 1.0
 """Simulated time after which TF knows a stamp, or never will."""
 AUTHORITY = "experiment"
@@ -24,8 +23,8 @@ AUTHORITY = "experiment"
 class LidarWatch:
     """Keeps the lidar's poses on the UAV.
 
-    Subscribes: /tf, /tf_static; ground_truth (nav_msgs/Odometry), for the name of the UAV's frame. The node
-    hands over the scans, whose frame is the lidar's.
+    Subscribes: /tf, /tf_static; ground_truth (nav_msgs/Odometry), for the name of the UAV's frame; lidar_scan
+        (sensor_msgs/LaserScan), whose frame is the lidar's.
     """
 
     def __init__(self) -> None:
@@ -36,24 +35,23 @@ class LidarWatch:
         self._subscribers = [
             rospy.Subscriber("/tf_static", TFMessage, lambda given: self._on_tf(given, True), queue_size=100),
             rospy.Subscriber("/tf", TFMessage, lambda given: self._on_tf(given, False), queue_size=100),
+            rospy.Subscriber("lidar_scan", numpy_msg(LaserScan), self._on_scan, queue_size=100),
             rospy.Subscriber("ground_truth", Odometry, self._on_ground_truth, queue_size=1),
         ]
 
-    def on_scan(self, message: LaserScan) -> None:
-        """Take note of the lidar's pose at a scan."""
-        now_s = stamp_s(message)
-        if not self._asked or now_s - self._asked[-1][1].to_sec() >= PERIOD_S:
-            self._asked.append((message.header.frame_id, message.header.stamp))
-        while self._asked and self._asked[0][1].to_sec() < now_s - LATE_S:
-            self._look_up(*self._asked.popleft())
-
     def close(self) -> np.ndarray:
         """Return (n, 8): stamp, x, y, z, quaternion xyzw of the lidar in the UAV's frame, m. Unsubscribe."""
-        while self._asked:
-            self._look_up(*self._asked.popleft())
         for subscriber in self._subscribers:
             subscriber.unregister()
+        while self._asked:
+            self._look_up(*self._asked.popleft())
         return np.array(self._rows).reshape(-1, 8)
+
+    def _on_scan(self, message: LaserScan) -> None:
+        """Take note of the lidar's pose at a scan, when TF has had time to tell it."""
+        self._asked.append((message.header.frame_id, message.header.stamp))
+        while self._asked and self._asked[0][1].to_sec() < stamp_s(message) - LATE_S:
+            self._look_up(*self._asked.popleft())
 
     def _look_up(self, frame: str, stamp: rospy.Time) -> None:
         try:
