@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from inspection_tools import LevelBeamsParameters, LevelFrame, ParameterError, ScanError, ScanGeometry
-from inspection_tools.level_beams import level_part
+from inspection_tools.level_beams import is_whole, level_part
 
 GEOMETRY = ScanGeometry(1081, -0.75 * math.pi, math.radians(0.25))
 ANGLES = GEOMETRY.angle_min_rad + GEOMETRY.angle_increment_rad * np.arange(GEOMETRY.beams)
@@ -91,6 +91,12 @@ def test_too_close_is_kept_and_no_return_only_where_the_beam_is_flat():
     beside = np.abs(np.abs(ANGLES) - math.pi / 2)
     assert is_free[beside < math.pi / 2 - widest - 0.02].mean() > 0.8
     assert not is_free[np.abs(ANGLES) < widest - 0.02].any()
+
+
+def test_a_scan_is_whole_while_the_lidar_leans_less_than_the_slope():
+    assert is_whole(rotation_of(0.02, 0.02, 0.5), ASKED)
+    assert not is_whole(rotation_of(0.03, 0.03), ASKED)
+    assert not is_whole(rotation_of(0.0, -0.04), ASKED)
 
 
 def test_the_frame_has_the_lidars_place_and_heading_and_no_lean():

@@ -31,6 +31,8 @@ class PlanarScan:
     """x, y in m and yaw in rad of the lidar's levelled frame in the base frame."""
     range_max_m: float
     """m: the lidar's range."""
+    height_m: float = math.nan
+    """Of the base in the odometry's frame; NaN: not known. Another height is another slice of the world."""
 
     def __post_init__(self) -> None:
         angles, ranges = _vector(self.angles_rad, "angles_rad"), _vector(self.ranges_m, "ranges_m")

@@ -22,9 +22,16 @@ FILTER.update(dict.fromkeys(("srr", "srt", "str", "stt"), 0.05))
 TRUTH = along(rectangle_route(12.0, 7.0, 0.5, laps=1.2), 0.5)
 
 
-def run(seed, parameters=None, truth=TRUTH, drift=None):
-    """Fly a route with filter and closer; returns the closer, the filter and the true poses of its nodes."""
+def run(seed, parameters=None, truth=TRUTH, drift=None, climb=None):
+    """Fly a route with filter and closer; returns the closer, the filter and the true poses of its nodes.
+
+    climb: (scan, m) from which scan on the vehicle is higher by how much.
+    """
     log = drive(hold(), truth, URG, seed, drift or Drift())
+    if climb is not None:
+        heights = np.where(np.arange(len(log.scans)) < climb[0], 2.0, 2.0 + climb[1])
+        scans = [dataclasses.replace(scan, height_m=z) for scan, z in zip(log.scans, heights.tolist())]
+        log = dataclasses.replace(log, scans=scans)
     slam = GridSlam(SlamParameters(seed=seed, **FILTER), starting_pose=tuple(truth[0]), keep_scans=True)
     closer = LoopCloser(parameters)
     nodes = []
@@ -68,6 +75,12 @@ def closure_errors_m(closer, log):
         error = se2.between(se2.between(older, newer), np.array(closure.pose_difference))
         errors.append(math.hypot(error[0], error[1]))
     return errors
+
+
+@pytest.mark.parametrize(("climb_m", "is_closed"), [(0.4, True), (0.6, False)])
+def test_no_loop_is_closed_with_a_slice_at_another_height(climb_m, is_closed):
+    closer, *_ = run(seed=1, climb=(int(len(TRUTH) * 0.8), climb_m))  # the lap ends at 1 / 1.2
+    assert (len(closer.closures) > 0) == is_closed
 
 
 def test_scans_that_see_nothing_find_nothing():

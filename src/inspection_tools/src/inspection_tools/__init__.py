@@ -11,7 +11,7 @@ from inspection_tools.errors import (
     ScanError,
     VelocityError,
 )
-from inspection_tools.level_beams import LevelBeamsParameters, LevelFrame, level_part
+from inspection_tools.level_beams import LevelBeamsParameters, LevelFrame, is_whole, level_part
 from inspection_tools.median_filter import LidarMedianFilter, MedianFilterParameters
 from inspection_tools.mission import Mission, Waypoint, hold_s, way_home, way_m
 from inspection_tools.mission_file import parse_mission, read_mission
@@ -51,6 +51,7 @@ __all__ = [
     "YawRegulatorParameters",
     "YawSteering",
     "hold_s",
+    "is_whole",
     "level_part",
     "parse_mission",
     "read_mission",

@@ -118,6 +118,11 @@ def level_part(
     return _nearest(bins, values, tells & (bins < geometry.beams), geometry.beams)
 
 
+def is_whole(rotation: np.ndarray, parameters: LevelBeamsParameters) -> bool:
+    """Return whether all beams of a lidar with this rotation (3, 3) in the level frame are near its plane."""
+    return bool(math.hypot(rotation[2, 0], rotation[2, 1]) <= math.sin(parameters.slope))
+
+
 def _is_level(rotation: np.ndarray, translation_m: np.ndarray) -> bool:
     turn = max(abs(rotation[2, 0]), abs(rotation[2, 1]), abs(rotation[1, 0]))
     return bool(turn <= SAME_RAD and np.abs(translation_m).max() <= SAME_M)

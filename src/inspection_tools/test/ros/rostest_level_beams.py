@@ -36,6 +36,7 @@ class LevelBeamsTest(unittest.TestCase):
         cls.scans = Input("scan_in", LaserScan)
         cls.tf = Input("/tf", TFMessage)
         cls.level = Output("scan_out", LaserScan)
+        cls.whole = Output("scan_whole", LaserScan)
         cls.static = Output("/tf_static", TFMessage)
         cls.warned = Warned(NODE)
         cls.stamps = Stamps()
@@ -52,7 +53,10 @@ class LevelBeamsTest(unittest.TestCase):
     def test_a_level_lidars_scans_pass_and_a_nodding_ones_lose_what_is_not_level(self):
         ranges = np.linspace(1.0, 9.0, 1081, dtype=np.float32)
         np.testing.assert_array_equal(self.answer(ranges, 0.0), ranges)
+        self.whole.last(lambda message: True, "a whole scan")
+        self.whole.messages.clear()
         steep = self.answer(ranges, 0.6)
+        self.whole.assert_quiet()
         self.assertTrue(np.isnan(steep[AHEAD]))
         self.assertAlmostEqual(steep[AHEAD + 360], ranges[AHEAD + 360], delta=0.05)  # along the axis
         np.testing.assert_array_equal(self.answer(ranges, 0.0), ranges)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Sequence
 
 import numpy as np
@@ -57,4 +57,4 @@ class Levelling:
             height_m if self.is_on else None,
             stamp_s,
         )
-        return scan, (x, y, yaw_rad)
+        return replace(scan, height_m=float(z)), (x, y, yaw_rad)

@@ -40,6 +40,9 @@ class LoopClosureParameters:
     """m: ... or after this much, if the last one was found within correction_min_m of the path."""
     separation_m: float = 20.0
     """m: only places at least this far back on the path can be revisited; more than twice stretch_m."""
+    height_band_m: float = 0.5
+    """m: a place seen from a height that differs by more is not recognised, because the scans are other
+    slices."""
     place_radius_m: float = 5.0
     """m: greatest distance of the path from such a place, by the present estimate."""
     places_max: int = 3

@@ -55,6 +55,11 @@ class Snapshot:
     def __len__(self) -> int:
         return len(self.stamps_s)
 
+    def in_band(self, node: int, band_m: float) -> np.ndarray:
+        """Return which nodes (k,) were at a node's height within a band, as far as heights are known."""
+        heights_m = np.array([scan.height_m for scan in self.scans])
+        return ~(np.abs(heights_m - heights_m[node]) > band_m)  # NaN is in every band
+
     def map_of(self, poses_in_map: np.ndarray, first: int) -> MapDraft:
         """Return a new map of the scans from the ``first`` on, at poses (k, 3) of all nodes."""
         draft = MapDraft(self.filter_parameters, self.starting_map, first)

@@ -201,7 +201,8 @@ class Stages:
 
     def _revisit(self, snapshot: Snapshot, node: int) -> Revisit:
         counted = [self._matches.matches[index] for index in self._counted]
-        return Revisit(self._path, node, counted, snapshot.is_usable, snapshot.first_in_map)
+        is_usable = snapshot.is_usable & snapshot.in_band(node, self._parameters.height_band_m)
+        return Revisit(self._path, node, counted, is_usable, snapshot.first_in_map)
 
     def _matched(self, candidates: list[Candidate], recent: LocalMap) -> list[Match]:
         tried = (match(each, self._path, recent, self._maps, self._parameters) for each in candidates)

@@ -52,6 +52,7 @@ class ScanLinks:
     def __init__(self, parameters: LoopClosureParameters) -> None:
         self._parameters = parameters
         self._surfaces = ScanSurfaces()
+        self._heights_m: list[float] = []
         self._back: dict[tuple[int, int], Edge] = {}
         self._passes: dict[tuple[int, int], Edge] = {}
         self._failed: dict[tuple[int, int], np.ndarray] = {}
@@ -105,6 +106,7 @@ class ScanLinks:
         p = self._parameters
         for node in range(len(self._surfaces), len(scans)):
             self._surfaces.append(surfaces_of(scans[node], p.link_range_m))
+            self._heights_m.append(scans[node].height_m)
         for newer in range(len(self._information), len(scans)):
             self._information.append(NOTHING)
             if newer > 0:
@@ -159,8 +161,15 @@ class ScanLinks:
         p = self._parameters
         nearest = nearest_earlier(poses, way_m, first, p.link_radius_m, p.link_separation_m, PASSES_MAX)
         return [
-            (older, first + i) for i, nodes in enumerate(nearest.tolist()) for older in nodes if older >= 0
+            (older, first + i)
+            for i, nodes in enumerate(nearest.tolist())
+            for older in nodes
+            if older >= 0 and self._are_one_slice(older, first + i)
         ]
+
+    def _are_one_slice(self, older: int, newer: int) -> bool:
+        apart_m = abs(self._heights_m[older] - self._heights_m[newer])
+        return not apart_m > self._parameters.height_band_m  # NaN is in every band
 
     def agrees(self, poses: np.ndarray, way_m: np.ndarray, within_m: float) -> bool:
         """Return whether the newest scan fits one of another pass at the present poses (k, 3)."""
@@ -194,6 +203,7 @@ class ScanLinks:
         for pairs in (*state.back[:2], *state.passes[:2], np.array(state.failed, int)):
             require_indices(pairs, nodes - 1, "the links' nodes")
         self._surfaces, self._stacked = ScanSurfaces(), Edges.of([])
+        self._heights_m = []
         self._is_spanned, self._information = bytearray(max(0, nodes - 1)), [NOTHING] * nodes
         self._back = {}
         for edge in state.back.each():
