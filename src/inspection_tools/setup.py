@@ -10,6 +10,8 @@ setup(
     **generate_distutils_setup(
         packages=[
             "inspection_tools",
+            "inspection_tools.exploration",
+            "inspection_tools.exploration.kernels",
             "inspection_tools.planning",
             "inspection_tools.planning.kernels",
             "inspection_tools.yaw",

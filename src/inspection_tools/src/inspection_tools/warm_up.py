@@ -1,4 +1,4 @@
-"""Compiles the path planner's kernels ahead of the first plan: ``python -m inspection_tools.warm_up``."""
+"""Compiles planner and explorer ahead of the first plan: ``python -m inspection_tools.warm_up``."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import time
 import numpy as np
 
 from inspection_tools.errors import NoPathError
+from inspection_tools.exploration.explorer import Explorer
 from inspection_tools.planning.planner import PathPlanner
 from inspection_tools.planning.voxel_grid import FREE, OCCUPIED
 
@@ -14,12 +15,13 @@ SIDE = 16
 
 
 def warm_up() -> float:
-    """Plan in a small room, and through a wall; return the seconds that it took."""
+    """Plan and explore in a small room, and plan through a wall; return the seconds that it took."""
     start = time.perf_counter()
     planner = PathPlanner()
     kinds = np.full((SIDE, SIDE, SIDE), FREE, np.uint8)
     planner.update_map(0.2, SIDE, np.zeros((1, 3), np.int64), kinds.reshape(1, -1))
     planner.is_clear(planner.plan(np.array((0.9, 1.5, 1.5)), np.array((2.1, 1.5, 1.5))).points_m)
+    Explorer().decide(planner.space(0.0, np.array((0.9, 1.5, 1.5))), np.array((0.9, 1.5, 1.5)))
     kinds[:, :, SIDE // 2] = OCCUPIED
     planner.update_map(0.2, SIDE, np.zeros((1, 3), np.int64), kinds.reshape(1, -1))
     try:

@@ -101,7 +101,7 @@ class PathPlanner:
             NoPathError: there is no path; the sentence says what blocks it.
         """
         start_m, goal_m = _place("start", start_m), _place("goal", goal_m)
-        space = self._space(stamp_s, start_m)
+        space = self.space(stamp_s, start_m)
         refusals.require_start(space, start_m)
         refusals.require_goal(space, goal_m)
         cost, came = _search(space, start_m, goal_m)
@@ -115,7 +115,7 @@ class PathPlanner:
 
     def is_clear(self, points_m: np.ndarray, stamp_s: float = 0.0) -> bool:
         """Return whether a path's legs (n, 3), begun at the UAV, still keep what `plan` promises."""
-        space = self._space(stamp_s, points_m[0])
+        space = self.space(stamp_s, points_m[0])
         if any(space.grid.index_of(place_m) is None for place_m in points_m):
             return False
         inner = [space.inner(place_m) for place_m in points_m]
@@ -127,7 +127,8 @@ class PathPlanner:
         reach = min(math.ceil(reach_m / grid.resolution_m) + 1, REACH_MAX)
         return ClearanceMap(grid, reach, self._limits.boxes)
 
-    def _space(self, stamp_s: float, start_m: np.ndarray) -> Space:
+    def space(self, stamp_s: float, start_m: np.ndarray) -> Space:
+        """Return what the UAV may fly through from a start (x, y, z); raises NoPathError without a map."""
         if self._map is None:
             raise NoPathError("There is no map yet.")
         grid = self._map.grid

@@ -1,0 +1,57 @@
+"""What the explorer is made with."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from inspection_tools.checks import check_number
+from inspection_tools.errors import ParameterError
+
+
+@dataclass(frozen=True)
+class ExplorerParameters:
+    """The lidar, and what an exploration is worth.
+
+    Attributes:
+        elevation_min, elevation_max: Of the lowest and of the highest beam of the level lidar, rad. It sees
+            all around.
+        reach: Nothing is expected to be seen from farther than this, m.
+        near: Nothing nearer than this is seen, m.
+        cell: Unknown places within a cube of this side count together, m.
+        spacing: Between places from which the UAV could look, m.
+        worth_min: A view is worth a flight if it shows so many m2 of the border of what is known.
+        speed: Of the UAV, m/s.
+        pause: Time that each view costs besides the way, s.
+        keep: The UAV goes on to its present goal unless another one is worth so many times as much a second.
+
+    Raises:
+        ParameterError: a value out of range.
+    """
+
+    elevation_min: float = -math.radians(15.0)
+    elevation_max: float = math.radians(15.0)
+    reach: float = 10.0
+    near: float = 0.5
+    cell: float = 0.8
+    spacing: float = 0.8
+    worth_min: float = 0.2
+    speed: float = 1.0
+    pause: float = 2.0
+    keep: float = 1.5
+
+    def __post_init__(self) -> None:
+        check_number("elevation_min", self.elevation_min, -math.pi / 2, math.pi / 2)
+        check_number("elevation_max", self.elevation_max, -math.pi / 2, math.pi / 2)
+        if self.elevation_min > self.elevation_max:
+            raise ParameterError(
+                f"elevation_min {self.elevation_min:g} is above elevation_max {self.elevation_max:g}."
+            )
+        check_number("reach", self.reach, 0.5, 200.0)
+        check_number("near", self.near, 0.0, self.reach)
+        check_number("cell", self.cell, 0.05, 10.0)
+        check_number("spacing", self.spacing, 0.05, 10.0)
+        check_number("worth_min", self.worth_min, 0.0, 1e3)
+        check_number("speed", self.speed, 0.01, 20.0)
+        check_number("pause", self.pause, 0.0, 60.0)
+        check_number("keep", self.keep, 1.0, 100.0)

@@ -1,0 +1,93 @@
+"""An exploration ends, and only when nothing that the UAV can reach is left to see."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+from voxel_room import PLANNER, SIDE_M, TILE, Flight, beams, room
+
+from inspection_tools.errors import ParameterError
+from inspection_tools.exploration import Explorer, ExplorerParameters
+from inspection_tools.exploration.explorer import Why
+from inspection_tools.planning import FREE, UNKNOWN
+
+LIDAR = {"spacing": 0.4, "reach": 8.0}
+
+
+def explored(filled, start_m, **lidar):
+    flight = Flight(filled, start_m, **lidar)
+    decision, _ = flight.explore(Explorer(ExplorerParameters(**LIDAR)))
+    return flight, decision
+
+
+def reachable(flight):
+    """Where the UAV fits in the true world: a flood fill from its start, without the explorer's code."""
+    fits = ndimage.distance_transform_edt(~flight.filled) * SIDE_M >= PLANNER.clearance_m + SIDE_M
+    labels, _ = ndimage.label(fits, np.ones((3, 3, 3)))
+    x, y, z = (flight.places_m[0] / SIDE_M).astype(int)
+    return labels == labels[z, y, x]
+
+
+def test_two_rooms_with_a_door_of_1_2_m_are_known_at_the_end():
+    wall = [((3.0, 0.0, 0.0), (3.2, 2.0, 2.4)), ((3.0, 3.2, 0.0), (3.2, 4.6, 2.4))]
+    flight, decision = explored(room((6.2, 4.6, 2.4), wall), (1.3, 1.3, 1.2))
+    assert decision.goal_m is None
+    assert not decision.is_shut_in
+    known = flight.kinds != UNKNOWN
+    assert known[~flight.filled].mean() > 0.99
+
+
+@settings(max_examples=4, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_nothing_reachable_is_unknown_when_it_says_so(seed):
+    """In rooms with boxes: all places where the UAV fits are known to be free."""
+    rng = np.random.default_rng(seed)
+    boxes = [
+        ((x, y, 0.0), (x + w, y + d, h))
+        for x, y, w, d, h in rng.uniform((2.4, 0.4, 0.4, 0.4, 0.4), (5.0, 4.0, 1.2, 1.2, 2.4), (3, 5))
+    ]
+    flight, _ = explored(room((7.0, 6.0, 2.4), boxes), (1.2, 3.0, 1.2))
+    assert (flight.kinds[reachable(flight)] == FREE).all()
+
+
+def test_what_no_beam_shows_is_named():
+    """A lidar of one ring knows one layer, and the explorer says why the rest stays unknown."""
+    flight = Flight(room((5.0, 5.0, 4.0)), (1.5, 1.5, 1.2), directions=beams(rings=1, elevation_rad=0.0))
+    level = ExplorerParameters(**LIDAR, elevation_min=0.0, elevation_max=0.0)
+    decision, _ = flight.explore(Explorer(level))
+    assert decision.goal_m is None
+    assert decision.leftovers or decision.is_shut_in
+
+
+def test_a_slit_that_the_uav_does_not_fit_through_is_named():
+    wall = [((3.0, 0.0, 0.0), (3.2, 2.2, 2.4)), ((3.0, 2.4, 0.0), (3.2, 5.0, 2.4))]
+    flight, decision = explored(room((8.0, 5.0, 2.4), wall), (1.3, 1.3, 1.2))
+    behind = [left for left in decision.leftovers if left.place_m[0] > 3.4]
+    assert sum(left.area_m2 for left in behind) > 1.0
+    assert {left.why for left in behind} <= {Why.NO_ROOM, Why.NO_BEAM, Why.IN_VAIN, Why.SMALL}
+    assert max(place[0] for place in flight.places_m) < 3.0
+
+
+def test_a_uav_that_fits_nowhere_is_shut_in_and_nothing_is_said_to_be_explored():
+    flight = Flight(room((2.0, 2.0, 2.0)), (1.0, 1.0, 1.0))
+    flight.kinds[:] = np.where(flight.kinds == FREE, UNKNOWN, flight.kinds)
+    flight.kinds[5, 5, 5] = FREE
+    flight.planner.update_map(SIDE_M, TILE, np.zeros((1, 3), int), flight.kinds.reshape(1, -1))
+    decision = Explorer(ExplorerParameters(**LIDAR)).decide(flight.space(), flight.place_m)
+    assert decision.is_shut_in
+    assert decision.goal_m is None
+
+
+@pytest.mark.parametrize("name", ["reach", "cell", "spacing", "speed", "keep", "worth_min", "elevation_min"])
+def test_parameters_that_make_no_sense_are_refused(name):
+    for value in (-5.0, math.nan, "1"):
+        with pytest.raises(ParameterError, match=name):
+            ExplorerParameters(**{name: value})
+
+
+def test_beams_from_above_to_below_are_refused():
+    with pytest.raises(ParameterError, match="is above elevation_max"):
+        ExplorerParameters(elevation_min=0.3, elevation_max=0.1)

@@ -1,0 +1,102 @@
+"""Sight between voxels, frontiers and the lattice, each against a slow and obvious reference."""
+
+import math
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from inspection_tools.exploration.frontiers import frontier_voxels, in_cells
+from inspection_tools.exploration.kernels.lattice import NEIGHBOURS, open_edges
+from inspection_tools.exploration.kernels.views import is_open, seen_from
+from inspection_tools.planning import FREE, UNKNOWN
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def drawn_kinds(rng, free=0.9, shape=(6, 7, 8)):
+    return np.where(rng.random(shape) < free, FREE, rng.integers(0, 3, shape)).astype(np.uint8)
+
+
+def run_through(a, b):
+    """The voxels that a line between two voxels' centres runs through."""
+    points = np.asarray(a) + 0.5 + np.linspace(0.0, 1.0, 4001)[:, None] * (np.asarray(b) - a)
+    inside = np.abs(points - np.round(points)).min(axis=1) > 1e-3
+    return {tuple(voxel) for voxel in np.floor(points[inside]).astype(int).tolist()}
+
+
+@settings(max_examples=60, deadline=None)
+@given(SEEDS)
+def test_a_view_is_open_if_all_that_it_runs_through_is_free(seed):
+    rng = np.random.default_rng(seed)
+    kinds = drawn_kinds(rng)
+    a, b = rng.integers(0, kinds.shape), rng.integers(0, kinds.shape)
+    assert is_open(kinds, a, b) == all(kinds[voxel] == FREE for voxel in run_through(a, b))
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_a_place_shows_the_cells_within_reach_and_beams(seed):
+    rng = np.random.default_rng(seed)
+    kinds = drawn_kinds(rng)
+    places, cells = (rng.integers(0, kinds.shape, (n, 3)) for n in (4, 9))
+    counts, is_seen = rng.integers(1, 50, 9), np.zeros(9, bool)
+    gains = seen_from(kinds, places, cells, counts, (-0.3, 0.2), (1.0, 6.0), is_seen)
+    expected, seen = np.zeros(4, int), np.zeros(9, bool)
+    for n, place in enumerate(places):
+        for m, cell in enumerate(cells):
+            dz, level = cell[0] - place[0], math.hypot(*(cell - place)[1:])
+            in_beams = -0.3 * level - 0.5 <= dz <= 0.2 * level + 0.5
+            if in_beams and 1.0 <= math.dist(place, cell) <= 6.0 and is_open(kinds, place, cell):
+                expected[n] += counts[m]
+                seen[m] = True
+    np.testing.assert_array_equal(gains, expected)
+    np.testing.assert_array_equal(is_seen, seen)
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_frontiers_are_free_voxels_beside_unknown_ones(seed):
+    kinds = drawn_kinds(np.random.default_rng(seed), free=0.5)
+    expected = set()
+    for voxel in np.argwhere(kinds == FREE).tolist():
+        for axis in range(3):
+            for step in (-1, 1):
+                other = list(voxel)
+                other[axis] += step
+                outside = not 0 <= other[axis] < kinds.shape[axis]
+                if outside or kinds[tuple(other)] == UNKNOWN:
+                    expected.add(tuple(voxel))
+    assert {tuple(voxel) for voxel in frontier_voxels(kinds).tolist()} == expected
+
+
+def test_cells_count_their_voxels_and_stay_when_the_map_grows():
+    voxels = np.array([(0, 0, 0), (0, 0, 1), (0, 0, 2), (5, 5, 5)])
+    cells = in_cells(voxels, 3, np.zeros(3, int))
+    assert sorted(cells.counts.tolist()) == [1, 3]
+    assert cells.places[np.argmax(cells.counts)].tolist() == [0, 0, 1]
+    grown = in_cells(voxels + 7, 3, np.full(3, -7))
+    np.testing.assert_array_equal(grown.places, cells.places + 7)
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS, st.integers(1, 3))
+def test_edges_are_those_whose_voxels_all_keep_the_clearance(seed, spacing):
+    rng = np.random.default_rng(seed)
+    squares = rng.choice([1, 4, 9], (7, 6, 8), p=[0.15, 0.45, 0.4]).astype(np.uint16)
+    is_node = squares[::spacing, ::spacing, ::spacing] >= 4
+    numbers = np.full(is_node.shape, -1)
+    numbers[is_node] = np.arange(is_node.sum())
+    heads, tails, lengths = open_edges(squares, 4, numbers, spacing)
+    found = dict(zip(zip(heads.tolist(), tails.tolist()), lengths.tolist()))
+    expected = {}
+    for node in np.argwhere(is_node):
+        for step in NEIGHBOURS:
+            other = node + step
+            if (other < 0).any() or (other >= is_node.shape).any() or not is_node[tuple(other)]:
+                continue
+            between = [tuple(node * spacing + k * step) for k in range(1, spacing)]
+            if all(squares[voxel] >= 4 for voxel in between):
+                pair = int(numbers[tuple(node)]), int(numbers[tuple(other)])
+                expected[pair] = spacing * math.sqrt(float((step**2).sum()))
+    assert found == expected
