@@ -35,6 +35,11 @@ def test_beams_without_return_are_free_as_far_as_lidar_and_map_reach():
     assert len(points_of_scan([4.0, math.inf], (0.0, 0.1), LIMITS_M, 30.0)) == 1  # the lidar sees 10 m only
 
 
+def test_a_range_that_a_message_has_rounded_down_is_the_maps_range():
+    limits_m = (0.02, float(np.float32(5.6)))  # below 5.6
+    assert len(points_of_scan([math.inf], (0.0, 0.1), limits_m, 5.6)) == 1
+
+
 def test_motion_during_a_scan_is_undone_beam_by_beam():
     turn, way_m = np.array((0.02, 0.12, -0.05)), np.array((0.03, -0.01, 0.02))
     last = Pose(Rotation.from_rotvec(turn).as_matrix(), way_m)

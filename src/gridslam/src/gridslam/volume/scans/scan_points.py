@@ -16,6 +16,9 @@ BEYOND = 2.0
 Much farther, because scans that are gathered into one cloud have rays from places a little apart.
 """
 
+ROUNDING = 1.0 + 1e-6
+"""A message rounds its greatest range to float32, which may fall below the same number of a parameter."""
+
 
 def points_of_scan(
     ranges_m: np.ndarray,
@@ -47,7 +50,7 @@ def points_of_scan(
     if not (all(map(math.isfinite, angles_rad)) and 0.0 <= least_m < greatest_m):
         raise ScanError("The angles of a scan are not finite, or its ranges not 0 <= min < max.")
     counts = (ranges_m >= least_m) & (ranges_m <= greatest_m)
-    if 0.0 < free_up_to_m <= greatest_m:
+    if 0.0 < free_up_to_m <= greatest_m * ROUNDING:
         no_return = ranges_m > greatest_m
         counts |= no_return
         ranges_m = np.where(no_return, BEYOND * free_up_to_m, ranges_m)
