@@ -10,6 +10,7 @@ setup(
     **generate_distutils_setup(
         packages=[
             "inspection_tools",
+            "inspection_tools.energy",
             "inspection_tools.exploration",
             "inspection_tools.exploration.kernels",
             "inspection_tools.planning",

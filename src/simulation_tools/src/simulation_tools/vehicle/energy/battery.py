@@ -147,6 +147,7 @@ class Battery:
         self._charge_ah = share * self._capacity_ah
         self._consumed_ah = self._current_a = 0.0
         self._mean_current_a: float | None = None
+        self._reading: BatteryReading | None = None
 
     @property
     def remaining(self) -> float:
@@ -174,6 +175,7 @@ class Battery:
 
     def draw(self, power_w: float, dt_s: float) -> None:
         """Give a power for dt_s; an empty battery gives none."""
+        self._reading = None
         current_a = 0.0 if self.is_empty else self.current_at(power_w)
         drawn_ah = min(current_a * dt_s / S_PER_H, self._charge_ah)
         self._charge_ah -= drawn_ah
@@ -186,13 +188,17 @@ class Battery:
     @property
     def reading(self) -> BatteryReading:
         """What its monitor tells."""
-        p = self.parameters
-        mean_a = self._mean_current_a
+        if self._reading is None:
+            self._reading = self._read()
+        return self._reading
+
+    def _read(self) -> BatteryReading:
+        p, remaining, mean_a = self.parameters, self.remaining, self._mean_current_a
         return BatteryReading(
-            voltage_v=p.open_circuit_voltage_v(self.remaining) - p.resistance_ohm * self._current_a,
+            voltage_v=p.open_circuit_voltage_v(remaining) - p.resistance_ohm * self._current_a,
             current_a=self._current_a,
             consumed_mah=1e3 * self._consumed_ah,
-            remaining=self.remaining,
+            remaining=remaining,
             cells=p.cells,
             time_remaining_s=S_PER_H * self._charge_ah / mean_a if mean_a else None,
             temperature_c=self._start.temperature_c,

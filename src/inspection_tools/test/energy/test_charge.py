@@ -1,0 +1,79 @@
+"""The charge from readings that are coarse, wrong or missing."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from inspection_tools.energy import Charge, EnergyParameters
+
+P = EnergyParameters()
+ANY = st.one_of(st.floats(), st.floats(-0.5, 1.5))
+
+
+def told(*readings):
+    charge = Charge(P)
+    sentences = [charge.offer(*reading) for reading in readings]
+    return charge, sentences
+
+
+def test_before_the_first_reading_nothing_is_known():
+    charge, _ = told()
+    assert (charge.at(5.0), charge.heard_s, charge.rate_per_s) == (None, None, 1.0 / 600.0)
+
+
+def test_between_readings_it_drains_at_the_supposed_rate():
+    charge, _ = told((0.0, 0.9))
+    assert charge.at(30.0) == pytest.approx(0.9 - 30.0 / 600.0)
+    assert charge.at(1e6) == 0.0
+
+
+def test_the_rate_is_measured_over_the_window_and_errs_to_the_safe_side():
+    """1 % every 4 s; the window of 90 s holds 92 s of it: 23 % and the resolution."""
+    charge, _ = told(*((4.0 * i, 1.0 - 0.01 * i) for i in range(51)))
+    assert charge.rate_per_s == pytest.approx(0.24 / 92.0)
+    assert charge.rate_per_s >= 0.01 / 4.0
+
+
+def test_a_frozen_charge_drains_on_at_no_less_than_half_the_supposed_rate():
+    charge, sentences = told(*((2.0 * i, 0.8) for i in range(200)))
+    assert not any(sentences)
+    assert charge.at(398.0) <= 0.8 - 398.0 * 0.5 / 600.0
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -0.01, 1.2])
+def test_what_is_no_charge_is_told_and_does_not_count(value):
+    charge, sentences = told((0.0, 0.9), (2.0, value))
+    assert sentences[0] == ""
+    assert sentences[1].endswith("not a number from 0 to 1, so the last good one counts.")
+    assert charge.heard_s == 0.0
+
+
+def test_a_jump_up_is_told_and_does_not_count():
+    charge, sentences = told((0.0, 0.31), (2.0, 0.8), (4.0, 0.34))
+    assert (
+        sentences[1] == "The battery's charge jumped up from 31% to 80% in flight, so the lower one counts."
+    )
+    assert sentences[2] == ""  # a battery's voltage recovers a little
+    assert charge.heard_s == 4.0
+    assert charge.at(4.0) < 0.31
+
+
+def test_an_old_reading_does_not_count():
+    _, sentences = told((10.0, 0.5), (9.0, 0.4))
+    assert sentences[1] == "The battery's reading is older than one before it, so it does not count."
+
+
+@given(st.lists(st.tuples(st.floats(0.0, 20.0), ANY), max_size=60))
+def test_the_charge_never_exceeds_a_reading_that_is_believed(steps):
+    charge, now_s, least = Charge(P), 0.0, 1.0
+    for dt_s, value in steps:
+        now_s += dt_s
+        if not charge.offer(now_s, value):
+            least = min(least, value)
+        present = charge.at(now_s)
+        assert present is None or 0.0 <= present <= least
+        assert 0.5 / P.endurance <= charge.rate_per_s < math.inf
