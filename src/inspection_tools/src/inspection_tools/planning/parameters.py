@@ -29,7 +29,7 @@ class PlannerParameters:
     margin: float = 0.2
     comfort: float = 0.5
     preference: float = 0.5
-    closed_radius: float = 0.5
+    closed_radius: float = 1.0
     closed_time: float = 30.0
 
     def __post_init__(self) -> None:

@@ -22,6 +22,8 @@ from inspection_tools.planning.voxel_grid import VoxelGrid
 
 WINDOW = 150
 """Voxels of a path that one leg may skip."""
+HALF_DIAGONAL = math.sqrt(3.0) / 2.0
+"""Of a voxel: its centre is at most so far from a place in it."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +162,7 @@ def _place(name: str, place_m: np.ndarray) -> np.ndarray:
 
 def _ahead_of(closure: Closure, start_m: np.ndarray, grid: VoxelGrid) -> Closure:
     """Return a closure that does not hold the UAV itself, so that it can always leave."""
-    away_m = math.dist(closure.place_m, start_m) - math.sqrt(3.0) * grid.resolution_m
+    away_m = math.dist(closure.place_m, start_m) - HALF_DIAGONAL * grid.resolution_m
     return replace(closure, radius_m=min(closure.radius_m, away_m))
 
 
