@@ -17,6 +17,11 @@ POSE = """
 x, y, yaw, roll, pitch, height, stamp = 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 1.0
 lidar_in_base = ((0.0, 0.0, 0.1), (0.0, 0.0, 0.0, 1.0))
 """
+ROOM = """
+import numpy as np
+tiles, voxels = np.argwhere(np.ones((2, 2, 2))), np.ones((8, 4096), np.uint8)
+start_m, goal_m = np.array((1.2, 1.5, 1.5)), np.array((1.8, 1.5, 1.5))
+"""
 PYTHON = {
     "src/stamp_pairing/README.md": ("", "paired.fresh('reference', 500_000_000, None) == (1.5, 0.0)"),
     "src/cepa/README.md": (GIVEN, "decision.velocity_xy != (0.0, 0.0)"),
@@ -25,6 +30,7 @@ PYTHON = {
         GIVEN + "stamp_s, position_m, yaw_rad = 1.0, (0.0, 0.0, 2.0), 0.0\n",
         "yaw_rate > 0.0 and not command.goal_reached",
     ),
+    "src/inspection_tools/doc/path_planner.md": (ROOM, "abs(plan.length_m - 0.6) < 1e-9"),
     "src/simulation_tools/README.md": (
         "",
         "abs(simulation.world.get_state('iris').pose.position_m[2] - 2.0) < 0.3 and not simulation.close()",

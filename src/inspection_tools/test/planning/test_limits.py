@@ -1,6 +1,7 @@
 """Keep-out boxes and the ceiling, from a file."""
 
 import math
+from pathlib import Path
 
 import pytest
 
@@ -21,6 +22,13 @@ def test_a_file_holds_boxes_and_a_ceiling(tmp_path):
     boxes = KeepOut((1, 2, 3), (4.5, 5, 6), "hatch"), KeepOut((-1, -1, -1), (0, 0, 0), "2")
     assert read_limits(path) == Limits(boxes, 8)
     assert parse_limits({}) == Limits((), math.inf)
+
+
+def test_the_page_shows_a_file_that_can_be_read(tmp_path):
+    page = Path(__file__).resolve().parents[2] / "doc" / "path_planner.md"
+    path = tmp_path / "limits.yaml"
+    path.write_text(page.read_text().split("```yaml\n")[1].split("```")[0])
+    assert read_limits(path) == Limits((KeepOut((10, -2, 6), (14, 2, 9), "hatch"),), 8.0)
 
 
 @pytest.mark.parametrize(

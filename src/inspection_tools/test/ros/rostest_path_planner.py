@@ -19,9 +19,8 @@ from nav_msgs.srv import GetPlan, GetPlanRequest
 from inspection_tools.msg import MissionActionGoal, MissionActionResult
 from node_tools.testing import Input, Output, Warned, wait_until
 
-HERE = Path(__file__).resolve().parent
-sys.path.insert(0, str(HERE))
-sys.path.insert(0, str(HERE.parent))
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from drawn_voxels import block, tiles_of
 from ros_probe import odometry_of
 
