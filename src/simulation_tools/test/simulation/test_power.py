@@ -47,17 +47,18 @@ def fly(simulation, seconds, until=lambda: False):
 
 
 @pytest.mark.parametrize(
-    ("model", "lidar", "mass_kg", "coefficient", "load_w"),
+    ("model", "lidar", "sensors", "mass_kg", "coefficient", "load_w"),
     [
-        ("iris", None, 1.5, C_IRIS, 10.0),
-        ("iris", "puck", 2.09, C_IRIS, 18.0),
-        ("small_quad", "ust", 1.33, C_SMALL, 13.6),
+        ("iris", None, (), 1.5, C_IRIS, 10.0),
+        ("iris", "puck", (), 2.09, C_IRIS, 18.0),
+        ("iris", "puck", ("camera", "lamp"), 2.27, C_IRIS, 40.5),
+        ("small_quad", "ust", (), 1.33, C_SMALL, 13.6),
     ],
 )
 @pytest.mark.flight
-def test_hover_draws_what_the_model_says(make, model, lidar, mass_kg, coefficient, load_w):
+def test_hover_draws_what_the_model_says(make, model, lidar, sensors, mass_kg, coefficient, load_w):
     """c (m g)^1.5 and the loads; the charge sinks by this power's share of the battery."""
-    simulation = make(model=model, lidar=lidar)
+    simulation = make(model=model, lidar=lidar, sensors=sensors)
     fly(simulation, 14.0)
     powers, before_mah = [], simulation.power.battery.reading.consumed_mah
     fly(simulation, 4.0, until=lambda: powers.append(simulation.power.power_w))
