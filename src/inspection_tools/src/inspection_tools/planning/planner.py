@@ -14,7 +14,7 @@ from inspection_tools.planning.closures import Closure, Closures
 from inspection_tools.planning.kernels.distances import REACH_MAX
 from inspection_tools.planning.kernels.neighbours import STEPS
 from inspection_tools.planning.kernels.pulling import leg_cost, pull
-from inspection_tools.planning.kernels.search import START, UNREACHED, search
+from inspection_tools.planning.kernels.search import DONE, START, UNREACHED, search
 from inspection_tools.planning.limits import Limits
 from inspection_tools.planning.parameters import PlannerParameters
 from inspection_tools.planning.space import Space
@@ -170,8 +170,8 @@ def _way_back(came: np.ndarray, goal: np.ndarray) -> np.ndarray:
     """Return the voxels (n, 3), z, y, x, from the start to the goal, by the steps that led to each."""
     voxel = tuple(goal.tolist())
     way = [voxel]
-    while came[voxel] != START:
-        voxel = tuple((np.array(voxel) - STEPS[came[voxel]]).tolist())
+    while came[voxel] % DONE != START:
+        voxel = tuple((np.array(voxel) - STEPS[came[voxel] % DONE]).tolist())
         way.append(voxel)
     return np.array(way[::-1], float)
 

@@ -9,7 +9,8 @@ import numpy as np
 from inspection_tools.planning.kernels.neighbours import LENGTHS, STEPS, may_step
 from kernel_cache.compiler import njit
 
-UNREACHED, START = -1, 26
+UNREACHED, START, DONE = -1, 26, 32
+"""In place of the number of a step, or added to it when a voxel's cost is final."""
 TIE = 1.0 + 1e-7
 """Factor of the estimate: of equal costs the voxel nearer to the goal comes first. The cost errs by this."""
 
@@ -63,44 +64,50 @@ def search(squares: np.ndarray, need: int, factors: np.ndarray, ends: np.ndarray
         need: squared clearance that the path keeps; see `may_step`.
         factors: (k,) at least 1, by squared clearance.
         ends: (2, 3) z, y, x of start and goal.
-        came: (d, h, w) int8, all UNREACHED. Filled with the number of the step that led to a voxel.
+        came: (d, h, w) int8, all UNREACHED. Filled with the number of the step that led to a voxel, or START,
+            plus DONE.
 
     Returns:
         The cost in voxels, or infinity: then `came` tells all that the start reaches.
     """
     depth, height, width = squares.shape
+    clearances, steps = squares.reshape(-1), came.reshape(-1)
     goal = (ends[1, 0], ends[1, 1], ends[1, 2])
-    costs = np.empty(squares.shape, np.float64)
-    is_done = np.zeros(squares.shape, np.bool_)
+    target = (goal[0] * height + goal[1]) * width + goal[2]
+    offsets = (STEPS[:, 0] * height + STEPS[:, 1]) * width + STEPS[:, 2]
+    costs = np.empty(squares.size, np.float64)
     keys, items = np.empty(1024, np.float64), np.empty(1024, np.int64)
-    z, y, x = ends[0, 0], ends[0, 1], ends[0, 2]
-    costs[z, y, x], came[z, y, x] = 0.0, START
-    keys[0], items[0] = 0.0, (z * height + y) * width + x
+    item = (ends[0, 0] * height + ends[0, 1]) * width + ends[0, 2]
+    costs[item], steps[item] = 0.0, START
+    keys[0], items[0] = 0.0, item
     size = 1
     while size > 0:
         item = items[0]
         size -= 1
         _drop_first(keys, items, size)
-        x, y, z = item % width, item // width % height, item // (width * height)
-        if is_done[z, y, x]:
+        if steps[item] >= DONE:
             continue
-        is_done[z, y, x] = True
-        if (z, y, x) == goal:
-            return costs[z, y, x]
-        here = squares[z, y, x]
+        steps[item] += DONE
+        cost = costs[item]
+        if item == target:
+            return cost
+        x, y, z = item % width, item // width % height, item // (width * height)
+        is_inner = 0 < z < depth - 1 and 0 < y < height - 1 and 0 < x < width - 1
+        here = clearances[item]
         for k in range(26):
             c, b, a = z + STEPS[k, 0], y + STEPS[k, 1], x + STEPS[k, 2]
-            if not (0 <= c < depth and 0 <= b < height and 0 <= a < width):
+            if not (is_inner or (0 <= c < depth and 0 <= b < height and 0 <= a < width)):
                 continue
-            there = squares[c, b, a]
-            if is_done[c, b, a] or not may_step(here, there, need):
+            other = item + offsets[k]
+            there = clearances[other]
+            if steps[other] >= DONE or not may_step(here, there, need):
                 continue
-            cost = costs[z, y, x] + 0.5 * LENGTHS[k] * (factors[here] + factors[there])
-            if came[c, b, a] != UNREACHED and cost >= costs[c, b, a]:
+            new = cost + 0.5 * LENGTHS[k] * (factors[here] + factors[there])
+            if steps[other] != UNREACHED and new >= costs[other]:
                 continue
-            costs[c, b, a], came[c, b, a] = cost, k
+            costs[other], steps[other] = new, k
             if size == keys.size:
                 keys, items = np.concatenate((keys, keys)), np.concatenate((items, items))
-            _push(keys, items, size, cost + TIE * _estimate(c, b, a, goal), (c * height + b) * width + a)
+            _push(keys, items, size, new + TIE * _estimate(c, b, a, goal), other)
             size += 1
     return math.inf
