@@ -239,3 +239,28 @@ def test_wrong_parameters_are_refused(field, value):
 
 def test_letters_draw_what_they_say():
     assert kinds_of("?.# ...").tolist() == [[[0, 1, 2], [1, 1, 1]]]
+
+
+def test_what_is_taken_as_free_opens_the_unknown_but_no_obstacle():
+    kinds = block(12, 12, 24)
+    kinds[:, :, :8] = 0
+    kinds[6, 6, 5] = 2
+    planner = planner_on(kinds, SLIM)
+    ends = (3.5, 3.5, 6.5), (15.5, 3.5, 6.5)
+    with pytest.raises(NoPathError, match=r"start .* is in unknown space"):
+        planner.plan(*ends)
+    planner.take_as_free((3.5, 3.5, 6.5), 3.4)
+    planner.take_as_free((6.5, 3.5, 6.5), 3.4)
+    assert planner.plan(*ends).length_m == pytest.approx(12.0)
+    with pytest.raises(NoPathError, match=r"goal .* is in an obstacle"):
+        planner.plan(ends[0], (5.5, 6.5, 6.5))
+    planner.update_map(1.0, SIDE, *tiles_of(np.where(kinds == 0, 2, kinds)))  # then the map knows better
+    with pytest.raises(NoPathError, match=r"start .* is in an obstacle"):
+        planner.plan(*ends)
+
+
+def test_a_ball_that_is_taken_as_free_may_lie_beyond_the_map():
+    planner = planner_on(block(8, 8, 8), SLIM)
+    planner.take_as_free((-6.0, 4.0, 4.0), 4.0)
+    planner.take_as_free((-2.0, 4.0, 4.0), 4.0)
+    assert planner.plan((-6.5, 3.5, 3.5), (5.5, 3.5, 3.5)).length_m == pytest.approx(12.0)

@@ -8,7 +8,7 @@ import numpy as np
 
 from inspection_tools.planning.kernels.distances import squared_clearances
 from inspection_tools.planning.limits import KeepOut
-from inspection_tools.planning.voxel_grid import FREE, VoxelGrid, placed
+from inspection_tools.planning.voxel_grid import VoxelGrid, placed
 
 BLOCK = 64
 """Voxels along the side of a block that is computed at once."""
@@ -35,6 +35,12 @@ class ClearanceMap:
         """Remember that tiles (n, 3), x, y, z, of the grid have changed."""
         side = self.grid.side
         self._changed += [(tile * side, (tile + 1) * side) for tile in np.asarray(tiles, np.int64)]
+
+    def take_as_free(self, place_m: np.ndarray, radius_m: float) -> None:
+        """See `VoxelGrid.take_as_free`."""
+        changed = self.grid.take_as_free(place_m, radius_m)
+        if changed is not None:
+            self._changed.append(changed)
 
     def squares(self) -> np.ndarray:
         """Return the squared distances (d, h, w), z first, uint16, at most reach**2; 0: blocked."""
@@ -70,7 +76,7 @@ class ClearanceMap:
         blocked = np.ones(high - low, bool)
         first, last = np.maximum(low, 0), np.minimum(high, self._squares.shape)
         inside = tuple(map(slice, (first - low).tolist(), (last - low).tolist()))
-        blocked[inside] = self.grid.kinds[tuple(map(slice, first.tolist(), last.tolist()))] != FREE
+        blocked[inside] = ~self.grid.is_free(tuple(map(slice, first.tolist(), last.tolist())))
         for box in self._boxes:
             corners = np.array((box.low_m, box.high_m)) / self.grid.resolution_m
             begin = np.floor(corners[0]).astype(np.int64) - self._corner

@@ -83,6 +83,18 @@ class PathPlanner:
         grid.update(tiles, voxels)
         self._map = self._clearances_on(grid)
 
+    def take_as_free(self, place_m: np.ndarray, radius_m: float) -> None:
+        """Let what is unknown around a place (x, y, z) count as free: where the UAV is, or takes off.
+
+        A level lidar does not see what is above and below it. Occupied voxels stay occupied.
+
+        Raises:
+            PoseError: the place is not finite.
+            MapError: the place is too far from the map.
+        """
+        if self._map is not None:
+            self._map.take_as_free(_place("place", place_m), radius_m)
+
     def clear_map(self) -> None:
         """Forget the map, but not what is closed."""
         self._map = None

@@ -10,7 +10,7 @@ from inspection_tools.errors import NoPathError
 from inspection_tools.planning.kernels.search import UNREACHED
 from inspection_tools.planning.kernels.widest import narrowest_place
 from inspection_tools.planning.space import Space
-from inspection_tools.planning.voxel_grid import FREE, OCCUPIED
+from inspection_tools.planning.voxel_grid import OCCUPIED
 
 
 def require_start(space: Space, start_m: np.ndarray) -> None:
@@ -73,7 +73,7 @@ def _blocker(space: Space, place_m: np.ndarray) -> str:
         if box.holds(place_m):
             return f"the keep-out box {box.name}".rstrip()
     index = grid.index_of(place_m)
-    if index is None or grid.kinds[index] != FREE:
+    if index is None or not grid.is_free(index):
         is_occupied = index is not None and grid.kinds[index] == OCCUPIED
         return "an obstacle" if is_occupied else "unknown space"
     for closure in space.closed:

@@ -20,6 +20,7 @@ class VoxelGrid:
     Attributes:
         resolution_m: side of a voxel. side: voxels along a tile.
         corner: (3,) x, y, z of the first voxel. kinds: (d, h, w), z first: UNKNOWN, FREE or OCCUPIED.
+        is_taken_as_free: (d, h, w) where UNKNOWN counts as FREE.
 
     Raises:
         MapError: the resolution or the side is not positive.
@@ -31,6 +32,7 @@ class VoxelGrid:
         self.resolution_m, self.side = resolution_m, side
         self.corner = np.zeros(3, np.int64)
         self.kinds = np.zeros((0, 0, 0), np.uint8)
+        self.is_taken_as_free = np.zeros((0, 0, 0), bool)
 
     def update(self, tiles: np.ndarray, voxels: np.ndarray) -> None:
         """Take over tiles.
@@ -71,9 +73,33 @@ class VoxelGrid:
             raise MapError(
                 f"The tiles span {' x '.join(map(str, size.tolist()))} voxels, too many for a plan."
             )
-        kinds = np.zeros(size[::-1], np.uint8)
-        kinds[placed(self.corner - low, self.kinds.shape)] = self.kinds
-        self.corner, self.kinds = low, kinds
+        old = placed(self.corner - low, self.kinds.shape)
+        kinds, is_taken_as_free = np.zeros(size[::-1], np.uint8), np.zeros(size[::-1], bool)
+        kinds[old], is_taken_as_free[old] = self.kinds, self.is_taken_as_free
+        self.corner, self.kinds, self.is_taken_as_free = low, kinds, is_taken_as_free
+
+    def take_as_free(self, place_m: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray] | None:
+        """Let unknown voxels count as free whose centres are in a ball around a place (x, y, z).
+
+        Returns:
+            The voxels x, y, z from which and before which something may have changed; None if nothing has.
+        """
+        centre = np.asarray(place_m) / self.resolution_m
+        reach = radius_m / self.resolution_m
+        low, high = np.floor(centre - reach).astype(np.int64), np.ceil(centre + reach).astype(np.int64)
+        self._cover(low // self.side * self.side, -(-high // self.side) * self.side)
+        part = placed(low - self.corner, tuple((high - low)[::-1]))
+        axes = [(np.arange(a, b) + 0.5 - c) ** 2 for a, b, c in zip(low, high, centre)][::-1]
+        is_inside = axes[0][:, None, None] + axes[1][:, None] + axes[2] <= reach**2
+        if not (is_inside & ~self.is_taken_as_free[part]).any():
+            return None
+        self.is_taken_as_free[part] |= is_inside
+        return low, high
+
+    def is_free(self, part: tuple[slice, ...] | tuple[int, int, int]) -> np.ndarray:
+        """Return which voxels of a part (z, y, x) are free, or taken as free."""
+        kinds = self.kinds[part]
+        return (kinds == FREE) | ((kinds == UNKNOWN) & self.is_taken_as_free[part])
 
     @property
     def shape_xyz(self) -> np.ndarray:
