@@ -23,7 +23,10 @@ DOOR_M = (1.4, 2.2)
 """Width and height."""
 
 
-def fill(kinds: np.ndarray, low_m: np.ndarray, high_m: np.ndarray, voxel_m: float, kind: int) -> None:
+Corner = np.ndarray | tuple[float, float, float]
+
+
+def fill(kinds: np.ndarray, low_m: Corner, high_m: Corner, voxel_m: float, kind: int) -> None:
     """Set the kind of the voxels (z, y, x) in a box with corners x, y, z."""
     low, high = (np.rint(np.asarray(corner) / voxel_m).astype(int)[::-1] for corner in (low_m, high_m))
     kinds[tuple(map(slice, low.tolist(), high.tolist()))] = kind
