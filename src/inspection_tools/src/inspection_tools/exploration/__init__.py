@@ -3,7 +3,7 @@
 The map and the ways are those of `planning`.
 """
 
-from inspection_tools.exploration.explorer import Decision, Explorer, Leftover
+from inspection_tools.exploration.explorer import Decision, Explorer, Leftover, Why
 from inspection_tools.exploration.parameters import ExplorerParameters
 
-__all__ = ["Decision", "Explorer", "ExplorerParameters", "Leftover"]
+__all__ = ["Decision", "Explorer", "ExplorerParameters", "Leftover", "Why"]

@@ -17,8 +17,10 @@ from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.planning.space import Space
 
-TRIES = 2
-"""A cell that is the same after so many views of it is left."""
+NEAR, FAR = 1.0, 0.5
+"""What a view in vain from the nearer half of the lidar's reach counts, and one from the other half."""
+TRIES = 1.0
+"""A cell is left after views in vain that count so much."""
 SAME = 0.8
 """A cell has not changed if it still has this share of its frontier voxels."""
 VIEWS_M = 1.2
@@ -73,8 +75,8 @@ class Explorer:
     def __init__(self, parameters: ExplorerParameters | None = None):
         self._p = parameters or ExplorerParameters()
         self._goal_m: np.ndarray | None = None
-        self._tried: dict[tuple[int, ...], tuple[int, int]] = {}
-        """By cell: its frontier voxels when it was looked at, and how often it was in vain."""
+        self._tried: dict[tuple[int, ...], tuple[int, float]] = {}
+        """By cell: its frontier voxels when it was looked at, and what the views in vain count."""
 
     def decide(self, space: Space, place_m: np.ndarray) -> Decision:
         """Return what to do from a place (x, y, z).
@@ -107,16 +109,20 @@ class Explorer:
 
     def _note_view(self, space: Space, place_m: np.ndarray, cells: Frontiers, side: int) -> None:
         """At the goal: count the cells that were looked at in vain."""
-        here = space.grid.index_of(place_m)
-        if self._goal_m is None or here is None or math.dist(place_m, self._goal_m) > self._p.spacing:
+        if self._goal_m is None or math.dist(place_m, self._goal_m) > self._p.spacing:
             return
-        for number in range(len(cells.counts)):
+        here, goal = space.grid.index_of(place_m), space.grid.index_of(self._goal_m)
+        if here is None or goal is None:
+            return
+        is_seen = np.zeros(len(cells.counts), bool)
+        self._gains(space, np.array((here, goal)), cells, is_seen)
+        for number in np.flatnonzero(is_seen):
             one = Frontiers(cells.places[number : number + 1], cells.counts[number : number + 1])
-            if not self._gains(space, np.array([here]), one, np.zeros(1, bool))[0]:
-                continue
             key, count = self._key(space, one.places[0], side), int(one.counts[0])
-            before, tries = self._tried.get(key, (count + 1, 0))
-            self._tried[key] = (count, tries + 1) if count >= SAME * before else (count, 1)
+            far_m = math.dist(here, one.places[0]) * space.grid.resolution_m
+            view = NEAR if far_m <= self._p.reach / 2 else FAR
+            before, tries = self._tried.get(key, (count, 0.0))
+            self._tried[key] = (count, (tries if count >= SAME * before else 0.0) + view)
         self._goal_m = None
 
     @staticmethod
@@ -127,7 +133,7 @@ class Explorer:
         """Return (m,) whether cells were looked at often enough, and have not changed."""
         is_left = np.zeros(len(cells.counts), bool)
         for number, (place, count) in enumerate(zip(cells.places, cells.counts.tolist())):
-            before, tries = self._tried.get(self._key(space, place, side), (0, 0))
+            before, tries = self._tried.get(self._key(space, place, side), (0, 0.0))
             is_left[number] = tries >= TRIES and count >= SAME * before
         return is_left
 

@@ -35,7 +35,7 @@ class ExplorerParameters:
     near: float = 0.5
     cell: float = 0.8
     spacing: float = 0.8
-    worth_min: float = 0.2
+    worth_min: float = 0.4
     speed: float = 1.0
     pause: float = 2.0
     keep: float = 1.5

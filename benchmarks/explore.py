@@ -1,0 +1,115 @@
+"""Exploration without GNSS and without ROS: `hold_3d` by a Puck, from take-off to landing.
+
+Odometry by clouds, the map of voxels, planner and explorer, flown with dynamics. A flight depends on its seed
+alone. `known` is the volume that the map knows, as a share of what it knows at the end; no judge compares it
+with the world. Times count from the first setpoint after the hover.
+
+Keys: explore.hold_3d.puck.{ended, contacts, landed_home, time_99_s, end_s, home_s, known_m3, views,
+decision_ms, decision_max_ms}, all but the first three with .median and .worst.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+from typing import Sequence
+
+import numpy as np
+
+from benchmarks.gnss_rows.climbs import START_XYZ_M, WORLD
+from benchmarks.shared.results import Results
+from benchmarks.shared.trials import run_crossed, trial_options
+from gridslam.volume import VolumeParameters
+from inspection_tools import PositionControllerParameters
+from inspection_tools.exploration import ExplorerParameters, Why
+from inspection_tools.planning import PlannerParameters
+from master_thesis.exploring.flight import Exploration
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.course import Phase, PhaseLimits
+from master_thesis.flight.parameters import ClosedLoopParameters
+from simulation_tools.geometry import Pose
+from simulation_tools.simulation import SimulationParameters
+
+SEEDS, BRIEF_SEEDS = (11, 12, 13), (11,)
+"""The exploration was developed in flights with the seed 1."""
+SPEED_M_S = 1.5
+TIME_S, BRIEF_TIME_S = 400.0, 15.0
+"""Of simulation; then the UAV flies home, explored or not."""
+PLANNER = PlannerParameters(radius=0.35, margin=0.15)
+EXPLORER = ExplorerParameters(speed=SPEED_M_S, spacing=0.6, reach=12.0, cell=1.0)
+VOLUME = VolumeParameters(resolution_m=0.2, max_range_m=20.0)
+HOME_M = 1.0
+METRICS = ("time_99_s", "end_s", "home_s", "known_m3", "views", "decision_ms", "decision_max_ms")
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Fly, print and write."""
+    parser = trial_options(__doc__ or "")
+    parser.add_argument("--seeds", nargs="+", type=int, default=None)
+    given = parser.parse_args(arguments)
+    with Results("explore", given.results, vars(given)) as results:
+        _fly_seeds(given, results)
+
+
+def _fly_seeds(given: argparse.Namespace, results: Results) -> None:
+    seeds = given.seeds or (BRIEF_SEEDS if given.brief else SEEDS)
+    time_s = BRIEF_TIME_S if given.brief else TIME_S
+    found = run_crossed("explore", fly, given, seed=seeds, time_s=[time_s])
+    numbers = summary([found[seed, time_s] for seed in seeds])
+    results.add("explore.hold_3d.puck", numbers)
+    print(json.dumps(numbers))
+
+
+def fly(seed: int, time_s: float) -> dict:
+    """Explore once; return the metrics, times in s."""
+    simulation = SimulationParameters(
+        str(WORLD),
+        lidar="puck",
+        sensors=("range_finder",),
+        gnss=False,
+        seed=seed,
+        spawn_pose=Pose(START_XYZ_M),
+    )
+    parameters = ClosedLoopParameters(
+        simulation,
+        goal_xyz_m=None,
+        pose_source="odometry",
+        limits=PhaseLimits(flight_timeout_s=2.0 * TIME_S),
+        position_controller=PositionControllerParameters(max_speed=SPEED_M_S),
+    )
+    with ClosedLoop(parameters) as loop:
+        told = Exploration(loop, PLANNER, EXPLORER, VOLUME, time_s).run()
+        outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")
+    began_s = outcome.times_s[Phase.FLYING]
+    at_home = math.dist(truth[-1, :2], START_XYZ_M[:2]) < HOME_M
+    return {
+        "ended": told.end.value if told.end else "",
+        "contact": outcome.collision,
+        "landed_home": outcome.landed and at_home,
+        "time_99_s": told.time_of(0.99) - began_s,
+        "end_s": told.ended_s - began_s,
+        "home_s": outcome.times_s.get(Phase.HOVERING, math.nan) - began_s,
+        "known_m3": told.known_m3[-1][1],
+        "views": told.views,
+        "decision_ms": float(1e3 * np.median(told.cpu_s)),
+        "decision_max_ms": float(1e3 * max(told.cpu_s)),
+        "left": {why.value: told.left_m2(why) for why in Why},
+    }
+
+
+def summary(trials: Sequence[dict]) -> dict:
+    """Return how the flights ended, and median and worst of each metric."""
+    counts = {
+        "ended": [trial["ended"] for trial in trials],
+        "contacts": sum(trial["contact"] for trial in trials),
+        "landed_home": sum(trial["landed_home"] for trial in trials),
+        "left_m2": [trial["left"] for trial in trials],
+    }
+    values = {key: [trial[key] for trial in trials] for key in METRICS}
+    spread = {key: {"median": float(np.median(all_)), "worst": max(all_)} for key, all_ in values.items()}
+    return {"flights": len(trials), **counts, **spread}
+
+
+if __name__ == "__main__":
+    main()

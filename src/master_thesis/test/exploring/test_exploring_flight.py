@@ -1,0 +1,52 @@
+"""A UAV explores with dynamics, without GNSS, and comes home when its time is over."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gridslam.volume import VolumeParameters
+from inspection_tools.exploration import ExplorerParameters
+from inspection_tools.planning import PlannerParameters
+from master_thesis.errors import FlightError
+from master_thesis.experiments_3_4.mapping_flight import parameters_of
+from master_thesis.exploring.flight import End, Exploration
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.course import PhaseLimits
+
+pytestmark = pytest.mark.flight
+
+SETTINGS = (PlannerParameters(radius=0.35, margin=0.1), ExplorerParameters(), VolumeParameters(0.2))
+
+
+def parameters(lidar, gnss=False):
+    given = parameters_of("room", lidar, 2)
+    return replace(
+        given,
+        simulation=replace(given.simulation, sensors=("range_finder",), gnss=gnss),
+        mission=(),
+        goal_xyz_m=None,
+        pose_source="odometry",
+        limits=PhaseLimits(flight_timeout_s=200.0),
+    )
+
+
+def test_it_knows_more_and_more_and_lands_at_home_when_its_time_is_over():
+    with ClosedLoop(parameters("puck")) as loop:
+        told = Exploration(loop, *SETTINGS, time_s=6.0).run()
+        outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m")
+    assert told.end is End.TIME
+    assert outcome.landed
+    assert not outcome.collision
+    assert math.dist(truth[0], truth[-1]) < 0.8
+    assert np.ptp(truth, axis=0).max() > 1.0
+    volumes = [volume for _, volume in told.known_m3]
+    assert volumes[-1] > volumes[0] > 20.0
+    assert told.views >= 2
+
+
+@pytest.mark.parametrize(("lidar", "gnss"), [("ust", False), ("puck", True)])
+def test_without_clouds_or_with_gnss_it_is_refused(lidar, gnss):
+    with ClosedLoop(parameters(lidar, gnss)) as loop, pytest.raises(FlightError, match="Exploration needs"):
+        Exploration(loop, *SETTINGS)
