@@ -25,7 +25,7 @@ ROOMS = (
     {"results"},
     {"launch_arguments", "trials"},
     {"report"},
-    {"experiment_1", "experiment_2", "experiments_3_4", "measurements"},
+    {"experiment_1", "experiment_2", "experiments_3_4", "exploring", "measurements"},
     {"campaign", "chapter_8"},
 )
 """The floors of master_thesis's library, the lowest first."""
