@@ -13,50 +13,14 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from gridslam.msg import VoxelTiles
-from gridslam.volume import FREE, OCCUPIED, Box, CorrectedMap, DistanceField, Frontiers, ShownMap, stream_of
+from gridslam.volume import FREE, OCCUPIED, Box, CorrectedMap, ShownMap, stream_of
 from gridslam.volume.kernels.tiles import SIDE
 from gridslam_ros.volume import messages
+from gridslam_ros.volume.layers import Layers
 from gridslam_ros.volume.parameters import OctomapParameters
 
 STEPS = 255
 """Of a distance in ~distances."""
-
-
-class Layers:
-    """What is shown, and the layers for planners. These follow the map once somebody has asked for them."""
-
-    def __init__(self, parameters: OctomapParameters):
-        self._resolution_m = parameters.volume.resolution_m
-        self._greatest_m = parameters.numbers["greatest_distance"]
-        self.shown = ShownMap(self._resolution_m)
-        self._distances: DistanceField | None = None
-        self._frontiers: Frontiers | None = None
-
-    def refresh(self, corrected: CorrectedMap) -> tuple[np.ndarray, np.ndarray]:
-        """Follow a map. Return the tiles (n, 3) that changed, and those (m, 3) with new distances."""
-        changed = self.shown.refresh(corrected)
-        renewed = np.zeros((0, 3), np.int64)
-        if self._distances is not None:
-            renewed = self._distances.update(self.shown, changed)
-        if self._frontiers is not None:
-            self._frontiers.update(self.shown, changed)
-        return changed, renewed
-
-    @property
-    def distances(self) -> DistanceField:
-        """The distance field; from the first time on, it follows the map."""
-        if self._distances is None:
-            self._distances = DistanceField(self._resolution_m, self._greatest_m)
-            self._distances.update(self.shown, self.shown.known_tiles())
-        return self._distances
-
-    @property
-    def frontiers(self) -> Frontiers:
-        """The frontiers; likewise."""
-        if self._frontiers is None:
-            self._frontiers = Frontiers(self._resolution_m)
-            self._frontiers.update(self.shown, self.shown.known_tiles())
-        return self._frontiers
 
 
 class OctomapPublisher(rospy.SubscribeListener):
@@ -102,7 +66,8 @@ class OctomapPublisher(rospy.SubscribeListener):
     def publish(self, corrected: CorrectedMap, layers: Layers, stamp: rospy.Time) -> None:
         """Publish what is new, to whom it may concern."""
         asked, self._asked = self._asked, set()
-        changed, renewed = layers.refresh(corrected)
+        layers.refresh(corrected)
+        changed, renewed = layers.take_changes()
         header = Header(stamp=stamp, frame_id=self._parameters.frame("frame_id"))
         for name, topic in self._topics.items():
             is_wanted = topic.get_num_connections() > 0 and (len(changed) > 0 or name == "octomap_full")

@@ -29,8 +29,8 @@ class Size:
 
     seeds: of Experiment 1's flights, over goal_x_m. placements: variations of each of Experiment 2's.
     map_seeds: of the flights that map; map_duration_s: 0: the whole mission. without_gnss: worlds and lidars
-    of the flights without GNSS, which take longest. volumes: lidars whose
-    clouds are mapped in three dimensions. launches, builds: number of rounds; 0: no measurement.
+    of the flights without GNSS, which take longest. volumes: lidars whose clouds are mapped in three
+    dimensions. launches, builds: number of rounds; 0: no measurement.
     """
 
     name: str
@@ -56,7 +56,9 @@ QUICK = replace(
     seeds=(1,),
     placements=PLACEMENTS_A_PIECE,
     map_seeds=(1,),
+    lidars=("urg", "ust", "tim", "puck", "m8"),
     without_gnss=(("hold", "ust"),),
+    volumes=("puck",),
     launches=1,
     builds=1,
 )

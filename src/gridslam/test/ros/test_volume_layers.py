@@ -1,0 +1,21 @@
+"""Layers of the volume: what changed is told once, whoever looked at the map meanwhile."""
+
+import numpy as np
+from gridslam_ros.volume.layers import Layers
+from gridslam_ros.volume.parameters import FLAGS, NUMBERS, TEXTS, OctomapParameters
+
+from gridslam.volume import CorrectedMap, Pose
+
+
+def test_a_service_between_two_publications_takes_no_change_away():
+    parameters = OctomapParameters(NUMBERS, TEXTS, FLAGS)
+    layers, corrected = Layers(parameters), CorrectedMap(parameters.volume)
+    assert layers.distances is not None  # they are kept from now on
+    corrected.add(0.0, np.array([(1.0, 0.5, 0.2)], np.float32), Pose.identity(), Pose.identity())
+    layers.refresh(corrected)  # a service
+    layers.refresh(corrected)  # the publisher
+    changed, renewed = layers.take_changes()
+    assert len(changed) > 0
+    assert len(renewed) > 0
+    layers.refresh(corrected)
+    assert [len(tiles) for tiles in layers.take_changes()] == [0, 0]
