@@ -17,7 +17,7 @@ from geometry_msgs.msg import TwistStamped
 
 HEARD = ("/scan/padded", "/UAV/vel_setpoint/raw/body", "/UAV/odometry", "/tf", "/tf_static")
 ANSWER = "/UAV/vel_setpoint/safe/body"
-PLAY = ("rosbag", "play", "--quiet", "--clock", "--delay", "3", "--queue", "0", "--rate", "3")
+PLAY = ("rosbag", "play", "--quiet", "--clock", "--delay", "6", "--queue", "0", "--rate", "3")
 LAST_ANSWER_S = 20.0  # wall time for what is still waiting when the bag has ended
 
 
