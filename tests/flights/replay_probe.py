@@ -41,6 +41,12 @@ class Probe:
         ends = [heard, *self._publishers.values()]
         wait_until(lambda: all(end.get_num_connections() for end in ends))
         self._node = ServerProxy(rosgraph.Master("/replay_probe").lookupNode("/cepa"))
+        wait_until(self._is_heard)
+
+    def _is_heard(self) -> bool:
+        """Whether the node has its end of the connection too: what it says earlier is lost."""
+        _, _, (published, _, _) = self._node.getBusStats("/replay_probe")
+        return any(connections for topic, _, connections in published if topic == COMMANDS)
 
     def tell(self, topic: str, message: object) -> None:
         """Publish a message, and wait until the node has taken it."""
