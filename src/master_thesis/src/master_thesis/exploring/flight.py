@@ -152,6 +152,8 @@ class Exploration:
             return
         self._look_s = now_s
         self.volume.tell_planner()
+        if self.volume.is_empty:
+            return  # it hovers until a cloud has come
         if self.told.views and self._way and self._planner.is_clear(np.array([here, *self._way]), now_s):
             if self.told.end is not None or len(self._way) > 1:
                 return
