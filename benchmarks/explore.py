@@ -24,7 +24,7 @@ from gridslam.volume import VolumeParameters
 from inspection_tools import PositionControllerParameters
 from inspection_tools.exploration import ExplorerParameters, Why
 from inspection_tools.planning import PlannerParameters
-from master_thesis.exploring.flight import Exploration
+from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase, PhaseLimits
 from master_thesis.flight.parameters import ClosedLoopParameters
@@ -79,7 +79,7 @@ def fly(seed: int, time_s: float) -> dict:
         position_controller=PositionControllerParameters(max_speed=SPEED_M_S),
     )
     with ClosedLoop(parameters) as loop:
-        told = Exploration(loop, PLANNER, EXPLORER, VOLUME, time_s).run()
+        told = ExploringFlight(loop, PLANNER, EXPLORER, VOLUME, time_s).run()
         outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")
     began_s = outcome.times_s[Phase.FLYING]
     at_home = math.dist(truth[-1, :2], START_XYZ_M[:2]) < HOME_M

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from gridslam.volume import VolumeParameters
-from inspection_tools.exploration import ExplorerParameters
+from inspection_tools.exploration import End, ExplorerParameters
 from inspection_tools.planning import PlannerParameters
 from master_thesis.errors import FlightError
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
-from master_thesis.exploring.flight import End, Exploration
+from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import PhaseLimits
 
@@ -34,7 +34,7 @@ def parameters(lidar, gnss=False):
 
 def test_it_knows_more_and_more_and_lands_at_home_when_its_time_is_over():
     with ClosedLoop(parameters("puck")) as loop:
-        told = Exploration(loop, *SETTINGS, time_s=6.0).run()
+        told = ExploringFlight(loop, *SETTINGS, time_s=6.0).run()
         outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m")
     assert told.end is End.TIME
     assert outcome.landed
@@ -49,14 +49,14 @@ def test_it_knows_more_and_more_and_lands_at_home_when_its_time_is_over():
 @pytest.mark.parametrize(("lidar", "gnss"), [("ust", False), ("puck", True)])
 def test_without_clouds_or_with_gnss_it_is_refused(lidar, gnss):
     with ClosedLoop(parameters(lidar, gnss)) as loop, pytest.raises(FlightError, match="Exploration needs"):
-        Exploration(loop, *SETTINGS)
+        ExploringFlight(loop, *SETTINGS)
 
 
 def test_without_a_usable_cloud_it_hovers_and_lands_when_its_time_is_over(monkeypatch):
-    monkeypatch.setattr(Exploration, "_map", lambda self, estimate: None)
+    monkeypatch.setattr(ExploringFlight, "_map", lambda self, estimate: None)
     given = replace(parameters("puck"), limits=PhaseLimits(flight_timeout_s=3.0))
     with ClosedLoop(given) as loop:
-        told = Exploration(loop, *SETTINGS).run()
+        told = ExploringFlight(loop, *SETTINGS).run()
         outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m")
     assert told.views == 0
     assert outcome.landed

@@ -3,7 +3,18 @@
 The map and the ways are those of `planning`.
 """
 
+from inspection_tools.exploration.exploration import End, Exploration, Explored
 from inspection_tools.exploration.explorer import Decision, Explorer, Leftover, Why
-from inspection_tools.exploration.parameters import ExplorerParameters
+from inspection_tools.exploration.parameters import ExplorationParameters, ExplorerParameters
 
-__all__ = ["Decision", "Explorer", "ExplorerParameters", "Leftover", "Why"]
+__all__ = [
+    "Decision",
+    "End",
+    "Exploration",
+    "ExplorationParameters",
+    "Explored",
+    "Explorer",
+    "ExplorerParameters",
+    "Leftover",
+    "Why",
+]

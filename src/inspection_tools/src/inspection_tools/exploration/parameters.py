@@ -55,3 +55,36 @@ class ExplorerParameters:
         check_number("speed", self.speed, 0.01, 20.0)
         check_number("pause", self.pause, 0.0, 60.0)
         check_number("keep", self.keep, 1.0, 100.0)
+
+
+@dataclass(frozen=True)
+class ExplorationParameters:
+    """How an exploration is led.
+
+    Attributes:
+        time_max: After this time the UAV flies home, s.
+        look_period: The way is checked, and the next view is decided anew, so often, s.
+        rest: At a view, so that clouds come before the next decision, s.
+        arrived: The UAV has arrived if it is nearer than this, m.
+        track_spacing: Between the places that it remembers, to come back the way it came, m.
+        first_sink: The hover's height is the border of what the climb has shown: home is this much below, m.
+
+    Raises:
+        ParameterError: a value out of range.
+    """
+
+    time_max: float = math.inf
+    look_period: float = 1.0
+    rest: float = 0.3
+    arrived: float = 0.3
+    track_spacing: float = 0.5
+    first_sink: float = 0.7
+
+    def __post_init__(self) -> None:
+        if not self.time_max > 0.0:
+            raise ParameterError(f"time_max is {self.time_max}; it must be a positive number of seconds.")
+        check_number("look_period", self.look_period, 0.1, 60.0)
+        check_number("rest", self.rest, 0.0, 60.0)
+        check_number("arrived", self.arrived, 0.05, 5.0)
+        check_number("track_spacing", self.track_spacing, 0.1, 10.0)
+        check_number("first_sink", self.first_sink, 0.0, 5.0)

@@ -68,6 +68,16 @@ class PathPlanner:
         if self._map is not None:
             self._map = self._clearances_on(self._map.grid)
 
+    @property
+    def has_map(self) -> bool:
+        """Whether it knows anything."""
+        return self._map is not None
+
+    def known_m3(self) -> float:
+        """Return the volume that is known, free or occupied."""
+        grid = None if self._map is None else self._map.grid
+        return 0.0 if grid is None else float(np.count_nonzero(grid.kinds)) * grid.resolution_m**3
+
     def update_map(self, resolution_m: float, side: int, tiles: np.ndarray, voxels: np.ndarray) -> None:
         """Take over tiles of the map: see `VoxelGrid.update`. Another size of voxels begins a new map.
 

@@ -12,13 +12,12 @@ from inspection_tools.planning import PathPlanner
 class VolumeOfFlight:
     """Takes clouds with their poses. The planner gets what has changed, tile by tile.
 
-    corrected: the map. planner: plans on it. is_empty: whether the planner knows nothing yet.
+    corrected: the map. planner: plans on it.
     """
 
     def __init__(self, planner: PathPlanner, parameters: VolumeParameters):
         self.corrected, self.planner = CorrectedMap(parameters), planner
         self._shown = ShownMap(parameters.resolution_m)
-        self.is_empty = True
 
     def add(self, stamp_s: float, points: np.ndarray, lidar_in_map: Pose) -> None:
         """Take a cloud (n, 3) of the lidar's frame; raises ScanError if it has no usable point."""
@@ -30,4 +29,3 @@ class VolumeOfFlight:
         if len(changed):
             kinds = self._shown.kinds[self._shown.indices(changed)]
             self.planner.update_map(self._shown.resolution_m, SIDE, changed, kinds)
-            self.is_empty = False

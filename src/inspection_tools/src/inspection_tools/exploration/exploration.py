@@ -1,0 +1,175 @@
+"""An exploration from the first view to the landing place: which way the UAV flies now, and when it ends.
+
+Whoever flies the UAV gives its poses and the map, and gets setpoints: the closed loop without ROS, and the
+node `explore`.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from inspection_tools.errors import NoPathError
+from inspection_tools.exploration.explorer import Explorer, Leftover, Why
+from inspection_tools.exploration.parameters import ExplorationParameters
+from inspection_tools.exploration.way import Way
+from inspection_tools.planning import PathPlanner
+
+BEEN_M = 0.05
+"""Between the places where the UAV was, around which its own radius is free."""
+
+
+class End(Enum):
+    """Why an exploration has ended."""
+
+    EXPLORED = "explored"
+    TIME = "time"
+    SHUT_IN = "shut in"
+
+
+@dataclass
+class Explored:
+    """What an exploration did.
+
+    end: why it ended; None: it flies. ended_s: when. views: that were decided. known_m3: time in s, and the
+    free and occupied volume. leftovers: what stays unknown. cpu_s: CPU time of each decision.
+    """
+
+    end: End | None = None
+    views: int = 0
+    known_m3: list[tuple[float, float]] = field(default_factory=list)
+    leftovers: tuple[Leftover, ...] = ()
+    cpu_s: list[float] = field(default_factory=list)
+    ended_s: float = math.nan
+
+    def left_m2(self, why: Why) -> float:
+        """Return the area of the border that stays unknown for a reason."""
+        return sum(leftover.area_m2 for leftover in self.leftovers if leftover.why is why)
+
+    def time_of(self, share: float) -> float:
+        """Return when this share of the volume known at the end was known, s; NaN if nothing was."""
+        rows = np.array(self.known_m3).reshape(-1, 2)
+        enough = rows[rows[:, 1] >= share * rows[:, 1].max(initial=0.0)]
+        return float(enough[0, 0]) if len(enough) else math.nan
+
+
+class Exploration:
+    """Leads a UAV from view to view, and home.
+
+    Call `follow` with every pose and fly to `setpoint_m`. When `follow` says so, let the planner know what
+    has changed on the map, and call `look`. `follow` takes microseconds, `look` up to a second. Another
+    thread may call it; only `follow` and `setpoint_m` may be called meanwhile.
+
+    Args:
+        planner: knows the map. explorer: chooses the views. parameters: see there.
+
+    Attributes:
+        told: what it did so far. is_home: it has ended, and the UAV is where it may land.
+    """
+
+    def __init__(
+        self, planner: PathPlanner, explorer: Explorer, parameters: ExplorationParameters | None = None
+    ) -> None:
+        self._planner, self._explorer = planner, explorer
+        self._p = parameters or ExplorationParameters()
+        self._began_s, self._look_s = math.nan, -math.inf
+        self._way = Way()
+        self._home_m: np.ndarray | None = None
+        self._track_m: list[np.ndarray] = []
+        self._been_m: list[np.ndarray] = []
+        """Since the last look."""
+        self.is_home = False
+        self.told = Explored()
+
+    def begin(self, stamp_s: float, here_m: np.ndarray) -> None:
+        """Begin at a hover (x, y, z) in the map's frame. Home is the place below it."""
+        self._began_s = stamp_s
+        self._home_m = here_m - (0.0, 0.0, self._p.first_sink)
+        self._way = Way([self._home_m])
+
+    @property
+    def has_begun(self) -> bool:
+        """Whether `begin` was called."""
+        return self._home_m is not None
+
+    @property
+    def setpoint_m(self) -> np.ndarray | None:
+        """Where to fly now, (x, y, z) in the map's frame; None: nowhere yet."""
+        return self._way.setpoint_m
+
+    def follow(self, stamp_s: float, here_m: np.ndarray) -> bool:
+        """Take a pose (x, y, z), also before the begin. Return whether it is time to `look`."""
+        if not self._been_m or math.dist(here_m, self._been_m[-1]) > BEEN_M:
+            self._been_m.append(here_m)
+        if not self.has_begun:
+            return False
+        if not self._track_m or math.dist(here_m, self._track_m[-1]) > self._p.track_spacing:
+            self._track_m.append(here_m)
+        self._way.follow(here_m, self._p.arrived)
+        pause_s = self._p.look_period if self._way.is_left else self._p.rest
+        return not self.is_home and stamp_s >= self._look_s + pause_s
+
+    def look(self, stamp_s: float, here_m: np.ndarray) -> None:
+        """Check the way at a pose (x, y, z), and decide anew if it is time to."""
+        self._look_s = stamp_s
+        if not self._planner.has_map:
+            return  # it hovers until a cloud has come
+        been_m, self._been_m = self._been_m, []
+        for place_m in (*been_m, here_m):
+            self._planner.take_as_free(place_m, self._planner.parameters.radius)
+        if not self._goes_on(stamp_s, here_m):
+            self._decide(stamp_s, here_m)
+
+    def _goes_on(self, stamp_s: float, here_m: np.ndarray) -> bool:
+        """Return whether the UAV keeps to its way, without a decision."""
+        rest_m = self._way.rest_m
+        if not rest_m:
+            return False
+        if not self.told.views:  # on the first way down, which no beam has seen
+            return math.dist(here_m, rest_m[-1]) > self._p.arrived
+        is_decided = self.told.end is not None or len(rest_m) > 1
+        return is_decided and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)
+
+    def _decide(self, stamp_s: float, here_m: np.ndarray) -> None:
+        self.told.known_m3.append((stamp_s, self._planner.known_m3()))
+        if self.told.end is None:
+            started = time.thread_time()
+            self._next_view(stamp_s, here_m)
+            self.told.cpu_s.append(time.thread_time() - started)
+            self.told.ended_s = stamp_s
+        if self.told.end is not None:
+            self._go_home(stamp_s, here_m)
+
+    def _next_view(self, stamp_s: float, here_m: np.ndarray) -> None:
+        if stamp_s - self._began_s > self._p.time_max:
+            self.told.end = End.TIME
+            return
+        decision = self._explorer.decide(self._planner.space(stamp_s, here_m), here_m)
+        self.told.views += 1
+        if decision.goal_m is None:
+            self.told.leftovers = decision.leftovers
+            self.told.end = End.SHUT_IN if decision.is_shut_in else End.EXPLORED
+            return
+        goal_m = np.array(decision.goal_m)
+        if not self._plan(here_m, goal_m, stamp_s):
+            self._planner.close(goal_m, stamp_s)
+            self._way = Way()
+
+    def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
+        assert self._home_m is not None
+        if math.dist(here_m, self._home_m) < 2 * self._p.arrived:
+            self.is_home = True
+        elif not self._plan(here_m, self._home_m, stamp_s):
+            self._way = Way(self._track_m[::-1])  # the way it came
+
+    def _plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float) -> bool:
+        """Set out for a goal; return whether there is a way."""
+        try:
+            self._way = Way(list(self._planner.plan(here_m, goal_m, stamp_s).points_m[1:]))
+        except NoPathError:
+            return False
+        return True
