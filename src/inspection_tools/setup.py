@@ -15,6 +15,8 @@ setup(
             "inspection_tools.exploration.kernels",
             "inspection_tools.planning",
             "inspection_tools.planning.kernels",
+            "inspection_tools.survey",
+            "inspection_tools.survey.kernels",
             "inspection_tools.yaw",
             "inspection_tools_ros",
         ],

@@ -1,0 +1,88 @@
+"""The camera on its gimbal: a pinhole without distortion, and how finely it draws a surface."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspection_tools.checks import check_number, check_whole
+from inspection_tools.errors import ParameterError
+
+
+@dataclass(frozen=True)
+class SurveyCamera:
+    """A pinhole camera with square pixels on a gimbal that tilts; the yaw is free, and it does not roll.
+
+    The optical frame has x to the right, y down and z ahead (REP-103). The optical axis meets the picture in
+    its middle, ((width - 1) / 2, (height - 1) / 2); whole numbers are the middles of pixels.
+
+    Attributes:
+        width, height: Of a picture, px.
+        field_of_view: Across the width, from edge to edge, deg.
+        tilt_min, tilt_max: Of the gimbal, deg; 0 looks level, 90 straight up.
+        exposure: Time of one picture, s.
+
+    Raises:
+        ParameterError: a value out of range, or tilts the wrong way round.
+    """
+
+    width: int = 5184
+    height: int = 3888
+    field_of_view: float = 60.0
+    tilt_min: float = -90.0
+    tilt_max: float = 90.0
+    exposure: float = 0.002
+
+    def __post_init__(self) -> None:
+        check_whole("width", self.width, 16, 100_000)
+        check_whole("height", self.height, 16, 100_000)
+        check_number("field_of_view", self.field_of_view, 1.0, 150.0)
+        check_number("tilt_min", self.tilt_min, -90.0, 90.0)
+        check_number("tilt_max", self.tilt_max, -90.0, 90.0)
+        check_number("exposure", self.exposure, 1e-6, 10.0)
+        if self.tilt_min > self.tilt_max:
+            raise ParameterError(f"tilt_min {self.tilt_min:g} is above tilt_max {self.tilt_max:g} deg.")
+
+    @property
+    def focal_px(self) -> float:
+        """Focal length, px."""
+        return 0.5 * self.width / math.tan(0.5 * math.radians(self.field_of_view))
+
+    @property
+    def centre_px(self) -> tuple[float, float]:
+        """Where the optical axis meets the picture: to the right, down."""
+        return 0.5 * (self.width - 1), 0.5 * (self.height - 1)
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """(3, 3) from places in the optical frame to px, as CameraInfo's K."""
+        right_px, down_px = self.centre_px
+        return np.array(((self.focal_px, 0.0, right_px), (0.0, self.focal_px, down_px), (0.0, 0.0, 1.0)))
+
+    @property
+    def half_extents(self) -> tuple[float, float]:
+        """Tangents of the angles from the optical axis to the picture's right and lower edges."""
+        return 0.5 * self.width / self.focal_px, 0.5 * self.height / self.focal_px
+
+    def distance_m(self, resolution_mm: float, incidence_deg: float = 0.0) -> float:
+        """Return the distance at which a surface in the middle of a picture has a resolution, mm per pixel.
+
+        The resolution is that of the worst direction on the surface, which looks shorter by the cosine of
+        the incidence: the angle between the surface's normal and the line of sight.
+        """
+        return 1e-3 * resolution_mm * self.focal_px * math.cos(math.radians(incidence_deg))
+
+
+def optical_axes(yaw_rad: float, tilt_rad: float) -> np.ndarray:
+    """Return (3, 3): in its columns the optical frame's x, y, z axes in the map, for a camera without roll.
+
+    yaw_rad: of the view, anticlockwise from the map's x axis. tilt_rad: 0 is level, pi / 2 straight up.
+    """
+    sin_yaw, cos_yaw = math.sin(yaw_rad), math.cos(yaw_rad)
+    sin_tilt, cos_tilt = math.sin(tilt_rad), math.cos(tilt_rad)
+    right = (sin_yaw, -cos_yaw, 0.0)
+    down = (cos_yaw * sin_tilt, sin_yaw * sin_tilt, -cos_tilt)
+    ahead = (cos_yaw * cos_tilt, sin_yaw * cos_tilt, sin_tilt)
+    return np.array((right, down, ahead)).T

@@ -1,0 +1,160 @@
+"""What a photograph shows: pinhole geometry, and sight through voxels."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kernel_cache.compiler import njit
+
+FOLLOWED = 1e-9
+"""Borders that a line crosses within this share of it are crossed at once, as at an edge or a corner."""
+
+
+@njit(cache=True, nogil=True)
+def worst_scale(x: float, y: float, z: float, normal: np.ndarray) -> float:
+    """Return how much surface a pixel covers in the worst direction, in m, times the focal length in px.
+
+    A step (du, dv) in the picture at depth 1 moves the point on the surface by z times a du + b dv, where a
+    and b are the picture's axes, slid along the line of sight into the surface. The greatest singular value
+    of (a, b) is the worst direction. It holds foreshortening and the place in the picture.
+
+    Args:
+        x: tangent of the line of sight from the optical axis, to the right.
+        y: likewise, down.
+        z: depth, m.
+        normal: (3,) of the surface, in the optical frame.
+    """
+    along = normal[0] * x + normal[1] * y + normal[2]
+    p, q = normal[0] / along, normal[1] / along
+    ax, ay, az = 1.0 - x * p, -y * p, -p
+    bx, by, bz = -x * q, 1.0 - y * q, -q
+    aa, bb, ab = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, ax * bx + ay * by + az * bz
+    return z * math.sqrt(0.5 * (aa + bb + math.sqrt((aa - bb) ** 2 + 4.0 * ab * ab)))
+
+
+@njit(cache=True, nogil=True)
+def is_drawn(
+    place: np.ndarray, axes: np.ndarray, lens: np.ndarray, point: np.ndarray, normal: np.ndarray
+) -> bool:
+    """Return whether a photograph draws a point finely enough, if nothing is between.
+
+    Args:
+        place: (3,) of the camera.
+        axes: (3, 3), the optical frame's axes in its columns.
+        lens: (3,) tangents to the right and the lower edge; and the greatest `worst_scale`.
+        point: (3,) on the surface.
+        normal: (3,) of the surface there.
+    """
+    dx, dy, dz = point[0] - place[0], point[1] - place[1], point[2] - place[2]
+    z = axes[0, 2] * dx + axes[1, 2] * dy + axes[2, 2] * dz
+    if z <= 1e-6:
+        return False
+    x = (axes[0, 0] * dx + axes[1, 0] * dy + axes[2, 0] * dz) / z
+    if x > lens[0] or x < -lens[0]:
+        return False
+    y = (axes[0, 1] * dx + axes[1, 1] * dy + axes[2, 1] * dz) / z
+    if y > lens[1] or y < -lens[1]:
+        return False
+    turned = np.empty(3)
+    for k in range(3):
+        turned[k] = axes[0, k] * normal[0] + axes[1, k] * normal[1] + axes[2, k] * normal[2]
+    return worst_scale(x, y, z, turned) <= lens[2]
+
+
+@njit(cache=True, nogil=True)
+def axes_of(yaw: float, tilt: float) -> np.ndarray:
+    """Return (3, 3) as `survey.camera.optical_axes`."""
+    sy, cy, st, ct = math.sin(yaw), math.cos(yaw), math.sin(tilt), math.cos(tilt)
+    axes = np.empty((3, 3))
+    axes[0, 0], axes[1, 0], axes[2, 0] = sy, -cy, 0.0
+    axes[0, 1], axes[1, 1], axes[2, 1] = cy * st, sy * st, -ct
+    axes[0, 2], axes[1, 2], axes[2, 2] = cy * ct, sy * ct, st
+    return axes
+
+
+@njit(cache=True, nogil=True)
+def pairs_near(
+    places: np.ndarray, points: np.ndarray, normals: np.ndarray, far: float, least_cosine: float, scale: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of places and points that may see each other: begins (n + 1,) and points (k,).
+
+    A point is within `far`, is met at an angle with at least this cosine, and no farther than `scale` times
+    the cosine. The points of place i are those from begins[i] to before begins[i + 1].
+    """
+    begins = np.zeros(len(places) + 1, np.int64)
+    found = np.empty(max(1024, 64 * len(places)), np.int32)
+    count = 0
+    for n in range(len(places)):
+        px, py, pz = places[n, 0], places[n, 1], places[n, 2]
+        if count + len(points) > len(found):
+            found = np.concatenate((found, np.empty(len(found) + len(points), np.int32)))
+        for m in range(len(points)):
+            dx = px - points[m, 0]
+            if dx > far or dx < -far:
+                continue
+            dy = py - points[m, 1]
+            if dy > far or dy < -far:
+                continue
+            dz = pz - points[m, 2]
+            apart = math.sqrt(dx * dx + dy * dy + dz * dz)
+            if apart > far or apart < 1e-6:
+                continue
+            cosine = (dx * normals[m, 0] + dy * normals[m, 1] + dz * normals[m, 2]) / apart
+            if cosine >= least_cosine and apart <= scale * cosine:
+                found[count] = m
+                count += 1
+        begins[n + 1] = count
+    return begins, found[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def is_open(kinds: np.ndarray, free: int, begin: np.ndarray, end: np.ndarray, short: float) -> bool:
+    """Return whether a line (Amanatides and Woo, 1987) runs through free voxels only.
+
+    Args:
+        kinds: (d, h, w), z first.
+        free: the kind that lets light through.
+        begin: (3,) z, y, x in voxels.
+        end: (3,) likewise.
+        short: so many voxels before the end do not count.
+    """
+    way = end - begin
+    length = math.sqrt((way**2).sum())
+    if length <= short:
+        return True
+    last = 1.0 - short / length
+    place = np.floor(begin).astype(np.int64)
+    steps = np.zeros(3, np.int64)
+    borders, widths = np.full(3, np.inf), np.full(3, np.inf)
+    for k in range(3):
+        if way[k] != 0.0:
+            steps[k] = 1 if way[k] > 0.0 else -1
+            ahead = place[k] + 1 if way[k] > 0.0 else place[k]
+            borders[k], widths[k] = (ahead - begin[k]) / way[k], 1.0 / abs(way[k])
+    while True:
+        for k in range(3):
+            if not 0 <= place[k] < kinds.shape[k]:
+                return False
+        if kinds[place[0], place[1], place[2]] != free:
+            return False
+        border = min(borders[0], borders[1], borders[2])
+        if border >= last:
+            return True
+        for k in range(3):
+            if borders[k] <= border + FOLLOWED:
+                place[k] += steps[k]
+                borders[k] += widths[k]
+
+
+@njit(cache=True, nogil=True)
+def open_pairs(
+    kinds: np.ndarray, free: int, places: np.ndarray, begins: np.ndarray, ends: np.ndarray, short: float
+) -> np.ndarray:
+    """Return (k,) which lines are open: from each place (n, 3) to its points (k, 3), z, y, x."""
+    are_open = np.zeros(len(ends), np.bool_)
+    for n in range(len(places)):
+        for k in range(begins[n], begins[n + 1]):
+            are_open[k] = is_open(kinds, free, places[n], ends[k], short)
+    return are_open

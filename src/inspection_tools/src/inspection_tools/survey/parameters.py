@@ -1,0 +1,111 @@
+"""What a survey asks for, and the UAV that flies it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from inspection_tools.checks import check_number
+
+
+@dataclass(frozen=True)
+class SurveyParameters:
+    """What the photographs must show, and how the planner searches.
+
+    Attributes:
+        resolution: Of the surface in a photograph, in the worst direction, mm per pixel.
+        incidence: Greatest angle between the surface's normal and the line of sight, deg.
+        share: Of the surface that can be photographed, this much is to be: 0..1.
+        class_share: The same for each class of parts alone.
+        patch: Side of the patches into which the surface is divided, m.
+        voxel: Side of the voxels in which the UAV's room is known, m. Of a map, its own.
+        spacing: Of the lattice of places from which photographs are tried, m.
+        radius: Of the UAV, rotors included, m.
+        margin: Beyond the radius, m.
+        pointing_error: Of the camera, deg; the picture's edge counts as this much narrower.
+        around: The UAV may fly so far outside the box around a mesh, m.
+
+    Raises:
+        ParameterError: a value out of range.
+    """
+
+    resolution: float = 1.0
+    incidence: float = 60.0
+    share: float = 0.98
+    class_share: float = 0.95
+    patch: float = 0.25
+    voxel: float = 0.1
+    spacing: float = 0.7
+    radius: float = 0.35
+    margin: float = 0.15
+    pointing_error: float = 0.5
+    around: float = 0.0
+
+    def __post_init__(self) -> None:
+        check_number("resolution", self.resolution, 0.01, 100.0)
+        check_number("incidence", self.incidence, 1.0, 85.0)
+        check_number("share", self.share, 0.01, 1.0)
+        check_number("class_share", self.class_share, 0.0, 1.0)
+        check_number("patch", self.patch, 0.05, 5.0)
+        check_number("voxel", self.voxel, 0.02, 1.0)
+        check_number("spacing", self.spacing, 0.1, 10.0)
+        check_number("radius", self.radius, 0.05, 5.0)
+        check_number("margin", self.margin, 0.0, 5.0)
+        check_number("pointing_error", self.pointing_error, 0.0, 10.0)
+        check_number("around", self.around, 0.0, 100.0)
+
+    @property
+    def clearance_m(self) -> float:
+        """Least distance of the UAV's centre from every surface."""
+        return self.radius + self.margin
+
+
+@dataclass(frozen=True)
+class FlightParameters:
+    """How the UAV flies a survey.
+
+    Attributes:
+        speed: Greatest, between photographs, m/s.
+        acceleration: m/s^2.
+        passing: Whether it shoots in passing; else it hovers for each photograph.
+        passing_speed: Greatest speed while it shoots in passing, m/s; less where the blur asks for it.
+        settle: Time from the stop to the photograph in the hover, s.
+        yaw_rate, tilt_rate: Of the turns of UAV and gimbal, deg/s.
+        endurance: Time in which a full battery gets empty, s.
+        reserve: Charge that is left after the landing: 0..1.
+        way_home_margin: What the way home may take, as a multiple.
+        landing_time: s; it counts for the take-off, too.
+
+    The last three are those of `inspection_tools.energy`, so that the flight does not break off.
+
+    Raises:
+        ParameterError: a value out of range.
+    """
+
+    speed: float = 1.5
+    acceleration: float = 1.0
+    passing: bool = False
+    passing_speed: float = 0.5
+    settle: float = 1.0
+    yaw_rate: float = 60.0
+    tilt_rate: float = 60.0
+    endurance: float = 900.0
+    reserve: float = 0.12
+    way_home_margin: float = 1.3
+    landing_time: float = 10.0
+
+    def __post_init__(self) -> None:
+        check_number("speed", self.speed, 0.05, 20.0)
+        check_number("acceleration", self.acceleration, 0.05, 20.0)
+        check_number("passing_speed", self.passing_speed, 0.01, self.speed)
+        check_number("settle", self.settle, 0.0, 60.0)
+        check_number("yaw_rate", self.yaw_rate, 1.0, 720.0)
+        check_number("tilt_rate", self.tilt_rate, 1.0, 720.0)
+        check_number("endurance", self.endurance, 30.0, 86_400.0)
+        check_number("reserve", self.reserve, 0.0, 0.9)
+        check_number("way_home_margin", self.way_home_margin, 1.0, 5.0)
+        check_number("landing_time", self.landing_time, 0.0, 600.0)
+
+    @property
+    def flight_s(self) -> float:
+        """Time of flight that the battery gives before the reserve."""
+        return (1.0 - self.reserve) * self.endurance
