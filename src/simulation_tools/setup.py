@@ -9,6 +9,7 @@ setup(
     **generate_distutils_setup(
         packages=[
             "simulation_tools",
+            "simulation_tools.ardupilot_sitl",
             "simulation_tools.launch_check",
             "simulation_tools.mavros",
             "simulation_tools.publisher",

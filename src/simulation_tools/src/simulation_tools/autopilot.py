@@ -11,8 +11,12 @@ from simulation_tools.geometry import IDENTITY, ORIGIN, Pose, Vector3
 from simulation_tools.vehicle.energy.battery import BatteryReading
 
 
-class Px4Error(SimulationToolsError):
+class AutopilotError(SimulationToolsError):
     """The flight controller cannot do what it was asked for."""
+
+
+class Px4Error(AutopilotError):
+    """PX4, or its stand-in, cannot do what it was asked for."""
 
 
 class VehicleState(NamedTuple):

@@ -8,7 +8,7 @@ from typing import Any, Sequence
 from simulation_tools.bounds import MAX_MAGNITUDE
 from simulation_tools.errors import SimulationToolsError
 
-AUTOPILOTS = ("standin", "px4")
+AUTOPILOTS = ("standin", "px4", "ardupilot")
 PORT_MAX = 65535
 
 

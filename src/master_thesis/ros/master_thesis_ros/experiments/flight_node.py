@@ -24,6 +24,7 @@ from master_thesis.flight.monitor import Monitor
 from master_thesis_ros.experiments.experiment_node import SETTLE_S, ExperimentNode
 from master_thesis_ros.experiments.messages import pose_values, stamp_s, twist_row
 from node_tools.conversions import xyz
+from simulation_tools.publisher.families import family_of
 
 PATH_SPACING_M = 0.1
 PATH_PERIOD_S = 0.5
@@ -40,7 +41,7 @@ class FlightNode(ExperimentNode):
     Subscribes, besides every `ExperimentNode`'s topics: odometry (nav_msgs/Odometry); vel_raw, vel_final
     (geometry_msgs/TwistStamped); performance (diagnostic_msgs/DiagnosticArray); mavros/state
     (mavros_msgs/State). Publishes: ~path (nav_msgs/Path, latched; for RViz). Calls: mavros/set_mode
-    (AUTO.LAND). A subclass sends the goal (`send_goal`) and notes its arrival.
+    (landing). A subclass sends the goal (`send_goal`) and notes its arrival.
     """
 
     def __init__(self, monitor: Monitor, lockstep: bool, cepa: bool = True) -> None:
@@ -48,6 +49,7 @@ class FlightNode(ExperimentNode):
         self._armed: bool | None = None  # None: not connected
         self._path = PathMessage()
         self._path_publisher = rospy.Publisher("~path", PathMessage, queue_size=1, latch=True)
+        self._landing = family_of(str(rospy.get_param("/gazebo/autopilot", "standin"))).landing
         self._set_mode = rospy.ServiceProxy("mavros/set_mode", SetMode)
         super().__init__(monitor, lockstep, cepa)
         log = monitor.log
@@ -73,7 +75,7 @@ class FlightNode(ExperimentNode):
             if rospy.is_shutdown():
                 return
             try:
-                if self._set_mode(0, "AUTO.LAND").mode_sent:
+                if self._set_mode(0, self._landing).mode_sent:
                     rospy.loginfo("The UAV is told to land.")
                     return
             except rospy.ServiceException as error:

@@ -20,7 +20,7 @@ from master_thesis.doctor.expectations import (
 from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.snapshot import Graph, Recording, Topic
 
-OBEYING, LANDING = ("OFFBOARD", "GUIDED"), "AUTO.LAND"
+OBEYING, LANDING = ("OFFBOARD", "GUIDED"), ("AUTO.LAND", "LAND")
 """Modes that follow setpoints; the mode at the end of every flight, while the publisher still streams."""
 
 BUSY_SHARE = 0.3
@@ -185,7 +185,7 @@ def autopilot(recording: Recording) -> Iterator[Finding]:
         elif state.armed and state.mode == "OFFBOARD" and 0.0 < rate < LEAST_SETPOINT_RATE_HZ:
             what = f"setpoints come at {rate:.1f} Hz, and PX4 needs more than {LEAST_SETPOINT_RATE_HZ:g}"
             yield Finding(ERROR, state.topic, what, "Look at mavros_publisher and the load of the machine")
-        elif rate > 0.0 and state.mode != LANDING and not (state.armed and state.mode in OBEYING):
+        elif rate > 0.0 and state.mode not in LANDING and not (state.armed and state.mode in OBEYING):
             armed = "armed" if state.armed else "disarmed"
             what = f"setpoints come, but the flight controller is {armed} in {state.mode}"
             yield Finding(

@@ -10,7 +10,7 @@ from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
 from simulation_tools.mavros.client import FcuClient
-from simulation_tools.mavros.mode_names import mode_name
+from simulation_tools.mavros.stacks import stack_of
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 _LOWEST_HZ, _LOWEST_BATTERY = 0.2, 0.15
@@ -40,7 +40,8 @@ def heartbeats(
     if heartbeat is None:
         return _status("Heartbeat", ERROR, "No events recorded.", values)
     values.update({"Vehicle type": heartbeat.type, "Autopilot type": heartbeat.autopilot})
-    values.update({"Mode": mode_name(heartbeat.custom_mode), "System status": heartbeat.system_status})
+    mode = stack_of(heartbeat.autopilot).mode_name(heartbeat.custom_mode)
+    values.update({"Mode": mode, "System status": heartbeat.system_status})
     level, text = (OK, "Normal") if rate_hz >= _LOWEST_HZ else (WARN, "Frequency too low.")
     return _status("Heartbeat", level, text, values)
 

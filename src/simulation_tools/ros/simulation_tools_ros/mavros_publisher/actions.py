@@ -10,7 +10,7 @@ import rospy
 from geometry_msgs.msg import Point, PoseStamped, Quaternion
 from geometry_msgs.msg import Vector3 as Vector3Message
 from mavros_msgs.msg import PositionTarget
-from mavros_msgs.srv import CommandBool, SetMode
+from mavros_msgs.srv import CommandBool, CommandTOL, SetMode
 from std_msgs.msg import Bool, Header, String
 
 from node_tools.conversions import time_of
@@ -23,6 +23,7 @@ from simulation_tools.publisher import (
     Log,
     RequestArm,
     RequestMode,
+    RequestTakeoff,
     SendPosition,
     SendVelocity,
 )
@@ -46,7 +47,7 @@ class Actions:
 
     Publishes: mavros/setpoint_raw/local (velocities, frame BODY_NED), mavros/setpoint_position/local; ready
     (Bool, latched); waiting_for (std_msgs/String, latched): the reason for waiting; empty if it does not
-    wait. Calls: mavros/set_mode, mavros/cmd/arming.
+    wait. Calls: mavros/set_mode, mavros/cmd/arming, mavros/cmd/takeoff.
     """
 
     def __init__(self, base_frame: str) -> None:
@@ -59,6 +60,7 @@ class Actions:
             SendPosition: self._send_position,
             RequestMode: self._request_mode,
             RequestArm: self._request_arm,
+            RequestTakeoff: self._request_takeoff,
             AnnounceReady: lambda action: self._ready.publish(action.ready),
             AnnounceStatus: lambda action: self._waiting_for.publish(action.text),
             Log: self._log,
@@ -70,6 +72,7 @@ class Actions:
         self._waiting_for = rospy.Publisher("waiting_for", String, queue_size=1, latch=True)
         self._set_mode = rospy.ServiceProxy("mavros/set_mode", SetMode)
         self._arm = rospy.ServiceProxy("mavros/cmd/arming", CommandBool)
+        self._take_off = rospy.ServiceProxy("mavros/cmd/takeoff", CommandTOL)
 
     def do(self, action: Action) -> None:
         """Carry out one action."""
@@ -100,6 +103,10 @@ class Actions:
         self._requests.ask(
             lambda: self._call(self._set_mode, f"the mode {action.mode}", 0, action.mode), REQUEST_PATIENCE_S
         )
+
+    def _request_takeoff(self, action: RequestTakeoff) -> None:
+        arguments = (0.0, 0.0, 0.0, 0.0, action.height_m)
+        self._requests.ask(lambda: self._call(self._take_off, "the take-off", *arguments), REQUEST_PATIENCE_S)
 
     def _request_arm(self, _action: RequestArm) -> None:
         self._requests.ask(self._arm_now, REQUEST_PATIENCE_S)

@@ -18,8 +18,6 @@ from simulation_tools.mavlink import (
     Codec,
     decode_text,
     open_udp,
-    parameter_from_wire,
-    parameter_to_wire,
     receive_all,
     send,
     wait_readable,
@@ -27,6 +25,7 @@ from simulation_tools.mavlink import (
 from simulation_tools.mavros.connection import Connection
 from simulation_tools.mavros.conversions import DEFAULT_TARGET, Target
 from simulation_tools.mavros.fcu_url import parse_fcu_url
+from simulation_tools.mavros.stacks import Stack, stack_of
 
 _PARAMETER_TRIES, _LIST_REQUESTS, _LIST_ROUNDS = 10, 4, 12  # over a network that loses messages
 _PARAMETER_PATIENCE_S = 3.0  # for all tries, as in MAVROS: three tries of 1 s
@@ -55,6 +54,7 @@ class FcuClient:
         self.target = target
         self.url = fcu_url
         self.packets = 0  # whole messages received from anybody
+        self.stack: Stack = stack_of(None)  # the flight controller's, by its heartbeats
         self._codec = Codec(system_id, component_id)
         self._remote: Address = endpoints.remote
         self._socket = open_udp(*endpoints.local, "MAVROS")
@@ -122,6 +122,7 @@ class FcuClient:
             if message.type == common.MAV_TYPE_GCS or message.autopilot == common.MAV_AUTOPILOT_INVALID:
                 return False
             self._remote = address
+            self.stack = stack_of(message.autopilot)
         return address == self._remote
 
     def send(self, message: common.MAVLink_message) -> bool:
@@ -184,7 +185,7 @@ class FcuClient:
             self.target.system_id,
             self.target.component_id,
             name.encode("ascii", "replace"),
-            parameter_to_wire(value, is_integer),
+            self.stack.to_wire(value, is_integer),
             common.MAV_PARAM_TYPE_INT32 if is_integer else common.MAV_PARAM_TYPE_REAL32,
         )
         now = None
@@ -254,7 +255,7 @@ class FcuClient:
 
     def _note_parameter(self, message: common.MAVLink_message) -> None:
         try:
-            value = parameter_from_wire(message.param_value, message.param_type)
+            value = self.stack.from_wire(message.param_value, message.param_type)
         except ValueError:
             return
         name = decode_text(message.param_id)

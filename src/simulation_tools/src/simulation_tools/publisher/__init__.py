@@ -10,6 +10,7 @@ from simulation_tools.publisher.interface import (
     PublisherParameters,
     RequestArm,
     RequestMode,
+    RequestTakeoff,
     SendPosition,
     SendVelocity,
 )
@@ -27,6 +28,7 @@ __all__ = [
     "PublisherParameters",
     "RequestArm",
     "RequestMode",
+    "RequestTakeoff",
     "SendPosition",
     "SendVelocity",
     "SetpointPublisher",

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from simulation_tools.geometry import Pose
 from simulation_tools.publisher.history import History
-from simulation_tools.publisher.interface import OFFBOARD, FcuState, PublisherParameters
+from simulation_tools.publisher.interface import FcuState, PublisherParameters
 
 _NS = 1e-9
 
@@ -74,6 +74,6 @@ class Heard:
             )
         if p.needs_home and self.homes.newest() is None and not state.armed:
             return "no home position (`home_position/home`) from MAVROS yet"
-        if state.mode != OFFBOARD:
-            return f"the mode is {state.mode}, not OFFBOARD"
+        if state.mode != p.family.guided:
+            return f"the mode is {state.mode}, not {p.family.guided}"
         return "" if state.armed else "the flight controller is not armed"

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Vector3
+from simulation_tools.publisher.families import PX4, Family
 
-OFFBOARD = "OFFBOARD"
-LANDING = "AUTO.LAND"
 _CRITICAL = 5  # MAV_STATE of a failsafe
 
 
@@ -56,6 +55,7 @@ class PublisherParameters:
     A pose that is brake_pose_age_s old has come; the stop cannot wait for decision_delay_s.
     After vision_landing_s it lands: before PX4 gives up its position, after 5 s (EKF2_NOAID_TOUT).
     time_is_simulated: commands may wait for their poses, see `SetpointPublisher.patience_s`.
+    family: of the flight controller.
     """
 
     hover_height_m: float = 2.0
@@ -90,6 +90,7 @@ class PublisherParameters:
     brake_pose_age_s: float = 0.04
     brake_speed_m_s: float = 4.0
     time_is_simulated: bool = False
+    family: Family = PX4
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -129,6 +130,13 @@ class RequestArm:
 
 
 @dataclass(frozen=True)
+class RequestTakeoff:
+    """Ask the flight controller to climb to a height over the place where it armed, m."""
+
+    height_m: float
+
+
+@dataclass(frozen=True)
 class AnnounceReady:
     """Publish whether the UAV takes commands."""
 
@@ -151,7 +159,16 @@ class Log:
     repeated: bool = False
 
 
-Action = SendVelocity | SendPosition | RequestMode | RequestArm | AnnounceReady | AnnounceStatus | Log
+Action = (
+    SendVelocity
+    | SendPosition
+    | RequestMode
+    | RequestArm
+    | RequestTakeoff
+    | AnnounceReady
+    | AnnounceStatus
+    | Log
+)
 
 
 @dataclass(frozen=True)
@@ -163,15 +180,14 @@ class FcuState:
     mode: str
     system_status: int
 
-    @property
-    def in_offboard(self) -> bool:
+    def is_guided(self, family: Family) -> bool:
         """Whether it flies by setpoints."""
-        return self.armed and self.mode == OFFBOARD
+        return self.armed and self.mode == family.guided
 
-    @property
-    def failsafe(self) -> bool:
-        """Whether a failsafe flies the UAV.
+    def failsafe(self, family: Family) -> bool:
+        """Whether a failsafe flies the UAV, from which the publisher may take it back.
 
         In OFFBOARD the flight controller obeys setpoints, whatever its status is.
         """
-        return self.armed and self.system_status == _CRITICAL and self.mode != OFFBOARD
+        is_failsafe = self.system_status == _CRITICAL and self.mode != family.guided
+        return self.armed and is_failsafe and family.comes_back

@@ -190,7 +190,7 @@ class SetpointPublisher:
         return [Log(why), AnnounceReady(False)]
 
     def _answer(self, now_ns: int, stamp_ns: int, by_pose: bool) -> list[Action]:
-        """Return the present actions. The last one is a setpoint with the given stamp."""
+        """Return the present actions. The last one is a setpoint with the given stamp, if one may go out."""
         self._answers_poses = by_pose
         p = self.parameters
         began_ns = now_ns if self._stream_began_ns is None else self._stream_began_ns
@@ -200,16 +200,18 @@ class SetpointPublisher:
         actions = self._phases.advance(now_ns, known, began_ns, self._poses_missing, blindness, p)
         self._sent_ns = min(now_ns, self._clock.newest_ns) if self._clock.newest_ns else now_ns
         self._stream_began_ns = began_ns
-        return [*actions, self._setpoint(now_ns, stamp_ns)]
+        return [*actions, *self._setpoint(now_ns, stamp_ns)]
 
-    def _setpoint(self, now_ns: int, stamp_ns: int) -> Action:
-        """Return the setpoint to send."""
+    def _setpoint(self, now_ns: int, stamp_ns: int) -> list[Action]:
+        """Return the setpoint to send; none if it would end the flight controller's own take-off."""
         stamp_ns = max(stamp_ns, 0)
+        if self.phase is Phase.TAKING_OFF and self.parameters.family.takes_off_by_command:
+            return []
         if self.phase is Phase.FLYING:
             commanded = self._commands.setpoint(now_ns, self._clock.newest_ns, stamp_ns, self.parameters)
             if commanded is not None:
-                return commanded
+                return [commanded]
         if self.phase in (Phase.TAKING_OFF, Phase.RETURNING, Phase.FLYING):
-            return self._hover.setpoint(now_ns, stamp_ns, self.parameters)
+            return [self._hover.setpoint(now_ns, stamp_ns, self.parameters)]
         brake = self._phases.brake if self.phase is Phase.BLIND else None
-        return SendVelocity(stamp_ns, brake.velocity(now_ns) if brake else STANDSTILL, 0.0)
+        return [SendVelocity(stamp_ns, brake.velocity(now_ns) if brake else STANDSTILL, 0.0)]

@@ -9,8 +9,6 @@ from simulation_tools.publisher.brake import Brake
 from simulation_tools.publisher.heard import Heard, Known
 from simulation_tools.publisher.hover import Hover
 from simulation_tools.publisher.interface import (
-    LANDING,
-    OFFBOARD,
     Action,
     AnnounceReady,
     FcuState,
@@ -18,6 +16,7 @@ from simulation_tools.publisher.interface import (
     PublisherParameters,
     RequestArm,
     RequestMode,
+    RequestTakeoff,
 )
 from simulation_tools.publisher.vision_watch import Blindness
 
@@ -83,7 +82,7 @@ class Phases:
         is_flying = state.armed and landed != _ON_GROUND
         actions: list[Action] = []
         takes_over = self.phase is Phase.YIELDED or (self.phase is Phase.WAITING and is_flying)
-        if blindness.is_too_long and state.in_offboard and (self.phase in _LED or takes_over):
+        if blindness.is_too_long and state.is_guided(p.family) and (self.phase in _LED or takes_over):
             actions = self._enter_blind(now_ns, blindness.lasts_s, p)
         elif self.phase is Phase.BLIND:
             actions = self._stand(now_ns, pose, state, blindness, p)
@@ -97,8 +96,8 @@ class Phases:
         elif self.phase is Phase.RETURNING:
             actions = self._return(now_ns, pose, state, poses_missing, p)
         elif self.phase is Phase.YIELDED:
-            actions = self._yield(pose, state)
-        self._was_failsafe = state.failsafe or (self._was_failsafe and not state.armed)
+            actions = self._yield(pose, state, p)
+        self._was_failsafe = state.failsafe(p.family) or (self._was_failsafe and not state.armed)
         return actions
 
     def return_to(self, pose: Pose) -> list[Action]:
@@ -111,10 +110,10 @@ class Phases:
     # One method for each phase
 
     def _begin(self, pose: Pose, state: FcuState, is_flying: bool, p: PublisherParameters) -> list[Action]:
-        if is_flying and state.mode != OFFBOARD and not state.failsafe:
-            return self._enter_yielded(state)
+        if is_flying and state.mode != p.family.guided and not state.failsafe(p.family):
+            return self._enter_yielded(state, p)
         if is_flying:
-            if state.failsafe:
+            if state.failsafe(p.family):
                 return self.return_to(pose)
             return self._enter_flying(pose, "the UAV is in the air: taking over where it is.")
         self.phase = Phase.TAKING_OFF
@@ -136,36 +135,41 @@ class Phases:
         has_streamed: bool,
         p: PublisherParameters,
     ) -> list[Action]:
-        self._seen_offboard = self._seen_offboard or state.in_offboard
+        is_guided = state.is_guided(p.family)
+        self._seen_offboard = self._seen_offboard or is_guided
         self._has_flown = self._has_flown or is_flying
         if self._has_flown and not state.armed and not self._was_failsafe:
             return self._enter_idle()
-        if self._seen_offboard and is_flying and not state.in_offboard and not state.failsafe:
-            return self._enter_yielded(state)
-        if state.in_offboard:
-            return self._enter_flying(None, "hovering, ready.") if self._hover.reached(now_ns, p) else []
+        if self._seen_offboard and is_flying and not is_guided and not state.failsafe(p.family):
+            return self._enter_yielded(state, p)
+        if is_guided and self._hover.reached(now_ns, p):
+            return self._enter_flying(None, "hovering, ready.")
+        if is_guided:
+            waits = p.family.takes_off_by_command and not is_flying
+            height_m = p.hover_height_m - p.ground_clearance_m
+            return self._request(now_ns, p, RequestTakeoff(height_m)) if waits else []
         if not (state.armed or self._may_arm):
             self._aim_over(pose, p)  # a new estimate still moves
             return []
-        return self._request(now_ns, p, RequestMode(OFFBOARD), RequestArm()) if has_streamed else []
+        return self._request(now_ns, p, RequestMode(p.family.guided), RequestArm()) if has_streamed else []
 
     def _fly(self, now_ns: int, pose: Pose, state: FcuState, p: PublisherParameters) -> list[Action]:
         if not state.armed:
             return self._end_flight()
-        if state.failsafe:
-            return self.return_to(pose) + self._request(now_ns, p, RequestMode(OFFBOARD))
-        return [] if state.mode == OFFBOARD else self._enter_yielded(state)
+        if state.failsafe(p.family):
+            return self.return_to(pose) + self._request(now_ns, p, RequestMode(p.family.guided))
+        return [] if state.mode == p.family.guided else self._enter_yielded(state, p)
 
     def _return(
         self, now_ns: int, pose: Pose, state: FcuState, poses_missing: bool, p: PublisherParameters
     ) -> list[Action]:
         if not state.armed:
             return self._end_flight()
-        if state.failsafe:
+        if state.failsafe(p.family):
             self._hover.climb_over(pose, self._hover_z_m)
-            return self._request(now_ns, p, RequestMode(OFFBOARD))
-        if state.mode != OFFBOARD:
-            return self._enter_yielded(state)
+            return self._request(now_ns, p, RequestMode(p.family.guided))
+        if state.mode != p.family.guided:
+            return self._enter_yielded(state, p)
         if poses_missing or not self._hover.reached(now_ns, p):
             return []
         return self._enter_flying(None, "hovering again, ready.")
@@ -175,10 +179,10 @@ class Phases:
     ) -> list[Action]:
         if not state.armed:
             return self._end_flight()
-        if state.failsafe:
+        if state.failsafe(p.family):
             return self.return_to(pose)
-        if state.mode != OFFBOARD:
-            return self._enter_yielded(state)
+        if state.mode != p.family.guided:
+            return self._enter_yielded(state, p)
         if not blindness.is_too_long:
             text = "the flight controller gets poses again"
             if self._flew:
@@ -186,13 +190,14 @@ class Phases:
             return [*self.return_to(pose)[:1], Log(f"{text}: hovering first.", is_warning=False)]
         if blindness.lasts_s < p.vision_landing_s:
             return []
-        return self._request(now_ns, p, RequestMode(LANDING))
+        return self._request(now_ns, p, RequestMode(p.family.landing))
 
-    def _yield(self, pose: Pose, state: FcuState) -> list[Action]:
+    def _yield(self, pose: Pose, state: FcuState, p: PublisherParameters) -> list[Action]:
         if not state.armed:
             return self._enter_idle()
-        if state.mode == OFFBOARD and not state.failsafe:
-            return self._enter_flying(pose, "OFFBOARD again: taking over where the UAV is.")
+        guided = p.family.guided
+        if state.mode == guided and not state.failsafe(p.family):
+            return self._enter_flying(pose, f"{guided} again: taking over where the UAV is.")
         return []
 
     def _end_flight(self) -> list[Action]:
@@ -213,7 +218,7 @@ class Phases:
         return [AnnounceReady(True), Log(text, is_warning=False)]
 
     def _enter_blind(self, now_ns: int, blind_s: float, p: PublisherParameters) -> list[Action]:
-        self.brake = self._hover.brake(now_ns, p)
+        self.brake = self._hover.brake(now_ns, p) if p.family.brakes_by_plan else None
         self._flew = self.phase not in (Phase.TAKING_OFF, Phase.RETURNING)
         self.phase = Phase.BLIND
         self._requested_ns = None
@@ -221,12 +226,13 @@ class Phases:
         text = f"the flight controller has had no external pose for {blind_s:.2f} s: stopping, then landing."
         return [AnnounceReady(False), Log(text)]
 
-    def _enter_yielded(self, state: FcuState) -> list[Action]:
+    def _enter_yielded(self, state: FcuState, p: PublisherParameters) -> list[Action]:
         self.phase = Phase.YIELDED
-        if state.mode == LANDING and not state.failsafe:
-            text = f"{LANDING} was ordered: leaving the UAV to it until it is OFFBOARD."
+        guided, landing = p.family.guided, p.family.landing
+        if state.mode == landing and not state.failsafe(p.family):
+            text = f"{landing} was ordered: leaving the UAV to it until it is {guided}."
             return [AnnounceReady(False), Log(text, is_warning=False)]
-        text = f"somebody else has set the mode {state.mode}: leaving the UAV to them until it is OFFBOARD."
+        text = f"somebody else has set the mode {state.mode}: leaving the UAV to them until it is {guided}."
         return [AnnounceReady(False), Log(text)]
 
     def _enter_idle(self) -> list[Action]:

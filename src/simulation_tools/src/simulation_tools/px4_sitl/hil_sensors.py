@@ -15,6 +15,7 @@ from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import rotate_inverse
 from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned, flu_to_frd
 from simulation_tools.sensors.atmosphere import pressure_pa, temperature_k
+from simulation_tools.sensors.impacts import ImpactLimiter
 from simulation_tools.sensors.schedule import Schedule
 
 # Accelerometer, gyroscope, magnetometer, pressure, pressure altitude and temperature; no airspeed.
@@ -31,7 +32,7 @@ class HilParameters:
     origin: where the world's origin lies on earth. magnetic_field_ned_gauss: of the earth there. *_noise:
     standard deviations of white noise; none may be zero, because PX4 declares a sensor dead if its value
     stays the same for 100 samples. gps_rate_hz, gps_delay_s: PX4 expects a GPS to be late by EKF2_GPS_DELAY,
-    0.11 s. gnss: False: no GPS is sent. accelerometer_limit_m_s2: no sample exceeds it on any axis. PX4's
+    0.11 s. gnss: False: no GPS is sent. accelerometer_limit_m_s2: see `ImpactLimiter`. PX4's
     accelerometers measure up to 16 g (157 m/s2) and count a greater sample as clipped. The first of the three
     even reads it with the opposite sign.
     """
@@ -70,18 +71,18 @@ class HilSensors:
         self._rng = rng
         self._past: deque[tuple[int, VehicleState]] = deque()
         self._gps_schedule = Schedule(parameters.gps_rate_hz)
-        self._impact = np.zeros(3)
+        self._impacts = ImpactLimiter(parameters.accelerometer_limit_m_s2)
 
     def restart(self) -> None:
         """Forget what was measured: a PX4 that has just started has no past."""
         self._past.clear()
-        self._impact = np.zeros(3)
+        self._impacts.restart()
         self._gps_schedule.restart()
 
     def sensor(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_sensor_message:
         """Return HIL_SENSOR: m/s2 and rad/s (FRD), Gauss (FRD), hPa, m, degrees Celsius."""
         p = self._parameters
-        force = self._felt(np.array(flu_to_frd(state.specific_force_body_m_s2))) + self._noise(
+        force = self._impacts.felt(np.array(flu_to_frd(state.specific_force_body_m_s2))) + self._noise(
             p.accelerometer_noise_m_s2
         )
         rates = flu_to_frd(state.angular_velocity_body_rad_s) + self._noise(p.gyroscope_noise_rad_s)
@@ -102,19 +103,6 @@ class HilSensors:
             temperature=temperature_k(altitude_m) - _KELVIN,
             fields_updated=FIELDS_UPDATED,
         )
-
-    def _felt(self, force_m_s2: np.ndarray) -> np.ndarray:
-        """Return the part of a specific force that the accelerometer measures, FRD.
-
-        A rigid body stops within one step, at 18 g from 0.7 m/s. Real legs and mounts bend, so they take
-        longer. What exceeds the limit is added to the next samples. So their sum still equals the change of
-        velocity.
-        """
-        wanted = force_m_s2 + self._impact
-        limit = self._parameters.accelerometer_limit_m_s2
-        felt = np.clip(wanted, -limit, limit)
-        self._impact = wanted - felt
-        return felt
 
     def gps(self, state: VehicleState, time_us: int) -> common.MAVLink_hil_gps_message | None:
         """Return HIL_GPS, if one is due, for the place of gps_delay_s ago. Call it at every step."""

@@ -10,7 +10,7 @@ from mavros_msgs.msg import Param, ParamValue
 from pymavlink.dialects.v20 import common
 from std_msgs.msg import Header
 
-from simulation_tools.mavlink import decode_text, parameter_from_wire
+from simulation_tools.mavlink import decode_text
 from simulation_tools_ros.mavros.uas import Uas
 
 
@@ -38,7 +38,7 @@ class ParamPlugin:
         if not self._value.wanted:
             return
         try:
-            value = parameter_from_wire(message.param_value, message.param_type)
+            value = self._client.stack.from_wire(message.param_value, message.param_type)
         except ValueError:
             return
         self._value.publish(

@@ -14,7 +14,6 @@ from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Header
 
 from simulation_tools.mavlink import decode_text
-from simulation_tools.mavros.mode_names import custom_mode, mode_name
 from simulation_tools_ros.mavros import diagnostics as diagnose
 from simulation_tools_ros.mavros.battery import battery_message, system_battery_message
 from simulation_tools_ros.mavros.uas import Heard, Uas
@@ -103,7 +102,7 @@ class SysStatusPlugin:
             message.armed = bool(heartbeat.base_mode & _ARMED)
             message.guided = bool(heartbeat.base_mode & _GUIDED)
             message.manual_input = bool(heartbeat.base_mode & _MANUAL)
-            message.mode = mode_name(heartbeat.custom_mode)
+            message.mode = self._client.stack.mode_name(heartbeat.custom_mode)
             message.system_status = heartbeat.system_status
         return message
 
@@ -153,9 +152,9 @@ class SysStatusPlugin:
     def _on_set_mode(self, request: srv.SetModeRequest) -> srv.SetModeResponse:
         custom: int | None = 0
         if request.custom_mode:
-            custom = custom_mode(request.custom_mode)
+            custom = self._client.stack.custom_mode(request.custom_mode)
         if custom is None:
-            rospy.logerr(f"PX4 has no mode {request.custom_mode!r}.")
+            rospy.logerr(f"{self._client.stack.name} has no mode {request.custom_mode!r}.")
             return srv.SetModeResponse(mode_sent=False)
         self._client.set_mode(request.base_mode, custom)
         return srv.SetModeResponse(mode_sent=True)

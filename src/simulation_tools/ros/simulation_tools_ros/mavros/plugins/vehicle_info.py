@@ -7,7 +7,7 @@ from mavros_msgs.msg import VehicleInfo
 from mavros_msgs.srv import VehicleInfoGet, VehicleInfoGetRequest, VehicleInfoGetResponse
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.mavros.mode_names import mode_name
+from simulation_tools.mavros.stacks import stack_of
 from simulation_tools_ros.mavros.uas import Uas
 
 _REQUEST_AUTOPILOT_CAPABILITIES = 520
@@ -37,7 +37,7 @@ class VehicleInfoPlugin:
         info.autopilot, info.type = heartbeat.autopilot, heartbeat.type
         info.system_status, info.base_mode = heartbeat.system_status, heartbeat.base_mode
         info.custom_mode = heartbeat.custom_mode
-        info.mode = mode_name(heartbeat.custom_mode)
+        info.mode = stack_of(heartbeat.autopilot).mode_name(heartbeat.custom_mode)
         is_custom = heartbeat.base_mode & _CUSTOM_MODE_ENABLED
         info.mode_id = heartbeat.custom_mode if is_custom else heartbeat.base_mode
 

@@ -1,0 +1,37 @@
+"""Families of flight controllers: in what they differ for a client that flies them by setpoints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Mapping
+
+from simulation_tools.values import choice
+
+
+@dataclass(frozen=True)
+class Family:
+    """One family of flight controllers. The modes have MAVROS's names.
+
+    guided: mode in which it obeys setpoints. landing: mode in which it lands and disarms.
+    takes_off_by_command: it leaves the ground by a command, and a setpoint would end its climb. False: it
+    climbs to a setpoint. comes_back: after a failsafe the client takes the UAV back. False: the failsafe has
+    the last word. brakes_by_plan: without a pose, `Brake` flies it to a standstill. False: it gets velocities
+    of zero.
+    """
+
+    guided: str
+    landing: str
+    takes_off_by_command: bool
+    comes_back: bool
+    brakes_by_plan: bool
+
+
+PX4 = Family("OFFBOARD", "AUTO.LAND", takes_off_by_command=False, comes_back=True, brakes_by_plan=True)
+ARDUPILOT = Family("GUIDED", "LAND", takes_off_by_command=True, comes_back=False, brakes_by_plan=False)
+
+_FAMILIES: Mapping[str, Family] = {"standin": PX4, "px4": PX4, "ardupilot": ARDUPILOT}
+
+
+def family_of(autopilot: str) -> Family:
+    """Return the family of an autopilot: standin, px4 or ardupilot. Raises ParameterError."""
+    return _FAMILIES[choice("autopilot", autopilot, tuple(_FAMILIES))]
