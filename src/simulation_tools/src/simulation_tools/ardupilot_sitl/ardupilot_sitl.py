@@ -57,7 +57,7 @@ class ArduPilotSitl:
     @property
     def answers(self) -> bool:
         """Whether ArduPilot runs in lockstep."""
-        return self._asked is not None
+        return self._link.connected
 
     def is_ready(self) -> bool:
         """Whether ArduPilot has sent its first frame; raises AutopilotError if it has not in `patience_s`."""
