@@ -23,7 +23,7 @@ class ServoFrame(NamedTuple):
     """The outputs of one frame. rate_hz: at which ArduPilot means to run. pulses_us: of all channels."""
 
     rate_hz: int
-    count: int
+    number: int
     pulses_us: tuple[int, ...]
 
 
@@ -79,8 +79,8 @@ class JsonLink:
                     f"hears a second ArduPilot, at {address[0]}:{address[1]}; give it a port of its own "
                     "(--sim-port-out)"
                 )
-            elif frame.count > self._newest:  # not greater: it asks again
-                self._peer, self._newest = address, frame.count
+            elif frame.number > self._newest:  # not greater: it asks again
+                self._peer, self._newest = address, frame.number
                 self._waiting.append(frame)
 
     def _complain(self, what: str) -> None:
@@ -97,11 +97,11 @@ def frame_of(datagram: bytes) -> ServoFrame | None:
     """Return the frame that a datagram holds; None if it holds none."""
     if len(datagram) < _HEADER.size:
         return None
-    magic, rate_hz, count = _HEADER.unpack_from(datagram)
+    magic, rate_hz, number = _HEADER.unpack_from(datagram)
     channels = _CHANNELS.get(magic, 0)
     if not channels or len(datagram) != _HEADER.size + 2 * channels:
         return None
-    return ServoFrame(rate_hz, count, struct.unpack_from(f"<{channels}H", datagram, _HEADER.size))
+    return ServoFrame(rate_hz, number, struct.unpack_from(f"<{channels}H", datagram, _HEADER.size))
 
 
 def check_port_is_free(port: int, host: str = "127.0.0.1") -> None:
