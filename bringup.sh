@@ -63,7 +63,8 @@ launch() {
   shift
   for argument in "$@"; do
     case $argument in # nodes run in another folder
-      world:=?* | results:=?* | mission:=?* | starting_map:=?* | slam_config:=?*)
+      world:=hold_3d | world:=ballast_tank) ;; # names of ours, not files
+      world:=?* | results:=?* | mission:=?* | limits:=?* | starting_map:=?* | slam_config:=?*)
         argument=${argument%%:=*}:=$(absolute "${argument#*:=}")
         ;;
     esac

@@ -28,6 +28,10 @@ def headline(result: dict) -> str:
         )
 
         return slam_summary.headline(result)
+    if result["experiment"] == "explore":
+        from master_thesis.exploring import summary
+
+        return summary.headline(result)
     return run_summary.headline(result)
 
 

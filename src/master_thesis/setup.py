@@ -35,6 +35,7 @@ setup(
             "master_thesis_ros.experiment_2",
             "master_thesis_ros.experiments",
             "master_thesis_ros.experiments_3_4",
+            "master_thesis_ros.exploring",
             "master_thesis_ros.launch",
             "master_thesis_ros.preflight",
         ],

@@ -18,6 +18,8 @@ from snippets import ROOT, Call
 
 FILE_ARGUMENTS = {"world", "bag", "mission"}
 """Arguments of launch files that name a file."""
+WORLDS = {"hold_3d", "ballast_tank"}
+"""Names that explore.launch takes in place of a world file."""
 SUBCOMMANDS = {"test", "bench", "report", "setup"}
 UPSTREAM = {"rqt_reconfigure", "mavros"}
 """Packages that a reader builds from source."""
@@ -69,7 +71,7 @@ def launches(call: Call) -> None:
         name, given_as, value = word.partition(":=")
         assert given_as, f"{word} is not an argument"
         assert name in names, f"{file} knows no argument {name}"
-        if name in FILE_ARGUMENTS:
+        if name in FILE_ARGUMENTS and value not in WORLDS:
             assert Path(call.folder, value).is_file(), f"{value} is not there"
     if not is_there("mavros"):  # it is built from source; all else of the file is looked at
         given = [word for word in given if word != "mavros:=real" and not word.startswith("fcu_url:=")]

@@ -53,6 +53,11 @@ class EnergyWatch:
         self._charge = Charge(self._parameters)
         self._returns = False
 
+    @property
+    def rate_per_s(self) -> float:
+        """Share of the full charge that a second takes."""
+        return self._charge.rate_per_s
+
     def take_off(self) -> None:
         """Begin a flight, with a battery that may have been swapped."""
         self._charge.reset()

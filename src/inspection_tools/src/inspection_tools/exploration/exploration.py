@@ -7,12 +7,14 @@ node `explore`.
 from __future__ import annotations
 
 import math
+import threading
 import time
 from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
 
+from inspection_tools.energy import EnergyWatch, Verdict, WayHome
 from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.explorer import Explorer, Leftover, Why
 from inspection_tools.exploration.parameters import ExplorationParameters
@@ -28,6 +30,8 @@ class End(Enum):
 
     EXPLORED = "explored"
     TIME = "time"
+    BATTERY = "battery"
+    ABORTED = "aborted"
     SHUT_IN = "shut in"
 
 
@@ -35,11 +39,13 @@ class End(Enum):
 class Explored:
     """What an exploration did.
 
-    end: why it ended; None: it flies. ended_s: when. views: that were decided. known_m3: time in s, and the
-    free and occupied volume. leftovers: what stays unknown. cpu_s: CPU time of each decision.
+    end: why it ended; None: it flies. reason: the same as a sentence. ended_s: when. views: that were
+    decided. known_m3: time in s, and the free and occupied volume. leftovers: what stays unknown. cpu_s: CPU
+    time of each decision.
     """
 
     end: End | None = None
+    reason: str = ""
     views: int = 0
     known_m3: list[tuple[float, float]] = field(default_factory=list)
     leftovers: tuple[Leftover, ...] = ()
@@ -66,15 +72,22 @@ class Exploration:
 
     Args:
         planner: knows the map. explorer: chooses the views. parameters: see there.
+        energy: watches the battery; None: the battery does not count.
 
     Attributes:
         told: what it did so far. is_home: it has ended, and the UAV is where it may land.
+        must_land: the energy does not take the UAV home, so it must land where it is.
+        home_way_m: (n, 3) the way home as it was planned last; None: none is known.
     """
 
     def __init__(
-        self, planner: PathPlanner, explorer: Explorer, parameters: ExplorationParameters | None = None
+        self,
+        planner: PathPlanner,
+        explorer: Explorer,
+        parameters: ExplorationParameters | None = None,
+        energy: EnergyWatch | None = None,
     ) -> None:
-        self._planner, self._explorer = planner, explorer
+        self._planner, self._explorer, self._energy = planner, explorer, energy
         self._p = parameters or ExplorationParameters()
         self._began_s, self._look_s = math.nan, -math.inf
         self._way = Way()
@@ -82,14 +95,50 @@ class Exploration:
         self._track_m: list[np.ndarray] = []
         self._been_m: list[np.ndarray] = []
         """Since the last look."""
-        self.is_home = False
+        self._lock = threading.Lock()  # of the way and of the pause
+        self._is_paused = False
+        self.is_home = self.must_land = False
+        self.home_way_m: np.ndarray | None = None
+        self._home_planned_s = -math.inf
         self.told = Explored()
 
     def begin(self, stamp_s: float, here_m: np.ndarray) -> None:
-        """Begin at a hover (x, y, z) in the map's frame. Home is the place below it."""
-        self._began_s = stamp_s
-        self._home_m = here_m - (0.0, 0.0, self._p.first_sink)
+        """Begin at a hover (x, y, z) in the map's frame, or go on. Home is the place below the first one."""
+        self._began_s, self.is_home, self.must_land, self._is_paused = stamp_s, False, False, False
+        if self._home_m is None:
+            self._home_m = here_m - (0.0, 0.0, self._p.first_sink)
+        self.told.end, self.told.reason = None, ""
         self._way = Way([self._home_m])
+        if self._energy is not None:
+            self._energy.take_off()
+
+    def pause(self, here_m: np.ndarray) -> None:
+        """Hover at a place (x, y, z) until `resume`, `abort`, or until the energy says to come home."""
+        with self._lock:
+            self._is_paused, self._way = True, Way([here_m])
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        with self._lock:
+            self._is_paused = False
+        self._look_s = -math.inf
+
+    def abort(self, reason: str) -> None:
+        """Come home."""
+        self._end(End.ABORTED, reason)
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether it hovers by `pause`."""
+        return self._is_paused
+
+    @property
+    def way_home(self) -> WayHome | None:
+        """Length and time of the way home, as it was planned last; None: none is known."""
+        if self.home_way_m is None:
+            return None
+        length_m = float(np.linalg.norm(np.diff(self.home_way_m, axis=0), axis=1).sum())
+        return WayHome(length_m / self._p.home_speed, length_m)
 
     @property
     def has_begun(self) -> bool:
@@ -101,10 +150,16 @@ class Exploration:
         """Where to fly now, (x, y, z) in the map's frame; None: nowhere yet."""
         return self._way.setpoint_m
 
+    @property
+    def rest_m(self) -> list[np.ndarray]:
+        """The places of the way that are still to come."""
+        return self._way.rest_m
+
     def follow(self, stamp_s: float, here_m: np.ndarray) -> bool:
         """Take a pose (x, y, z), also before the begin. Return whether it is time to `look`."""
-        if not self._been_m or math.dist(here_m, self._been_m[-1]) > BEEN_M:
-            self._been_m.append(here_m)
+        been_m = self._been_m  # `look` may begin another list meanwhile
+        if not been_m or math.dist(here_m, been_m[-1]) > BEEN_M:
+            been_m.append(here_m)
         if not self.has_begun:
             return False
         if not self._track_m or math.dist(here_m, self._track_m[-1]) > self._p.track_spacing:
@@ -121,15 +176,52 @@ class Exploration:
         been_m, self._been_m = self._been_m, []
         for place_m in (*been_m, here_m):
             self._planner.take_as_free(place_m, self._planner.parameters.radius)
+        self._know_the_way_home(stamp_s, here_m)
+        self._mind_the_energy(stamp_s)
         if not self._goes_on(stamp_s, here_m):
             self._decide(stamp_s, here_m)
 
+    def _know_the_way_home(self, stamp_s: float, here_m: np.ndarray) -> None:
+        """Plan the way home again, if the energy counts and the last plan is old."""
+        assert self._home_m is not None
+        if self._energy is None or stamp_s < self._home_planned_s + self._p.home_period:
+            return
+        self._home_planned_s = stamp_s
+        try:
+            self.home_way_m = self._planner.plan(here_m, self._home_m, stamp_s).points_m
+        except NoPathError:
+            self.home_way_m = np.array([here_m, *self._track_m[::-1]])  # the way it came is free
+
+    def _mind_the_energy(self, stamp_s: float) -> None:
+        if self._energy is None:
+            return
+        decision = self._energy.decide(stamp_s, self.way_home)
+        if decision.verdict is Verdict.LAND:
+            self.must_land = True
+        if decision.verdict is not Verdict.GO_ON:
+            self._end(End.BATTERY, decision.reason)
+
+    def _end(self, end: End, reason: str) -> None:
+        """End, unless it has ended already."""
+        if self.told.end is None:
+            self.told.end, self.told.reason = end, reason
+            with self._lock:
+                self._is_paused, self._way = False, Way()
+            self._look_s = -math.inf
+
+    def _set_out(self, way: Way) -> None:
+        with self._lock:
+            if not self._is_paused:
+                self._way = way
+
     def _goes_on(self, stamp_s: float, here_m: np.ndarray) -> bool:
         """Return whether the UAV keeps to its way, without a decision."""
+        if self._is_paused:
+            return True
         rest_m = self._way.rest_m
         if not rest_m:
             return False
-        if not self.told.views:  # on the first way down, which no beam has seen
+        if not self.told.views and self.told.end is None:  # on the first way down, which no beam has seen
             return math.dist(here_m, rest_m[-1]) > self._p.arrived
         is_decided = self.told.end is not None or len(rest_m) > 1
         return is_decided and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)
@@ -146,30 +238,42 @@ class Exploration:
 
     def _next_view(self, stamp_s: float, here_m: np.ndarray) -> None:
         if stamp_s - self._began_s > self._p.time_max:
-            self.told.end = End.TIME
+            self._end(End.TIME, f"The time of {self._p.time_max:g} s is over.")
             return
         decision = self._explorer.decide(self._planner.space(stamp_s, here_m), here_m)
         self.told.views += 1
         if decision.goal_m is None:
             self.told.leftovers = decision.leftovers
-            self.told.end = End.SHUT_IN if decision.is_shut_in else End.EXPLORED
+            if decision.is_shut_in:
+                self._end(End.SHUT_IN, f"The UAV fits nowhere: {self._why_shut_in(stamp_s, here_m)}")
+            else:
+                self._end(End.EXPLORED, "No place that the UAV can reach shows anything unknown.")
             return
         goal_m = np.array(decision.goal_m)
         if not self._plan(here_m, goal_m, stamp_s):
             self._planner.close(goal_m, stamp_s)
-            self._way = Way()
+            self._set_out(Way([here_m]))
 
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         assert self._home_m is not None
         if math.dist(here_m, self._home_m) < 2 * self._p.arrived:
             self.is_home = True
         elif not self._plan(here_m, self._home_m, stamp_s):
-            self._way = Way(self._track_m[::-1])  # the way it came
+            self._set_out(Way(self._track_m[::-1]))  # the way it came
 
     def _plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float) -> bool:
         """Set out for a goal; return whether there is a way."""
         try:
-            self._way = Way(list(self._planner.plan(here_m, goal_m, stamp_s).points_m[1:]))
+            self._set_out(Way(list(self._planner.plan(here_m, goal_m, stamp_s).points_m[1:])))
         except NoPathError:
             return False
         return True
+
+    def _why_shut_in(self, stamp_s: float, here_m: np.ndarray) -> str:
+        """Return the planner's sentence."""
+        assert self._home_m is not None
+        try:
+            self._planner.plan(here_m, self._home_m, stamp_s)
+        except NoPathError as error:
+            return str(error)
+        return "no place around it keeps the clearance."

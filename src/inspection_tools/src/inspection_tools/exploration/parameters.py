@@ -68,6 +68,8 @@ class ExplorationParameters:
         arrived: The UAV has arrived if it is nearer than this, m.
         track_spacing: Between the places that it remembers, to come back the way it came, m.
         first_sink: The hover's height is the border of what the climb has shown: home is this much below, m.
+        home_speed: Mean speed on the way home, turns included, m/s.
+        home_period: The way home is planned anew so often, s.
 
     Raises:
         ParameterError: a value out of range.
@@ -79,6 +81,8 @@ class ExplorationParameters:
     arrived: float = 0.3
     track_spacing: float = 0.5
     first_sink: float = 0.7
+    home_speed: float = 0.7
+    home_period: float = 5.0
 
     def __post_init__(self) -> None:
         if not self.time_max > 0.0:
@@ -88,3 +92,5 @@ class ExplorationParameters:
         check_number("arrived", self.arrived, 0.05, 5.0)
         check_number("track_spacing", self.track_spacing, 0.1, 10.0)
         check_number("first_sink", self.first_sink, 0.0, 5.0)
+        check_number("home_speed", self.home_speed, 0.01, 20.0)
+        check_number("home_period", self.home_period, 0.5, 60.0)

@@ -141,6 +141,14 @@ def _mission_flight(asked: Mapping[str, str]) -> None:
     slam_arguments.check(asked)
 
 
+def _exploration(asked: Mapping[str, str]) -> None:
+    from master_thesis.exploring import request as exploration  # numba takes half a second
+    from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
+
+    exploration.read(asked, cepa_keeps_m({}))
+    slam_arguments.check_file(Path(asked["slam_config"]))
+
+
 def _real_flight(asked: Mapping[str, str]) -> None:
     real_uav.check(asked)
     cepa_arguments.check_file(Path(asked["cepa_config"]))
@@ -162,6 +170,7 @@ _READERS: dict[str, Callable[[Mapping[str, str]], None]] = {
     "experiment_2.launch": _trial,
     "experiment_3.launch": _mission_flight,
     "experiment_4.launch": _mission_flight,
+    "explore.launch": _exploration,
     "teleop.launch": teleop.check,
     "real.launch": _real_flight,
 }

@@ -28,7 +28,8 @@ FLIGHT_HEIGHT_M = 2.0
 class Scenario:
     """A world file, the UAV's start (x, y, z, yaw) and its goal, in `world`.
 
-    mission_path: file of waypoints. The goal is the last of them and may be anywhere.
+    mission_path: file of waypoints. The goal is the last of them and may be anywhere. comes_home: the goal is
+    the start.
     """
 
     name: str
@@ -36,6 +37,7 @@ class Scenario:
     start_xyz_yaw: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     goal_xyz_m: tuple[float, float, float] = (40.0, 0.0, FLIGHT_HEIGHT_M)
     mission_path: Path | None = None
+    comes_home: bool = False
 
     def __post_init__(self) -> None:
         if not Path(self.world_path).is_file():
@@ -43,7 +45,7 @@ class Scenario:
                 f"There is no world file {self.world_path}; give the path of an SDF world with world:=FILE."
             )
         straight = math.dist(self.start_xyz_yaw[:2], self.goal_xyz_m[:2])
-        if self.mission_path is None and not 1.0 <= straight <= 10_000.0:
+        if self.mission_path is None and not self.comes_home and not 1.0 <= straight <= 10_000.0:
             raise ScenarioError(
                 f"The goal lies {straight:.2f} m from the start; it must be 1 m to 10 km away."
             )

@@ -1,0 +1,136 @@
+#!/usr/bin/env python3
+"""What the node explore promises: an action with feedback, pause, resume, abort, and a way home in time."""
+
+import math
+import sys
+import unittest
+from pathlib import Path
+
+import rospy
+import rostest
+from actionlib_msgs.msg import GoalStatus
+from geometry_msgs.msg import Pose
+from inspection_tools_ros.planner_messages import tiles_class
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+from inspection_tools.msg import ExploreActionFeedback, ExploreActionGoal, ExploreActionResult
+from node_tools.testing import Input, wait_until
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from drawn_voxels import block, tiles_of
+from ros_probe import odometry_of
+
+NODE = "/explore"
+RESOLUTION_M, SIDE = 0.2, 16
+START = (2.0, 5.0, 2.0)
+
+
+class Newest:
+    """The newest message of a topic."""
+
+    def __init__(self, topic, kind):
+        self.last = None
+        self._subscriber = rospy.Subscriber(topic, kind, self._take)
+
+    def _take(self, message):
+        self.last = message
+
+
+class ExploreTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.setpoints = Newest("/pos_setpoint", Pose)
+        cls.feedback = Newest(NODE + "/explore/feedback", ExploreActionFeedback)
+        cls.results = Newest(NODE + "/explore/result", ExploreActionResult)
+        cls.markers = Newest(NODE + "/markers", MarkerArray)
+        cls.maps = Input("/updates", tiles_class())
+        cls.poses = Input("/ground_truth", Odometry)
+        cls.batteries = Input("/battery", BatteryState)
+        cls.goals = Input(NODE + "/explore/goal", ExploreActionGoal)
+        cls.services = {
+            name: rospy.ServiceProxy(f"{NODE}/{name}", Trigger) for name in ("pause", "resume", "abort")
+        }
+        for service in cls.services.values():
+            service.wait_for_service(60.0)
+
+    def be(self, place, charge=0.9):
+        """Be at a place, with a charge, now."""
+        self.poses.send(odometry_of(rospy.Time.now(), place, frame="map"))
+        battery = BatteryState(percentage=charge, voltage=12.0, current=-10.0)
+        battery.header.stamp = rospy.Time.now()
+        self.batteries.send(battery)
+
+    def send_goal(self, name):
+        goal = ExploreActionGoal()
+        goal.goal_id.id = name
+        self.goals.send(goal)
+
+    def send_map(self):
+        """Send a room, open at its far end."""
+        kinds = block(24, 48, 48)
+        kinds[:, :, 40:] = 0
+        tiles, voxels = tiles_of(kinds, SIDE)
+        message = tiles_class()()
+        message.header.frame_id, message.header.stamp = "map", rospy.Time.now()
+        message.resolution, message.side = RESOLUTION_M, SIDE
+        message.tiles, message.voxels = tiles.ravel().tolist(), voxels.tobytes()
+        self.maps.send(message)
+
+    def fly(self, until, charge=0.9, seconds=40.0):
+        """Let a UAV be where the node sends it, until something is true."""
+
+        def flown():
+            target = self.setpoints.last
+            here = START if target is None else (target.position.x, target.position.y, target.position.z)
+            self.be(here, charge)
+            self.send_map()
+            return until()
+
+        wait_until(flown, "the UAV's flight", seconds)
+
+    def test_1_nothing_begins_without_pose_and_battery(self):
+        self.send_goal("too early")
+        wait_until(lambda: self.results.last is not None, "the refusal")
+        self.assertEqual(self.results.last.status.status, GoalStatus.ABORTED)
+        self.assertIn("not known yet", self.results.last.status.text)
+        self.assertFalse(self.services["pause"]().success)
+
+    def test_2_it_explores_pauses_and_comes_home_before_the_battery_is_low(self):
+        # Given a UAV that hovers; when it gets a goal, then it flies and tells its way home
+        self.be(START)
+        rospy.sleep(0.5)
+        self.send_goal("explore")
+        self.fly(lambda: self.feedback.last is not None and self.feedback.last.feedback.phase == "exploring")
+        self.fly(lambda: math.isfinite(self.feedback.last.feedback.home_energy))
+        self.assertGreater(self.feedback.last.feedback.known, 50.0)
+        self.assertTrue(self.markers.last.markers)
+        # When it is paused, then it hovers
+        self.assertTrue(self.services["pause"]().success)
+        self.fly(lambda: self.feedback.last.feedback.phase == "paused")
+        self.assertTrue(self.services["resume"]().success)
+        # When the charge is down at the reserve, then it comes home and says why
+        self.fly(lambda: self.results.last.status.goal_id.id == "explore", charge=0.1)
+        result = self.results.last.result
+        self.assertEqual(result.end, "battery")
+        self.assertTrue(result.is_home)
+        self.assertIn("reserve", result.reason)
+
+    def test_3_with_a_new_battery_it_goes_on_and_it_can_be_aborted(self):
+        self.fly(lambda: True)
+        self.be(START)
+        rospy.sleep(0.5)
+        self.send_goal("go on")
+        self.fly(lambda: self.feedback.last.status.goal_id.id == "go on")
+        self.assertTrue(self.services["abort"]().success)
+        self.fly(lambda: self.results.last.status.goal_id.id == "go on")
+        self.assertEqual(self.results.last.result.end, "aborted")
+        self.assertTrue(self.results.last.result.is_home)
+
+
+if __name__ == "__main__":
+    rospy.init_node("explore_probe")
+    rostest.rosrun("inspection_tools", "explore_contract", ExploreTest)

@@ -1,0 +1,66 @@
+"""The request of an exploration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Mapping
+
+from inspection_tools import InspectionToolsError
+from inspection_tools.planning import read_limits
+from master_thesis.errors import FlightError, ScenarioError
+from master_thesis.flight.course import PhaseLimits
+from master_thesis.flight.description import RunDescription
+from master_thesis.launch_arguments.common import choices_of, limits_of
+from master_thesis.launch_arguments.free_places import check_course
+from master_thesis.worlds import scenario
+
+HOVER_M = 2.0
+LONGEST_S = 86_400.0
+CLOUD_LIDARS = ("puck", "m8")
+RETURN_S = 600.0
+"""For the ways home and the swaps, beyond the exploration's own time."""
+
+
+@dataclass(frozen=True)
+class ExploringRequest:
+    """An exploration.
+
+    limits: of its phases. time_s: after it the UAV comes home. swaps: of the battery, at most.
+    """
+
+    description: RunDescription
+    limits: PhaseLimits
+    time_s: float
+    swaps: int
+
+
+def read(asked: Mapping[str, Any], keep_m: float) -> ExploringRequest:
+    """Read and check the request. asked: the node's parameters by name. keep_m: CEPA's r_lb.
+
+    Raises:
+        MasterThesisError, SimulationToolsError: one sentence.
+    """
+    choices = choices_of({**asked, "algorithm": "dynamic"})
+    if choices["lidar"] not in CLOUD_LIDARS:
+        raise FlightError(
+            f"Exploring needs clouds, which '{choices['lidar']}' does not give; choose lidar:=puck or m8."
+        )
+    world = scenario.absolute("world", str(asked.get("world", "")))
+    x, y, z, yaw = scenario.place_and_yaw("start", asked.get("start", "0 0 0 0"))
+    flown = scenario.Scenario(world.stem, world, (x, y, z, yaw), (x, y, z + HOVER_M), comes_home=True)
+    description = RunDescription(str(asked.get("experiment", "explore")), flown, **choices)
+    scenario.number("speed", asked.get("speed", 1.0), *scenario.SPEEDS_M_S)
+    time_s = scenario.number("time", asked.get("time", 600.0), 1.0, LONGEST_S)
+    swaps = scenario.whole_number("swaps", asked.get("swaps", 1), 0, 100)
+    _check_limits(str(asked.get("limits", "")).strip())
+    limits = limits_of({**asked, "flight_timeout_s": (1 + swaps) * time_s + RETURN_S}, PhaseLimits)
+    check_course(flown, description.model, description.lidar, [], keep_m)
+    return ExploringRequest(description, limits, time_s, swaps)
+
+
+def _check_limits(path: str) -> None:
+    try:
+        if path:
+            read_limits(path)
+    except InspectionToolsError as error:
+        raise ScenarioError(str(error)) from None
