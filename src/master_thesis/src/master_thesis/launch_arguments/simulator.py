@@ -6,6 +6,7 @@ from typing import Any, Callable, Mapping
 
 from master_thesis.worlds import scenario
 from simulation_tools import values
+from simulation_tools.ardupilot_sitl.program import check_program
 from simulation_tools.launch_check.launch_packages import check_mavros_is_there
 from simulation_tools.launch_check.launch_ports import check_ports_are_free
 from simulation_tools.vehicle.uav import load_uav
@@ -27,7 +28,9 @@ def check(asked: Mapping[str, Any]) -> None:
     if "offboard_port" in asked:
         values.mavlink_ports(asked["offboard_port"], asked["gcs_port"])
     if "autopilot" in asked:
-        values.choice("autopilot", str(asked["autopilot"]), values.AUTOPILOTS)
+        autopilot = values.choice("autopilot", str(asked["autopilot"]), values.AUTOPILOTS)
+        if autopilot == "ardupilot":
+            check_program(str(asked.get("ardupilot", "")))
     for name, least in (("real_time_factor", 0.0), ("lockstep_timeout", 0.001), ("lidar_range_max", 0.0)):
         if name in asked:
             values.number(name, asked[name], least)

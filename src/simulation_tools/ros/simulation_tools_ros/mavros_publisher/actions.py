@@ -7,6 +7,7 @@ import time
 from typing import Any, Callable
 
 import rospy
+from geographic_msgs.msg import GeoPointStamped
 from geometry_msgs.msg import Point, PoseStamped, Quaternion
 from geometry_msgs.msg import Vector3 as Vector3Message
 from mavros_msgs.msg import PositionTarget
@@ -15,6 +16,7 @@ from std_msgs.msg import Bool, Header, String
 
 from node_tools.conversions import time_of
 from node_tools.direct_publisher import DirectPublisher
+from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import quaternion_from_rpy
 from simulation_tools.publisher import (
     Action,
@@ -26,9 +28,12 @@ from simulation_tools.publisher import (
     RequestTakeoff,
     SendPosition,
     SendVelocity,
+    SetOrigin,
 )
 from simulation_tools_ros.mavros_publisher.request_thread import RequestThread
 
+PLACE = GeodeticOrigin()
+"""Where the flight controller is told to be, if nobody says where."""
 REQUEST_PATIENCE_S = 0.5  # wall time; the flight controller misses setpoints after 1 s
 
 VELOCITY_AND_YAW_RATE = (
@@ -61,12 +66,14 @@ class Actions:
             RequestMode: self._request_mode,
             RequestArm: self._request_arm,
             RequestTakeoff: self._request_takeoff,
+            SetOrigin: self._set_origin,
             AnnounceReady: lambda action: self._ready.publish(action.ready),
             AnnounceStatus: lambda action: self._waiting_for.publish(action.text),
             Log: self._log,
         }
         self._raw = DirectPublisher("mavros/setpoint_raw/local", PositionTarget, queue_size=10)
         self._position = DirectPublisher("mavros/setpoint_position/local", PoseStamped, queue_size=10)
+        self._origin = rospy.Publisher("mavros/global_position/set_gp_origin", GeoPointStamped, queue_size=1)
         self._ready = rospy.Publisher("ready", Bool, queue_size=1, latch=True)
         self._ready.publish(False)
         self._waiting_for = rospy.Publisher("waiting_for", String, queue_size=1, latch=True)
@@ -107,6 +114,13 @@ class Actions:
     def _request_takeoff(self, action: RequestTakeoff) -> None:
         arguments = (0.0, 0.0, 0.0, 0.0, action.height_m)
         self._requests.ask(lambda: self._call(self._take_off, "the take-off", *arguments), REQUEST_PATIENCE_S)
+
+    def _set_origin(self, _action: SetOrigin) -> None:
+        origin = GeoPointStamped(header=Header(stamp=rospy.get_rostime()))
+        origin.position.latitude = float(rospy.get_param("/gazebo/latitude", PLACE.latitude_deg))
+        origin.position.longitude = float(rospy.get_param("/gazebo/longitude", PLACE.longitude_deg))
+        origin.position.altitude = PLACE.altitude_m
+        self._origin.publish(origin)
 
     def _request_arm(self, _action: RequestArm) -> None:
         self._requests.ask(self._arm_now, REQUEST_PATIENCE_S)

@@ -13,6 +13,7 @@ from simulation_tools.publisher.interface import (
     RequestTakeoff,
     SendPosition,
     SendVelocity,
+    SetOrigin,
 )
 from simulation_tools.publisher.machine import SetpointPublisher
 from simulation_tools.publisher.phases import Phase
@@ -31,5 +32,6 @@ __all__ = [
     "RequestTakeoff",
     "SendPosition",
     "SendVelocity",
+    "SetOrigin",
     "SetpointPublisher",
 ]

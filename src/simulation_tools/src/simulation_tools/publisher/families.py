@@ -16,7 +16,7 @@ class Family:
     takes_off_by_command: it leaves the ground by a command, and a setpoint would end its climb. False: it
     climbs to a setpoint. comes_back: after a failsafe the client takes the UAV back. False: the failsafe has
     the last word. brakes_by_plan: without a pose, `Brake` flies it to a standstill. False: it gets velocities
-    of zero.
+    of zero. needs_origin: without GNSS it arms only after a client has told it a place on earth.
     """
 
     guided: str
@@ -24,10 +24,20 @@ class Family:
     takes_off_by_command: bool
     comes_back: bool
     brakes_by_plan: bool
+    needs_origin: bool
 
 
-PX4 = Family("OFFBOARD", "AUTO.LAND", takes_off_by_command=False, comes_back=True, brakes_by_plan=True)
-ARDUPILOT = Family("GUIDED", "LAND", takes_off_by_command=True, comes_back=False, brakes_by_plan=False)
+PX4 = Family(
+    "OFFBOARD",
+    "AUTO.LAND",
+    takes_off_by_command=False,
+    comes_back=True,
+    brakes_by_plan=True,
+    needs_origin=False,
+)
+ARDUPILOT = Family(
+    "GUIDED", "LAND", takes_off_by_command=True, comes_back=False, brakes_by_plan=False, needs_origin=True
+)
 
 _FAMILIES: Mapping[str, Family] = {"standin": PX4, "px4": PX4, "ardupilot": ARDUPILOT}
 

@@ -137,6 +137,11 @@ class RequestTakeoff:
 
 
 @dataclass(frozen=True)
+class SetOrigin:
+    """Tell the flight controller a place on earth for the origin of its local frame. Any place will do."""
+
+
+@dataclass(frozen=True)
 class AnnounceReady:
     """Publish whether the UAV takes commands."""
 
@@ -165,6 +170,7 @@ Action = (
     | RequestMode
     | RequestArm
     | RequestTakeoff
+    | SetOrigin
     | AnnounceReady
     | AnnounceStatus
     | Log

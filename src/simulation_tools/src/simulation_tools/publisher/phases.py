@@ -17,6 +17,7 @@ from simulation_tools.publisher.interface import (
     RequestArm,
     RequestMode,
     RequestTakeoff,
+    SetOrigin,
 )
 from simulation_tools.publisher.vision_watch import Blindness
 
@@ -55,6 +56,7 @@ class Phases:
             p.hover_height_m - p.ground_clearance_m
         )  # the local frame begins where the UAV stood
         self._seen_offboard = self._has_flown = self._may_arm = self._was_failsafe = False
+        self._knows_home = False
         self._flew = False  # before it became blind, by commands or by itself
         self._told_ns = 0  # stamp of the newest state that made a decision
         self.brake: Brake | None = None  # of the last time it became blind
@@ -78,7 +80,9 @@ class Phases:
         if pose is None or state is None or landed is None or not state.connected or told_ns < self._told_ns:
             return []
         self._told_ns = told_ns
-        self._may_arm = (home or not p.needs_home) and not blindness.is_too_long
+        self._knows_home = bool(home)
+        needs_home = p.needs_home or (p.needs_vision and p.family.needs_origin)
+        self._may_arm = (self._knows_home or not needs_home) and not blindness.is_too_long
         is_flying = state.armed and landed != _ON_GROUND
         actions: list[Action] = []
         takes_over = self.phase is Phase.YIELDED or (self.phase is Phase.WAITING and is_flying)
@@ -150,7 +154,8 @@ class Phases:
             return self._request(now_ns, p, RequestTakeoff(height_m)) if waits else []
         if not (state.armed or self._may_arm):
             self._aim_over(pose, p)  # a new estimate still moves
-            return []
+            has_none = p.needs_vision and p.family.needs_origin and not self._knows_home
+            return self._request(now_ns, p, SetOrigin()) if has_none else []
         return self._request(now_ns, p, RequestMode(p.family.guided), RequestArm()) if has_streamed else []
 
     def _fly(self, now_ns: int, pose: Pose, state: FcuState, p: PublisherParameters) -> list[Action]:
