@@ -31,3 +31,7 @@ class MapError(InspectionToolsError):
 
 class NoPathError(InspectionToolsError):
     """There is no safe path; the message says what blocks it."""
+
+
+class SurveyError(InspectionToolsError):
+    """A survey that cannot be planned, read or judged: its surface, its plan or its photographs are wrong."""

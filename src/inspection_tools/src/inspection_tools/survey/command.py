@@ -1,0 +1,160 @@
+"""The command ``rosrun inspection_tools survey_planner``: plans a survey, and checks an edited plan."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any
+
+from inspection_tools.errors import InspectionToolsError, SurveyError
+
+OF_ASKED = ("resolution", "incidence", "share", "patch", "voxel", "spacing", "radius", "margin", "around")
+OF_FLYING = ("speed", "passing_speed", "settle", "endurance")
+OF_CAMERA = ("width", "height", "field_of_view", "tilt_min", "tilt_max")
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command. Return the exit code: 0, or 1 with one sentence on stderr."""
+    given = _parser().parse_args(arguments)
+    try:
+        given.run(given)
+    except InspectionToolsError as error:
+        print(f"survey_planner: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("survey_planner: interrupted; the last plan that was written stays.", file=sys.stderr)
+        return 130
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="survey_planner", description="Plan photographs of every surface that a UAV can reach."
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    plan = commands.add_parser("plan", help="plan the photographs and the flights")
+    _add_surface(plan)
+    plan.add_argument(
+        "--out", type=Path, default=Path("plan.yaml"), help="file to write (default: plan.yaml)"
+    )
+    plan.add_argument("--picture", type=Path, help="draw the plan as PNG")
+    plan.add_argument("--passing", action="store_true", help="shoot in passing and do not hover")
+    plan.add_argument("--search", type=float, default=20.0, metavar="S", help="CPU time of the search (20)")
+    plan.add_argument("--no-bound", action="store_true", help="do not compute the bound of the photographs")
+    plan.add_argument("--seed", type=int, default=1)
+    for name in OF_ASKED + OF_FLYING + OF_CAMERA:
+        plan.add_argument("--" + name.replace("_", "-"), type=float, metavar=_unit(name), help=_help(name))
+    plan.set_defaults(run=_plan)
+    check = commands.add_parser("check", help="check a plan that was edited")
+    check.add_argument("plan", type=Path)
+    _add_surface(check)
+    check.set_defaults(run=_check)
+    return parser
+
+
+def _add_surface(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--mesh", type=Path, help="STL, OBJ, PLY or GLB (m, z up), or an SDF world")
+    parser.add_argument("--home", type=float, nargs=3, metavar=("X", "Y", "Z"), help="place of take-off, m")
+
+
+def _unit(name: str) -> str:
+    return {"resolution": "MM", "incidence": "DEG", "share": "0..1", "speed": "M/S"}.get(name, "NUMBER")
+
+
+def _help(name: str) -> str:
+    from inspection_tools.survey.camera import SurveyCamera
+    from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
+
+    for kind in (SurveyParameters, FlightParameters, SurveyCamera):
+        for each in fields(kind):
+            if each.name == name:
+                return f"default: {each.default}"
+    return ""
+
+
+def _parameters(kind: Any, names: tuple[str, ...], given: argparse.Namespace) -> Any:
+    known = {name: getattr(given, name) for name in names if getattr(given, name) is not None}
+    for name in ("width", "height"):
+        if name in known:
+            known[name] = round(known[name])
+    return kind(**known)
+
+
+def _surface(given: argparse.Namespace, asked: Any) -> Any:
+    """Return room, patches and rays of the file that is named."""
+    from inspection_tools.survey.surface.reading import read_surface
+
+    if given.mesh is None:
+        raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
+    return read_surface(given.mesh, asked, given.home)
+
+
+def _plan(given: argparse.Namespace) -> None:
+    from inspection_tools.survey.camera import SurveyCamera
+    from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
+    from inspection_tools.survey.plan_file import write_plan
+    from inspection_tools.survey.planner import SurveyPlanner
+
+    asked = _parameters(SurveyParameters, OF_ASKED, given)
+    flying = replace(_parameters(FlightParameters, OF_FLYING, given), passing=given.passing)
+    camera = _parameters(SurveyCamera, OF_CAMERA, given)
+    if not given.out.parent.is_dir():
+        raise SurveyError(f"{given.out} cannot be written: there is no folder {given.out.parent}.")
+    print("reads the surface", flush=True)
+    surface = _surface(given, asked)
+    planner = SurveyPlanner(
+        surface.room, surface.patches, surface.ranges_m, camera, asked, flying, str(given.mesh)
+    )
+    plan = None
+    for progress in planner.improve(given.seed, given.search, not given.no_bound):
+        plan = progress.plan
+        write_plan(given.out, plan)
+        print(f"{progress.cpu_s:6.1f} s CPU  {progress.stage}: {_summary(plan)}", flush=True)
+    assert plan is not None
+    _tell(plan)
+    if given.picture:
+        from inspection_tools.survey.picture import draw_plan
+
+        draw_plan(given.picture, plan, surface.patches)
+    print(f"written: {given.out}")
+
+
+def _summary(plan: Any) -> str:
+    f = plan.figures
+    return (
+        f"{f['photographs']:.0f} photographs show {100 * f['share']:.1f} % of {f['reachable_m2']:.0f} m2; "
+        f"{len(plan.flights)} flights, {sum(each.time_s for each in plan.flights) / 60:.1f} min"
+    )
+
+
+def _tell(plan: Any) -> None:
+    f = plan.figures
+    if "photographs_lp_bound" in f:
+        bound = f["photographs_lp_bound"]
+        ratio = f["photographs"] / max(bound, 1e-9)
+        print(f"photographs: {f['photographs']:.0f}, at least {bound:.1f} (LP bound): {ratio:.2f} times")
+    print(
+        f"tour: {f['tour_s']:.0f} s, {f['tour_m']:.0f} m, at least {f['tour_bound_s']:.0f} s (Held-Karp): "
+        f"{f['tour_s'] / f['tour_bound_s']:.3f} times; nearest neighbour {f['tour_nearest_s']:.0f} s"
+    )
+    for name, share in plan.shares.items():
+        print(f"  {name:24s} {100 * share:5.1f} %")
+    reasons: dict[str, float] = {}
+    for each in plan.leftovers:
+        reasons[each.why] = reasons.get(each.why, 0.0) + each.area_m2
+    for why, area in reasons.items():
+        print(f"cannot be photographed: {area:.1f} m2 {why}")
+
+
+def _check(given: argparse.Namespace) -> None:
+    from inspection_tools.survey.checking import check_plan
+    from inspection_tools.survey.plan_file import read_plan
+
+    plan = read_plan(given.plan)
+    given.mesh = given.mesh or Path(plan.source)
+    given.home = given.home or list(plan.home_m)
+    surface = _surface(given, plan.asked)
+    check_plan(plan, surface.room)
+    print(f"{given.plan}: {len(plan.views)} photographs in {len(plan.flights)} flights can be flown.")

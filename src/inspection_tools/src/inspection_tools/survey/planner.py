@@ -1,0 +1,155 @@
+"""Plans a survey; a first plan comes early and gets better while time is left."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import Iterator
+
+import numpy as np
+
+from inspection_tools.errors import SurveyError
+from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.survey.leftovers import leftovers_of
+from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
+from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
+from inspection_tools.survey.surface.patches import Patches
+from inspection_tools.survey.surface.room import Room
+from inspection_tools.survey.tour.flights import Tour, flight_time_s, flights_of, short_tour
+from inspection_tools.survey.tour.ways import Ways, leg_times_s
+from inspection_tools.survey.views.candidates import Candidates, Ranges, View, lattice
+from inspection_tools.survey.views.cover import Cover
+from inspection_tools.survey.views.lp_bound import lp_bound
+
+FIRST_TRIES, LAST_TRIES = 0, 300
+COARSER = 2.0
+"""The first plan's lattice is so many times as wide."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """A plan so far. stage: what was done last; cpu_s: CPU time of it all; plan: flyable."""
+
+    stage: str
+    cpu_s: float
+    plan: SurveyPlan
+
+
+class SurveyPlanner:
+    """Plans photographs of a surface, and flights that take them.
+
+    Args:
+        room: where the UAV flies. patches: the surface. ranges_m: rays through what hides.
+        camera, asked, flying: parameters. source: name of the surface's file.
+    """
+
+    def __init__(
+        self,
+        room: Room,
+        patches: Patches,
+        ranges_m: Ranges,
+        camera: SurveyCamera | None = None,
+        asked: SurveyParameters | None = None,
+        flying: FlightParameters | None = None,
+        source: str = "",
+    ):
+        self._room, self._patches, self._ranges_m = room, patches, ranges_m
+        self._camera, self._asked = camera or SurveyCamera(), asked or SurveyParameters()
+        self._flying, self._source = flying or FlightParameters(), source
+
+    def improve(self, seed: int = 1, search_s: float = 20.0, bound: bool = True) -> Iterator[Progress]:
+        """Yield flyable plans, each at least as good as the one before.
+
+        seed: of all that is drawn. search_s: CPU time of the local search. bound: compute the LP's bound.
+
+        Raises:
+            SurveyError: nothing can be photographed, or not on one battery.
+        """
+        begin_s, rng = time.process_time(), np.random.default_rng(seed)
+
+        def told(stage: str, plan: SurveyPlan) -> Progress:
+            return Progress(stage, time.process_time() - begin_s, plan)
+
+        coarse = self._candidates(COARSER * self._asked.spacing)
+        if len(coarse.seen):
+            first = Cover(coarse, self._asked)
+            first.fill()
+            first.drop_idle()
+            if first.shots:
+                yield told("first plan", self._plan(coarse, first, rng, FIRST_TRIES))
+        candidates = self._candidates(self._asked.spacing)
+        cover = Cover(candidates, self._asked)
+        cover.fill()
+        if not cover.shots:
+            raise SurveyError(
+                f"Nothing can be photographed at {self._asked.resolution:g} mm per pixel: from where the UAV "
+                "fits, every surface is too far, too oblique or hidden."
+            )
+        cover.drop_idle()
+        yield told("all places", self._plan(candidates, cover, rng, FIRST_TRIES))
+        end_s = time.process_time() + search_s
+        cover.improve(rng, lambda: time.process_time() < end_s)
+        plan = self._plan(candidates, cover, rng, LAST_TRIES)
+        plan = replace(plan, leftovers=leftovers_of(self._room, candidates, self._asked, self._ranges_m))
+        yield told("local search", plan)
+        if bound:
+            least = lp_bound(candidates, cover, self._asked.share, rng)
+            yield told("bound", replace(plan, figures={**plan.figures, "photographs_lp_bound": least}))
+
+    def _candidates(self, spacing_m: float) -> Candidates:
+        places_m = lattice(self._room, spacing_m)
+        return Candidates(self._patches, places_m, self._camera, self._asked, self._ranges_m)
+
+    def _plan(self, candidates: Candidates, cover: Cover, rng: np.random.Generator, tries: int) -> SurveyPlan:
+        shots, flying = cover.shots, self._flying
+        places_m = np.concatenate((self._room.home_m[None], candidates.places_m[[s.place for s in shots]]))
+        yaws = np.array([0.0] + [shot.yaw for shot in shots])
+        tilts = np.array([0.0] + [shot.tilt for shot in shots])
+        ways = Ways(self._room, places_m)
+        times_s = leg_times_s(ways.lengths_m, yaws, tilts, flying)
+        stay_s = 0.0 if flying.passing else flying.settle
+        tour = short_tour(times_s, rng, tries)
+        parts = flights_of(tour, times_s, stay_s, flying)
+        views = [View(tuple(p), float(y), float(t)) for p, y, t in zip(places_m.tolist(), yaws, tilts)]
+        flights = tuple(
+            Flight(
+                tuple(
+                    PlannedView(views[b], tuple(map(tuple, ways.between(a, b).round(3).tolist())))
+                    for a, b in zip([0, *part], part)
+                ),
+                flight_time_s(part, times_s, stay_s, flying),
+                _length_m(ways, part),
+            )
+            for part in parts
+        )
+        x, y, z = self._room.home_m.tolist()
+        return SurveyPlan(
+            self._source, (x, y, z), self._camera, self._asked, flying, flights,
+            self._figures(candidates, cover, tour, stay_s, ways), _shares(cover, candidates),
+        )  # fmt: skip
+
+    def _figures(
+        self, candidates: Candidates, cover: Cover, tour: Tour, stay_s: float, ways: Ways
+    ) -> dict[str, float]:
+        area_m2, reachable_m2 = self._patches.areas_m2.sum(), cover.areas_m2.sum()
+        stays_s = stay_s * len(cover.shots)
+        closed = np.append(tour.order, tour.order[0])
+        return {
+            "area_m2": float(area_m2),
+            "reachable_m2": float(reachable_m2),
+            "share": cover.share,
+            "photographs": len(cover.shots),
+            "tour_m": float(ways.lengths_m[closed[:-1], closed[1:]].sum()),
+            "tour_s": tour.time_s + stays_s,
+            "tour_bound_s": tour.bound_s + stays_s,
+            "tour_nearest_s": tour.nearest_s + stays_s,
+        }
+
+
+def _shares(cover: Cover, candidates: Candidates) -> dict[str, float]:
+    return dict(zip(candidates.patches.names, cover.class_shares().tolist()))
+
+
+def _length_m(ways: Ways, part: np.ndarray) -> float:
+    closed = [0, *part.tolist(), 0]
+    return float(sum(ways.lengths_m[a, b] for a, b in zip(closed, closed[1:])))

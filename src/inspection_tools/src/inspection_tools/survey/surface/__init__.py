@@ -1,0 +1,1 @@
+"""The surface that is to be photographed, in patches, and the room in which the UAV flies."""

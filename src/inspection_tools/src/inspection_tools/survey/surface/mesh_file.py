@@ -1,0 +1,106 @@
+"""Reads a mesh or an SDF world as triangles with the names of the things that they belong to."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import trimesh
+
+from inspection_tools.errors import SurveyError
+
+WORLD_SUFFIXES = (".world", ".sdf")
+MOST_TRIANGLES = 2_000_000
+STL_HEADER_BYTES, STL_TRIANGLE_BYTES = 84, 50
+ENDLESS_M = 300.0
+"""A thing this long is the ground of a world; it does not say how large the room is."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """triangles_m: (m, 3, 3) corners, map's frame. names: of the things. part: (m,) index of the name."""
+
+    triangles_m: np.ndarray
+    names: tuple[str, ...]
+    part: np.ndarray
+
+    def bounds_m(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the corners of the box around all but endless ground."""
+        kept = np.zeros(len(self.triangles_m), bool)
+        for number in range(len(self.names)):
+            own = self.part == number
+            corners = self.triangles_m[own].reshape(-1, 3)
+            kept[own] = np.ptp(corners, axis=0).max() < ENDLESS_M
+        corners = self.triangles_m[kept if kept.any() else slice(None)].reshape(-1, 3)
+        return corners.min(axis=0), corners.max(axis=0)
+
+
+def read_mesh(path: Path) -> Mesh:
+    """Read an SDF world, or a mesh that trimesh knows (STL, OBJ, PLY, GLB). Units are metres, z is up.
+
+    Raises:
+        SurveyError: the file cannot be read, has no surface, or too many triangles.
+    """
+    if not path.is_file():
+        raise SurveyError(f"{path}: there is no such file. Give a mesh or an SDF world.")
+    if path.suffix.lower() in WORLD_SUFFIXES:
+        with tempfile.TemporaryDirectory() as folder:
+            return _load(_mesh_of_world(path, Path(folder) / "world.glb"), path)
+    if path.suffix.lower() == ".stl":
+        _refuse_many((path.stat().st_size - STL_HEADER_BYTES) // STL_TRIANGLE_BYTES, path, _is_text_stl(path))
+    return _load(path, path)
+
+
+def _is_text_stl(path: Path) -> bool:
+    """Return whether an STL is of the text form, whose size does not tell the number of triangles."""
+    with open(path, "rb") as stream:
+        return stream.read(5) == b"solid"
+
+
+def _refuse_many(count: int, path: Path, is_unknown: bool = False) -> None:
+    if count > MOST_TRIANGLES and not is_unknown:
+        raise SurveyError(
+            f"{path} has {count:,} triangles, more than the {MOST_TRIANGLES:,} that a survey is planned on: "
+            "simplify it, for example in MeshLab (Quadric Edge Collapse Decimation)."
+        )
+
+
+def _mesh_of_world(world: Path, mesh: Path) -> Path:
+    """Let `simulation_tools` write the mesh of a world: it alone reads SDF."""
+    command = [sys.executable, "-m", "simulation_tools.world.mesh_file", str(world), str(mesh)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        told = (done.stderr.strip().splitlines() or ["simulation_tools did not say why."])[-1]
+        raise SurveyError(f"{world}: its surfaces cannot be read. {told}")
+    return mesh
+
+
+def _load(path: Path, told: Path) -> Mesh:
+    try:
+        scene: Any = trimesh.load_scene(path)
+    except Exception as error:  # trimesh's loaders raise whatever their formats' libraries raise
+        raise SurveyError(f"{told}: cannot be read as a mesh ({type(error).__name__}: {error}).") from None
+    names: list[str] = []
+    triangles, part = [], []
+    for node in scene.graph.nodes_geometry:
+        transform, geometry = scene.graph[node]
+        mesh = scene.geometry[geometry]
+        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
+            corners = trimesh.transform_points(mesh.vertices, transform)[mesh.faces]
+            part.append(np.full(len(corners), len(names)))
+            triangles.append(corners)
+            names.append(str(node))
+    if not triangles:
+        raise SurveyError(f"{told}: there is no surface in it.")
+    corners, parts = np.concatenate(triangles), np.concatenate(part)
+    _refuse_many(len(corners), told)
+    areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    kept = np.isfinite(corners).all(axis=(1, 2)) & (areas > 1e-12)
+    if not kept.any():
+        raise SurveyError(f"{told}: none of its triangles has finite corners and an area.")
+    return Mesh(corners[kept], tuple(names), parts[kept])

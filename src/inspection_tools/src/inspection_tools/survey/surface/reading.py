@@ -1,0 +1,41 @@
+"""Reads what is to be surveyed from a file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Sequence
+
+import numpy as np
+
+from inspection_tools.errors import SurveyError
+from inspection_tools.survey.parameters import SurveyParameters
+from inspection_tools.survey.surface.mesh_file import read_mesh
+from inspection_tools.survey.surface.of_mesh import Sight, patches_of_mesh, room_of_mesh
+from inspection_tools.survey.surface.patches import Patches
+from inspection_tools.survey.surface.room import Room
+from inspection_tools.survey.views.candidates import Ranges
+
+
+@dataclass(frozen=True)
+class Surface:
+    """The room, the patches, and rays through what hides."""
+
+    room: Room
+    patches: Patches
+    ranges_m: Ranges
+
+
+def read_surface(path: Path, asked: SurveyParameters, home_m: Sequence[float] | None = None) -> Surface:
+    """Read a mesh or an SDF world.
+
+    Raises:
+        SurveyError: the file cannot be used, or the UAV fits nowhere in it.
+    """
+    home = None if home_m is None else np.asarray(home_m, float)
+    if home is not None and not np.isfinite(home).all():
+        raise SurveyError("The home is not three finite numbers.")
+    mesh = read_mesh(path)
+    room, samples, near = room_of_mesh(mesh, asked, home)
+    patches = patches_of_mesh(mesh, room, samples, near, asked)
+    return Surface(room, patches, Sight(mesh.triangles_m[near]).ranges_m)

@@ -1,0 +1,1 @@
+"""From where each patch can be seen, and a small set of photographs that shows them."""

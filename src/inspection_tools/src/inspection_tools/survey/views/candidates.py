@@ -1,0 +1,115 @@
+"""Places from which the UAV could photograph, and what each of them sees."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Callable
+
+import numpy as np
+
+from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.survey.kernels.gains import best_views, bins_of, drawn_from, frames
+from inspection_tools.survey.kernels.sight import axes_of, pairs_near
+from inspection_tools.survey.parameters import SurveyParameters
+from inspection_tools.survey.surface.patches import Patches
+from inspection_tools.survey.surface.room import Room
+
+OFF_SURFACE_M = 0.01
+CHUNK = 1_000_000
+Ranges = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""Distances (n,) to the first surface from origins (n, 3) along directions (n, 3)."""
+
+
+def lens_of(camera: SurveyCamera, parameters: SurveyParameters) -> np.ndarray:
+    """Return (3,) for the kernels: tangents to the edges, narrower by the pointing error, and the scale."""
+    across, down = camera.half_extents
+    off = math.radians(parameters.pointing_error)
+    narrow = [math.tan(max(math.atan(each) - off, 1e-3)) for each in (across, down)]
+    return np.array((*narrow, 1e-3 * parameters.resolution * camera.focal_px))
+
+
+def lattice(room: Room, spacing_m: float) -> np.ndarray:
+    """Return the places (n, 3), m, of a lattice of voxels where the UAV may be."""
+    step = max(1, round(spacing_m / room.voxel_m))
+    first = np.array(
+        [int(np.flatnonzero(room.flyable.any(axis=tuple({0, 1, 2} - {k})))[0]) for k in range(3)]
+    )
+    part = room.flyable[first[0] :: step, first[1] :: step, first[2] :: step]
+    return room.outer(np.argwhere(part) * step + first + 0.5)
+
+
+@dataclass(frozen=True)
+class View:
+    """One photograph: place_m (3,) of the camera in the map's frame; yaw_rad; tilt_rad, up is positive."""
+
+    place_m: tuple[float, float, float]
+    yaw_rad: float
+    tilt_rad: float
+
+
+class Candidates:
+    """Places and the patches in sight of each, near and steep enough for a photograph of some direction.
+
+    Args:
+        patches: the surface. places_m: (n, 3). camera, parameters: what is asked.
+        ranges_m: rays through what hides.
+    """
+
+    def __init__(
+        self,
+        patches: Patches,
+        places_m: np.ndarray,
+        camera: SurveyCamera,
+        parameters: SurveyParameters,
+        ranges_m: Ranges,
+    ):
+        self.patches, self.places_m = patches, places_m
+        self.lens = lens_of(camera, parameters)
+        self._frames = frames(self.lens, np.array((camera.tilt_min, camera.tilt_max)))
+        corner = math.cos(math.atan(math.hypot(self.lens[0], self.lens[1])))
+        scale = self.lens[2] / corner**2
+        least = math.cos(math.radians(parameters.incidence))
+        begins, near = pairs_near(places_m, patches.points_m, patches.normals, scale, least, scale)
+        is_seen = self._in_sight(begins, near, ranges_m)
+        counts = np.add.reduceat(np.append(is_seen, False).astype(np.int64), begins[:-1]) if len(near) else 0
+        counts = np.where(np.diff(begins) > 0, counts, 0)
+        self.begins = np.concatenate(([0], np.cumsum(counts))).astype(np.int64)
+        self.seen = near[is_seen].astype(np.int64)
+        self.bins = bins_of(places_m, self.begins, self.seen, patches.points_m)
+        self.reachable = self._reachable()
+
+    def _in_sight(self, begins: np.ndarray, near: np.ndarray, ranges_m: Ranges) -> np.ndarray:
+        is_seen = np.zeros(len(near), bool)
+        of = np.repeat(np.arange(len(self.places_m)), np.diff(begins))
+        for start in range(0, len(near), CHUNK):
+            part = slice(start, start + CHUNK)
+            origins = self.places_m[of[part]]
+            way = self.patches.points_m[near[part]] - origins
+            apart = np.linalg.norm(way, axis=1)
+            is_seen[part] = ranges_m(origins, way / apart[:, None]) >= apart - OFF_SURFACE_M
+        return is_seen
+
+    def _reachable(self) -> np.ndarray:
+        """Return which patches (n,) some photograph draws that looks straight at them."""
+        found = np.zeros(len(self.patches), bool)
+        of = np.repeat(np.arange(len(self.places_m)), np.diff(self.begins))
+        way = self.patches.points_m[self.seen] - self.places_m[of]
+        apart = np.linalg.norm(way, axis=1)
+        cosine = -(way * self.patches.normals[self.seen]).sum(axis=1) / apart
+        found[self.seen[apart <= self.lens[2] * cosine]] = True
+        return found
+
+    def best(self, chosen: np.ndarray, worth: np.ndarray) -> np.ndarray:
+        """Return (k, 3) gain, yaw and tilt, rad, of the best photograph from each chosen place."""
+        p = self.patches
+        return best_views(
+            np.asarray(chosen, np.int64), self.places_m, self.begins, self.seen, self.bins, p.points_m,
+            p.normals, worth, self.lens, *self._frames,
+        )  # fmt: skip
+
+    def drawn(self, place: int, yaw: float, tilt: float) -> np.ndarray:
+        """Return the patches that a photograph from a place draws."""
+        seen = self.seen[self.begins[place] : self.begins[place + 1]]
+        p = self.patches
+        return drawn_from(self.places_m[place], axes_of(yaw, tilt), self.lens, seen, p.points_m, p.normals)

@@ -1,0 +1,151 @@
+"""Plans in a small room: the share is that of an independent ray check, bounds hold, edits are checked."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from inspection_tools.errors import SurveyError
+from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters, optical_axes
+from inspection_tools.survey.checking import check_plan
+from inspection_tools.survey.kernels.tours import (
+    length_of,
+    nearest_neighbour,
+    one_tree_bound,
+    perturb,
+    shorten,
+)
+from inspection_tools.survey.plan_file import read_plan, write_plan
+from inspection_tools.survey.planner import SurveyPlanner
+from inspection_tools.survey.surface.reading import read_surface
+
+ASKED = SurveyParameters(spacing=1.0, patch=0.5, voxel=0.2, share=0.95, class_share=0.0)
+SIZE_M = np.array((6.0, 4.0, 3.0))
+
+
+@pytest.fixture(scope="module")
+def room_file(tmp_path_factory):
+    """A closed room with a pillar in it; its floor is at z = 0."""
+    walls = trimesh.creation.box(SIZE_M)
+    pillar = trimesh.creation.box((0.4, 0.4, 3.0))
+    pillar.apply_translation((1.0, 0.0, 0.0))
+    both = trimesh.util.concatenate([walls, pillar])
+    both.apply_translation((0.0, 0.0, 1.5))
+    path = tmp_path_factory.mktemp("room") / "room.stl"
+    both.export(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def planned(room_file):
+    surface = read_surface(room_file, ASKED)
+    planner = SurveyPlanner(
+        surface.room, surface.patches, surface.ranges_m, asked=ASKED, source=str(room_file)
+    )
+    return surface, [each.plan for each in planner.improve(search_s=0.3)]
+
+
+def shown(plan, surface, camera, asked):
+    """Which patches a plan shows: a pixel's footprint by lines of sight beside its middle, one ray each."""
+    patches, found = surface.patches, np.zeros(len(surface.patches), bool)
+    for view in plan.views:
+        axes = optical_axes(view.yaw_rad, view.tilt_rad)
+        for m in np.flatnonzero(~found):
+            point = (patches.points_m[m] - view.place_m) @ axes
+            normal = patches.normals[m] @ axes
+            distance = np.linalg.norm(point)
+            if point[2] <= 0.0 or -(normal @ point) / distance < np.cos(np.radians(asked.incidence)):
+                continue
+            place = point[:2] / point[2]
+            if (np.abs(place) > camera.half_extents).any():
+                continue
+            turns = np.linspace(0.0, np.pi, 60)
+            ends = np.column_stack((place + 1e-5 * np.c_[np.cos(turns), np.sin(turns)], np.ones(60)))
+            ends *= ((normal @ point) / (ends @ normal))[:, None]
+            worst_mm = 1e3 * np.linalg.norm(ends - point, axis=1).max() / 1e-5 / camera.focal_px
+            if worst_mm > asked.resolution * 1.001:
+                continue
+            way = (patches.points_m[m] - view.place_m) / distance
+            if surface.ranges_m(np.array([view.place_m]), way[None])[0] >= distance - 0.02:
+                found[m] = True
+    return found
+
+
+def test_an_independent_check_shows_at_least_what_the_plan_tells(planned):
+    surface, plans = planned
+    plan = plans[-1]
+    areas = surface.patches.areas_m2
+    share = areas[shown(plan, surface, SurveyCamera(), ASKED)].sum() / plan.figures["reachable_m2"]
+    assert share >= plan.figures["share"] - 1e-6
+    assert plan.figures["share"] >= ASKED.share
+
+
+def test_the_surface_is_the_inside_of_the_walls_and_the_outside_of_the_pillar(planned):
+    surface, _ = planned
+    x, y, z = SIZE_M
+    expected = 2 * (x * y + x * z + y * z) - 2 * 0.4**2 + 4 * 0.4 * z
+    assert surface.patches.areas_m2.sum() == pytest.approx(expected, rel=0.03)
+
+
+def test_later_plans_are_no_worse_and_bounds_are_never_above_the_plan(planned):
+    _, plans = planned
+    numbers = [len(plan.views) for plan in plans]
+    assert numbers[-1] <= numbers[1]
+    figures = plans[-1].figures
+    assert 0.0 < figures["photographs_lp_bound"] <= numbers[-1] + 1e-6
+    assert 0.0 < figures["tour_bound_s"] <= figures["tour_s"] <= figures["tour_nearest_s"] + 1e-6
+
+
+def test_tours_are_no_longer_than_the_nearest_neighbour_s_and_no_shorter_than_the_bound():
+    rng = np.random.default_rng(3)
+    for count in (4, 7, 8, 12, 40):
+        places = rng.random((count, 3))
+        costs = np.linalg.norm(places[:, None] - places[None], axis=2)
+        first = nearest_neighbour(costs, 0)
+        tour = first.copy()
+        shorten(costs, tour)
+        tour = perturb(costs, tour, rng.random((20, 3)), 50)
+        assert sorted(tour) == list(range(count))
+        length = length_of(costs, tour)
+        assert one_tree_bound(costs, length, 200) <= length + 1e-9 <= length_of(costs, first) + 2e-9
+
+
+def test_a_plan_is_read_back_as_it_was_written_and_can_be_flown(planned, tmp_path):
+    surface, plans = planned
+    write_plan(tmp_path / "plan.yaml", plans[-1])
+    back = read_plan(tmp_path / "plan.yaml")
+    assert back.asked == ASKED
+    assert back.flying == FlightParameters()
+    for a, b in zip(back.views, plans[-1].views):
+        np.testing.assert_allclose(a.place_m, b.place_m, atol=1e-3)
+        assert a.yaw_rad == pytest.approx(b.yaw_rad, abs=1e-3)
+    check_plan(back, surface.room)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (", yaw:", ", roll: 0, yaw:", "unknown"),
+        ("id: 1, at: [", "id: 1, tilt: 0, yaw: 0, at: [.nan, 1, 1]}\n  - {id: 2, at: [", "finite number"),
+        ("flights:", "flihgts:", "flihgts"),
+        ("id: 1, at: [", "id: 1, tilt: 0, yaw: 0, at: [2.95, 0, 1.5]}\n  - {id: 2, at: [", "from a surface"),
+    ],
+)
+def test_a_plan_that_was_edited_wrongly_is_refused_with_a_sentence(planned, tmp_path, old, new, told):
+    surface, plans = planned
+    path = tmp_path / "plan.yaml"
+    write_plan(path, plans[-1])
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(SurveyError, match=told):
+        check_plan(read_plan(path), surface.room)
+
+
+def test_files_that_are_no_surface_are_refused_with_a_sentence(tmp_path):
+    (tmp_path / "no.stl").write_bytes(b"nothing")
+    with pytest.raises(SurveyError):
+        read_surface(tmp_path / "no.stl", ASKED)
+    with pytest.raises(SurveyError, match="no such file"):
+        read_surface(tmp_path / "missing.stl", ASKED)
+    with open(tmp_path / "huge.stl", "wb") as stream:
+        stream.truncate(84 + 50 * 5_000_000)
+    with pytest.raises(SurveyError, match="5,000,000 triangles"):
+        read_surface(tmp_path / "huge.stl", ASKED)
