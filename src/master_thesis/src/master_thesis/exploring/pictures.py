@@ -21,7 +21,8 @@ def write_explored(folder: RunFolder, map_path: Path, path_m: np.ndarray) -> Non
         SlamError: the map cannot be read.
     """
     figure = volume_figure(read_octree(map_path), "The map, cut open, and the path of the UAV")
-    for panel, (right, up, _) in zip(figure.axes, VIEWS):
+    above, _, side, front, *_ = figure.axes  # the second one is free
+    for panel, (right, up, _) in zip((above, side, front), VIEWS):
         panel.plot(path_m[:, right], path_m[:, up], color=PATH, linewidth=1.2)
         panel.plot(*path_m[0, [right, up]], "o", color=PATH, markeredgecolor="black")
     folder.write_files({"explored.png": png(figure)})
