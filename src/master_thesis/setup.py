@@ -23,6 +23,7 @@ setup(
             "master_thesis.graph",
             "master_thesis.launch_arguments",
             "master_thesis.measurements",
+            "master_thesis.photographing",
             "master_thesis.preflight",
             "master_thesis.report",
             "master_thesis.results",

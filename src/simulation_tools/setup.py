@@ -10,6 +10,7 @@ setup(
         packages=[
             "simulation_tools",
             "simulation_tools.ardupilot_sitl",
+            "simulation_tools.camera",
             "simulation_tools.launch_check",
             "simulation_tools.mavros",
             "simulation_tools.publisher",

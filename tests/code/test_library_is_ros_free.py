@@ -21,7 +21,7 @@ TOOLS = {"simulation_tools", "inspection_tools", "cepa", "gridslam"}
 ROOMS = (
     {"errors", "files"},
     {"baselines", "doctor", "graph", "worlds"},
-    {"flight", "preflight"},
+    {"flight", "photographing", "preflight"},
     {"results"},
     {"launch_arguments", "trials"},
     {"report"},

@@ -1,0 +1,65 @@
+"""Given a folder of photographs, what is stored can be read, and a failure loses nothing."""
+
+import errno
+
+import numpy as np
+import pytest
+import yaml
+from PIL import Image
+
+from inspection_tools import photographs
+from inspection_tools.photographs import PhotographError, PhotographFolder, PhotographRecord, read_photograph
+from inspection_tools.survey.camera import SurveyCamera
+
+CAMERA = SurveyCamera(64, 48, 60.0)
+PICTURE = np.full((48, 64, 3), 120, np.uint8)
+
+
+def record(stamp_s=1.5):
+    return PhotographRecord(stamp_s, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), 0.002, 800.0, 150.0)
+
+
+def test_a_photograph_comes_back(tmp_path):
+    path = PhotographFolder(tmp_path / "shots", CAMERA).save(PICTURE, record())
+    picture, read = read_photograph(path)
+    assert read == record()
+    assert np.abs(picture.astype(int) - PICTURE).max() <= 2
+    exif = Image.open(path).getexif().get_ifd(photographs.EXIF_BLOCK)
+    assert exif[photographs.EXPOSURE_TIME] == pytest.approx(0.002)
+    assert exif[photographs.FOCAL_35MM] == 31  # 36 mm / (2 tan 30 degrees) = 31.2 mm
+
+
+def test_other_tools_find_their_lists(tmp_path):
+    folder = PhotographFolder(tmp_path, CAMERA)
+    folder.save(PICTURE, record(1.0))
+    PhotographFolder(tmp_path, CAMERA).save(PICTURE, record(2.0))  # a folder is continued
+    assert (tmp_path / "rgb.txt").read_text().split("\n")[1:3] == [
+        "1.000000 1.000000.jpg",
+        "2.000000 2.000000.jpg",
+    ]
+    poses = np.loadtxt(tmp_path / "groundtruth.txt")
+    assert poses.shape == (2, 8)
+    info = yaml.safe_load((tmp_path / "calibration.yaml").read_text())
+    assert np.allclose(info["camera_matrix"]["data"], CAMERA.matrix.ravel())
+
+
+def test_a_full_disk_loses_nothing(tmp_path, monkeypatch):
+    folder = PhotographFolder(tmp_path, CAMERA)
+    first = folder.save(PICTURE, record(1.0))
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(photographs.os, "replace", full)
+    with pytest.raises(PhotographError, match=r"disk is full.*Earlier ones are whole"):
+        folder.save(PICTURE, record(2.0))
+    assert read_photograph(first)[1] == record(1.0)
+    assert [path.name for path in tmp_path.glob("*.jpg")] == [first.name]
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_a_picture_that_is_cut_is_named(tmp_path):
+    path = PhotographFolder(tmp_path, CAMERA).save(PICTURE, record())
+    path.write_bytes(path.read_bytes()[:300])
+    with pytest.raises(PhotographError, match="cut or damaged"):
+        read_photograph(path)

@@ -1,0 +1,1 @@
+"""Photographs of a simulated world, from a list of poses."""

@@ -1,0 +1,134 @@
+"""Seeded defects on the surfaces of a world, and marks that look like some and are none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from master_thesis.errors import ScenarioError
+from simulation_tools.camera.surfaces import Surfaces, surfaces_of
+from simulation_tools.sdf.parser import load_world
+
+NUMBERS = {"rust": 60, "crack": 40, "seam": 40, "stain": 30, "shadow": 20}
+"""Of each kind. The first two are defects: 100 together."""
+COATINGS = {
+    "ground_plane": (0.55, 0.57, 0.56),
+    "shell": (0.70, 0.72, 0.69),
+    "frames": (0.66, 0.69, 0.66),
+    "bulkheads": (0.66, 0.69, 0.66),
+    "stiffeners": (0.66, 0.69, 0.66),
+    "beams": (0.66, 0.69, 0.66),
+    "stanchions": (0.66, 0.69, 0.66),
+}
+"""Light grey epoxy, sRGB. The worlds' own colours are for drawings."""
+_TRIES = 20_000
+
+
+def write_defects(world: Path, target: Path, seed: int) -> Path:
+    """Write a file of defects for a world of plane walls. The same seed gives the same file.
+
+    Raises:
+        ScenarioError: the world has too little free surface.
+        SdfError: the world cannot be read.
+    """
+    description = load_world(str(world))
+    rng = np.random.default_rng(seed)
+    placer = _Placer(surfaces_of(description, COATINGS), rng)
+    defects = [placer.one(kind) for kind, number in NUMBERS.items() for _ in range(number)]
+    content = {"world": world.name, "seed": seed, "coatings": _plain(COATINGS), "defects": defects}
+    target.write_text(yaml.safe_dump(content, sort_keys=False, default_flow_style=None), encoding="utf-8")
+    return target
+
+
+def _plain(coatings: dict) -> dict:
+    return {name: list(colour) for name, colour in coatings.items()}
+
+
+class _Placer:
+    """Finds free places by rays from points inside the world: what is hit can be seen."""
+
+    def __init__(self, surfaces: Surfaces, rng: np.random.Generator) -> None:
+        self._surfaces, self._rng = surfaces, rng
+        self._taken: list[tuple[np.ndarray, float]] = []
+        self._inside = self._bounds()
+
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the box about what rays from above the origin hit: the inside of a closed space."""
+        directions = self._rng.standard_normal((4000, 3))
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        start = np.array((0.0, 0.0, 1.5))
+        faces, distances = self._surfaces.nearest(np.broadcast_to(start, directions.shape), directions)
+        if (faces < 0).any():
+            raise ScenarioError("Defects need a closed space, and rays leave this world. Give hold_3d.")
+        points = start + distances[:, None] * directions
+        return points.min(axis=0), points.max(axis=0)
+
+    def one(self, kind: str) -> dict:
+        """Return one mark that lies on one plane, is seen from 1 m, and touches no other of its size."""
+        length, width = self._size(kind)
+        for _ in range(_TRIES):
+            placed = self._try(kind, length, width)
+            if placed is not None:
+                return placed
+        raise ScenarioError(f"No place is left for a {kind} of {length:.2f} m. Give fewer defects.")
+
+    def _size(self, kind: str) -> tuple[float, float]:
+        rng = self._rng
+        if kind == "rust":
+            length = float(np.exp(rng.uniform(np.log(0.03), np.log(0.30))))
+            return length, length * rng.uniform(0.6, 1.0)
+        if kind == "crack":
+            return rng.uniform(0.2, 1.0), float(np.exp(rng.uniform(np.log(0.0003), np.log(0.002))))
+        if kind == "seam":
+            return rng.uniform(1.0, 2.6), rng.uniform(0.010, 0.016)
+        return rng.uniform(0.2, 0.8), rng.uniform(0.1, 0.4)
+
+    def _try(self, kind: str, length: float, width: float) -> dict | None:
+        rng, surfaces = self._rng, self._surfaces
+        low, high = self._inside
+        eye = rng.uniform(low + 0.6, np.maximum(high - 0.6, low + 0.61))
+        direction = rng.standard_normal(3)
+        direction /= np.linalg.norm(direction)
+        faces, distances = surfaces.nearest(eye[None], direction[None])
+        face, distance = int(faces[0]), float(distances[0])
+        if face < 0 or not 0.5 < distance < 12.0:
+            return None
+        normal = surfaces.normals[face]
+        if -(normal @ direction) < 0.5:
+            return None
+        middle = eye + distance * direction
+        middle -= (normal @ middle - surfaces.offsets_m[face]) * normal
+        angle = rng.choice((0.0, np.pi / 2)) if kind == "seam" else rng.uniform(0.0, np.pi)
+        if kind == "stain":
+            angle = np.pi / 2
+        u, v = surfaces.u_axes[face], surfaces.v_axes[face]
+        along, across = np.cos(angle) * u + np.sin(angle) * v, np.cos(angle) * v - np.sin(angle) * u
+        reach = 0.5 * length + 0.05
+        if any(np.linalg.norm(middle - other) < reach + far for other, far in self._taken):
+            return None
+        if not self._is_free(face, middle, normal, along * 0.55 * length, across * (0.55 * width + 0.03)):
+            return None
+        if kind != "seam":
+            self._taken.append((middle, reach))
+        vectors = {"position_m": middle, "normal": normal, "along": along}
+        return {
+            "kind": kind,
+            **{name: [round(float(x), 5) for x in vector] for name, vector in vectors.items()},
+            "length_m": round(float(length), 4),
+            "width_m": round(float(width), 5),
+            "seed": int(rng.integers(1 << 31)),
+        }
+
+    def _is_free(
+        self, face: int, middle: np.ndarray, normal: np.ndarray, half: np.ndarray, side: np.ndarray
+    ) -> bool:
+        """Whether the mark's outline lies on the face, and is seen from 1 m in front of its middle."""
+        steps = [(a, b) for a in (-1, -0.5, 0, 0.5, 1) for b in (-1, 0, 1)]
+        outline = np.array([middle + a * half + b * side for a, b in steps])
+        starts = np.vstack((outline + 0.3 * normal, np.tile(middle + 1.0 * normal, (len(outline), 1))))
+        ways = np.vstack((outline, outline)) - starts
+        lengths = np.linalg.norm(ways, axis=1)
+        faces, distances = self._surfaces.nearest(starts, ways / lengths[:, None])
+        return bool((faces == face).all() and (np.abs(distances - lengths) < 2e-3).all())

@@ -1,0 +1,153 @@
+"""A photograph: rays at each eighth pixel, plane cells filled, every pixel where edges or shadows pass."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from simulation_tools.camera import kernels
+from simulation_tools.camera.defects import Decals
+from simulation_tools.camera.optics import CameraOptics
+from simulation_tools.camera.surfaces import Surfaces
+from simulation_tools.camera.textures import clouds, grain, levels
+from simulation_tools.geometry import Pose
+
+STEP = 8
+WHITE = 16384.0
+"""Linear value of white. Two stops above it are kept until the picture is developed."""
+MIDDLE = 0.18
+"""What the median of the picture becomes, as a share of white."""
+BASE_ISO, MOST_ISO = 100.0, 25_600.0
+SATURATION_LX_S = 0.78
+"""Exposure that saturates a sensor at ISO 100 (ISO 12232: 78 / speed)."""
+
+
+class Photograph(NamedTuple):
+    """picture: uint8 (height, width, 3), sRGB. lux: in the picture's middle. iso: chosen by the median."""
+
+    picture: np.ndarray
+    lux: float
+    iso: float
+
+
+class _Points(NamedTuple):
+    """faces (n,), lit (n,), lights (n, 4) of `kernels.light`."""
+
+    faces: np.ndarray
+    lit: np.ndarray
+    lights: np.ndarray
+
+
+class Renderer:
+    """Photographs surfaces with their marks by the light of the camera's own lamp."""
+
+    def __init__(self, surfaces: Surfaces, decals: Decals, optics: CameraOptics | None = None) -> None:
+        self.optics = optics or CameraOptics()
+        self._surfaces = surfaces
+        self._axes = np.stack((surfaces.normals, surfaces.u_axes, surfaces.v_axes), axis=1)
+        self._marks = tuple(decals)
+        self._tiles = levels(clouds(1, 0.4), 6)
+        self._clouds = clouds(2, 1.3)
+
+    def photograph(self, optical_pose: Pose, rng: np.random.Generator) -> Photograph:
+        """Return what the camera sees. optical_pose: of the optical frame in the world. rng: of the noise."""
+        optics = self.optics
+        columns, rows = -(-optics.width // STEP) + 1, -(-optics.height // STEP) + 1
+        x, y = np.meshgrid(np.arange(columns) * STEP, np.arange(rows) * STEP)
+        grid = self._look(optical_pose, np.column_stack((x.ravel(), y.ravel())))
+        faces, lit = grid.faces.reshape(rows, columns), grid.lit.reshape(rows, columns)
+        lights = grid.lights.reshape(rows, columns, 4)
+        mixed = np.empty((rows - 1, columns - 1), np.bool_)
+        kernels.mixed_cells(faces, lit, mixed)
+        ambient = optics.ambient * float(lights[..., 2].mean())
+        gain, iso = self._exposure(grid, ambient)
+        look = (self._surfaces.albedos, self._marks, self._tiles, self._clouds, gain * WHITE, ambient)
+        raw = np.zeros((optics.height, optics.width, 3), np.uint16)
+        kernels.fill_grid(raw, faces, mixed, lights, STEP, *look)
+        at = np.argwhere(mixed)
+        if len(at):
+            places = np.ascontiguousarray(at[:, ::-1] * STEP)
+            patches = self._refined(optical_pose, places)
+            kernels.fill_patches(raw, places, *patches, *look)
+        lux = float(lights[rows // 2, columns // 2, 2]) + ambient
+        return Photograph(self._developed(raw, iso, rng), lux, iso)
+
+    def _look(self, pose: Pose, pixels: np.ndarray) -> _Points:
+        """Return what lies behind pixels (n, 2), and how the lamp lights it."""
+        optics, centre = self.optics, np.array(self.optics.centre_px)
+        turn, eye = pose.rotation, np.array(pose.position_m)
+        aside = (pixels - centre) / optics.focal_px
+        directions = np.column_stack((aside, np.ones(len(aside)))) @ turn.T
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        origins = np.broadcast_to(eye, directions.shape)
+        faces, distances = self._surfaces.nearest(origins, directions)
+        points = self._on_plane(faces, eye, directions, distances)
+        lamp = pose.transform(np.array(optics.lamp_offset_m))
+        lit = self._lit(faces, points, lamp)
+        lights = np.empty((len(faces), 4))
+        args = (lamp, turn[:, 2].copy(), centre, optics.vignetting, optics.lamp_cd)
+        kernels.light(
+            pixels.astype(np.float64), faces, lit, points, self._axes, self._surfaces.offsets_m, *args, lights
+        )
+        return _Points(faces, lit, lights)
+
+    def _on_plane(
+        self, faces: np.ndarray, eye: np.ndarray, directions: np.ndarray, distances: np.ndarray
+    ) -> np.ndarray:
+        """Return the points (n, 3) of rays in double precision, which Embree does not have."""
+        normals = self._surfaces.normals[faces]
+        slope = np.einsum("ij,ij->i", normals, directions)
+        exact = (self._surfaces.offsets_m[faces] - normals @ eye) / np.where(slope == 0.0, 1.0, slope)
+        near = np.abs(exact - distances) < 0.01
+        far = np.where(near, exact, np.where(np.isfinite(distances), distances, 0.0))
+        return eye + far[:, None] * directions
+
+    def _lit(self, faces: np.ndarray, points: np.ndarray, lamp: np.ndarray) -> np.ndarray:
+        """Return whether the lamp's light reaches points (n, 3)."""
+        ways = points - lamp
+        lengths = np.maximum(np.linalg.norm(ways, axis=1), 1e-6)
+        _, distances = self._surfaces.nearest(np.broadcast_to(lamp, ways.shape), ways / lengths[:, None])
+        return (faces >= 0) & (distances > lengths - 2e-3)
+
+    def _refined(self, pose: Pose, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return faces, lit (n, 9, 9) and lights (n, 9, 9, 4) of mixed cells, where they are needed."""
+        n = len(places)
+        faces, lit = np.full((n, 9, 9), -1, np.int32), np.zeros((n, 9, 9), np.bool_)
+        lights, known = np.zeros((n, 9, 9, 4)), np.zeros((n, 9, 9), np.bool_)
+        ask = np.zeros((n, 9, 9), np.bool_)
+        ask[:, ::STEP, ::STEP] = True
+        for size in (8, 4, 2, 1):
+            if size < STEP:
+                ask[:] = False
+                kernels.wanted(faces, lit, known, size, ask)
+            k, b, a = np.nonzero(ask)
+            if len(k):
+                seen = self._look(pose, places[k] + np.column_stack((a, b)))
+                faces[k, b, a], lit[k, b, a], lights[k, b, a] = seen
+                known[k, b, a] = True
+        return faces, lit, lights
+
+    def _exposure(self, grid: _Points, ambient: float) -> tuple[float, float]:
+        """Return the factor from lux times albedo to a share of white, and the ISO speed that has it."""
+        optics, seen = self.optics, grid.faces >= 0
+        if not seen.any():
+            return 0.0, MOST_ISO
+        albedos = self._surfaces.albedos[grid.faces[seen]] @ (0.2126, 0.7152, 0.0722)
+        middle = float(np.median((grid.lights[seen, 2] + ambient) * grid.lights[seen, 3] * albedos))
+        per_lux = 0.65 * optics.exposure_s / (np.pi * optics.f_number**2 * SATURATION_LX_S)
+        iso = BASE_ISO * MIDDLE / max(middle * per_lux, 1e-12)
+        iso = float(np.clip(iso, BASE_ISO, MOST_ISO))
+        return per_lux * iso / BASE_ISO, iso
+
+    def _developed(self, raw: np.ndarray, iso: float, rng: np.random.Generator) -> np.ndarray:
+        electrons = self.optics.full_well_e * BASE_ISO / iso  # of white
+        share = (np.arange(4096) * 16.0 + 8.0) / WHITE
+        sigma = WHITE * np.sqrt(share * electrons + self.optics.read_noise_e**2) / electrons
+        light = np.clip(share, 0.0, 1.0)
+        curve = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+        gamma = np.round(255.0 * curve).astype(np.uint8)
+        picture = np.empty(raw.shape, np.uint8)
+        starts = rng.integers(0, 1 << 20, raw.shape[0])
+        kernels.develop(raw, grain(3), starts, sigma.astype(np.float32), gamma, picture)
+        return picture

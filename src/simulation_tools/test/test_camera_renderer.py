@@ -1,0 +1,125 @@
+"""The rendered camera against a slow reference: each pixel by its own ray, and the light by its formula."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from simulation_tools.camera.defects import Defect, decals_of, read_defects
+from simulation_tools.camera.errors import PhotographError
+from simulation_tools.camera.kernels import crack_share
+from simulation_tools.camera.optics import CameraOptics
+from simulation_tools.camera.renderer import Renderer
+from simulation_tools.camera.surfaces import linear, surfaces_of
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.frames import OPTICAL
+from simulation_tools.sdf.parser import load_world
+
+WALL_AT_M, BOX_AT_M = 4.0, 2.0
+GREY = linear(np.array(0.7))
+SDF = """<sdf version="1.6"><world name="wall"><model name="wall"><static>true</static><link name="l">
+<visual name="w"><pose>4.5 0 0 0 0 0</pose><geometry><box><size>1 50 50</size></box></geometry></visual>
+<visual name="b"><pose>2.5 0 0 0 0 0</pose><geometry><box><size>1 0.5 0.5</size></box></geometry></visual>
+</link></model></world></sdf>"""
+OPTICS = CameraOptics(160, 120, 60.0, full_well_e=1e6, read_noise_e=0.0, lamp_offset_m=(0.3, 0.0, 0.0))
+
+
+def surfaces(tmp_path):
+    (tmp_path / "wall.world").write_text(SDF)
+    return surfaces_of(load_world(str(tmp_path / "wall.world")))
+
+
+def slow_lux(optics):
+    """Illuminance of each pixel (height, width): the wall at x = 4, or the box's face at x = 2."""
+    lux = np.zeros((optics.height, optics.width))
+    (cx, cy), f = optics.centre_px, optics.focal_px
+    lamp = np.array((0.0, -optics.lamp_offset_m[0], 0.0))  # right is -y
+    for y in range(optics.height):
+        for x in range(optics.width):
+            ray = np.array((1.0, -(x - cx) / f, -(y - cy) / f))
+            on_box = max(abs(ray[1:])) * BOX_AT_M <= 0.25
+            point = ray * (BOX_AT_M if on_box else WALL_AT_M)
+            way = point - lamp
+            r = np.linalg.norm(way)
+            cut = lamp + way * (BOX_AT_M / way[0])  # where the light passes the plane of the box's face
+            if on_box or not (abs(cut[1]) < 0.25 and abs(cut[2]) < 0.25):
+                lux[y, x] = optics.lamp_cd * (way[0] / r) ** 3 / r**2  # beam squared times Lambert
+    return lux
+
+
+def test_a_picture_is_that_of_the_slow_reference(tmp_path):
+    renderer = Renderer(found := surfaces(tmp_path), decals_of((), found), OPTICS)
+    shot = renderer.photograph(OPTICAL, np.random.default_rng(1))
+    lux = slow_lux(OPTICS)
+    lux = lux + OPTICS.ambient * lux.mean()
+    y, x = np.indices(lux.shape)
+    far = (x - OPTICS.centre_px[0]) ** 2 + (y - OPTICS.centre_px[1]) ** 2
+    light = lux * (1.0 - OPTICS.vignetting * far / (OPTICS.centre_px[0] ** 2 + OPTICS.centre_px[1] ** 2))
+    light = np.minimum(light * 0.18 / np.median(light), 1.0)
+    expected = 255.0 * (1.055 * light ** (1 / 2.4) - 0.055)
+    off = np.abs(shot.picture[..., 1] - expected)
+    assert np.median(off) < 4.0  # the coating's texture has 5 %: some 3 grey levels
+    assert (off < 16.0).mean() > 0.97  # all but the edges, which the lens softens
+    assert shot.lux == pytest.approx(lux[60, 80], rel=0.02)
+
+
+def test_the_speed_follows_the_light(tmp_path):
+    found = surfaces(tmp_path)
+    speeds = [
+        Renderer(found, decals_of((), found), replace(OPTICS, lamp_cd=cd))
+        .photograph(OPTICAL, np.random.default_rng(1))
+        .iso
+        for cd in (3000.0, 6000.0)
+    ]
+    assert speeds[0] == pytest.approx(2.0 * speeds[1])
+
+
+def test_a_crack_fills_its_share_of_a_pixel():
+    straight = np.zeros(65, np.float32)
+    assert crack_share(0.0, 0.0, 0.5, 0.0005, straight, 0.002) == pytest.approx(0.5)  # 1 mm of 2 mm
+    assert crack_share(0.0, 0.001, 0.5, 0.0005, straight, 0.002) == pytest.approx(0.25)  # half beside it
+    assert crack_share(0.0, 0.002, 0.5, 0.0005, straight, 0.002) == 0.0
+    assert crack_share(0.6, 0.0, 0.5, 0.0005, straight, 0.002) == 0.0
+
+
+def test_a_crack_and_rust_are_where_the_file_says(tmp_path):
+    found = surfaces(tmp_path)
+    marks = (
+        Defect("rust", (4.0, 1.0, 0.5), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), 0.3, 0.3, 5),
+        Defect("crack", (4.0, -1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 0.0, 1.0), 1.0, 0.05, 5),
+    )
+    shot = Renderer(found, decals_of(marks, found), OPTICS).photograph(OPTICAL, np.random.default_rng(1))
+    (cx, cy), f = OPTICS.centre_px, OPTICS.focal_px
+
+    def pixel(y_m, z_m):
+        return shot.picture[round(cy - f * z_m / WALL_AT_M), round(cx - f * y_m / WALL_AT_M)].astype(int)
+
+    red, _, blue = pixel(1.0, 0.5)
+    assert red > blue + 25
+    plain = pixel(-1.6, 0.0)
+    assert abs(plain[0] - plain[2]) < 10
+    row = shot.picture[round(cy), :, 1].astype(int)
+    at = cx + f / WALL_AT_M  # y = -1 m is to the right
+    near = row[round(at) - 6 : round(at) + 7]
+    assert near.min() < 0.75 * np.median(near)
+
+
+@pytest.mark.parametrize("text", ["defects: 3", "[", "defects: [{kind: rust}]", "{}"])
+def test_a_bad_file_is_refused_with_a_sentence(tmp_path, text):
+    path = tmp_path / "a.defects.yaml"
+    path.write_text(text)
+    with pytest.raises(PhotographError, match="is no file of defects"):
+        read_defects(path)
+
+
+def test_bad_optics_are_refused():
+    with pytest.raises(PhotographError, match="lamp_cd"):
+        CameraOptics(lamp_cd=math.nan)
+
+
+def test_nothing_in_view_is_black(tmp_path):
+    found = surfaces(tmp_path)
+    away = Pose.from_xyz_rpy(0, 0, 0, 0, 0, math.pi) @ OPTICAL
+    shot = Renderer(found, decals_of((), found), OPTICS).photograph(away, np.random.default_rng(1))
+    assert shot.picture.max() < 12  # read noise at the highest speed
