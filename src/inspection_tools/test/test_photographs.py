@@ -7,8 +7,13 @@ import pytest
 import yaml
 from PIL import Image
 
-from inspection_tools import photographs
-from inspection_tools.photographs import PhotographError, PhotographFolder, PhotographRecord, read_photograph
+from inspection_tools.photographs import folder as photographs
+from inspection_tools.photographs.folder import (
+    PhotographError,
+    PhotographFolder,
+    PhotographRecord,
+    read_photograph,
+)
 from inspection_tools.survey.camera import SurveyCamera
 
 CAMERA = SurveyCamera(64, 48, 60.0)
@@ -30,8 +35,8 @@ def test_a_photograph_comes_back(tmp_path):
 
 
 def test_other_tools_find_their_lists(tmp_path):
-    folder = PhotographFolder(tmp_path, CAMERA)
-    folder.save(PICTURE, record(1.0))
+    store = PhotographFolder(tmp_path, CAMERA)
+    store.save(PICTURE, record(1.0))
     PhotographFolder(tmp_path, CAMERA).save(PICTURE, record(2.0))  # a folder is continued
     assert (tmp_path / "rgb.txt").read_text().split("\n")[1:3] == [
         "1.000000 1.000000.jpg",
@@ -44,15 +49,15 @@ def test_other_tools_find_their_lists(tmp_path):
 
 
 def test_a_full_disk_loses_nothing(tmp_path, monkeypatch):
-    folder = PhotographFolder(tmp_path, CAMERA)
-    first = folder.save(PICTURE, record(1.0))
+    store = PhotographFolder(tmp_path, CAMERA)
+    first = store.save(PICTURE, record(1.0))
 
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
     monkeypatch.setattr(photographs.os, "replace", full)
     with pytest.raises(PhotographError, match=r"disk is full.*Earlier ones are whole"):
-        folder.save(PICTURE, record(2.0))
+        store.save(PICTURE, record(2.0))
     assert read_photograph(first)[1] == record(1.0)
     assert [path.name for path in tmp_path.glob("*.jpg")] == [first.name]
     assert not list(tmp_path.glob("*.part"))

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from inspection_tools.photographs import read_photograph
+from inspection_tools.photographs.folder import read_photograph
 from inspection_tools.survey.camera import SurveyCamera
 from master_thesis.errors import ScenarioError
 from master_thesis.photographing.command import photograph, read_poses

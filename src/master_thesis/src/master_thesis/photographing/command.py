@@ -9,7 +9,7 @@ from typing import Iterator
 import numpy as np
 import yaml
 
-from inspection_tools.photographs import PhotographFolder, PhotographRecord
+from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from master_thesis.errors import ScenarioError
 from simulation_tools.camera.defects import DefectFile, beside, decals_of, read_defects

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -62,7 +62,7 @@ class Renderer:
         kernels.mixed_cells(faces, lit, mixed)
         ambient = optics.ambient * float(lights[..., 2].mean())
         gain, iso = self._exposure(grid, ambient)
-        look = (self._surfaces.albedos, self._marks, self._tiles, self._clouds, gain * WHITE, ambient)
+        look: Any = (self._surfaces.albedos, self._marks, self._tiles, self._clouds, gain * WHITE, ambient)
         raw = np.zeros((optics.height, optics.width, 3), np.uint16)
         kernels.fill_grid(raw, faces, mixed, lights, STEP, *look)
         at = np.argwhere(mixed)

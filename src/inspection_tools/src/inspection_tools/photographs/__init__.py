@@ -1,0 +1,1 @@
+"""Photographs on disk, for us and for other tools."""
