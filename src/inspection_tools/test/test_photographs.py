@@ -37,7 +37,14 @@ def test_a_photograph_comes_back(tmp_path):
 def test_other_tools_find_their_lists(tmp_path):
     store = PhotographFolder(tmp_path, CAMERA)
     store.save(PICTURE, record(1.0))
-    PhotographFolder(tmp_path, CAMERA).save(PICTURE, record(2.0))  # a folder is continued
+    (tmp_path / "rgb.txt").write_text("# timestamp filename\n1.00")  # killed while it wrote
+    store = PhotographFolder(tmp_path, CAMERA)  # a folder is continued
+    assert store.last_stamp_s == 1.0
+    store.save(PICTURE, record(2.0))
+    with pytest.raises(PhotographError, match="is there already"):
+        store.save(PICTURE, record(1.0))
+    with pytest.raises(PhotographError, match="another camera"):
+        PhotographFolder(tmp_path, SurveyCamera(64, 48, 50.0))
     assert (tmp_path / "rgb.txt").read_text().split("\n")[1:3] == [
         "1.000000 1.000000.jpg",
         "2.000000 2.000000.jpg",

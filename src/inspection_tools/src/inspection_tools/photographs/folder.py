@@ -1,15 +1,16 @@
 """A folder of photographs: JPEG with EXIF, a JSON beside each, and the lists that other tools read.
 
 `rgb.txt` and `groundtruth.txt` are those of TUM's RGB-D data sets, `calibration.yaml` is that of ROS's
-camera_calibration_parsers. A file appears under its name only when it is whole.
+camera_calibration_parsers. A file appears under its name only when it is whole, JPEG and JSON at once.
 """
 
 from __future__ import annotations
 
 import errno
 import json
+import math
 import os
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +18,12 @@ import numpy as np
 import yaml
 from PIL import Image
 
-from inspection_tools.errors import InspectionToolsError
+from inspection_tools.errors import InspectionToolsError, ParameterError
 from inspection_tools.survey.camera import SurveyCamera
 
 JPEG_QUALITY = 92
+POSES_HEAD = "# timestamp tx ty tz qx qy qz qw of the optical frame\n"
+NAMES_HEAD = "# timestamp filename\n"
 MAKE, MODEL, EXPOSURE_TIME, ISO_SPEED, FOCAL_35MM, EXIF_BLOCK = 0x010F, 0x0110, 0x829A, 0x8827, 0xA405, 0x8769
 """Tags of EXIF 2.3."""
 
@@ -53,38 +56,61 @@ class PhotographFolder:
     """Stores photographs of one camera. A folder that is there already is continued."""
 
     def __init__(self, folder: Path, camera: SurveyCamera) -> None:
-        """Make the folder; raises PhotographError if that fails."""
+        """Make the folder; raises PhotographError if that fails, or if it is another camera's."""
         self.folder, self._camera = folder, camera
+        calibration = folder / "calibration.yaml"
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            if not (folder / "rgb.txt").exists():
-                _write(folder / "calibration.yaml", yaml.safe_dump(_calibration(camera)).encode())
-                _append(folder / "groundtruth.txt", "# timestamp tx ty tz qx qy qz qw of the optical frame\n")
-                _append(folder / "rgb.txt", "# timestamp filename\n")
+            if calibration.exists():
+                self._refuse_another_camera(calibration)
+            else:
+                _write(calibration, yaml.safe_dump(_calibration(camera)).encode())
+            self.last_stamp_s = self._restore_lists()
         except OSError as error:
             raise self._lost(error, "The folder") from None
+
+    def _refuse_another_camera(self, path: Path) -> None:
+        if read_camera(path) != replace(self._camera, tilt_min=-90.0, tilt_max=90.0, exposure=0.002):
+            raise PhotographError(f"{self.folder} holds photographs of another camera. Give another folder.")
+
+    def _restore_lists(self) -> float | None:
+        """Write the lists anew from what is stored, for a run may have been killed. Return the last stamp."""
+        stored = photographs_in(self.folder)
+        records = [read_record(path.with_suffix(".json")) for path in stored]
+        lines = ["".join(each) for each in zip(*(_lines(path, r) for path, r in zip(stored, records)))]
+        poses, names = lines or ("", "")
+        _write(self.folder / "groundtruth.txt", (POSES_HEAD + poses).encode())
+        _write(self.folder / "rgb.txt", (NAMES_HEAD + names).encode())
+        stamps = [float(path.stem) for path in self.folder.glob("*.jpg") if _is_number(path.stem)]
+        return max(stamps, default=None)
 
     def save(self, picture: np.ndarray, record: PhotographRecord) -> Path:
         """Store a picture, uint8 (height, width, 3), and return the JPEG's path.
 
         Raises:
-            PhotographError: the disk is full or cannot be written. What was stored before is whole.
+            PhotographError: the stamp has a photograph, or the disk is full or cannot be written. What was
+                stored before is whole.
         """
         name = f"{record.stamp_s:.6f}"
         path = self.folder / f"{name}.jpg"
-        partial = path.with_suffix(".part")
+        if path.exists():
+            raise PhotographError(f"{path} is there already, and is kept. Give the photograph another stamp.")
+        partial, partial_json = path.with_suffix(".part"), path.with_suffix(".json.part")
         try:
             Image.fromarray(picture).save(
                 partial, "JPEG", quality=JPEG_QUALITY, exif=self._exif(record).tobytes()
             )
-            _write(path.with_suffix(".json"), json.dumps(asdict(record), indent=1).encode())
+            partial_json.write_text(json.dumps(asdict(record), indent=1), encoding="utf-8")
             os.replace(partial, path)
-            pose = " ".join(f"{x:.6f}" for x in (*record.position_m, *record.orientation_xyzw))
-            _append(self.folder / "groundtruth.txt", f"{name} {pose}\n")
-            _append(self.folder / "rgb.txt", f"{name} {path.name}\n")
+            os.replace(partial_json, path.with_suffix(".json"))
+            pose, line = _lines(path, record)
+            _append(self.folder / "groundtruth.txt", pose)
+            _append(self.folder / "rgb.txt", line)
         except OSError as error:
             partial.unlink(missing_ok=True)
+            partial_json.unlink(missing_ok=True)
             raise self._lost(error, f"The photograph of {name} s") from None
+        self.last_stamp_s = max(record.stamp_s, self.last_stamp_s or record.stamp_s)
         return path
 
     def _exif(self, record: PhotographRecord) -> Image.Exif:
@@ -100,6 +126,29 @@ class PhotographFolder:
         return PhotographError(f"{what} cannot be stored in {self.folder}: {why}. Earlier ones are whole.")
 
 
+def photographs_in(folder: Path) -> list[Path]:
+    """Return the JPEGs that have a JSON, by their stamps."""
+    found = [path for path in folder.glob("*.jpg") if _is_number(path.stem)]
+    return sorted((path for path in found if path.with_suffix(".json").exists()), key=lambda p: float(p.stem))
+
+
+def read_camera(path: Path) -> SurveyCamera:
+    """Return the camera in a folder's calibration.yaml, which has no distortion.
+
+    Raises:
+        PhotographError: the file cannot be read.
+    """
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+        width, height = values["image_width"], values["image_height"]
+        across = 2.0 * math.degrees(math.atan(0.5 * width / values["camera_matrix"]["data"][0]))
+        return SurveyCamera(width, height, round(across, 6))
+    except OSError as error:
+        raise PhotographError(f"{path}: cannot be read: {error.strerror}.") from None
+    except (yaml.YAMLError, KeyError, IndexError, TypeError, ZeroDivisionError, ParameterError) as error:
+        raise PhotographError(f"{path}: is no camera's calibration ({error}).") from None
+
+
 def read_photograph(path: Path) -> tuple[np.ndarray, PhotographRecord]:
     """Return a picture, uint8 (height, width, 3), and its record.
 
@@ -111,15 +160,32 @@ def read_photograph(path: Path) -> tuple[np.ndarray, PhotographRecord]:
             picture = np.asarray(image.convert("RGB"))
     except (OSError, SyntaxError) as error:
         raise PhotographError(f"{path}: the picture is cut or damaged ({error}). Shoot it again.") from None
+    return picture, read_record(path.with_suffix(".json"))
+
+
+def read_record(path: Path) -> PhotographRecord:
+    """Return what a photograph's JSON tells; raises PhotographError if it is missing or damaged."""
     try:
-        values = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+        values = json.loads(path.read_text(encoding="utf-8"))
         fields: dict[str, Any] = {
             name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
         }
-        record = PhotographRecord(**fields)
+        return PhotographRecord(**fields)
     except (OSError, ValueError, TypeError, AttributeError) as error:
-        raise PhotographError(f"{path.with_suffix('.json')}: cannot be read ({error}).") from None
-    return picture, record
+        raise PhotographError(f"{path}: cannot be read ({error}).") from None
+
+
+def _is_number(name: str) -> bool:
+    try:
+        return math.isfinite(float(name))
+    except ValueError:
+        return False
+
+
+def _lines(path: Path, record: PhotographRecord) -> tuple[str, str]:
+    """Return a photograph's lines in groundtruth.txt and rgb.txt."""
+    pose = " ".join(f"{x:.6f}" for x in (*record.position_m, *record.orientation_xyzw))
+    return f"{path.stem} {pose}\n", f"{path.stem} {path.name}\n"
 
 
 def _calibration(camera: SurveyCamera) -> dict:
