@@ -1,5 +1,6 @@
 """Keep-out boxes and the ceiling, from a file."""
 
+import itertools
 import math
 from pathlib import Path
 
@@ -24,6 +25,12 @@ def test_a_file_holds_boxes_and_a_ceiling(tmp_path):
     assert parse_limits({}) == Limits((), math.inf)
 
 
+@pytest.mark.parametrize("place_m", list(itertools.product((-9.0, 0.0, 9.0), repeat=3)))
+def test_all_around_the_box_keep_in_is_kept_out(place_m):
+    limits = parse_limits({"keep_in": {"low": [-2, -3, -4], "high": [2, 3, 4]}})
+    assert any(box.holds(place_m) for box in limits.boxes) == (place_m != (0.0, 0.0, 0.0))
+
+
 def test_the_page_shows_a_file_that_can_be_read(tmp_path):
     page = Path(__file__).resolve().parents[2] / "doc" / "path_planner.md"
     path = tmp_path / "limits.yaml"
@@ -37,6 +44,7 @@ def test_the_page_shows_a_file_that_can_be_read(tmp_path):
         ("[", "not YAML"),
         ("5", "mapping"),
         ("{floor: 1}", "no 'floor'"),
+        ("{keep_in: 5}", "box keep_in is 5"),
         ("{ceiling: high}", "ceiling is 'high'"),
         ("{ceiling: .nan}", "ceiling is nan"),
         ("{keep_out: {low: 1}}", "no list"),

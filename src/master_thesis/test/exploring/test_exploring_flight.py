@@ -50,15 +50,3 @@ def test_it_knows_more_and_more_and_lands_at_home_when_its_time_is_over():
 def test_without_clouds_or_with_gnss_it_is_refused(lidar, gnss):
     with ClosedLoop(parameters(lidar, gnss)) as loop, pytest.raises(FlightError, match="Exploration needs"):
         ExploringFlight(loop, *SETTINGS)
-
-
-def test_without_a_usable_cloud_it_hovers_and_lands_when_its_time_is_over(monkeypatch):
-    monkeypatch.setattr(ExploringFlight, "_map", lambda self, estimate: None)
-    given = replace(parameters("puck"), limits=PhaseLimits(flight_timeout_s=3.0))
-    with ClosedLoop(given) as loop:
-        told = ExploringFlight(loop, *SETTINGS).run()
-        outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m")
-    assert told.views == 0
-    assert outcome.landed
-    assert not outcome.collision
-    assert np.ptp(truth, axis=0).max() < 0.5

@@ -1,4 +1,4 @@
-"""Where the UAV may not go: keep-out boxes and a greatest height, from a YAML file."""
+"""Where the UAV may not go: keep-out boxes, all but a box, and above a greatest height, from a YAML file."""
 
 from __future__ import annotations
 
@@ -88,25 +88,48 @@ def parse_limits(content: object) -> Limits:
     The content is a mapping with these keys, none of which is needed:
       - `ceiling`: greatest height, m.
       - `keep_out`: a list of boxes, each with `low` and `high` ([x, y, z], m) and, if you like, a `name`.
+      - `keep_in`: a box with `low` and `high`. All around it is kept out.
 
     Raises:
         ParameterError: one sentence that names the box and the fault.
     """
     if not isinstance(content, Mapping):
-        raise ParameterError("Limits are a mapping with the keys ceiling and keep_out.")
-    unknown = sorted(set(content) - {"ceiling", "keep_out"}, key=str)
+        raise ParameterError("Limits are a mapping with the keys ceiling, keep_out and keep_in.")
+    unknown = sorted(set(content) - {"ceiling", "keep_out", "keep_in"}, key=str)
     if unknown:
-        raise ParameterError(f"Limits have a ceiling and keep_out, but no '{unknown[0]}'.")
+        raise ParameterError(f"Limits have a ceiling, keep_out and keep_in, but no '{unknown[0]}'.")
     listed = content.get("keep_out") or []
     if not isinstance(listed, list):
         raise ParameterError("keep_out is no list; give a list of boxes with low and high.")
-    boxes = tuple(_box(number, given) for number, given in enumerate(listed, start=1))
+    boxes = tuple(
+        _box(f"The keep-out box {number}", str(number), given) for number, given in enumerate(listed, start=1)
+    )
+    if "keep_in" in content:
+        boxes += _around(_box("The box keep_in", "keep_in", content["keep_in"]))
     return Limits(boxes, content.get("ceiling", math.inf))
 
 
-def _box(number: int, given: object) -> KeepOut:
+def _box(words: str, name: str, given: object) -> KeepOut:
     if not isinstance(given, Mapping) or not {"low", "high"} <= set(given) <= {"low", "high", "name"}:
-        raise ParameterError(f"The keep-out box {number} is {given!r}; give it low, high and perhaps a name.")
+        raise ParameterError(f"{words} is {given!r}; give it low, high and perhaps a name.")
     if not all(isinstance(given[corner], list) for corner in ("low", "high")):
-        raise ParameterError(f"The keep-out box {number} needs low and high as lists: [x, y, z].")
-    return KeepOut(tuple(given["low"]), tuple(given["high"]), str(given.get("name", number)))
+        raise ParameterError(f"{words} needs low and high as lists: [x, y, z].")
+    return KeepOut(tuple(given["low"]), tuple(given["high"]), str(given.get("name", name)))
+
+
+def _around(inner: KeepOut) -> tuple[KeepOut, ...]:
+    """Return six boxes that hold all that is outside of one."""
+    boxes = []
+    for axis, name in enumerate("xyz"):
+        for low_m, high_m, side in (
+            (-FARTHEST_M, inner.low_m[axis], "below"),
+            (inner.high_m[axis], FARTHEST_M, "above"),
+        ):
+            if low_m < high_m:
+                low, high = [-FARTHEST_M] * 3, [FARTHEST_M] * 3
+                low[axis], high[axis] = low_m, high_m
+                outside = KeepOut(
+                    (low[0], low[1], low[2]), (high[0], high[1], high[2]), f"{name} {side} keep_in"
+                )
+                boxes.append(outside)
+    return tuple(boxes)

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any, Iterable, Sequence
 
+import numpy as np
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from mavros_msgs.msg import State
@@ -165,18 +166,19 @@ def _fly(request: ExploringRequest, lockstep: bool, ending: Ending) -> int:
     return run.finish(
         numbers,
         headline,
-        lambda content: _complete(flown, content),
+        lambda content: _complete(flown, told, content),
         "clearance or pictures",
     )
 
 
-def _complete(flown: FlownRun, content: dict) -> dict:
+def _complete(flown: FlownRun, told: Told, content: dict) -> dict:
     """Draw the map and the path, and complete the other files."""
     from master_thesis.exploring.pictures import write_explored  # numba and matplotlib take a second
 
     folder, _, log, _ = flown
+    known = np.array([row[:2] for row in told.known]).reshape(-1, 2) - (told.began_s or 0.0, 0.0)
     try:
-        write_explored(folder, folder.path / "map.ot", log.truth.array("x_m", "y_m", "z_m"))
+        write_explored(folder, folder.path / "map.ot", log.truth.array("x_m", "y_m", "z_m"), known)
     except (SlamError, OSError) as error:
         rospy.logwarn(f"There is no explored.png: {error}")
     return complete_run(*flown, content, ProgressLog())

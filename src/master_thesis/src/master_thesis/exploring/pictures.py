@@ -1,8 +1,9 @@
-"""The picture of an exploration: the map, cut open, and the path through it."""
+"""The picture of an exploration: the map, cut open, the path through it, and what was known when."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,18 +12,45 @@ from gridslam.volume.drawing.picture import VIEWS, volume_figure
 from master_thesis.results.picture_files import png
 from master_thesis.results.run_folder import RunFolder
 
+if TYPE_CHECKING:  # matplotlib takes half a second to import
+    from matplotlib.axes import Axes
+
 PATH = "#d1410c"
+LINE, CASING = 1.0, 2.2
+"""Widths in points. The casing lets the path stand out from the map."""
+KNOWN = 0.99
 
 
-def write_explored(folder: RunFolder, map_path: Path, path_m: np.ndarray) -> None:
-    """Write explored.png. path_m: (n, 3) of the UAV in the map's frame.
+def write_explored(folder: RunFolder, map_path: Path, path_m: np.ndarray, known: np.ndarray) -> None:
+    """Write explored.png.
+
+    path_m: (n, 3) of the UAV in the map's frame. known: (m, 2) seconds from the begin, and volume in m3.
 
     Raises:
         SlamError: the map cannot be read.
     """
     figure = volume_figure(read_octree(map_path), "The map, cut open, and the path of the UAV")
-    above, _, side, front, *_ = figure.axes  # the second one is free
-    for panel, (right, up, _) in zip((above, side, front), VIEWS):
-        panel.plot(path_m[:, right], path_m[:, up], color=PATH, linewidth=1.2)
-        panel.plot(*path_m[0, [right, up]], "o", color=PATH, markeredgecolor="black")
+    if figure.axes:  # a map without occupied voxels has none
+        above, free, side, front, *_ = figure.axes
+        for panel, (right, up, _) in zip((above, side, front), VIEWS):
+            _draw_path(panel, path_m[:, (right, up)])
+        if len(known):
+            _draw_known(free, known)
     folder.write_files({"explored.png": png(figure)})
+
+
+def _draw_path(panel: Axes, path_m: np.ndarray) -> None:
+    panel.plot(*path_m.T, color="white", linewidth=CASING)
+    panel.plot(*path_m.T, color=PATH, linewidth=LINE)
+    panel.plot(*path_m[0], "o", color=PATH, markeredgecolor="white", markersize=6)
+
+
+def _draw_known(panel: Axes, known: np.ndarray) -> None:
+    """Draw the known volume over the time, and when almost all of it was known."""
+    panel.set_axis_on()
+    panel.plot(*known.T, color=PATH, linewidth=1.5)
+    enough_s = known[known[:, 1] >= KNOWN * known[:, 1].max()][0, 0]
+    panel.axvline(enough_s, color="grey", linewidth=0.8, linestyle="--")
+    panel.set_title(f"known volume; {100 * KNOWN:.0f} % after {enough_s:.0f} s", fontsize=9)
+    panel.set(xlabel="time, s", ylabel="m³", xlim=(0.0, known[-1, 0]), ylim=(0.0, None))
+    panel.spines[["top", "right"]].set_visible(False)
