@@ -48,8 +48,13 @@ REFUSED = {
     "mavros": ("experiment_1", ["mavros:=fake"], "There is no mavros 'fake'; choose mavros:=sim|real."),
     "autopilot": (
         "experiment_1",
-        ["autopilot:=ardupilot"],
-        'There is no autopilot "ardupilot"; choose one of',
+        ["autopilot:=betaflight"],
+        'There is no autopilot "betaflight"; choose one of',
+    ),
+    "arducopter": (
+        "explore",
+        ["autopilot:=ardupilot", "ardupilot:=/no/arducopter"],
+        "ArduPilot's program /no/arducopter is not there;",
     ),
     "sensors": ("experiment_1", ["sensors:=nose"], "nose"),
     "package": (
@@ -195,8 +200,15 @@ def test_a_real_uavs_parameters_that_cepa_refuses_are_refused(tmp_path, capsys, 
     assert sentence in said
 
 
-@pytest.mark.parametrize("words", [["lidar_ip:=192.168.0.10"], ["lidar_ip:=hokuyo.local", "slam:=true"]])
-def test_a_real_uav_with_a_lidar_of_its_own_is_flown(words, capsys):
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["lidar_ip:=192.168.0.10"],
+        ["lidar_ip:=hokuyo.local", "slam:=true"],
+        ["autopilot:=ardupilot", "fly:=true"],
+    ],
+)
+def test_a_real_uav_with_parts_of_its_own_is_flown(words, capsys):
     assert request.main([str(LAUNCH / "real.launch"), *words]) == 0, capsys.readouterr().err
 
 

@@ -24,6 +24,8 @@ MAGIC_V1, MAGIC_V2 = 0xFE, 0xFD
 _OVERHEAD_V1, _OVERHEAD_V2, _SIGNATURE = 8, 12, 13
 _SIGNED = 1  # the only incompatibility flag that MAVLink 2 has
 _MAX_DATAGRAM = 65535
+_WAKE_RADIO = b"0 "
+"""ArduPilot writes it on each link when it starts, against SiK radios that hang (GCS_MAVLINK::init)."""
 
 
 class LinkError(SimulationToolsError):
@@ -57,6 +59,8 @@ class Codec:
     def decode(self, datagram: bytes) -> Iterator[common.MAVLink_message]:
         """Yield the messages of a datagram."""
         start, end = 0, len(datagram)
+        while datagram.startswith(_WAKE_RADIO, start):
+            start += len(_WAKE_RADIO)
         while start < end:
             length = _frame_length(datagram, start)
             message = None

@@ -198,6 +198,20 @@ def test_a_program_that_ends_at_once_is_an_error_with_its_last_words(start):
         wait_until_ready(autopilot)
 
 
+def test_an_ardupilot_that_asks_for_nothing_is_an_error_after_the_patience(link):
+    autopilot = ArduPilotSitl(link, sensors(), None, patience_s=0.05)
+    assert not autopilot.is_ready()
+    with pytest.raises(AutopilotError, match=rf"UDP port {link.port} within 0\.05 s"):
+        wait_until_ready(autopilot)
+
+
+def test_the_console_is_kept_apart_from_mavlink():
+    command = Program(ProgramParameters(str(FAKE), offboard_port=14541, gcs_port=14551), 9012).command(FAKE)
+    assert "--serial0=none:" in command  # ArduPilot prints its banner there
+    assert "--serial1=udpclient:127.0.0.1:14541" in command
+    assert "--serial2=udpclient:127.0.0.1:14551" in command
+
+
 def test_parameters_that_a_version_does_not_know_are_named(start):
     autopilot = start(FAKE_SAYS="Ignored unknown param GPS1_TYPE in defaults file x", FAKE_FRAMES=1)
     wait_until_ready(autopilot)

@@ -29,8 +29,8 @@ def check(asked: Mapping[str, Any]) -> None:
         values.mavlink_ports(asked["offboard_port"], asked["gcs_port"])
     if "autopilot" in asked:
         autopilot = values.choice("autopilot", str(asked["autopilot"]), values.AUTOPILOTS)
-        if autopilot == "ardupilot":
-            check_program(str(asked.get("ardupilot", "")))
+        if autopilot == "ardupilot" and "ardupilot" in asked:  # a real UAV brings its own
+            check_program(str(asked["ardupilot"]))
     for name, least in (("real_time_factor", 0.0), ("lockstep_timeout", 0.001), ("lidar_range_max", 0.0)):
         if name in asked:
             values.number(name, asked[name], least)

@@ -79,7 +79,7 @@ def _with_ardupilot(parameters: SimulationParameters) -> Simulation:
     link = JsonLink(port("simulator_port", JSON_PORT))
     rng = np.random.default_rng([parameters.seed, JSON_PORT])
     sensors = JsonSensors(JsonSensorParameters(), rng)
-    patience_s = number("px4_patience", 0.0, least=0.0) or math.inf
+    patience_s = number("ardupilot_patience", 60.0, least=0.0) or math.inf
     autopilot = ArduPilotSitl(link, sensors, Program(program, link.port), patience_s)
     autopilot.on_warning = rospy.logwarn
     rospy.loginfo(f"ArduPilot starts: {program.path}")

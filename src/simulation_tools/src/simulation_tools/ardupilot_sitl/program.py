@@ -42,6 +42,8 @@ RATES_HZ: Mapping[int, float] = {
     245: 5.0,  # EXTENDED_SYS_STATE
 }
 """What it sends to MAVROS, by message id. Without a list it sends heartbeats only."""
+CHANNELS = (1, 2)
+"""MAVLink channels of MAVROS and the ground station. Channel 0 is the console's."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +112,7 @@ class Program:
         own = folder / "own.parm"
         own.write_text("".join(f"{name} {value:.9g}\n" for name, value in self._parameters.settings.items()))
         intervals = "".join(f"{number} {round(1e3 / rate)}\n" for number, rate in RATES_HZ.items())
-        for channel in (0, 1):
+        for channel in CHANNELS:
             (folder / f"message-intervals-chan{channel}.txt").write_text(intervals)
         self.started_s = time.monotonic()
         with (folder / _LOG).open("wb") as log:
@@ -147,9 +149,9 @@ class Program:
             f"--sim-port-out={self._simulator_port}",
             "--rc-in-port=0",
             f"--sysid={p.system_id}",
-            f"--serial0=udpclient:127.0.0.1:{p.offboard_port}",
-            f"--serial1=udpclient:127.0.0.1:{p.gcs_port}",
-            "--serial2=none:",
+            "--serial0=none:",  # the console, whose text is no MAVLink
+            f"--serial1=udpclient:127.0.0.1:{p.offboard_port}",
+            f"--serial2=udpclient:127.0.0.1:{p.gcs_port}",
         ]
 
     def last_words(self, lines: int = 3) -> str:

@@ -62,6 +62,16 @@ def test_valid_messages_around_garbage_are_read():
     assert [m.get_type() for m in found] == ["HEARTBEAT", "HEARTBEAT"]
 
 
+def test_what_ardupilot_writes_against_hanging_radios_is_no_garbage():
+    """It opens each link with the bytes 0x30 0x20, three times (GCS_MAVLINK::init)."""
+    codec = Codec(1, 1)
+    beat = Codec(255, 1).pack(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 0, 3))
+    assert [len(list(codec.decode(data))) for data in (b"0 ", b"0 0 0 ", b"0 " + beat)] == [0, 0, 1]
+    assert codec.bad == 0
+    assert list(codec.decode(b"0")) == []
+    assert codec.bad == 1
+
+
 LINK_NODE_STATUS, CURRENT_EVENT_SEQUENCE = 8, 411
 
 
