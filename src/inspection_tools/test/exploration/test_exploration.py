@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from inspection_tools.exploration import Exploration, ExplorationParameters, Explorer
-from inspection_tools.planning import PathPlanner
+from inspection_tools.exploration import End, Exploration, ExplorationParameters, Explorer
+from inspection_tools.exploration.way import Way
+from inspection_tools.planning import FREE, PathPlanner, PlannerParameters, parse_limits
 
 HOVER_M = np.array((1.0, 2.0, 3.0))
 
@@ -18,3 +19,39 @@ def test_without_a_map_it_stays_over_its_home_and_decides_nothing():
     assert exploration.told.views == 0
     assert exploration.told.end is None
     assert not exploration.is_home
+
+
+def open_box(side=32):
+    """A planner that knows a free box of 6.4 m, and may not be at x > 4 m."""
+    planner = PathPlanner(
+        PlannerParameters(radius=0.3, margin=0.1),
+        parse_limits({"keep_in": {"low": [-9] * 3, "high": [4, 9, 9]}}),
+    )
+    kinds = np.full((1, side**3), FREE, np.uint8)
+    planner.update_map(0.2, side, np.zeros((1, 3), np.int64), kinds)
+    return planner
+
+
+def test_a_uav_that_was_pushed_over_a_limit_flies_back_the_way_it_came_and_goes_on():
+    # Given a UAV that flew along x to 4.5 m, where it may not be
+    exploration = Exploration(open_box(), Explorer(), ExplorationParameters())
+    exploration.begin(0.0, HOVER_M)
+    for x in np.arange(1.0, 4.6, 0.25):
+        exploration.follow(0.0, np.array((x, 2.0, 2.3)))
+    here_m = np.array((4.5, 2.0, 2.3))
+    exploration._way = Way([here_m])
+    exploration.told.views = 1
+    # When it decides, then it turns back, and the exploration has not ended
+    exploration.look(1.0, here_m)
+    assert exploration.told.end is None
+    assert exploration.rest_m[-1][0] == 1.0
+    # When it is back, then it goes on
+    exploration.look(3.0, np.array((3.0, 2.0, 2.3)))
+    assert exploration.told.end is not End.SHUT_IN
+    # When it cannot come back, then that is told in the end
+    lost = Exploration(open_box(), Explorer(), ExplorationParameters())
+    lost.begin(0.0, here_m)
+    lost.told.views = 1
+    for stamp_s in range(1, 60):
+        lost.look(float(stamp_s), here_m)
+    assert lost.told.end is End.SHUT_IN

@@ -21,6 +21,8 @@ from inspection_tools.exploration.parameters import ExplorationParameters
 from inspection_tools.exploration.way import Way
 from inspection_tools.planning import PathPlanner
 
+BACK_S = 15.0
+"""A UAV that fits nowhere flies back the way it came for so long, before that ends the exploration."""
 BEEN_M = 0.05
 """Between the places where the UAV was, around which its own radius is free."""
 
@@ -100,6 +102,8 @@ class Exploration:
         self.is_home = self.must_land = False
         self.home_way_m: np.ndarray | None = None
         self._home_planned_s = -math.inf
+        self._shut_in_s: float | None = None
+        """Since when; None: it is not."""
         self.told = Explored()
 
     def begin(self, stamp_s: float, here_m: np.ndarray) -> None:
@@ -242,6 +246,10 @@ class Exploration:
             return
         decision = self._explorer.decide(self._planner.space(stamp_s, here_m), here_m)
         self.told.views += 1
+        if decision.is_shut_in and self._backs_out(stamp_s):
+            return
+        if not decision.is_shut_in:
+            self._shut_in_s = None
         if decision.goal_m is None:
             self.told.leftovers = decision.leftovers
             if decision.is_shut_in:
@@ -253,6 +261,13 @@ class Exploration:
         if not self._plan(here_m, goal_m, stamp_s):
             self._planner.close(goal_m, stamp_s)
             self._set_out(Way([here_m]))
+
+    def _backs_out(self, stamp_s: float) -> bool:
+        """Fly back the way it came, for a while. CEPA may have evaded to where the planner lets nobody be."""
+        if self._shut_in_s is None:
+            self._shut_in_s = stamp_s
+            self._set_out(Way(self._track_m[::-1]))
+        return stamp_s < self._shut_in_s + BACK_S
 
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         assert self._home_m is not None
