@@ -1,4 +1,4 @@
-"""Compiles planner and explorer ahead of the first plan: ``python -m inspection_tools.warm_up``."""
+"""Compiles planner, explorer and findings ahead of use: ``python -m inspection_tools.warm_up``."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import numpy as np
 
 from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.explorer import Explorer
+from inspection_tools.findings.candidates import candidates_in
+from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.planning.planner import PathPlanner
 from inspection_tools.planning.voxel_grid import FREE, OCCUPIED
 
@@ -15,8 +17,9 @@ SIDE = 16
 
 
 def warm_up() -> float:
-    """Plan and explore in a small room, and plan through a wall; return the seconds that it took."""
+    """Plan, explore and look at a picture, all small; return the seconds that it took."""
     start = time.perf_counter()
+    candidates_in(np.full((32, 32, 3), 100, np.uint8), FindingParameters())
     planner = PathPlanner()
     kinds = np.full((SIDE, SIDE, SIDE), FREE, np.uint8)
     planner.update_map(0.2, SIDE, np.zeros((1, 3), np.int64), kinds.reshape(1, -1))

@@ -1,0 +1,1 @@
+"""Rust and cracks in photographs, placed on the surface."""

@@ -1,0 +1,43 @@
+"""Loops over the pixels of photographs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kernel_cache.compiler import njit
+
+
+@njit(cache=True)
+def block_light(picture: np.ndarray, linear: np.ndarray, side: int) -> np.ndarray:
+    """Return (height // side, width // side, 3), float32: mean light of blocks of an sRGB picture, uint8.
+
+    linear: (256,) the light of each value.
+    """
+    out = np.zeros((picture.shape[0] // side, picture.shape[1] // side, 3), np.float32)
+    for row in range(out.shape[0]):
+        for y in range(row * side, (row + 1) * side):
+            for column in range(out.shape[1]):
+                for x in range(column * side, (column + 1) * side):
+                    for c in range(3):
+                        out[row, column, c] += linear[picture[y, x, c]]
+    return out / np.float32(side * side)
+
+
+@njit(cache=True)
+def dark_ridges(light: np.ndarray, reach: int, contrast: float) -> np.ndarray:
+    """Return (height, width) bool: pixels darker than both sides, `reach` px away, along some direction.
+
+    A step has no darker middle, so edges between two tones are none. light: (height, width), float32.
+    """
+    out = np.zeros(light.shape, np.bool_)
+    keep, slant = 1.0 - contrast, max(1, round(0.7071 * reach))
+    for y in range(reach, light.shape[0] - reach):
+        for x in range(reach, light.shape[1] - reach):
+            most = light[y, x] / keep
+            out[y, x] = (
+                (light[y, x - reach] > most and light[y, x + reach] > most)
+                or (light[y - reach, x] > most and light[y + reach, x] > most)
+                or (light[y - slant, x - slant] > most and light[y + slant, x + slant] > most)
+                or (light[y - slant, x + slant] > most and light[y + slant, x - slant] > most)
+            )
+    return out
