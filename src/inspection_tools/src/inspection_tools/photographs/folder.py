@@ -157,7 +157,7 @@ def read_photograph(path: Path) -> tuple[np.ndarray, PhotographRecord]:
     """
     try:
         with Image.open(path) as image:
-            picture = np.asarray(image.convert("RGB"))
+            picture = np.array(image.convert("RGB"))  # one may write to it
     except (OSError, SyntaxError) as error:
         raise PhotographError(f"{path}: the picture is cut or damaged ({error}). Shoot it again.") from None
     return picture, read_record(path.with_suffix(".json"))
