@@ -17,7 +17,8 @@ def headline(content: dict) -> str:
             areas[place["why"]] += place["border_m2"]
         seconds = told["time_99_s"]
         rows |= {
-            "known": f"{told['known_m3']:.0f} m3, 99 % of it after {seconds:.0f} s",
+            "known": f"{told['known_m3']:.0f} m3"
+            + ("" if seconds is None else f", 99 % of it after {seconds:.0f} s"),
             "home": f"{'yes' if told['is_home'] else 'no'}, after {told['home_s']:.0f} s",
             "views, swaps": f"{told['views']}, {told['swaps']}",
             **{
