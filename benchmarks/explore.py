@@ -1,11 +1,12 @@
 """Exploration without GNSS and without ROS: `hold_3d` by a Puck, from take-off to landing.
 
 Odometry by clouds, the map of voxels, planner and explorer, flown with dynamics. A flight depends on its seed
-alone. `known` is the volume that the map knows, as a share of what it knows at the end; no judge compares it
-with the world. Times count from the first setpoint after the hover.
+alone. Times count from the first setpoint after the hover. `time_99_s` is when 99 % of the volume was known
+that the map knows at the end. The judge works on the world's surfaces at 0.05 m: `known_share` is of all that
+the UAV with its clearance can fill, `mapped_share` of the surface that its lidar can see from there.
 
-Keys: explore.hold_3d.puck.{ended, contacts, landed_home, time_99_s, end_s, home_s, known_m3, views,
-decision_ms, decision_max_ms}, all but the first three with .median and .worst.
+Keys: explore.hold_3d.puck.{ended, contacts, landed_home, time_99_s, end_s, home_s, known_share, mapped_share,
+views, decision_ms, decision_max_ms}, all but the first three with .median and .worst.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import math
+from dataclasses import replace
 from typing import Sequence
 
 import numpy as np
@@ -20,11 +22,13 @@ import numpy as np
 from benchmarks.gnss_rows.climbs import START_XYZ_M, WORLD
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
+from gridslam.evaluation.volume.lidars import VIEWS
 from gridslam.volume import VolumeParameters
 from inspection_tools import PositionControllerParameters
 from inspection_tools.exploration import ExplorerParameters, Why
 from inspection_tools.planning import PlannerParameters
 from master_thesis.exploring.flight import ExploringFlight
+from master_thesis.exploring.judge import judge_map
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase, PhaseLimits
 from master_thesis.flight.parameters import ClosedLoopParameters
@@ -37,10 +41,25 @@ SPEED_M_S = 1.5
 TIME_S, BRIEF_TIME_S = 400.0, 15.0
 """Of simulation; then the UAV flies home, explored or not."""
 PLANNER = PlannerParameters(radius=0.35, margin=0.15)
-EXPLORER = ExplorerParameters(speed=SPEED_M_S, spacing=0.6, reach=12.0, cell=1.0)
+EXPLORER = ExplorerParameters(
+    speed=SPEED_M_S, spacing=0.6, reach=12.0, cell=1.0, worth_min=0.8, rate_min=0.5, room_min=0.1
+)
 VOLUME = VolumeParameters(resolution_m=0.2, max_range_m=20.0)
-HOME_M = 1.0
-METRICS = ("time_99_s", "end_s", "home_s", "known_m3", "views", "decision_ms", "decision_max_ms")
+VIEW = replace(VIEWS["puck"], range_max_m=VOLUME.max_range_m)
+HOME_M, HOVER_M = 1.0, 1.5
+BOX_M = (-15.3, -10.3, -0.3), (15.3, 10.3, 11.4)
+"""Of the judge: the hold with its coaming."""
+SHARES = ("known_share", "mapped_share")
+METRICS = (
+    "time_99_s",
+    "end_s",
+    "home_s",
+    "known_share",
+    "mapped_share",
+    "views",
+    "decision_ms",
+    "decision_max_ms",
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -79,9 +98,12 @@ def fly(seed: int, time_s: float) -> dict:
         position_controller=PositionControllerParameters(max_speed=SPEED_M_S),
     )
     with ClosedLoop(parameters) as loop:
-        told = ExploringFlight(loop, PLANNER, EXPLORER, VOLUME, time_s).run()
+        flight = ExploringFlight(loop, PLANNER, EXPLORER, VOLUME, time_s)
+        told = flight.run()
         outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")
     began_s = outcome.times_s[Phase.FLYING]
+    rng, hover_m = np.random.default_rng(seed), np.array((*START_XYZ_M[:2], HOVER_M))
+    judged = judge_map(flight.volume.shown, WORLD, BOX_M, hover_m, PLANNER.clearance_m, VIEW, rng)
     at_home = math.dist(truth[-1, :2], START_XYZ_M[:2]) < HOME_M
     return {
         "ended": told.end.value if told.end else "",
@@ -90,7 +112,10 @@ def fly(seed: int, time_s: float) -> dict:
         "time_99_s": told.time_of(0.99) - began_s,
         "end_s": told.ended_s - began_s,
         "home_s": outcome.times_s.get(Phase.HOVERING, math.nan) - began_s,
-        "known_m3": told.known_m3[-1][1],
+        "known_share": judged.known_share,
+        "mapped_share": judged.mapped_share,
+        "reachable_m3": judged.reachable_m3,
+        "visible_m2": judged.visible_m2,
         "views": told.views,
         "decision_ms": float(1e3 * np.median(told.cpu_s)),
         "decision_max_ms": float(1e3 * max(told.cpu_s)),
@@ -107,7 +132,10 @@ def summary(trials: Sequence[dict]) -> dict:
         "left_m2": [trial["left"] for trial in trials],
     }
     values = {key: [trial[key] for trial in trials] for key in METRICS}
-    spread = {key: {"median": float(np.median(all_)), "worst": max(all_)} for key, all_ in values.items()}
+    spread = {
+        key: {"median": float(np.median(all_)), "worst": min(all_) if key in SHARES else max(all_)}
+        for key, all_ in values.items()
+    }
     return {"flights": len(trials), **counts, **spread}
 
 

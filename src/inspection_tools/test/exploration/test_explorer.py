@@ -81,7 +81,10 @@ def test_a_uav_that_fits_nowhere_is_shut_in_and_nothing_is_said_to_be_explored()
     assert decision.goal_m is None
 
 
-@pytest.mark.parametrize("name", ["reach", "cell", "spacing", "speed", "keep", "worth_min", "elevation_min"])
+@pytest.mark.parametrize(
+    "name",
+    ["reach", "cell", "spacing", "speed", "keep", "worth_min", "rate_min", "room_min", "elevation_min"],
+)
 def test_parameters_that_make_no_sense_are_refused(name):
     for value in (-5.0, math.nan, "1"):
         with pytest.raises(ParameterError, match=name):

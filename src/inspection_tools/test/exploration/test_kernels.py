@@ -5,11 +5,16 @@ import math
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
 
 from inspection_tools.exploration.frontiers import frontier_voxels, in_cells
-from inspection_tools.exploration.kernels.lattice import NEIGHBOURS, open_edges
-from inspection_tools.exploration.kernels.views import is_open, seen_from
+from inspection_tools.exploration.kernels.borders import flood
+from inspection_tools.exploration.kernels.lattice import lattice_ways
+from inspection_tools.exploration.kernels.views import best_view, is_open, seen_from
 from inspection_tools.planning import FREE, UNKNOWN
+from inspection_tools.planning.kernels.neighbours import STEPS
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -27,11 +32,13 @@ def run_through(a, b):
 
 @settings(max_examples=60, deadline=None)
 @given(SEEDS)
-def test_a_view_is_open_if_all_that_it_runs_through_is_free(seed):
+def test_a_view_is_open_if_all_that_it_runs_through_before_its_end_is_free(seed):
     rng = np.random.default_rng(seed)
     kinds = drawn_kinds(rng)
     a, b = rng.integers(0, kinds.shape), rng.integers(0, kinds.shape)
-    assert is_open(kinds, a, b) == all(kinds[voxel] == FREE for voxel in run_through(a, b))
+    assert is_open(kinds, a, b) == all(
+        kinds[voxel] == FREE for voxel in run_through(a, b) - {tuple(b.tolist())}
+    )
 
 
 @settings(max_examples=20, deadline=None)
@@ -56,18 +63,45 @@ def test_a_place_shows_the_cells_within_reach_and_beams(seed):
 
 @settings(max_examples=20, deadline=None)
 @given(SEEDS)
-def test_frontiers_are_free_voxels_beside_unknown_ones(seed):
+def test_the_best_view_shows_most_for_its_time(seed):
+    rng = np.random.default_rng(seed)
+    kinds, times_s = drawn_kinds(rng), rng.uniform(1.0, 9.0, 12)
+    places, cells = (rng.integers(0, kinds.shape, (n, 3)) for n in (12, 9))
+    view = cells, rng.integers(1, 50, 9), (-0.9, 0.8), (1.0, 6.0)
+    rates = seen_from(kinds, places, *view, np.zeros(9, bool)) / times_s
+    best, gain = best_view(kinds, places, times_s, *view, (1.0, 0.0))
+    if rates.max() == 0.0:
+        assert (best, gain) == (-1, 0)
+    else:
+        assert gain / times_s[best] == rates.max() == rates[best]
+    assert best_view(kinds, places, times_s, *view, (1.0, rates.max())) == (-1, 0)
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_frontiers_are_unknown_voxels_beside_free_ones(seed):
     kinds = drawn_kinds(np.random.default_rng(seed), free=0.5)
     expected = set()
-    for voxel in np.argwhere(kinds == FREE).tolist():
+    for voxel in np.argwhere(kinds == UNKNOWN).tolist():
         for axis in range(3):
             for step in (-1, 1):
                 other = list(voxel)
                 other[axis] += step
-                outside = not 0 <= other[axis] < kinds.shape[axis]
-                if outside or kinds[tuple(other)] == UNKNOWN:
+                inside = 0 <= other[axis] < kinds.shape[axis]
+                if inside and kinds[tuple(other)] == FREE:
                     expected.add(tuple(voxel))
     assert {tuple(voxel) for voxel in frontier_voxels(kinds).tolist()} == expected
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_a_flood_reaches_the_parts_that_hold_a_seed(seed):
+    rng = np.random.default_rng(seed)
+    is_free = rng.random((6, 7, 8)) < 0.2
+    seeds = rng.integers(0, is_free.shape, (3, 3))
+    labels, _ = ndimage.label(is_free, np.ones((3, 3, 3)))
+    parts = set(labels[tuple(seeds.T)].tolist()) - {0}
+    np.testing.assert_array_equal(flood(is_free, seeds), np.isin(labels, list(parts)))
 
 
 def test_cells_count_their_voxels_and_stay_when_the_map_grows():
@@ -81,22 +115,21 @@ def test_cells_count_their_voxels_and_stay_when_the_map_grows():
 
 @settings(max_examples=20, deadline=None)
 @given(SEEDS, st.integers(1, 3))
-def test_edges_are_those_whose_voxels_all_keep_the_clearance(seed, spacing):
+def test_ways_are_shortest_over_edges_whose_voxels_all_keep_the_clearance(seed, spacing):
     rng = np.random.default_rng(seed)
     squares = rng.choice([1, 4, 9], (7, 6, 8), p=[0.15, 0.45, 0.4]).astype(np.uint16)
     is_node = squares[::spacing, ::spacing, ::spacing] >= 4
-    numbers = np.full(is_node.shape, -1)
-    numbers[is_node] = np.arange(is_node.sum())
-    heads, tails, lengths = open_edges(squares, 4, numbers, spacing)
-    found = dict(zip(zip(heads.tolist(), tails.tolist()), lengths.tolist()))
-    expected = {}
-    for node in np.argwhere(is_node):
-        for step in NEIGHBOURS:
-            other = node + step
-            if (other < 0).any() or (other >= is_node.shape).any() or not is_node[tuple(other)]:
-                continue
+    nodes = np.argwhere(is_node)
+    graph = np.zeros((len(nodes), len(nodes)))
+    for head, node in enumerate(nodes):
+        for step in STEPS:
+            tail = np.flatnonzero((nodes == node + step).all(axis=1))
             between = [tuple(node * spacing + k * step) for k in range(1, spacing)]
-            if all(squares[voxel] >= 4 for voxel in between):
-                pair = int(numbers[tuple(node)]), int(numbers[tuple(other)])
-                expected[pair] = spacing * math.sqrt(float((step**2).sum()))
-    assert found == expected
+            if len(tail) and all(squares[voxel] >= 4 for voxel in between):
+                graph[head, tail[0]] = spacing * math.sqrt(float((step**2).sum()))
+    starts, begun = rng.integers(0, len(nodes), 2), rng.uniform(0.0, 3.0, 2)
+    from_each = dijkstra(csr_matrix(graph), indices=starts) + begun[:, None]
+    expected = np.full(is_node.shape, np.inf)
+    expected[is_node] = from_each.min(axis=0)
+    found = lattice_ways(squares, 4, spacing, nodes[starts], begun)
+    np.testing.assert_allclose(found, expected)

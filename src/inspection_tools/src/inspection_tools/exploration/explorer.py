@@ -11,8 +11,9 @@ from enum import Enum
 
 import numpy as np
 
+from inspection_tools.exploration.beyond import is_near_room
 from inspection_tools.exploration.frontiers import Frontiers, frontier_voxels, in_cells
-from inspection_tools.exploration.kernels.views import seen_from
+from inspection_tools.exploration.kernels.views import best_view, seen_from
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.planning.space import Space
@@ -24,14 +25,16 @@ TRIES = 1.0
 SAME = 0.8
 """A cell has not changed if it still has this share of its frontier voxels."""
 VIEWS_M = 1.2
-"""At first one place in each cube of this side is tried: the one with the most room. In the end, all."""
+"""One place in each cube of this side is tried: the one with the most room. For room itself, then all."""
 NODES_VOXELS_MIN = 2
+ROOM_CELL = 0.5
+"""Side of a cell with the border of room for the UAV, as a share of `cell`: so that no small door is lost."""
 
 
 class Why(Enum):
     """Why a part of the border stays unknown."""
 
-    SMALL = "too small to matter"
+    SMALL = "too small to matter for its way"
     IN_VAIN = "looked at, but no beam told what is there"
     NO_BEAM = "no beam of the lidar points there from where the UAV fits"
     NO_ROOM = "no place with enough room for the UAV sees it"
@@ -75,118 +78,171 @@ class Explorer:
     def __init__(self, parameters: ExplorerParameters | None = None):
         self._p = parameters or ExplorerParameters()
         self._goal_m: np.ndarray | None = None
-        self._tried: dict[tuple[int, ...], tuple[int, float]] = {}
+        self._seeks_room = False
+        self._tried: dict[tuple[float, ...], tuple[int, float]] = {}
         """By cell: its frontier voxels when it was looked at, and what the views in vain count."""
 
     def decide(self, space: Space, place_m: np.ndarray) -> Decision:
         """Return what to do from a place (x, y, z).
 
+        What shows enough for its time comes first. Then all of the border counts behind which the UAV itself
+        might fit. What is left after that is too small to matter, or no view shows it.
+
         space: what the planner lets the UAV fly through now.
         """
-        resolution_m = space.grid.resolution_m
-        side = max(1, round(self._p.cell / resolution_m))
-        everything = in_cells(frontier_voxels(space.grid.kinds), side, space.grid.corner[::-1])
-        self._note_view(space, place_m, everything, side)
-        is_left = self._is_left(space, everything, side)
-        cells = Frontiers(everything.places[~is_left], everything.counts[~is_left])
-        roadmap = Roadmap(space, place_m, max(NODES_VOXELS_MIN, round(self._p.spacing / resolution_m)))
-        reachable = roadmap.reachable
-        if not len(reachable):
+        kinds = np.pad(space.grid.kinds, 1)
+        border = frontier_voxels(kinds)
+        everything = self._cells(space, border, self._p.cell)
+        roadmap = Roadmap(space, place_m, self._voxels(space, self._p.spacing, NODES_VOXELS_MIN))
+        if not len(roadmap.nodes):
             self._goal_m = None
             return Decision(None, is_shut_in=True)
-        chosen = self._best(space, roadmap, cells, self._views(space, roadmap, reachable))
+        is_there = self._goal_m is not None and math.dist(place_m, self._goal_m) <= self._p.spacing
+        if is_there:
+            self._note_view(space, kinds, place_m, everything, 1.0)
+        present_m = None if is_there else self._goal_m
+        is_left = self._is_left(space, everything, 1.0)
+        least = self._p.worth_min / space.grid.resolution_m**2, self._p.rate_min / space.grid.resolution_m**2
+        chosen = self._best(space, kinds, roadmap, everything.chosen(~is_left), least, present_m)
         if chosen is None:
-            chosen = self._best(space, roadmap, cells, reachable)
+            near = np.pad(is_near_room(space, roadmap.nodes, self._p.room_min), 1, mode="edge")
+            room = self._cells(space, border[near[tuple(border.T)]], ROOM_CELL * self._p.cell)
+            if is_there and self._seeks_room:
+                self._note_view(space, kinds, place_m, room, ROOM_CELL)
+            open_room = room.chosen(~self._is_left(space, room, ROOM_CELL))
+            chosen = self._best(space, kinds, roadmap, open_room, (1.0, 0.0), present_m)
+            self._seeks_room = True
+        else:
+            self._seeks_room = False
         if chosen is None:
             self._goal_m = None
-            return Decision(
-                None, leftovers=self._leftovers(space, roadmap.nodes[reachable], everything, is_left)
-            )
+            return Decision(None, leftovers=self._leftovers(space, kinds, roadmap.nodes, everything, is_left))
         goal, gain = chosen
         self._goal_m = roadmap.place_m(goal)
         x, y, z = self._goal_m.tolist()
-        return Decision((x, y, z), float(roadmap.ways_m[goal]), gain * resolution_m**2)
+        return Decision((x, y, z), float(roadmap.ways_m[goal]), gain * space.grid.resolution_m**2)
 
-    def _note_view(self, space: Space, place_m: np.ndarray, cells: Frontiers, side: int) -> None:
+    @staticmethod
+    def _voxels(space: Space, length_m: float, least: int = 1) -> int:
+        return max(least, round(length_m / space.grid.resolution_m))
+
+    def _cells(self, space: Space, border: np.ndarray, side_m: float) -> Frontiers:
+        """Return the cells of a border (n, 3) of the map with a layer around it."""
+        return in_cells(border, self._voxels(space, side_m), space.grid.corner[::-1] - 1)
+
+    def _note_view(
+        self, space: Space, kinds: np.ndarray, place_m: np.ndarray, cells: Frontiers, share: float
+    ) -> None:
         """At the goal: count the cells that were looked at in vain."""
-        if self._goal_m is None or math.dist(place_m, self._goal_m) > self._p.spacing:
-            return
+        assert self._goal_m is not None
         here, goal = space.grid.index_of(place_m), space.grid.index_of(self._goal_m)
         if here is None or goal is None:
             return
         is_seen = np.zeros(len(cells.counts), bool)
-        self._gains(space, np.array((here, goal)), cells, is_seen)
-        for number in np.flatnonzero(is_seen):
-            one = Frontiers(cells.places[number : number + 1], cells.counts[number : number + 1])
-            key, count = self._key(space, one.places[0], side), int(one.counts[0])
-            far_m = math.dist(here, one.places[0]) * space.grid.resolution_m
+        self._gains(space, kinds, np.array((here, goal)), cells, is_seen)
+        for place, count in zip(cells.places[is_seen], cells.counts[is_seen].tolist()):
+            key = self._key(space, place, share)
+            far_m = math.dist(here, place - 1) * space.grid.resolution_m
             view = NEAR if far_m <= self._p.reach / 2 else FAR
             before, tries = self._tried.get(key, (count, 0.0))
             self._tried[key] = (count, (tries if count >= SAME * before else 0.0) + view)
-        self._goal_m = None
 
-    @staticmethod
-    def _key(space: Space, place: np.ndarray, side: int) -> tuple[int, ...]:
-        return tuple(((place + space.grid.corner[::-1]) // side).tolist())
+    def _key(self, space: Space, place: np.ndarray, share: float) -> tuple[float, ...]:
+        side = self._voxels(space, share * self._p.cell)
+        return (share, *((place + space.grid.corner[::-1] - 1) // side).tolist())
 
-    def _is_left(self, space: Space, cells: Frontiers, side: int) -> np.ndarray:
+    def _is_left(self, space: Space, cells: Frontiers, share: float) -> np.ndarray:
         """Return (m,) whether cells were looked at often enough, and have not changed."""
         is_left = np.zeros(len(cells.counts), bool)
         for number, (place, count) in enumerate(zip(cells.places, cells.counts.tolist())):
-            before, tries = self._tried.get(self._key(space, place, side), (0, 0.0))
+            before, tries = self._tried.get(self._key(space, place, share), (0, 0.0))
             is_left[number] = tries >= TRIES and count >= SAME * before
         return is_left
 
-    def _views(self, space: Space, roadmap: Roadmap, reachable: np.ndarray) -> np.ndarray:
-        """Return one node of each cube, the one with the most room, and that of the present goal."""
-        side = max(1, round(VIEWS_M / space.grid.resolution_m))
-        _, cube = np.unique(roadmap.nodes[reachable] // side, axis=0, return_inverse=True)
-        order = np.lexsort((-roadmap.clearances[reachable].astype(np.int64), cube.reshape(-1)))
-        first = np.concatenate(([True], np.diff(cube.reshape(-1)[order]) > 0))
-        return reachable[order[first]]
+    def _views(self, space: Space, roadmap: Roadmap) -> np.ndarray:
+        """Return one node of each cube: the one with the most room."""
+        cubes = roadmap.nodes // self._voxels(space, VIEWS_M)
+        size = cubes.max(axis=0) + 1
+        cube = (cubes[:, 0] * size[1] + cubes[:, 1]) * size[2] + cubes[:, 2]
+        order = np.lexsort((-roadmap.clearances, cube))
+        first = np.concatenate(([True], np.diff(cube[order]) > 0))
+        return order[first]
 
     def _best(
-        self, space: Space, roadmap: Roadmap, cells: Frontiers, nodes: np.ndarray
+        self,
+        space: Space,
+        kinds: np.ndarray,
+        roadmap: Roadmap,
+        cells: Frontiers,
+        least: tuple[float, float],
+        present_m: np.ndarray | None,
     ) -> tuple[int, int] | None:
         """Return the node with the most to see a second, and how many voxels it shows.
 
-        None: no view is worth it.
+        least: voxels, and voxels a second, that a view must show. present_m: the goal that the UAV flies to.
+        None: no view shows so much.
         """
-        gains = self._gains(space, roadmap.nodes[nodes], cells, np.zeros(len(cells.counts), bool))
-        rates = gains / (roadmap.ways_m[nodes] / self._p.speed + self._p.pause)
-        rates[gains * space.grid.resolution_m**2 < self._p.worth_min] = 0.0
-        best = int(np.argmax(rates))
-        if rates[best] <= 0.0:
+        if not len(cells.counts):
             return None
-        kept = self._present(roadmap, nodes)
-        if kept is not None and rates[kept] > 0.0 and rates[best] < self._p.keep * rates[kept]:
-            best = kept
-        return int(nodes[best]), int(gains[best])
+        places = [self._views(space, roadmap)]
+        if least[1] == 0.0:  # then no place may be left out
+            places.append(np.arange(len(roadmap.nodes)))
+        for nodes in places:
+            times_s = roadmap.ways_m[nodes] / self._p.speed + self._p.pause
+            best, gain = best_view(
+                kinds, roadmap.nodes[nodes] + 1, times_s, *cells, self._slopes, self._reaches(space), least
+            )
+            if best >= 0:
+                kept = self._kept(space, kinds, roadmap, cells, gain / times_s[best], present_m)
+                return kept or (int(nodes[best]), int(gain))
+        return None
 
-    def _present(self, roadmap: Roadmap, nodes: np.ndarray) -> int | None:
-        if self._goal_m is None:
+    def _kept(
+        self,
+        space: Space,
+        kinds: np.ndarray,
+        roadmap: Roadmap,
+        cells: Frontiers,
+        rate: float,
+        present_m: np.ndarray | None,
+    ) -> tuple[int, int] | None:
+        """Return the node of the present goal, and what it shows, if a rate is not worth the change."""
+        if present_m is None:
             return None
-        off = np.array([math.dist(roadmap.place_m(node), self._goal_m) for node in nodes])
-        nearest = int(np.argmin(off))
-        return nearest if off[nearest] < self._p.spacing else None
+        off = np.linalg.norm(space.grid.centres_m(roadmap.nodes) - present_m, axis=1)
+        node = int(np.argmin(off))
+        if off[node] >= self._p.spacing:
+            return None
+        is_seen = np.zeros(len(cells.counts), bool)
+        gain = int(self._gains(space, kinds, roadmap.nodes[node : node + 1], cells, is_seen)[0])
+        time_s = roadmap.ways_m[node] / self._p.speed + self._p.pause
+        return (node, gain) if gain and self._p.keep * gain / time_s > rate else None
 
-    def _gains(self, space: Space, places: np.ndarray, cells: Frontiers, is_seen: np.ndarray) -> np.ndarray:
-        slopes = math.tan(self._p.elevation_min), math.tan(self._p.elevation_max)
-        reaches = (
-            self._p.near / space.grid.resolution_m,
-            self._p.reach / space.grid.resolution_m,
-        )
-        gains: np.ndarray = seen_from(space.grid.kinds, places, *cells, slopes, reaches, is_seen)
+    @property
+    def _slopes(self) -> tuple[float, float]:
+        return math.tan(self._p.elevation_min), math.tan(self._p.elevation_max)
+
+    def _reaches(self, space: Space) -> tuple[float, float]:
+        return self._p.near / space.grid.resolution_m, self._p.reach / space.grid.resolution_m
+
+    def _gains(
+        self, space: Space, kinds: np.ndarray, nodes: np.ndarray, cells: Frontiers, is_seen: np.ndarray
+    ) -> np.ndarray:
+        """Return what nodes (n, 3) of the map show of cells, by kinds with a layer around the map."""
+        gains: np.ndarray = seen_from(kinds, nodes + 1, *cells, self._slopes, self._reaches(space), is_seen)
         return gains
 
     def _leftovers(
-        self, space: Space, places: np.ndarray, cells: Frontiers, is_left: np.ndarray
+        self, space: Space, kinds: np.ndarray, nodes: np.ndarray, cells: Frontiers, is_left: np.ndarray
     ) -> tuple[Leftover, ...]:
         by_beam, in_sight = np.zeros(len(cells.counts), bool), np.zeros(len(cells.counts), bool)
-        self._gains(space, places, cells, by_beam)
-        reach = 0.0, self._p.reach / space.grid.resolution_m
-        seen_from(space.grid.kinds, places, *cells, (-1e9, 1e9), reach, in_sight)
-        where = space.grid.centres_m(cells.places)
+        self._gains(space, kinds, nodes, cells, by_beam)
+        reaches = 0.0, self._reaches(space)[1]
+        hidden = ~by_beam
+        seen = in_sight[hidden]
+        seen_from(kinds, nodes + 1, *cells.chosen(hidden), (-1e9, 1e9), reaches, seen)
+        in_sight[hidden] = seen
+        where = space.grid.centres_m(cells.places - 1)
         areas = cells.counts * space.grid.resolution_m**2
         found = []
         for place, area_m2, left, beam, sight in zip(

@@ -1,4 +1,4 @@
-"""The border of what is known: free voxels beside unknown ones (Yamauchi, 1997), in cells."""
+"""The border of what is known: unknown voxels beside free ones (Yamauchi, 1997), in cells."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from inspection_tools.planning import FREE, UNKNOWN
+from inspection_tools.exploration.kernels.borders import mark_border
 
 
 class Frontiers(NamedTuple):
@@ -18,17 +18,16 @@ class Frontiers(NamedTuple):
     places: np.ndarray
     counts: np.ndarray
 
+    def chosen(self, which: np.ndarray) -> Frontiers:
+        """Return those that a mask or indices choose."""
+        return Frontiers(self.places[which], self.counts[which])
+
 
 def frontier_voxels(kinds: np.ndarray) -> np.ndarray:
-    """Return (n, 3), z, y, x: the free voxels with an unknown one beside a face. Outside all is unknown."""
-    unknown = np.pad(kinds == UNKNOWN, 1, constant_values=True)
-    beside = np.zeros(kinds.shape, bool)
-    for axis in range(3):
-        for shift in (0, 2):
-            part = [slice(1, -1)] * 3
-            part[axis] = slice(shift, shift + kinds.shape[axis])
-            beside |= unknown[tuple(part)]
-    return np.argwhere(beside & (kinds == FREE))
+    """Return (n, 3), z, y, x: the unknown voxels with a free one beside a face."""
+    is_border = np.zeros(kinds.shape, bool)
+    mark_border(kinds, is_border)
+    return np.argwhere(is_border)
 
 
 def in_cells(voxels: np.ndarray, side: int, corner: np.ndarray) -> Frontiers:
@@ -39,8 +38,11 @@ def in_cells(voxels: np.ndarray, side: int, corner: np.ndarray) -> Frontiers:
     """
     if not len(voxels):
         return Frontiers(np.zeros((0, 3), np.int64), np.zeros(0, np.int64))
-    _, cell, counts = np.unique((voxels + corner) // side, axis=0, return_inverse=True, return_counts=True)
-    cell = cell.reshape(-1)
+    cubes = (voxels + corner) // side
+    cubes -= cubes.min(axis=0)
+    size = cubes.max(axis=0) + 1
+    flat = (cubes[:, 0] * size[1] + cubes[:, 1]) * size[2] + cubes[:, 2]
+    _, cell, counts = np.unique(flat, return_inverse=True, return_counts=True)
     means = np.stack([np.bincount(cell, voxels[:, axis]) for axis in range(3)], axis=1) / counts[:, None]
     off = np.square(voxels - means[cell]).sum(axis=1)
     order = np.lexsort((off, cell))

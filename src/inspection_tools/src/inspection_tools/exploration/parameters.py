@@ -20,7 +20,10 @@ class ExplorerParameters:
         near: Nothing nearer than this is seen, m.
         cell: Unknown places within a cube of this side count together, m.
         spacing: Between places from which the UAV could look, m.
-        worth_min: A view is worth a flight if it shows so many m2 of the border of what is known.
+        worth_min: A view is worth a flight if it shows so many m2 of the border of what is known. Border that
+            may open room for the UAV itself is always worth it.
+        rate_min: And so many m2 for each second that it costs.
+        room_min: Unknown room for the UAV itself counts from so many m3 in one piece. At 0 all counts.
         speed: Of the UAV, m/s.
         pause: Time that each view costs besides the way, s.
         keep: The UAV goes on to its present goal unless another one is worth so many times as much a second.
@@ -36,6 +39,8 @@ class ExplorerParameters:
     cell: float = 0.8
     spacing: float = 0.8
     worth_min: float = 0.4
+    rate_min: float = 0.2
+    room_min: float = 0.0
     speed: float = 1.0
     pause: float = 2.0
     keep: float = 1.5
@@ -52,6 +57,8 @@ class ExplorerParameters:
         check_number("cell", self.cell, 0.05, 10.0)
         check_number("spacing", self.spacing, 0.05, 10.0)
         check_number("worth_min", self.worth_min, 0.0, 1e3)
+        check_number("rate_min", self.rate_min, 0.0, 1e3)
+        check_number("room_min", self.room_min, 0.0, 1e3)
         check_number("speed", self.speed, 0.01, 20.0)
         check_number("pause", self.pause, 0.0, 60.0)
         check_number("keep", self.keep, 1.0, 100.0)

@@ -1,14 +1,12 @@
-"""Places on a lattice in what the UAV may fly through, and the shortest ways to them from where it is."""
+"""Places on a lattice in what the UAV may fly through, and how long the ways to them are."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import dijkstra
 
-from inspection_tools.exploration.kernels.lattice import open_edges
+from inspection_tools.exploration.kernels.lattice import lattice_ways
 from inspection_tools.planning.kernels.pulling import leg_cost
 from inspection_tools.planning.space import Space
 
@@ -17,46 +15,37 @@ LINK_M = 1.5
 
 
 class Roadmap:
-    """The lattice and the ways.
+    """The places of the lattice that a way leads to.
 
     Attributes:
         nodes: (n, 3) z, y, x of voxels that keep the clearance. ways_m: (n,) length of the shortest way from
-            the UAV; infinite: none is known. clearances: (n,) squared, in voxels.
+            the UAV. clearances: (n,) squared, in voxels.
     """
 
     def __init__(self, space: Space, place_m: np.ndarray, spacing: int):
         self._space = space
-        part = space.squares[::spacing, ::spacing, ::spacing]
-        is_node = part >= space.need
-        self.nodes = np.argwhere(is_node) * spacing
-        self.clearances = part[is_node]
-        numbers = np.full(is_node.shape, -1, np.int64)
-        numbers[is_node] = np.arange(len(self.nodes))
-        heads, tails, lengths = open_edges(space.squares, space.need, numbers, spacing)
-        linked, links = self._links(place_m, spacing)
-        count = len(self.nodes)
-        rows = np.concatenate((heads, np.full(len(linked), count)))
-        columns = np.concatenate((tails, linked))
-        weights = np.concatenate((lengths, links))
-        graph = csr_matrix((weights, (rows, columns)), shape=(count + 1, count + 1))
-        ways, came = dijkstra(graph, directed=False, indices=count, return_predecessors=True)
-        self.ways_m = ways[:-1] * space.grid.resolution_m
-        self._came = came
+        ways = lattice_ways(space.squares, space.need, spacing, *self._links(place_m, spacing))
+        is_reached = np.isfinite(ways)
+        self.nodes = np.argwhere(is_reached) * spacing
+        self.ways_m = ways[is_reached] * space.grid.resolution_m
+        self.clearances = space.squares[tuple(self.nodes.T)].astype(np.int64)
 
     def _links(self, place_m: np.ndarray, spacing: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the nodes that the UAV can fly to straight, and how far they are, in voxels."""
+        """Return the nodes, in the lattice, that the UAV can fly to straight, and how far they are."""
         space = self._space
         here = space.inner(place_m)
-        off = np.linalg.norm(self.nodes + 0.5 - here, axis=1)
-        near = np.flatnonzero(off <= LINK_M / space.grid.resolution_m + spacing)
-        legs = (leg_cost(space.squares, space.need, space.factors, here, self.nodes[n] + 0.5) for n in near)
+        reach = LINK_M / space.grid.resolution_m + spacing
+        shape = -(-np.array(space.squares.shape) // spacing)
+        low = np.clip(np.floor((here - reach) / spacing).astype(np.int64), 0, shape)
+        high = np.clip(np.ceil((here + reach) / spacing).astype(np.int64) + 1, 0, shape)
+        nodes = np.argwhere(np.ones(np.maximum(high - low, 0), bool)) + low
+        centres = nodes * spacing + 0.5
+        off = np.linalg.norm(centres - here, axis=1)
+        is_near = (off <= reach) & (space.squares[tuple((nodes * spacing).T)] >= space.need)
+        nodes, centres, off = nodes[is_near], centres[is_near], off[is_near]
+        legs = [leg_cost(space.squares, space.need, space.factors, here, centre) for centre in centres]
         is_open = np.array([math.isfinite(leg) for leg in legs], bool)
-        return near[is_open], off[near[is_open]] + 1e-9
-
-    @property
-    def reachable(self) -> np.ndarray:
-        """(k,) numbers of the nodes that a way leads to."""
-        return np.flatnonzero(np.isfinite(self.ways_m))
+        return nodes[is_open], off[is_open]
 
     def place_m(self, node: int) -> np.ndarray:
         """Return where a node is: x, y, z in the map's frame."""

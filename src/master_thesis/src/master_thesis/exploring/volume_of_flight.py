@@ -12,12 +12,12 @@ from inspection_tools.planning import PathPlanner
 class VolumeOfFlight:
     """Takes clouds with their poses. The planner gets what has changed, tile by tile.
 
-    corrected: the map. planner: plans on it.
+    corrected: the map. shown: its voxels. planner: plans on it.
     """
 
     def __init__(self, planner: PathPlanner, parameters: VolumeParameters):
         self.corrected, self.planner = CorrectedMap(parameters), planner
-        self._shown = ShownMap(parameters.resolution_m)
+        self.shown = ShownMap(parameters.resolution_m)
 
     def add(self, stamp_s: float, points: np.ndarray, lidar_in_map: Pose) -> None:
         """Take a cloud (n, 3) of the lidar's frame; raises ScanError if it has no usable point."""
@@ -25,7 +25,7 @@ class VolumeOfFlight:
 
     def tell_planner(self) -> None:
         """Let the planner know what has changed."""
-        changed = self._shown.refresh(self.corrected)
+        changed = self.shown.refresh(self.corrected)
         if len(changed):
-            kinds = self._shown.kinds[self._shown.indices(changed)]
-            self.planner.update_map(self._shown.resolution_m, SIDE, changed, kinds)
+            kinds = self.shown.kinds[self.shown.indices(changed)]
+            self.planner.update_map(self.shown.resolution_m, SIDE, changed, kinds)

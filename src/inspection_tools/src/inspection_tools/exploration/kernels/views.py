@@ -1,4 +1,4 @@
-"""Which cells a lidar would see from which places."""
+"""Which cells a lidar would see from which places, and the place that shows most for its time."""
 
 from __future__ import annotations
 
@@ -15,27 +15,44 @@ TOGETHER = 1e-9
 
 @njit(cache=True, nogil=True)
 def is_open(kinds: np.ndarray, a: np.ndarray, b: np.ndarray) -> bool:
-    """Return whether a line runs through free voxels only, between two voxels' (z, y, x) centres.
+    """Return whether a line between two voxels' (z, y, x) centres meets free voxels only, before the last.
 
     The line is followed from voxel to voxel (Amanatides and Woo, 1987).
     """
-    voxel = np.array((a[0], a[1], a[2]))
-    way = np.array((b[0] - a[0], b[1] - a[1], b[2] - a[2]))
-    steps = abs(way[0]) + abs(way[1]) + abs(way[2])
-    next_at = np.empty(3)
-    for axis in range(3):
-        next_at[axis] = 0.5 / abs(way[axis]) if way[axis] != 0 else math.inf
-    for _ in range(steps + 1):
-        if kinds[voxel[0], voxel[1], voxel[2]] != FREE:
+    z, y, x = a[0], a[1], a[2]
+    dz, dy, dx = b[0] - z, b[1] - y, b[2] - x
+    each_z = 1.0 / abs(dz) if dz != 0 else math.inf
+    each_y = 1.0 / abs(dy) if dy != 0 else math.inf
+    each_x = 1.0 / abs(dx) if dx != 0 else math.inf
+    next_z, next_y, next_x = 0.5 * each_z, 0.5 * each_y, 0.5 * each_x
+    while z != b[0] or y != b[1] or x != b[2]:
+        if kinds[z, y, x] != FREE:
             return False
-        border = next_at.min()
-        if border > 1.0:
-            break
-        for axis in range(3):
-            if next_at[axis] <= border + TOGETHER:
-                voxel[axis] += 1 if way[axis] > 0 else -1
-                next_at[axis] += 1.0 / abs(way[axis])
+        border = min(next_z, next_y, next_x) + TOGETHER
+        if next_z <= border:
+            z += 1 if dz > 0 else -1
+            next_z += each_z
+        if next_y <= border:
+            y += 1 if dy > 0 else -1
+            next_y += each_y
+        if next_x <= border:
+            x += 1 if dx > 0 else -1
+            next_x += each_x
     return True
+
+
+@njit(cache=True, nogil=True)
+def _has_beam(
+    place: np.ndarray, cell: np.ndarray, slopes: tuple[float, float], reaches: tuple[float, float]
+) -> bool:
+    """Return whether a cell is within the beams and their reach, whatever is between."""
+    dz = cell[0] - place[0]
+    level_square = (cell[1] - place[1]) ** 2 + (cell[2] - place[2]) ** 2
+    square = level_square + dz * dz
+    if square > reaches[1] ** 2 or square < reaches[0] ** 2:
+        return False
+    level = math.sqrt(level_square)
+    return slopes[0] * level - 0.5 <= dz <= slopes[1] * level + 0.5
 
 
 @njit(cache=True, nogil=True)
@@ -62,14 +79,52 @@ def seen_from(
     gains = np.zeros(len(places), np.int64)
     for n in range(len(places)):
         for m in range(len(cells)):
-            dz = cells[m, 0] - places[n, 0]
-            level = math.hypot(cells[m, 1] - places[n, 1], cells[m, 2] - places[n, 2])
-            far = math.hypot(level, dz)
-            if far > reaches[1] or far < reaches[0]:
-                continue
-            if dz < slopes[0] * level - 0.5 or dz > slopes[1] * level + 0.5:
-                continue
-            if is_open(kinds, places[n], cells[m]):
+            if _has_beam(places[n], cells[m], slopes, reaches) and is_open(kinds, places[n], cells[m]):
                 gains[n] += counts[m]
                 is_seen[m] = True
     return gains
+
+
+@njit(cache=True, nogil=True)
+def best_view(
+    kinds: np.ndarray,
+    places: np.ndarray,
+    times_s: np.ndarray,
+    cells: np.ndarray,
+    counts: np.ndarray,
+    slopes: tuple[float, float],
+    reaches: tuple[float, float],
+    least: tuple[float, float],
+) -> tuple[int, int]:
+    """Return the place that shows most frontier voxels a second, and how many it shows; -1, 0 if none does.
+
+    What a place would show if nothing stood between is more than it shows. So only the places that could
+    still be the best are looked at in full.
+
+    Args:
+        kinds: as in `seen_from`.
+        places: likewise.
+        times_s: (n,) that each view costs.
+        cells: as in `seen_from`.
+        counts: likewise.
+        slopes: likewise.
+        reaches: likewise.
+        least: voxels, and voxels a second, that a view must show.
+    """
+    bounds = np.zeros(len(places))
+    for n in range(len(places)):
+        for m in range(len(cells)):
+            if _has_beam(places[n], cells[m], slopes, reaches):
+                bounds[n] += counts[m]
+        bounds[n] = bounds[n] / times_s[n] if bounds[n] >= least[0] else 0.0
+    best, best_gain, best_rate = -1, 0, least[1]
+    for n in np.argsort(-bounds):
+        if bounds[n] <= best_rate:
+            break
+        gain = 0
+        for m in range(len(cells)):
+            if _has_beam(places[n], cells[m], slopes, reaches) and is_open(kinds, places[n], cells[m]):
+                gain += counts[m]
+        if gain >= least[0] and gain / times_s[n] > best_rate:
+            best, best_gain, best_rate = n, gain, gain / times_s[n]
+    return best, best_gain

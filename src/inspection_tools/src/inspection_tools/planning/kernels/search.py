@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from inspection_tools.planning.kernels.heap import drop_first, push
 from inspection_tools.planning.kernels.neighbours import LENGTHS, STEPS, may_step
 from kernel_cache.compiler import njit
 
@@ -13,37 +14,6 @@ UNREACHED, START, DONE = -1, 26, 32
 """In place of the number of a step, or added to it when a voxel's cost is final."""
 TIE = 1.0 + 1e-7
 """Factor of the estimate: of equal costs the voxel nearer to the goal comes first. The cost errs by this."""
-
-
-@njit(cache=True, nogil=True)
-def _push(keys: np.ndarray, items: np.ndarray, size: int, key: float, item: int) -> None:
-    """Add to a binary heap of `size` entries."""
-    place = size
-    while place > 0:
-        parent = (place - 1) >> 1
-        if keys[parent] <= key:
-            break
-        keys[place], items[place] = keys[parent], items[parent]
-        place = parent
-    keys[place], items[place] = key, item
-
-
-@njit(cache=True, nogil=True)
-def _drop_first(keys: np.ndarray, items: np.ndarray, size: int) -> None:
-    """Remove the least entry of a binary heap, which has `size` entries afterwards."""
-    key, item = keys[size], items[size]
-    place = 0
-    while True:
-        child = 2 * place + 1
-        if child >= size:
-            break
-        if child + 1 < size and keys[child + 1] < keys[child]:
-            child += 1
-        if keys[child] >= key:
-            break
-        keys[place], items[place] = keys[child], items[child]
-        place = child
-    keys[place], items[place] = key, item
 
 
 @njit(cache=True, nogil=True)
@@ -84,7 +54,7 @@ def search(squares: np.ndarray, need: int, factors: np.ndarray, ends: np.ndarray
     while size > 0:
         item = items[0]
         size -= 1
-        _drop_first(keys, items, size)
+        drop_first(keys, items, size)
         if steps[item] >= DONE:
             continue
         steps[item] += DONE
@@ -108,6 +78,6 @@ def search(squares: np.ndarray, need: int, factors: np.ndarray, ends: np.ndarray
             costs[other], steps[other] = new, k
             if size == keys.size:
                 keys, items = np.concatenate((keys, keys)), np.concatenate((items, items))
-            _push(keys, items, size, new + TIE * _estimate(c, b, a, goal), other)
+            push(keys, items, size, new + TIE * _estimate(c, b, a, goal), other)
             size += 1
     return math.inf
