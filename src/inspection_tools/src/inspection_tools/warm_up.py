@@ -8,6 +8,7 @@ import numpy as np
 
 from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.explorer import Explorer
+from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.findings.candidates import candidates_in
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.planning.planner import PathPlanner
@@ -24,7 +25,8 @@ def warm_up() -> float:
     kinds = np.full((SIDE, SIDE, SIDE), FREE, np.uint8)
     planner.update_map(0.2, SIDE, np.zeros((1, 3), np.int64), kinds.reshape(1, -1))
     planner.is_clear(planner.plan(np.array((0.9, 1.5, 1.5)), np.array((2.1, 1.5, 1.5))).points_m)
-    Explorer().decide(planner.space(0.0, np.array((0.9, 1.5, 1.5))), np.array((0.9, 1.5, 1.5)))
+    for parameters in (ExplorerParameters(), ExplorerParameters(rate_min=1e3, reach=0.5)):  # it sees nothing
+        Explorer(parameters).decide(planner.space(0.0, np.array((0.9, 1.5, 1.5))), np.array((0.9, 1.5, 1.5)))
     kinds[:, :, SIDE // 2] = OCCUPIED
     planner.update_map(0.2, SIDE, np.zeros((1, 3), np.int64), kinds.reshape(1, -1))
     try:
