@@ -42,7 +42,7 @@ TIME_S, BRIEF_TIME_S = 400.0, 15.0
 """Of simulation; then the UAV flies home, explored or not."""
 PLANNER = PlannerParameters(radius=0.35, margin=0.15)
 EXPLORER = ExplorerParameters(
-    speed=SPEED_M_S, spacing=0.6, reach=12.0, cell=1.0, worth_min=0.8, rate_min=0.5, room_min=0.1
+    speed=SPEED_M_S, spacing=0.6, reach=12.0, cell=1.0, worth_min=0.8, rate_min=0.5, room_min=0.5
 )
 VOLUME = VolumeParameters(resolution_m=0.2, max_range_m=20.0)
 VIEW = replace(VIEWS["puck"], range_max_m=VOLUME.max_range_m)

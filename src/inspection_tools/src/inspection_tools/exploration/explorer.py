@@ -103,17 +103,18 @@ class Explorer:
         present_m = None if is_there else self._goal_m
         is_left = self._is_left(space, everything, 1.0)
         least = self._p.worth_min / space.grid.resolution_m**2, self._p.rate_min / space.grid.resolution_m**2
+        seeks_room, self._seeks_room = self._seeks_room, False
         chosen = self._best(space, kinds, roadmap, everything.chosen(~is_left), least, present_m)
         if chosen is None:
+            self._seeks_room = True
             near = np.pad(is_near_room(space, roadmap.nodes, self._p.room_min), 1, mode="edge")
             room = self._cells(space, border[near[tuple(border.T)]], ROOM_CELL * self._p.cell)
-            if is_there and self._seeks_room:
+            if is_there and seeks_room:
                 self._note_view(space, kinds, place_m, room, ROOM_CELL)
             open_room = room.chosen(~self._is_left(space, room, ROOM_CELL))
-            chosen = self._best(space, kinds, roadmap, open_room, (1.0, 0.0), present_m)
-            self._seeks_room = True
-        else:
-            self._seeks_room = False
+            chosen = self._best(
+                space, kinds, roadmap, open_room, (1.0, 0.0), present_m if seeks_room else None
+            )
         if chosen is None:
             self._goal_m = None
             return Decision(None, leftovers=self._leftovers(space, kinds, roadmap.nodes, everything, is_left))
@@ -216,7 +217,9 @@ class Explorer:
         is_seen = np.zeros(len(cells.counts), bool)
         gain = int(self._gains(space, kinds, roadmap.nodes[node : node + 1], cells, is_seen)[0])
         time_s = roadmap.ways_m[node] / self._p.speed + self._p.pause
-        return (node, gain) if gain and self._p.keep * gain / time_s > rate else None
+        # Views of room are worth little, one like the other: then the goal would change at each look.
+        is_kept = self._seeks_room or self._p.keep * gain / time_s > rate
+        return (node, gain) if gain and is_kept else None
 
     @property
     def _slopes(self) -> tuple[float, float]:
