@@ -52,7 +52,13 @@ def test_the_worst_scale_is_the_greatest_stretch_of_the_picture_on_the_surface()
         steps = 1e-6 * np.stack((np.cos(turns), np.sin(turns)), axis=1)
         moved = np.array([on_plane(np.array((x, y)) + step, point, normal) - point for step in steps])
         expected = np.linalg.norm(moved, axis=1).max() / 1e-6
-        assert worst_scale(x, y, z, normal) == pytest.approx(expected, rel=1e-4)
+        assert worst_scale(x, y, z, normal, 0.0) == pytest.approx(expected, rel=1e-4)
+
+
+def test_a_motion_during_the_exposure_widens_a_pixel_in_quadrature():
+    """On a wall that the camera faces, the motion moves the picture by its own length."""
+    ahead = np.array((0.0, 0.0, -1.0))
+    assert worst_scale(0.0, 0.0, 3.0, ahead, 4.0) == pytest.approx(5.0)
 
 
 @pytest.mark.parametrize(

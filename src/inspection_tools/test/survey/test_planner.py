@@ -17,6 +17,7 @@ from inspection_tools.survey.kernels.tours import (
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.planner import SurveyPlanner
 from inspection_tools.survey.surface.reading import read_surface
+from inspection_tools.survey.views.candidates import lens_of
 
 ASKED = SurveyParameters(spacing=1.0, patch=0.5, voxel=0.2, share=0.95, class_share=0.0)
 SIZE_M = np.array((6.0, 4.0, 3.0))
@@ -149,3 +150,30 @@ def test_files_that_are_no_surface_are_refused_with_a_sentence(tmp_path):
         stream.truncate(84 + 50 * 5_000_000)
     with pytest.raises(SurveyError, match="5,000,000 triangles"):
         read_surface(tmp_path / "huge.stl", ASKED)
+
+
+def test_a_room_with_a_hole_in_its_wall_is_surveyed_from_inside(tmp_path):
+    room = trimesh.creation.box(SIZE_M).subdivide().subdivide().subdivide()
+    hole = int(np.argmax(room.triangles_center @ (1.0, 0.1, 0.1)))
+    lost_m2 = room.area_faces[hole]
+    room.update_faces(np.arange(len(room.faces)) != hole)
+    room.export(tmp_path / "open.stl")
+    surface = read_surface(tmp_path / "open.stl", ASKED, (0.0, 0.0, 0.0))
+    planner = SurveyPlanner(surface.room, surface.patches, surface.ranges_m, asked=ASKED)
+    plan = next(planner.improve(bound=False)).plan
+    x, y, z = SIZE_M
+    inside_m2 = 2.0 * (x * y + x * z + y * z) - lost_m2
+    assert plan.figures["reachable_m2"] == pytest.approx(inside_m2, rel=0.05)
+    assert plan.figures["share"] >= ASKED.share
+
+
+def test_passing_too_fast_for_the_exposure_is_refused_with_a_sentence():
+    with pytest.raises(SurveyError, match="blurs by 1 mm"):
+        lens_of(SurveyCamera(exposure=0.002), SurveyParameters(resolution=1.0), speed_m_s=0.5)
+
+
+def test_the_endurance_is_that_of_the_iris_in_the_paper():
+    """Liu et al. (2017): 1.5 kg hover on 176 W; 80 % of 56.6 Wh last 15.4 minutes."""
+    flying = FlightParameters(mass=1.5, battery=56.6, electronics=0.0)
+    assert 0.8 * flying.endurance_s / 60.0 == pytest.approx(15.4, abs=0.1)
+    assert FlightParameters(endurance=100.0).endurance_s == 100.0

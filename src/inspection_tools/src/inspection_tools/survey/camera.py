@@ -22,7 +22,7 @@ class SurveyCamera:
         width, height: Of a picture, px.
         field_of_view: Across the width, from edge to edge, deg.
         tilt_min, tilt_max: Of the gimbal, deg; 0 looks level, 90 straight up.
-        exposure: Time of one picture, s.
+        exposure: Time of one picture, s. A camera that moves meanwhile blurs.
 
     Raises:
         ParameterError: a value out of range, or tilts the wrong way round.

@@ -1,4 +1,4 @@
-"""The command ``rosrun inspection_tools survey_planner``: plans a survey, and checks an edited plan."""
+"""The command ``rosrun inspection_tools survey_planner``: plans a survey, checks a plan, judges coverage."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from typing import Any
 from inspection_tools.errors import InspectionToolsError, SurveyError
 
 OF_ASKED = ("resolution", "incidence", "share", "patch", "voxel", "spacing", "radius", "margin", "around")
-OF_FLYING = ("speed", "passing_speed", "settle", "endurance")
-OF_CAMERA = ("width", "height", "field_of_view", "tilt_min", "tilt_max")
+OF_FLYING = ("speed", "passing_speed", "settle", "mass", "battery", "electronics", "endurance")
+OF_CAMERA = ("width", "height", "field_of_view", "tilt_min", "tilt_max", "exposure")
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -45,18 +45,31 @@ def _parser() -> argparse.ArgumentParser:
     plan.add_argument("--no-bound", action="store_true", help="do not compute the bound of the photographs")
     plan.add_argument("--seed", type=int, default=1)
     for name in OF_ASKED + OF_FLYING + OF_CAMERA:
-        plan.add_argument("--" + name.replace("_", "-"), type=float, metavar=_unit(name), help=_help(name))
+        plan.add_argument(_option(name), type=float, metavar=_unit(name), help=_help(name))
     plan.set_defaults(run=_plan)
     check = commands.add_parser("check", help="check a plan that was edited")
     check.add_argument("plan", type=Path)
     _add_surface(check)
     check.set_defaults(run=_check)
+    coverage = commands.add_parser("coverage", help="judge what photographs show, from where they were taken")
+    _add_surface(coverage)
+    coverage.add_argument(
+        "--poses", type=Path, required=True, help="folder of photographs, CSV of poses, or a plan"
+    )
+    coverage.add_argument("--out", type=Path, default=Path("coverage.json"))
+    for name in OF_ASKED + OF_CAMERA:
+        coverage.add_argument(_option(name), type=float, metavar=_unit(name), help=_help(name))
+    coverage.set_defaults(run=_coverage)
     return parser
 
 
 def _add_surface(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--mesh", type=Path, help="STL, OBJ, PLY or GLB (m, z up), or an SDF world")
     parser.add_argument("--home", type=float, nargs=3, metavar=("X", "Y", "Z"), help="place of take-off, m")
+
+
+def _option(name: str) -> str:
+    return "--" + name.replace("_", "-")
 
 
 def _unit(name: str) -> str:
@@ -70,7 +83,7 @@ def _help(name: str) -> str:
     for kind in (SurveyParameters, FlightParameters, SurveyCamera):
         for each in fields(kind):
             if each.name == name:
-                return f"default: {each.default}"
+                return "default: that of a hover" if each.default is None else f"default: {each.default}"
     return ""
 
 
@@ -158,3 +171,26 @@ def _check(given: argparse.Namespace) -> None:
     surface = _surface(given, plan.asked)
     check_plan(plan, surface.room)
     print(f"{given.plan}: {len(plan.views)} photographs in {len(plan.flights)} flights can be flown.")
+
+
+def _coverage(given: argparse.Namespace) -> None:
+    from inspection_tools.survey.camera import SurveyCamera
+    from inspection_tools.survey.coverage import judge, write_coverage
+    from inspection_tools.survey.parameters import SurveyParameters
+    from inspection_tools.survey.poses import read_taken
+
+    if given.mesh is None:
+        raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
+    asked = _parameters(SurveyParameters, OF_ASKED, given)
+    taken, camera = read_taken(given.poses, _parameters(SurveyCamera, OF_CAMERA, given))
+    coverage = judge(given.mesh, taken, camera, asked, given.home)
+    record = write_coverage(given.out, coverage, str(given.mesh), str(given.poses), len(taken), asked)
+    share = record["share_of_reachable"]
+    print(
+        f"{len(taken)} photographs show {100 * (share or 0.0):.1f} % of {record['reachable_m2']:.0f} m2 that "
+        f"can be reached; {record['shown_m2']:.0f} of {record['surface_m2']:.0f} m2 of all"
+    )
+    for name, each in record["classes"].items():
+        if each["share"] is not None:
+            print(f"  {name:24s} {100 * each['share']:5.1f} %")
+    print(f"written: {given.out}")

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from inspection_tools.checks import check_number
 
+HOVER_W, GRAVITY_M_S2 = 3.12, 9.81
+
 
 @dataclass(frozen=True)
 class SurveyParameters:
@@ -67,15 +69,18 @@ class FlightParameters:
         speed: Greatest, between photographs, m/s.
         acceleration: m/s^2.
         passing: Whether it shoots in passing; else it hovers for each photograph.
-        passing_speed: Greatest speed while it shoots in passing, m/s; less where the blur asks for it.
+        passing_speed: While it shoots in passing, m/s. Times the exposure it is the blur.
         settle: Time from the stop to the photograph in the hover, s.
         yaw_rate, tilt_rate: Of the turns of UAV and gimbal, deg/s.
-        endurance: Time in which a full battery gets empty, s.
+        mass: Of the UAV with lidar, camera and lamp, kg. An Iris with Puck, camera and lamp by default.
+        battery: Energy of the full battery, Wh.
+        electronics: Power of all but the rotors, W: computer, lidar, camera, lamp.
+        endurance: Time in which a full battery gets empty, s; None: that of a hover (`endurance_s`).
         reserve: Charge that is left after the landing: 0..1.
         way_home_margin: What the way home may take, as a multiple.
         landing_time: s; it counts for the take-off, too.
 
-    The last three are those of `inspection_tools.energy`, so that the flight does not break off.
+    The last three, and endurance, are those of `inspection_tools.energy`: the flight does not break off.
 
     Raises:
         ParameterError: a value out of range.
@@ -84,11 +89,14 @@ class FlightParameters:
     speed: float = 1.5
     acceleration: float = 1.0
     passing: bool = False
-    passing_speed: float = 0.5
+    passing_speed: float = 0.25
     settle: float = 1.0
     yaw_rate: float = 60.0
     tilt_rate: float = 60.0
-    endurance: float = 900.0
+    mass: float = 2.27
+    battery: float = 56.6
+    electronics: float = 40.5
+    endurance: float | None = None
     reserve: float = 0.12
     way_home_margin: float = 1.3
     landing_time: float = 10.0
@@ -100,12 +108,33 @@ class FlightParameters:
         check_number("settle", self.settle, 0.0, 60.0)
         check_number("yaw_rate", self.yaw_rate, 1.0, 720.0)
         check_number("tilt_rate", self.tilt_rate, 1.0, 720.0)
-        check_number("endurance", self.endurance, 30.0, 86_400.0)
+        check_number("mass", self.mass, 0.05, 100.0)
+        check_number("battery", self.battery, 0.1, 10_000.0)
+        check_number("electronics", self.electronics, 0.0, 10_000.0)
+        if self.endurance is not None:
+            check_number("endurance", self.endurance, 30.0, 86_400.0)
         check_number("reserve", self.reserve, 0.0, 0.9)
         check_number("way_home_margin", self.way_home_margin, 1.0, 5.0)
         check_number("landing_time", self.landing_time, 0.0, 600.0)
 
     @property
+    def endurance_s(self) -> float:
+        """Time in which a full battery gets empty: as given, or in the hover of an Iris of this mass.
+
+        Rotors draw 3.12 W times the thrust in newtons to the power of 1.5 (Liu, Sengupta and Kurzhanskiy,
+        ICUAS 2017, flown on an IRIS+).
+        """
+        if self.endurance is not None:
+            return self.endurance
+        power_w = HOVER_W * (self.mass * GRAVITY_M_S2) ** 1.5 + self.electronics
+        return 3600.0 * self.battery / power_w
+
+    @property
+    def shooting_speed(self) -> float:
+        """Speed of the camera while it shoots, m/s; 0 in the hover."""
+        return self.passing_speed if self.passing else 0.0
+
+    @property
     def flight_s(self) -> float:
         """Time of flight that the battery gives before the reserve."""
-        return (1.0 - self.reserve) * self.endurance
+        return (1.0 - self.reserve) * self.endurance_s

@@ -1,20 +1,27 @@
-"""The plan as a picture: from above and from the side, the surface, the photographs and the flights."""
+"""The plan as a picture: from above and from two sides, the surface, the photographs and the flights."""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from inspection_tools.errors import SurveyError
-from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools.survey.plan import Flight, SurveyPlan
 from inspection_tools.survey.surface.patches import Patches
 
-COLOURS = ("#1b6ca8", "#c2571a", "#2e7d32", "#7b3fa0", "#8a6d00", "#ad1457")
-LEFT_OUT = "#d32f2f"
-ARROW_M = 0.5
-VIEWS = ((0, 1), (0, 2), (1, 2))
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#7a5c00", "#56b4e9")
+"""Of Okabe and Ito: they differ for the colour-blind, too."""
+LEFT_OUT = "#b00020"
+LOOK_M = 0.45
+"""Length of the line that shows where a camera looks."""
+EDGE_M = 0.5
+WIDTH_IN, LEAST_HEIGHT_IN, LABELS_IN = 10.0, 5.0, 0.9
+TALLEST = 1.3
+"""Height of the picture over its width, at most."""
+VIEWS = ((0, 1, "from above"), (0, 2, "from the side"), (1, 2, "from ahead"))
 
 
 def draw_plan(path: Path, plan: SurveyPlan, patches: Patches) -> None:
@@ -25,40 +32,71 @@ def draw_plan(path: Path, plan: SurveyPlan, patches: Patches) -> None:
     """
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(13.0, 11.0), layout="constrained")
-    spans = np.ptp(patches.points_m, axis=0) + 1.0
-    axes = figure.subplots(
-        2, 2, width_ratios=(spans[0], spans[1]), height_ratios=(spans[1], spans[2]), squeeze=False
-    )
-    panels = (axes[0, 0], axes[1, 0], axes[1, 1])
-    for panel, (right, up) in zip(panels, VIEWS):
-        panel.plot(
-            patches.points_m[:, right], patches.points_m[:, up], ",", color="0.75", rasterized=True, zorder=0
-        )
+    low, high = patches.points_m.min(axis=0) - EDGE_M, patches.points_m.max(axis=0) + EDGE_M
+    spans = high - low
+    height_in = (WIDTH_IN - LABELS_IN) * (spans[1] + spans[2]) / (spans[0] + spans[1]) + 1.5 * LABELS_IN
+    size_in = (WIDTH_IN, min(max(height_in, LEAST_HEIGHT_IN), TALLEST * WIDTH_IN))
+    figure = Figure(figsize=size_in, layout="constrained")
+    axes = figure.subplots(2, 2, width_ratios=(spans[0], spans[1]), height_ratios=(spans[1], spans[2]))
+    for panel, (right, up, name) in zip((axes[0, 0], axes[1, 0], axes[1, 1]), VIEWS):
+        _draw_surface(panel, patches, right, up)
         for number, flight in enumerate(plan.flights):
-            colour = COLOURS[number % len(COLOURS)]
-            way = [plan.home_m]
-            for each in flight.views:
-                way += [*each.way_m, each.view.place_m]
-            line = np.array([*way, plan.home_m])
-            panel.plot(line[:, right], line[:, up], color=colour, lw=0.6, alpha=0.6)
-            places = np.array([each.view.place_m for each in flight.views])
-            looks = np.array([_ahead(each.view.yaw_rad, each.view.tilt_rad) for each in flight.views])
-            panel.quiver(
-                places[:, right], places[:, up], ARROW_M * looks[:, right], ARROW_M * looks[:, up],
-                color=colour, angles="xy", scale_units="xy", scale=1.0, width=0.0015,
-            )  # fmt: skip
-        for left in plan.leftovers:
-            size = 8.0 * math.sqrt(left.area_m2)
-            panel.plot(left.place_m[right], left.place_m[up], "o", ms=size, mfc="none", mec=LEFT_OUT, mew=0.8)
-        panel.plot(plan.home_m[right], plan.home_m[up], "*", color="black", ms=12)
-        panel.set(aspect="equal", xlabel=f"{'xyz'[right]}, m", ylabel=f"{'xyz'[up]}, m")
+            _draw_flight(panel, plan.home_m, flight, right, up, COLOURS[number % len(COLOURS)])
+        _draw_left_out(panel, plan, right, up)
+        panel.plot(plan.home_m[right], plan.home_m[up], "*", color="black", ms=11, mec="white", zorder=6)
+        panel.set(aspect="equal", xlim=(low[right], high[right]), ylim=(low[up], high[up]))
+        panel.set(xlabel=f"{'xyz'[right]} (m)", ylabel=f"{'xyz'[up]} (m)")
+        panel.set_title(name, fontsize=10, loc="left")
         panel.spines[["top", "right"]].set_visible(False)
     _tell(axes[0, 1], plan)
     try:
-        figure.savefig(path, dpi=150, format="png")
+        figure.savefig(path, dpi=200, format="png")
     except OSError as error:
         raise SurveyError(f"{path} cannot be written: {error.strerror}.") from None
+
+
+def _draw_surface(panel: Any, patches: Patches, right: int, up: int) -> None:
+    """Draw the area behind each cell: a wall seen along itself is dark."""
+    side_m = patches.grid.side_m
+    places = patches.points_m[:, (right, up)]
+    low = np.floor(places.min(axis=0) / side_m) * side_m
+    counts = np.ceil((places.max(axis=0) - low) / side_m).astype(int) + 1
+    ends = low + counts * side_m
+    areas, *_ = np.histogram2d(*places.T, bins=counts, range=list(zip(low, ends)), weights=patches.areas_m2)
+    extent = (low[0], ends[0], low[1], ends[1])
+    dark = np.sqrt(areas.T / max(np.percentile(areas, 99.0), 1e-9))
+    panel.imshow(dark, extent=extent, origin="lower", cmap="Greys", vmin=0.0, vmax=1.8, zorder=0)
+
+
+def _draw_flight(panel: Any, home_m: tuple, flight: Flight, right: int, up: int, colour: str) -> None:
+    way = [home_m]
+    for each in flight.views:
+        way += [*each.way_m, each.view.place_m]
+    line = np.array([*way, home_m])
+    panel.plot(line[:, right], line[:, up], color=colour, lw=0.5, alpha=0.45, zorder=2)
+    places = np.array([each.view.place_m for each in flight.views])
+    looks = np.array([_ahead(each.view.yaw_rad, each.view.tilt_rad) for each in flight.views])
+    ends = places + LOOK_M * looks
+    gaps = np.full(len(places), np.nan)
+    x = np.column_stack((places[:, right], ends[:, right], gaps)).ravel()
+    y = np.column_stack((places[:, up], ends[:, up], gaps)).ravel()
+    panel.plot(x, y, color=colour, lw=1.0, zorder=3, solid_capstyle="butt")
+    panel.plot(places[:, right], places[:, up], "o", color=colour, ms=2.2, mew=0.0, zorder=4)
+
+
+def _draw_left_out(panel: Any, plan: SurveyPlan, right: int, up: int) -> None:
+    for left in plan.leftovers:
+        side_pt = 5.0 * math.sqrt(left.area_m2)
+        panel.plot(
+            left.place_m[right],
+            left.place_m[up],
+            "s",
+            ms=side_pt,
+            color=LEFT_OUT,
+            alpha=0.35,
+            mew=0.0,
+            zorder=1,
+        )
 
 
 def _ahead(yaw_rad: float, tilt_rad: float) -> tuple[float, float, float]:
@@ -66,25 +104,32 @@ def _ahead(yaw_rad: float, tilt_rad: float) -> tuple[float, float, float]:
     return level * math.cos(yaw_rad), level * math.sin(yaw_rad), math.sin(tilt_rad)
 
 
-def _tell(panel: object, plan: SurveyPlan) -> None:
-    """Write the figures where the fourth view would be."""
+def _tell(panel: Any, plan: SurveyPlan) -> None:
+    """Write figures and legend where the fourth view would be."""
+    from matplotlib.lines import Line2D
+
     f = plan.figures
     lines = [
-        f"{len(plan.views)} photographs, {100 * f.get('share', math.nan):.1f} %",
-        f"of {f.get('reachable_m2', math.nan):,.0f} m²",
-        f"{plan.asked.resolution:g} mm per pixel,",
-        f"incidence up to {plan.asked.incidence:g}°",
-        "",
+        f"{len(plan.views)} photographs show {100 * f.get('share', math.nan):.1f} %",
+        f"of {f.get('reachable_m2', math.nan):,.0f} m² that can be reached",
+        f"{plan.asked.resolution:g} mm per pixel, incidence to {plan.asked.incidence:g}°",
     ]
-    lines += [
-        f"flight {n}: {len(each.views)} photographs, {each.time_s / 60.0:.1f} min, {each.way_m:.0f} m"
-        for n, each in enumerate(plan.flights, start=1)
+    handles = [
+        Line2D([], [], color=COLOURS[n % len(COLOURS)], marker="o", ms=4, label=_label(n + 1, each))
+        for n, each in enumerate(plan.flights)
     ]
-    lines += [
-        "",
-        "star: take-off. Grey: surface.",
-        "Red circles: cannot be photographed,",
-        "larger for more area.",
+    handles += [
+        Line2D([], [], color="black", marker="*", ms=10, ls="", label="take-off"),
+        Line2D([], [], color="0.6", marker="s", ms=7, ls="", label="surface"),
+        Line2D([], [], color=LEFT_OUT, alpha=0.5, marker="s", ms=7, ls="", label="cannot be photographed"),
     ]
-    panel.set_axis_off()  # type: ignore[attr-defined]
-    panel.text(0.0, 1.0, "\n".join(lines), va="top", fontsize=9)  # type: ignore[attr-defined]
+    panel.set_axis_off()
+    panel.legend(
+        handles=handles, title="\n".join(lines), loc="upper left", frameon=False, fontsize=8,
+        title_fontsize=9, alignment="left", borderaxespad=0.0,
+    )  # fmt: skip
+
+
+def _label(number: int, flight: Flight) -> str:
+    count = len(flight.views)
+    return f"flight {number}: {count} photographs, {flight.time_s / 60.0:.1f} min, {flight.way_m:.0f} m"

@@ -58,7 +58,11 @@ class SurveyPlanner:
         self._flying, self._source = flying or FlightParameters(), source
 
     def improve(self, seed: int = 1, search_s: float = 20.0, bound: bool = True) -> Iterator[Progress]:
-        """Yield flyable plans, each at least as good as the one before.
+        """Yield flyable plans.
+
+        The first tries few places, so less of the surface counts as reachable, and a later plan may need more
+        photographs. From the second on all show the asked share of the same surface, and none has more
+        photographs than the one before.
 
         seed: of all that is drawn. search_s: CPU time of the local search. bound: compute the LP's bound.
 
@@ -98,7 +102,8 @@ class SurveyPlanner:
 
     def _candidates(self, spacing_m: float) -> Candidates:
         places_m = lattice(self._room, spacing_m)
-        return Candidates(self._patches, places_m, self._camera, self._asked, self._ranges_m)
+        speed_m_s = self._flying.shooting_speed
+        return Candidates(self._patches, places_m, self._camera, self._asked, self._ranges_m, speed_m_s)
 
     def _plan(self, candidates: Candidates, cover: Cover, rng: np.random.Generator, tries: int) -> SurveyPlan:
         shots, flying = cover.shots, self._flying

@@ -13,25 +13,30 @@ FOLLOWED = 1e-9
 
 
 @njit(cache=True, nogil=True)
-def worst_scale(x: float, y: float, z: float, normal: np.ndarray) -> float:
+def worst_scale(x: float, y: float, z: float, normal: np.ndarray, blur: float) -> float:
     """Return how much surface a pixel covers in the worst direction, in m, times the focal length in px.
 
     A step (du, dv) in the picture at depth 1 moves the point on the surface by z times a du + b dv, where a
     and b are the picture's axes, slid along the line of sight into the surface. The greatest singular value
-    of (a, b) is the worst direction. It holds foreshortening and the place in the picture.
+    of (a, b) is the worst direction. It holds foreshortening and the place in the picture. A motion of the
+    camera during the exposure moves the point likewise, in the worst direction by this value times the
+    motion; both widths are added in quadrature, as the spreads of two blurs one after the other.
 
     Args:
         x: tangent of the line of sight from the optical axis, to the right.
         y: likewise, down.
         z: depth, m.
         normal: (3,) of the surface, in the optical frame.
+        blur: motion during the exposure, in m, times the focal length in px.
     """
     along = normal[0] * x + normal[1] * y + normal[2]
     p, q = normal[0] / along, normal[1] / along
     ax, ay, az = 1.0 - x * p, -y * p, -p
     bx, by, bz = -x * q, 1.0 - y * q, -q
     aa, bb, ab = ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz, ax * bx + ay * by + az * bz
-    return z * math.sqrt(0.5 * (aa + bb + math.sqrt((aa - bb) ** 2 + 4.0 * ab * ab)))
+    return math.sqrt(z * z + blur * blur) * math.sqrt(
+        0.5 * (aa + bb + math.sqrt((aa - bb) ** 2 + 4.0 * ab * ab))
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -43,7 +48,7 @@ def is_drawn(
     Args:
         place: (3,) of the camera.
         axes: (3, 3), the optical frame's axes in its columns.
-        lens: (3,) tangents to the right and the lower edge; and the greatest `worst_scale`.
+        lens: (4,) tangents to the right and the lower edge; the greatest `worst_scale`; and its `blur`.
         point: (3,) on the surface.
         normal: (3,) of the surface there.
     """
@@ -60,7 +65,7 @@ def is_drawn(
     turned = np.empty(3)
     for k in range(3):
         turned[k] = axes[0, k] * normal[0] + axes[1, k] * normal[1] + axes[2, k] * normal[2]
-    return worst_scale(x, y, z, turned) <= lens[2]
+    return worst_scale(x, y, z, turned, lens[3]) <= lens[2]
 
 
 @njit(cache=True, nogil=True)

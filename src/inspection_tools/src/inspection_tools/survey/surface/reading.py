@@ -10,20 +10,27 @@ import numpy as np
 
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.surface.mesh_file import read_mesh
+from inspection_tools.survey.surface.mesh_file import Mesh, read_mesh
 from inspection_tools.survey.surface.of_mesh import Sight, patches_of_mesh, room_of_mesh
 from inspection_tools.survey.surface.patches import Patches
 from inspection_tools.survey.surface.room import Room
+from inspection_tools.survey.surface.samples import Samples
 from inspection_tools.survey.views.candidates import Ranges
 
 
 @dataclass(frozen=True)
 class Surface:
-    """The room, the patches, and rays through what hides."""
+    """The room, the patches, and rays through what hides.
+
+    mesh: as read. samples: of the triangles `near` (m,) of it that reach into the room.
+    """
 
     room: Room
     patches: Patches
     ranges_m: Ranges
+    mesh: Mesh
+    samples: Samples
+    near: np.ndarray
 
 
 def read_surface(path: Path, asked: SurveyParameters, home_m: Sequence[float] | None = None) -> Surface:
@@ -38,4 +45,4 @@ def read_surface(path: Path, asked: SurveyParameters, home_m: Sequence[float] | 
     mesh = read_mesh(path)
     room, samples, near = room_of_mesh(mesh, asked, home)
     patches = patches_of_mesh(mesh, room, samples, near, asked)
-    return Surface(room, patches, Sight(mesh.triangles_m[near]).ranges_m)
+    return Surface(room, patches, Sight(mesh.triangles_m[near]).ranges_m, mesh, samples, near)

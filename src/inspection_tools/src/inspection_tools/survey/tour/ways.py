@@ -81,7 +81,7 @@ def leg_times_s(
     tilt = np.abs(tilts_rad[:, None] - tilts_rad[None])
     turns_s = np.maximum(np.degrees(turn) / flight.yaw_rate, np.degrees(tilt) / flight.tilt_rate)
     turns_s[0], turns_s[:, 0] = 0.0, 0.0
-    slow = flight.passing_speed if flight.passing else 0.0
+    slow = flight.shooting_speed
     fast, push = flight.speed, flight.acceleration
     ramps_m = (fast**2 - slow**2) / push
     peak = np.sqrt(slow**2 + push * np.minimum(lengths_m, ramps_m))

@@ -8,6 +8,7 @@ from typing import Callable
 
 import numpy as np
 
+from inspection_tools.errors import SurveyError
 from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.kernels.gains import best_views, bins_of, drawn_from, frames
 from inspection_tools.survey.kernels.sight import axes_of, pairs_near
@@ -21,12 +22,27 @@ Ranges = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """Distances (n,) to the first surface from origins (n, 3) along directions (n, 3)."""
 
 
-def lens_of(camera: SurveyCamera, parameters: SurveyParameters) -> np.ndarray:
-    """Return (3,) for the kernels: tangents to the edges, narrower by the pointing error, and the scale."""
+def lens_of(camera: SurveyCamera, parameters: SurveyParameters, speed_m_s: float = 0.0) -> np.ndarray:
+    """Return (4,) for the kernels: tangents to the edges, narrower by the pointing error; scale and blur.
+
+    speed_m_s: at which the camera moves while it shoots.
+
+    Raises:
+        SurveyError: the motion alone blurs more than what is asked.
+    """
+    blur_mm = 1e3 * speed_m_s * camera.exposure
+    if blur_mm >= parameters.resolution:
+        raise SurveyError(
+            f"At {speed_m_s:g} m/s an exposure of {camera.exposure:g} s blurs by {blur_mm:.2g} mm, but "
+            f"{parameters.resolution:g} mm per pixel are asked: fly slower (--passing-speed) or expose "
+            "shorter (--exposure)."
+        )
     across, down = camera.half_extents
     off = math.radians(parameters.pointing_error)
     narrow = [math.tan(max(math.atan(each) - off, 1e-3)) for each in (across, down)]
-    return np.array((*narrow, 1e-3 * parameters.resolution * camera.focal_px))
+    return np.array(
+        (*narrow, 1e-3 * parameters.resolution * camera.focal_px, 1e-3 * blur_mm * camera.focal_px)
+    )
 
 
 def lattice(room: Room, spacing_m: float) -> np.ndarray:
@@ -53,7 +69,7 @@ class Candidates:
 
     Args:
         patches: the surface. places_m: (n, 3). camera, parameters: what is asked.
-        ranges_m: rays through what hides.
+        ranges_m: rays through what hides. speed_m_s: of the camera while it shoots.
     """
 
     def __init__(
@@ -63,9 +79,10 @@ class Candidates:
         camera: SurveyCamera,
         parameters: SurveyParameters,
         ranges_m: Ranges,
+        speed_m_s: float = 0.0,
     ):
         self.patches, self.places_m = patches, places_m
-        self.lens = lens_of(camera, parameters)
+        self.lens = lens_of(camera, parameters, speed_m_s)
         self._frames = frames(self.lens, np.array((camera.tilt_min, camera.tilt_max)))
         corner = math.cos(math.atan(math.hypot(self.lens[0], self.lens[1])))
         scale = self.lens[2] / corner**2
@@ -97,7 +114,7 @@ class Candidates:
         way = self.patches.points_m[self.seen] - self.places_m[of]
         apart = np.linalg.norm(way, axis=1)
         cosine = -(way * self.patches.normals[self.seen]).sum(axis=1) / apart
-        found[self.seen[apart <= self.lens[2] * cosine]] = True
+        found[self.seen[np.hypot(apart, self.lens[3]) <= self.lens[2] * cosine]] = True
         return found
 
     def best(self, chosen: np.ndarray, worth: np.ndarray) -> np.ndarray:
