@@ -38,7 +38,7 @@ def test_a_photograph_from_2_m_shows_its_frame_and_a_blurred_one_nothing(
 
 
 def test_the_command_judges_a_folder_of_photographs(room_file, tmp_path):
-    """The optical frame of a camera that looks along x: its z axis is the map's x, its x axis the map's -y."""
+    """The optical frame of a camera that looks along x: its z axis is the map's x, its x the map's -y."""
     record = {"position_m": [1, 0, 0], "orientation_xyzw": [-0.5, 0.5, -0.5, 0.5], "blur_px": 0.0}
     (tmp_path / "1.json").write_text(json.dumps(record))
     focal = CAMERA.focal_px

@@ -62,7 +62,10 @@ def _draw_surface(panel: Any, patches: Patches, right: int, up: int) -> None:
     low = np.floor(places.min(axis=0) / side_m) * side_m
     counts = np.ceil((places.max(axis=0) - low) / side_m).astype(int) + 1
     ends = low + counts * side_m
-    areas, *_ = np.histogram2d(*places.T, bins=counts, range=list(zip(low, ends)), weights=patches.areas_m2)
+    spans = np.column_stack((low, ends))
+    areas, *_ = np.histogram2d(
+        places[:, 0], places[:, 1], bins=counts.tolist(), range=spans, weights=patches.areas_m2
+    )
     extent = (low[0], ends[0], low[1], ends[1])
     dark = np.sqrt(areas.T / max(np.percentile(areas, 99.0), 1e-9))
     panel.imshow(dark, extent=extent, origin="lower", cmap="Greys", vmin=0.0, vmax=1.8, zorder=0)
