@@ -1,4 +1,4 @@
-"""What a photograph shows: pinhole geometry, and sight through voxels."""
+"""What a photograph shows: pinhole geometry, and pairs that may see each other."""
 
 from __future__ import annotations
 
@@ -7,9 +7,6 @@ import math
 import numpy as np
 
 from kernel_cache.compiler import njit
-
-FOLLOWED = 1e-9
-"""Borders that a line crosses within this share of it are crossed at once, as at an edge or a corner."""
 
 
 @njit(cache=True, nogil=True)
@@ -112,54 +109,3 @@ def pairs_near(
                 count += 1
         begins[n + 1] = count
     return begins, found[:count].copy()
-
-
-@njit(cache=True, nogil=True)
-def is_open(kinds: np.ndarray, free: int, begin: np.ndarray, end: np.ndarray, short: float) -> bool:
-    """Return whether a line (Amanatides and Woo, 1987) runs through free voxels only.
-
-    Args:
-        kinds: (d, h, w), z first.
-        free: the kind that lets light through.
-        begin: (3,) z, y, x in voxels.
-        end: (3,) likewise.
-        short: so many voxels before the end do not count.
-    """
-    way = end - begin
-    length = math.sqrt((way**2).sum())
-    if length <= short:
-        return True
-    last = 1.0 - short / length
-    place = np.floor(begin).astype(np.int64)
-    steps = np.zeros(3, np.int64)
-    borders, widths = np.full(3, np.inf), np.full(3, np.inf)
-    for k in range(3):
-        if way[k] != 0.0:
-            steps[k] = 1 if way[k] > 0.0 else -1
-            ahead = place[k] + 1 if way[k] > 0.0 else place[k]
-            borders[k], widths[k] = (ahead - begin[k]) / way[k], 1.0 / abs(way[k])
-    while True:
-        for k in range(3):
-            if not 0 <= place[k] < kinds.shape[k]:
-                return False
-        if kinds[place[0], place[1], place[2]] != free:
-            return False
-        border = min(borders[0], borders[1], borders[2])
-        if border >= last:
-            return True
-        for k in range(3):
-            if borders[k] <= border + FOLLOWED:
-                place[k] += steps[k]
-                borders[k] += widths[k]
-
-
-@njit(cache=True, nogil=True)
-def open_pairs(
-    kinds: np.ndarray, free: int, places: np.ndarray, begins: np.ndarray, ends: np.ndarray, short: float
-) -> np.ndarray:
-    """Return (k,) which lines are open: from each place (n, 3) to its points (k, 3), z, y, x."""
-    are_open = np.zeros(len(ends), np.bool_)
-    for n in range(len(places)):
-        for k in range(begins[n], begins[n + 1]):
-            are_open[k] = is_open(kinds, free, places[n], ends[k], short)
-    return are_open
