@@ -55,3 +55,12 @@ def test_a_uav_that_was_pushed_over_a_limit_flies_back_the_way_it_came_and_goes_
     for stamp_s in range(1, 60):
         lost.look(float(stamp_s), here_m)
     assert lost.told.end is End.SHUT_IN
+
+
+def test_a_uav_that_cannot_reach_the_first_place_explores_from_where_it_is():
+    exploration = Exploration(open_box(), Explorer(), ExplorationParameters(first_sink=0.7))
+    exploration.begin(0.0, HOVER_M)
+    exploration.look(5.0, HOVER_M)
+    assert exploration.told.views == 0
+    exploration.look(12.0, HOVER_M)
+    assert exploration.told.views == 1

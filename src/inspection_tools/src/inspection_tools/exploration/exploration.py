@@ -25,6 +25,8 @@ BACK_S = 15.0
 """A UAV that fits nowhere flies back the way it came for so long, before that ends the exploration."""
 BEEN_M = 0.05
 """Between the places where the UAV was, around which its own radius is free."""
+FIRST_WAY_S = 10.0
+"""CEPA may hold the UAV above the first place. After this time it explores from where it is."""
 
 
 class End(Enum):
@@ -226,7 +228,8 @@ class Exploration:
         if not rest_m:
             return False
         if not self.told.views and self.told.end is None:  # on the first way down, which no beam has seen
-            return math.dist(here_m, rest_m[-1]) > self._p.arrived
+            is_young = stamp_s < self._began_s + FIRST_WAY_S
+            return is_young and math.dist(here_m, rest_m[-1]) > self._p.arrived
         is_decided = self.told.end is not None or len(rest_m) > 1
         return is_decided and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)
 
