@@ -198,7 +198,10 @@ class ClosedLoop:
         self._fly(self._steering.on_reference(time_us if by_truth else arrived_us, v_ref))
         self._newest_odometry = Estimated(time_us, odometry)
         self._tell_listeners()
-        return command.goal_reached if reached is None else reached
+        if reached is not None:
+            return reached
+        # Without a goal, who sets the setpoints says when the flight is over: a rest at one is no end.
+        return command.goal_reached and self.parameters.goal_xyz_m is not None
 
     def _command(self, t_s: float, position_m: Vector3, yaw_rad: float) -> PositionCommand:
         if self.own_odometry is not None and not self.own_odometry.is_good:
