@@ -17,6 +17,8 @@ setup(
             "inspection_tools.photographs",
             "inspection_tools.planning",
             "inspection_tools.planning.kernels",
+            "inspection_tools.report",
+            "inspection_tools.ship",
             "inspection_tools.survey",
             "inspection_tools.survey.kernels",
             "inspection_tools.survey.surface",
@@ -26,5 +28,6 @@ setup(
             "inspection_tools_ros",
         ],
         package_dir={"": "src", "inspection_tools_ros": "ros/inspection_tools_ros"},
+        package_data={"inspection_tools.report": ["page.html", "page.css", "viewer.js"]},
     )
 )

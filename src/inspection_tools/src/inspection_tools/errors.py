@@ -35,3 +35,11 @@ class NoPathError(InspectionToolsError):
 
 class SurveyError(InspectionToolsError):
     """A survey that cannot be planned, read or judged: its surface, its plan or its photographs are wrong."""
+
+
+class ShipError(InspectionToolsError):
+    """A ship's frames, strakes or areas that make no sense, or a file of them that cannot be read."""
+
+
+class ReportError(InspectionToolsError):
+    """A report that cannot be written, or findings, readings or records in its folder that cannot be read."""

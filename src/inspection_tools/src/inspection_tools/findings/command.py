@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
-from dataclasses import asdict
 from pathlib import Path
 
-from inspection_tools.errors import InspectionToolsError, SurveyError
+from inspection_tools.errors import InspectionToolsError, ReportError, SurveyError
 from inspection_tools.findings.candidates import candidates_in
+from inspection_tools.findings.findings_file import (
+    STATUSES,
+    decide,
+    read_findings,
+    with_decisions,
+    write_findings,
+)
 from inspection_tools.findings.merging import Finding, merged
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.placing import MeshSurface, Placed
@@ -21,14 +26,24 @@ def main(arguments: list[str] | None = None) -> int:
     """Run the command. Return the exit code: 0, or 1 with one sentence on stderr."""
     parser = argparse.ArgumentParser(prog="findings", description="Find rust and cracks in photographs.")
     parser.add_argument("folder", type=Path, help="of photographs with their poses")
-    parser.add_argument("--mesh", type=Path, required=True, help="STL, OBJ, PLY or GLB, or an SDF world")
+    parser.add_argument("--mesh", type=Path, help="STL, OBJ, PLY or GLB, or an SDF world")
     parser.add_argument("--out", type=Path, help="default: findings.json in the folder")
+    parser.add_argument(
+        "--decide", nargs=2, metavar=("NUMBER", "STATUS"),
+        help="give a finding its status, and search no photographs: " + ", ".join(STATUSES),
+    )  # fmt: skip
+    parser.add_argument("--remark", help="the surveyor's, with --decide")
     given = parser.parse_args(arguments)
+    target = given.out or given.folder / "findings.json"
     try:
-        findings = find(given.folder, given.mesh, FindingParameters())
-        target = given.out or given.folder / "findings.json"
-        content = {"frame": "map", "findings": [asdict(each) for each in findings]}
-        target.write_text(json.dumps(content, indent=1), encoding="utf-8")
+        if given.decide:
+            number, status = given.decide
+            return _decide(target, number, status, given.remark)
+        if given.mesh is None:
+            raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
+        before = read_findings(target) if target.exists() else []
+        findings = with_decisions(before, find(given.folder, given.mesh, FindingParameters()))
+        write_findings(target, findings)
     except InspectionToolsError as error:
         print(f"findings: {error}", file=sys.stderr)
         return 1
@@ -38,6 +53,14 @@ def main(arguments: list[str] | None = None) -> int:
     for kind in ("rust", "crack"):
         print(f"{kind}: {sum(each.kind == kind for each in findings)}")
     print(f"written: {target}")
+    return 0
+
+
+def _decide(path: Path, number: str, status: str, remark: str | None) -> int:
+    if not number.isdigit():
+        raise ReportError(f'"{number}" is no number of a finding.')
+    write_findings(path, decide(read_findings(path), int(number), status, remark))
+    print(f"finding {number}: {status}")
     return 0
 
 

@@ -15,7 +15,10 @@ from inspection_tools.findings.placing import Placed, extent
 
 @dataclass(frozen=True)
 class Finding:
-    """One finding in the map. area_m2: of rust, the largest that one photograph shows. status: new."""
+    """One finding in the map. area_m2: of rust, the largest that one photograph shows.
+
+    status: new, under review, confirmed or dismissed, and remark: the surveyor's.
+    """
 
     id: int
     kind: str
@@ -25,6 +28,7 @@ class Finding:
     area_m2: float
     photographs: tuple[str, ...]
     status: str = "new"
+    remark: str = ""
 
 
 def merged(placed: Sequence[Placed], apart_m: float) -> list[Finding]:

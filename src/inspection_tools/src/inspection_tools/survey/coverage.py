@@ -24,6 +24,7 @@ from inspection_tools.survey.surface.of_mesh import patches_of_mesh
 from inspection_tools.survey.surface.patches import Patches
 from inspection_tools.survey.surface.reading import read_surface
 from inspection_tools.survey.surface.samples import normals_of
+from inspection_tools.survey.surface_record import SurfaceRecord, write_surface_record
 from inspection_tools.survey.views.candidates import Candidates, lattice
 
 RAYS_PER_PATCH = 4
@@ -130,6 +131,8 @@ def write_coverage(
 ) -> dict:
     """Write the record as JSON and return it. `open`: reachable patches that no photograph shows.
 
+    All patches go into a file of the same name with the suffix .npz: see `survey.surface_record`.
+
     Raises:
         SurveyError: the file cannot be written.
     """
@@ -162,6 +165,10 @@ def write_coverage(
         path.write_text(json.dumps(record), encoding="utf-8")
     except OSError as error:
         raise SurveyError(f"{path} cannot be written: {error.strerror}.") from None
+    whole = SurfaceRecord(
+        p.points_m, p.normals, p.areas_m2, p.parts, p.names, shown, reachable, p.grid.side_m
+    )
+    write_surface_record(path.with_suffix(".npz"), whole)
     return record
 
 

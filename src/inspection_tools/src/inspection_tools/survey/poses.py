@@ -18,6 +18,8 @@ from inspection_tools.survey.plan_file import read_plan
 
 COLUMNS = "x, y, z and either yaw_deg, tilt_deg or qx, qy, qz, qw (of the optical frame)"
 PLAN_SUFFIXES = (".yaml", ".yml")
+NO_PHOTOGRAPHS = ("coverage.json", "findings.json", "result.json")
+"""What other commands leave in a folder of photographs."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ def read_taken(path: Path, camera: SurveyCamera) -> tuple[list[Taken], SurveyCam
 def _of_folder(folder: Path) -> list[Taken]:
     found = []
     for path in sorted(folder.glob("*.json")):
-        if path.name == "coverage.json":
+        if path.name in NO_PHOTOGRAPHS:
             continue
         try:
             content = json.loads(path.read_text(encoding="utf-8"))

@@ -1,0 +1,82 @@
+"""The command ``rosrun inspection_tools inspection_report``: a surveyor's page of an inspection."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from inspection_tools.errors import InspectionToolsError, SurveyError
+from inspection_tools.report.content import judged, page_content
+from inspection_tools.report.grades import GradeRules
+from inspection_tools.report.page import libraries, render, write_page
+from inspection_tools.report.sources import Inspection, read_inspection
+from inspection_tools.ship.ship import Ship
+from inspection_tools.ship.ship_file import read_ship
+from inspection_tools.survey.surface.mesh_file import Mesh, read_mesh
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command. Return the exit code: 0, or 1 with one sentence on stderr."""
+    parser = argparse.ArgumentParser(
+        prog="inspection_report", description="Write report.html of an inspection's folder."
+    )
+    parser.add_argument("folder", type=Path, help="of an inspection, or of photographs")
+    parser.add_argument("--mesh", type=Path, help="the surface: STL, OBJ, PLY or GLB, or an SDF world")
+    parser.add_argument("--ship", type=Path, help="YAML file of frames, strakes and areas")
+    parser.add_argument("--last", type=Path, help="folder of the last survey, to compare with")
+    parser.add_argument("--thickness", type=Path, help="CSV file of thickness readings")
+    parser.add_argument("--out", type=Path, help="default: report.html in the folder")
+    given = parser.parse_args(arguments)
+    out = given.out or given.folder / "report.html"
+    try:
+        write_report(given.folder, out, given.mesh, given.ship, given.last, given.thickness)
+    except InspectionToolsError as error:
+        print(f"inspection_report: {error}", file=sys.stderr)
+        return 1
+    if not libraries():
+        print(
+            "inspection_report: libjs-three is not installed, so the page has still pictures only.",
+            file=sys.stderr,
+        )
+    print(f"written: {out} ({out.stat().st_size / 1e6:.1f} MB)")
+    return 0
+
+
+def write_report(
+    folder: Path,
+    out: Path,
+    mesh: Path | None = None,
+    ship: Path | None = None,
+    last: Path | None = None,
+    thickness: Path | None = None,
+) -> Inspection:
+    """Write the page of an inspection's folder, and return what was read.
+
+    Raises:
+        InspectionToolsError: one sentence: a file that was named cannot be used, or nothing is in the folder.
+    """
+    inspection, rules = read_inspection(folder), GradeRules()
+    own = read_ship(ship) if ship else Ship()
+    before = read_inspection(last) if last else None
+    known = judged(inspection, own, _mesh(mesh, inspection), before, thickness, rules)
+    content, view = page_content(inspection, own, known, rules, out)
+    write_page(out, render(content, view))
+    return inspection
+
+
+def _mesh(named: Path | None, inspection: Inspection) -> Mesh | None:
+    """Return the mesh that is named, or else the one that the coverage or the plan was made for."""
+    if named is not None:
+        return read_mesh(named)
+    told = [
+        str((inspection.coverage or {}).get("surface", "")),
+        inspection.plan.source if inspection.plan else "",
+    ]
+    for path in (Path(each) for each in told if each):
+        if path.is_file():
+            try:
+                return read_mesh(path)
+            except SurveyError:
+                continue
+    return None

@@ -1,0 +1,67 @@
+"""What has changed since the last survey."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Sequence
+
+import numpy as np
+
+from inspection_tools.findings.findings_file import DISMISSED, pairs_of
+from inspection_tools.findings.merging import Finding
+from inspection_tools.survey.surface_record import SurfaceRecord
+
+APPEARED, GROWN, AS_BEFORE, NOT_SEEN_BEFORE = "new", "grown", "as before", "not looked at before"
+GROWTH_AREA, GROWTH_LENGTH = 1.25, 1.2
+LEAST_GROWTH_M2, LEAST_GROWTH_M = 0.001, 0.03
+"""Below these, two photographs of one place may differ."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Changes by the finding's number, and the last survey's findings that have none now.
+
+    last: (now's number -> last survey's finding). gone: the photographs show the place. unseen: they do not.
+    """
+
+    change: dict[int, str] = field(default_factory=dict)
+    last: dict[int, Finding] = field(default_factory=dict)
+    gone: tuple[Finding, ...] = ()
+    unseen: tuple[Finding, ...] = ()
+
+
+def compared(
+    last: Sequence[Finding],
+    now: Sequence[Finding],
+    last_surface: SurfaceRecord | None,
+    surface: SurfaceRecord | None,
+) -> Comparison:
+    """Compare two surveys in the same map. Without a surface record no place counts as looked at."""
+    pairs = pairs_of(last, now)
+    of = {now[j].id: last[i] for i, j in pairs}
+    missing = [each for k, each in enumerate(last) if k not in {i for i, _ in pairs}]
+    missing = [each for each in missing if each.status != DISMISSED]
+    looked = _looked_at(missing, surface)
+    before = _looked_at(now, last_surface)
+    change = {}
+    for each, was in zip(now, before):
+        if each.id in of:
+            change[each.id] = GROWN if _grown(of[each.id], each) else AS_BEFORE
+        else:
+            change[each.id] = APPEARED if was else NOT_SEEN_BEFORE
+    gone = tuple(each for each, seen in zip(missing, looked) if seen)
+    return Comparison(change, of, gone, tuple(each for each, seen in zip(missing, looked) if not seen))
+
+
+def _grown(last: Finding, now: Finding) -> bool:
+    if now.kind == "rust":
+        return now.area_m2 > max(GROWTH_AREA * last.area_m2, last.area_m2 + LEAST_GROWTH_M2)
+    return now.length_m > max(GROWTH_LENGTH * last.length_m, last.length_m + LEAST_GROWTH_M)
+
+
+def _looked_at(findings: Sequence[Finding], surface: SurfaceRecord | None) -> list[bool]:
+    if surface is None or not findings:
+        return [False] * len(findings)
+    places = np.array([each.position_m for each in findings])
+    on = surface.patches_at(places, np.array([each.normal for each in findings]))
+    return [bool(k >= 0 and surface.shown[k]) for k in on]

@@ -1,0 +1,276 @@
+"""Puts together what the page shows of an inspection."""
+
+from __future__ import annotations
+
+import os
+import platform
+import statistics
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib import metadata
+from pathlib import Path
+from typing import Any, Mapping, Sequence
+
+from inspection_tools.report import tables
+from inspection_tools.report.comparison import Comparison, compared
+from inspection_tools.report.edges import edge_places
+from inspection_tools.report.grades import AreaGrade, GradeRules, PlateState, areas_graded, plates_seen
+from inspection_tools.report.pictures import data_uri, small_pictures
+from inspection_tools.report.scene import UNKNOWN, Scene, scene_of
+from inspection_tools.report.sources import Inspection
+from inspection_tools.report.spots import Gauging, gauging_spots, with_readings
+from inspection_tools.report.static_view import static_view
+from inspection_tools.report.view_data import view_data
+from inspection_tools.report.views import best_of, marks_of
+from inspection_tools.ship.ship import Ship
+from inspection_tools.survey.surface.mesh_file import Mesh
+
+PACKAGES = ("numpy", "scipy", "embreex", "pillow", "trimesh")
+STILLS = ((-115.0, "Port side and forward end"), (65.0, "Starboard side and aft end"))
+"""Directions from which the still pictures look: from aft of starboard, and from ahead of port."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """An inspection with what follows from it."""
+
+    scene: Scene | None
+    grades: Sequence[AreaGrade]
+    plates: Sequence[PlateState]
+    gaugings: Sequence[Gauging]
+    comparison: Comparison | None
+
+
+def judged(
+    inspection: Inspection,
+    ship: Ship,
+    mesh: Mesh | None,
+    last: Inspection | None,
+    readings: Path | None,
+    rules: GradeRules,
+) -> Judged:
+    """Return grades, plates, spots for thickness measurement and the comparison.
+
+    Raises:
+        ReportError: the file of readings cannot be used.
+    """
+    surface, findings = inspection.surface, inspection.findings
+    scene = None if mesh is None else scene_of(mesh, surface)
+    grades: Sequence[AreaGrade] = ()
+    plates: Sequence[PlateState] = ()
+    if surface is not None and findings is not None:
+        if mesh is not None:
+            edges = edge_places(mesh.triangles_m, mesh.part)
+            grades = areas_graded(ship, surface, edges, findings, rules)
+        plates = plates_seen(ship, surface, findings)
+    gaugings = gauging_spots(plates, rules)
+    if readings is not None:
+        gaugings = with_readings(gaugings, ship, readings)
+    comparison = None
+    if last is not None and last.findings is not None and findings is not None:
+        comparison = compared(last.findings, findings, last.surface, surface)
+    return Judged(scene, grades, plates, gaugings, comparison)
+
+
+def page_content(
+    inspection: Inspection, ship: Ship, known: Judged, rules: GradeRules, out: Path
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return what the page's template names, and what its viewer draws."""
+    findings = inspection.findings or ()
+    marks = marks_of(findings, inspection.shots, inspection.camera) if inspection.camera else []
+    best = best_of(marks)
+    thumbs, cuts, damaged = small_pictures(inspection.shots, best)
+    remarks = list(inspection.remarks)
+    if damaged:
+        remarks.append(f"{len(damaged)} photographs are damaged, the first {damaged[0]}.")
+    if known.scene is None:
+        remarks.append("No drawing of the surface was given, so there is no view of it.")
+    result = inspection.result or {}
+    if isinstance(result.get("failure"), str):
+        remarks.append(f"The inspection did not end as planned: {result['failure']}")
+    content = {
+        "title": ship.name or "Inspection",
+        "subtitle": ", ".join(each for each in (ship.space, _date(inspection)) if each),
+        "figures": _figures(inspection, known, rules),
+        "remarks": remarks,
+        "stills": _stills(inspection, known.scene, ship),
+        "has_surface": inspection.surface is not None,
+        "has_ship": bool(ship.frames),
+        "grades": known.grades,
+        "rules": rules,
+        "matrices": tables.matrices(ship, known.plates),
+        "findings": tables.finding_rows(findings, ship, inspection.surface, cuts, known.comparison),
+        "searched": inspection.findings is not None,
+        "comparison": tables.comparison_table(known.comparison, ship) if known.comparison else None,
+        "close_ups": tables.close_up_rows(findings, ship),
+        "gaugings": known.gaugings,
+        "unseen": tables.unseen_tables(inspection, ship),
+        "flights": _flights(inspection),
+        "quality": _quality(inspection),
+        "thumbs": _thumbs(inspection, thumbs, ship, out),
+        "basis": _basis(inspection),
+        "written": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC"),
+        "beside": _relative(inspection.photographs, out.parent) + "/",
+    }
+    view = view_data(known.scene, inspection.shots, inspection.camera, findings, marks, best)
+    return content, view
+
+
+def _relative(path: Path, folder: Path) -> str:
+    return os.path.relpath(path.resolve(), folder.resolve())
+
+
+def _date(inspection: Inspection) -> str:
+    """Return the date in result.json, or that of the newest photograph's file."""
+    told = (inspection.result or {}).get("date")
+    if isinstance(told, str):
+        return told
+    if not inspection.shots:
+        return ""
+    newest = max(shot.path.stat().st_mtime for shot in inspection.shots)
+    return datetime.fromtimestamp(newest, UTC).strftime("%d %B %Y")
+
+
+def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[dict[str, str]]:
+    grade, of = tables.lowest_grade(known.grades, rules)
+    coverage = inspection.coverage or {}
+    share, reachable = (coverage.get(key) for key in ("share_of_reachable", "reachable_m2"))
+    seen, whole = ("\N{EN DASH}", "not determined")
+    if isinstance(share, (int, float)) and isinstance(reachable, (int, float)):
+        seen, whole = f"{100 * share:.1f} %", f"of {reachable:,.0f} m² within reach"
+    findings = [each for each in inspection.findings or () if each.status != "dismissed"]
+    rust, cracks = (sum(each.kind == kind for each in findings) for kind in ("rust", "crack"))
+    waiting = sum(each.status in ("new", "under review") for each in findings)
+    above = sum(each.rust_share >= rules.pitting for each in known.plates)
+    if inspection.findings is None:
+        none = {"value": "\N{EN DASH}", "more": "not searched"}
+        marks = [{"name": "Rust", **none}, {"name": "Possible cracks", **none}]
+    else:
+        told = f"{sum(each.area_m2 for each in findings):.2f} m² in all"
+        marks = [{"name": "Rust", "value": str(rust), "more": told}]
+        told = f"{_counted(waiting, 'finding')} to be decided"
+        marks += [{"name": "Possible cracks", "value": str(cracks), "more": told}]
+    return [
+        {"name": "Lowest proposed grade", "value": grade, "more": of},
+        {"name": "Surface seen", "value": seen, "more": whole},
+        *marks,
+        {
+            "name": "Plates to gauge",
+            "value": str(above),
+            "more": f"rust on {100 * rules.pitting:.0f} % or more",
+        },
+        {"name": "Photographs", "value": str(len(inspection.shots)), "more": "with position and light"},
+    ]
+
+
+def _stills(inspection: Inspection, scene: Scene | None, ship: Ship) -> list[dict[str, str]]:
+    if scene is None or not len(scene.triangles_m):
+        return []
+    closed = bool((scene.states != UNKNOWN).any())
+    return [
+        {
+            "src": data_uri(
+                static_view(scene, inspection.findings or (), ship.heading_deg + angle, closed=closed),
+                "image/png",
+            ),
+            "told": told if ship.frames else f"View from {angle % 360:.0f}° to the x axis",
+        }
+        for angle, told in STILLS
+    ]
+
+
+def _flights(inspection: Inspection) -> dict[str, Any]:
+    """Return the flights of result.json, or else those of the plan.
+
+    result.json: flights: [{photographs, time_s, way_m, battery_start, battery_end}], charges 0..1.
+    """
+    flown = (inspection.result or {}).get("flights")
+    if isinstance(flown, list) and flown and all(isinstance(each, Mapping) for each in flown):
+        rows = [_flight_row(number, each) for number, each in enumerate(flown, start=1)]
+        return {"told": f"{_counted(len(rows), 'flight')} as flown; each on one battery.", "rows": rows}
+    if inspection.plan:
+        rows = [
+            _flight_row(number, {"photographs": len(each.views), "time_s": each.time_s, "way_m": each.way_m})
+            for number, each in enumerate(inspection.plan.flights, start=1)
+        ]
+        return {"told": f"{_counted(len(rows), 'flight')} as planned; each on one battery.", "rows": rows}
+    return {"told": "The flights are not recorded.", "rows": []}
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}" + ("s" if number != 1 else "")
+
+
+def _flight_row(number: int, given: Mapping[str, Any]) -> dict[str, Any]:
+    def value(key: str, scale: float = 1.0) -> float | None:
+        held = given.get(key)
+        return scale * held if isinstance(held, (int, float)) and not isinstance(held, bool) else None
+
+    photographs = given.get("photographs")
+    return {
+        "number": number,
+        "photographs": len(photographs) if isinstance(photographs, list) else photographs,
+        "time_min": value("time_s", 1.0 / 60.0),
+        "way_m": value("way_m"),
+        "battery_start": value("battery_start"),
+        "battery_end": value("battery_end"),
+    }
+
+
+def _quality(inspection: Inspection) -> list[dict[str, str]]:
+    records = [shot.record for shot in inspection.shots]
+    if not records:
+        return []
+    lux, blur = [each.lux for each in records], [each.blur_px for each in records]
+    rows = [
+        ("Light in the middle of a photograph", f"{statistics.median(lux):,.0f} lx (least {min(lux):,.0f})")
+    ]
+    rows.append(("Blur by motion, greatest", f"{max(blur):.1f} px"))
+    if inspection.camera:
+        camera = inspection.camera
+        rows.append(
+            ("Camera", f"{camera.width} x {camera.height} px, {camera.field_of_view:.0f}° across the width")
+        )
+    coverage = inspection.coverage or {}
+    if "resolution_mm_per_px" in coverage:
+        rows.append(
+            ("Asked of a photograph", f"{coverage['resolution_mm_per_px']:g} mm per pixel on the surface")
+        )
+    return [{"name": name, "value": value} for name, value in rows]
+
+
+def _thumbs(
+    inspection: Inspection, thumbs: Mapping[int, bytes], ship: Ship, out: Path
+) -> list[dict[str, Any]]:
+    return [
+        {
+            "number": number,
+            "name": inspection.shots[number].path.name,
+            "href": _relative(inspection.shots[number].path, out.parent),
+            "src": data_uri(picture),
+            "place": ship.tell(inspection.shots[number].record.position_m),
+        }
+        for number, picture in thumbs.items()
+    ]
+
+
+def _basis(inspection: Inspection) -> list[dict[str, str]]:
+    result = inspection.result or {}
+    rows = [("Folder", inspection.folder.resolve().name)]
+    for key, name in (("world", "Space"), ("seed", "Seed"), ("commit", "Version of the software")):
+        if isinstance(result.get(key), (str, int)):
+            rows.append((name, str(result[key])))
+    versions = result.get("versions")
+    if not isinstance(versions, Mapping):
+        versions = {"Python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
+    rows.append(("Programs", ", ".join(f"{name} {version}" for name, version in versions.items() if version)))
+    if inspection.coverage:
+        rows.append(("Surface", Path(str(inspection.coverage.get("surface", ""))).name))
+    return [{"name": name, "value": value} for name, value in rows]
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""

@@ -1,0 +1,173 @@
+"""Coating grades of areas and the rust on plates, as IMO MSC.1/Circ.1330 4.1.3 and IACS UR Z10 ask for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Sequence
+
+import numpy as np
+
+from inspection_tools.checks import check_number
+from inspection_tools.findings.findings_file import DISMISSED
+from inspection_tools.findings.merging import Finding
+from inspection_tools.report.edges import STEP_M
+from inspection_tools.ship.ship import Plate, Ship
+from inspection_tools.survey.surface_record import SurfaceRecord
+
+GOOD, FAIR, POOR = GRADES = ("GOOD", "FAIR", "POOR")
+ELSEWHERE = "Elsewhere"
+NEAR_M = 0.2
+
+
+@dataclass(frozen=True)
+class GradeRules:
+    """Limits of the grades, as shares 0..1.
+
+    Attributes:
+        good_area, poor_area: Rusted share of the area, below and above.
+        good_edges, poor_edges: Rusted share of edges and welds.
+        pitting: Rusted share of a plate from which thickness measurements are proposed.
+        least_seen: Seen share of an area that a grade needs.
+
+    Raises:
+        ParameterError: a value out of range.
+    """
+
+    good_area: float = 0.03
+    poor_area: float = 0.20
+    good_edges: float = 0.20
+    poor_edges: float = 0.50
+    pitting: float = 0.15
+    least_seen: float = 0.5
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            check_number(name, value, 0.0, 1.0)
+
+    def grade(self, area_share: float, edge_share: float) -> str:
+        """Return the lower of the grades by the area and by edges and welds."""
+        area = GOOD if area_share < self.good_area else FAIR if area_share <= self.poor_area else POOR
+        edges = GOOD if edge_share < self.good_edges else FAIR if edge_share <= self.poor_edges else POOR
+        return max(area, edges, key=GRADES.index)
+
+
+@dataclass(frozen=True)
+class AreaGrade:
+    """What is known of an area. grade: None: too little of it was seen. Shares are of what was seen."""
+
+    name: str
+    area_m2: float
+    seen_m2: float
+    rust_m2: float
+    edges_m: float
+    rusted_edges_m: float
+    rust: int
+    cracks: int
+    grade: str | None
+
+    @property
+    def seen(self) -> float:
+        """Share of the area that was seen."""
+        return self.seen_m2 / self.area_m2 if self.area_m2 > 0.0 else 0.0
+
+    @property
+    def rust_share(self) -> float:
+        """Share of what was seen that is rusted."""
+        return min(self.rust_m2 / self.seen_m2, 1.0) if self.seen_m2 > 0.0 else 0.0
+
+    @property
+    def edge_share(self) -> float:
+        """Share of the edges and welds that were seen that is rusted."""
+        return self.rusted_edges_m / self.edges_m if self.edges_m > 0.0 else 0.0
+
+
+@dataclass(frozen=True)
+class PlateState:
+    """What was seen of a plate, with the numbers of its findings."""
+
+    plate: Plate
+    area_m2: float
+    seen_m2: float
+    rust_m2: float
+    findings: tuple[int, ...]
+
+    @property
+    def rust_share(self) -> float:
+        """Share of what was seen that is rusted: the pitting intensity is at most this."""
+        return min(self.rust_m2 / self.seen_m2, 1.0) if self.seen_m2 > 0.0 else 0.0
+
+
+class Standing:
+    """The findings that stand, those not dismissed, by place; rust is what counts for the grade."""
+
+    def __init__(self, findings: Sequence[Finding]) -> None:
+        self.all = [each for each in findings if each.status != DISMISSED]
+        self.points_m = np.array([each.position_m for each in self.all]).reshape(-1, 3)
+        self.normals = np.array([each.normal for each in self.all]).reshape(-1, 3)
+        self.rust_m2 = np.array([each.area_m2 if each.kind == "rust" else 0.0 for each in self.all])
+        self.is_rust = np.array([each.kind == "rust" for each in self.all], bool)
+
+    def near_rust(self, places_m: np.ndarray) -> np.ndarray:
+        """Return which places (k, 3) lie within half the length of a rusted place."""
+        rusted = np.zeros(len(places_m), bool)
+        for each in self.all:
+            if each.kind == "rust":
+                apart_m = np.linalg.norm(places_m - np.array(each.position_m), axis=1)
+                rusted |= apart_m <= 0.5 * each.length_m
+        return rusted
+
+
+def areas_graded(
+    ship: Ship, surface: SurfaceRecord, edges_m: np.ndarray, findings: Sequence[Finding], rules: GradeRules
+) -> list[AreaGrade]:
+    """Return a grade for each area of the ship, and for the surface that lies in none of them.
+
+    edges_m: (k, 3) places on edges and welds, STEP_M apart.
+    """
+    stand = Standing(findings)
+    names = [surface.names[part] for part in surface.parts]
+    of_patch = ship.areas_of(surface.points_m, names)
+    on = surface.patches_at(stand.points_m, stand.normals, NEAR_M)
+    of_finding = np.where(on >= 0, of_patch[on], ship.areas_of(stand.points_m, [None] * len(stand.all)))
+    beside = surface.patches_at(edges_m, None, NEAR_M)
+    edges_m, beside = edges_m[beside >= 0], beside[beside >= 0]
+    seen_edge, of_edge = surface.shown[beside], of_patch[beside]
+    rusted = seen_edge & stand.near_rust(edges_m)
+    graded = []
+    for number, name in [*enumerate(area.name for area in ship.areas), (-1, ELSEWHERE)]:
+        patches, marks, lines = of_patch == number, of_finding == number, of_edge == number
+        area_m2, seen_m2 = (float(surface.areas_m2[k].sum()) for k in (patches, patches & surface.shown))
+        if area_m2 == 0.0:
+            continue
+        each = AreaGrade(
+            name if ship.areas else "Whole space",
+            area_m2,
+            seen_m2,
+            float(stand.rust_m2[marks].sum()),
+            STEP_M * float((lines & seen_edge).sum()),
+            STEP_M * float((lines & rusted).sum()),
+            int((marks & stand.is_rust).sum()),
+            int((marks & ~stand.is_rust).sum()),
+            None,
+        )
+        enough = each.seen >= rules.least_seen
+        graded.append(AreaGrade(**{**vars(each), "grade": _grade(each, rules) if enough else None}))
+    return graded
+
+
+def _grade(area: AreaGrade, rules: GradeRules) -> str:
+    return rules.grade(area.rust_share, area.edge_share)
+
+
+def plates_seen(ship: Ship, surface: SurfaceRecord, findings: Sequence[Finding]) -> list[PlateState]:
+    """Return each plate of the ship that has a surface or a finding."""
+    stand = Standing(findings)
+    of_patch, of_finding = ship.plates_of(surface.points_m), ship.plates_of(stand.points_m)
+    states = []
+    for number, plate in enumerate(ship.plates()):
+        patches, marks = of_patch == number, of_finding == number
+        area_m2, seen_m2 = (float(surface.areas_m2[k].sum()) for k in (patches, patches & surface.shown))
+        if area_m2 > 0.0 or marks.any():
+            ids = tuple(stand.all[k].id for k in np.flatnonzero(marks))
+            states.append(PlateState(plate, area_m2, seen_m2, float(stand.rust_m2[marks].sum()), ids))
+    return states

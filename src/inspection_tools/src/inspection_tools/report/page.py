@@ -1,0 +1,67 @@
+"""The page: one HTML file that needs no other, apart from the originals of the photographs."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+from typing import Any
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from inspection_tools.errors import ReportError
+
+HERE = Path(__file__).resolve().parent
+THREE = Path("/usr/share/javascript/three")
+"""Where Debian's libjs-three is. The page works without it, with still pictures in place of the 3D view."""
+LIBRARY = ("three.min.js", "examples/js/controls/OrbitControls.js")
+
+
+def libraries() -> list[str]:
+    """Return the texts of three.js and its orbit controls; none if they are not installed."""
+    try:
+        return [(THREE / name).read_text(encoding="utf-8") for name in LIBRARY]
+    except OSError:
+        return []
+
+
+def render(content: dict[str, Any], view: dict[str, Any]) -> str:
+    """Return the page's HTML. content: what `page.html` names. view: of `view_data`."""
+    environment = Environment(
+        loader=FileSystemLoader(str(HERE)), autoescape=True, undefined=StrictUndefined, trim_blocks=True
+    )
+    environment.filters["number"] = _number
+    environment.filters["percent"] = _percent
+    scripts = [*libraries(), (HERE / "viewer.js").read_text(encoding="utf-8")]
+    return environment.get_template("page.html").render(
+        **content,
+        css=(HERE / "page.css").read_text(encoding="utf-8"),
+        view_json=json.dumps(view, separators=(",", ":")).replace("<", "\\u003c"),
+        scripts=[text.replace("</script", "<\\/script") for text in scripts],
+    )
+
+
+def write_page(path: Path, text: str) -> None:
+    """Write the page, whole or not at all.
+
+    Raises:
+        ReportError: it cannot be written.
+    """
+    partial = path.with_name(path.name + ".part")
+    try:
+        partial.write_text(text, encoding="utf-8")
+        os.replace(partial, path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise ReportError(f"{path} cannot be written: {error.strerror}.") from None
+
+
+def _number(value: float | None, digits: int) -> str:
+    if value is None or not math.isfinite(value):
+        return ""
+    return f"{value:,.{digits}f}".replace("-", "\N{MINUS SIGN}")
+
+
+def _percent(value: float | None, digits: int) -> str:
+    return "" if value is None or not math.isfinite(value) else f"{100 * value:.{digits}f} %"

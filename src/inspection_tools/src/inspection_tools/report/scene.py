@@ -1,0 +1,77 @@
+"""The surface as triangles with a state, for the 3D view and the picture that stands in for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspection_tools.survey.surface.mesh_file import Mesh
+from inspection_tools.survey.surface.of_mesh import EDGE_M
+from inspection_tools.survey.surface.samples import clipped, normals_of
+from inspection_tools.survey.surface_record import SurfaceRecord
+
+SEEN, OPEN, OUT_OF_REACH, UNKNOWN = range(4)
+"""States: photographed; could be, but is not; cannot be; nothing is known."""
+FINEST_M, MOST_TRIANGLES = 0.3, 150_000
+COARSER = 1.5
+
+
+@dataclass(frozen=True)
+class Scene:
+    """triangles_m: (n, 3, 3), seen from the side of their normals. states: (n,)."""
+
+    triangles_m: np.ndarray
+    states: np.ndarray
+
+
+def scene_of(mesh: Mesh, surface: SurfaceRecord | None) -> Scene:
+    """Return the sides of the mesh that face the air; without a record all triangles, state unknown."""
+    if surface is None:
+        low_m, high_m = mesh.bounds_m()
+        inside = clipped(mesh.triangles_m, low_m - EDGE_M, high_m + EDGE_M)
+        inside &= np.ptp(mesh.triangles_m, axis=1).max(axis=1) < 2.0 * np.ptp([low_m, high_m], axis=0).max()
+        return Scene(mesh.triangles_m[inside], np.full(int(inside.sum()), UNKNOWN))
+    low_m, high_m = surface.points_m.min(axis=0) - EDGE_M, surface.points_m.max(axis=0) + EDGE_M
+    near = mesh.triangles_m[clipped(mesh.triangles_m, low_m, high_m)]
+    longest_m = FINEST_M
+    while True:
+        fine = subdivided(near, longest_m, low_m, high_m)
+        if len(fine) <= MOST_TRIANGLES:
+            break
+        longest_m *= COARSER
+    return _with_states(fine, surface, longest_m)
+
+
+def subdivided(
+    triangles_m: np.ndarray, longest_m: float, low_m: np.ndarray, high_m: np.ndarray
+) -> np.ndarray:
+    """Return triangles that cover the same, halved at their longest side, without those outside a box."""
+    done = []
+    left = triangles_m
+    while len(left) and len(left) < 20 * MOST_TRIANGLES:
+        left = left[clipped(left, low_m, high_m)]
+        sides = np.linalg.norm(left[:, (1, 2, 0)] - left, axis=2)
+        small = sides.max(axis=1) <= longest_m
+        done.append(left[small])
+        left, sides = left[~small], sides[~small]
+        first = sides.argmax(axis=1)
+        turn = (first[:, None] + np.arange(3)) % 3
+        a, b, c = np.moveaxis(np.take_along_axis(left, turn[:, :, None], axis=1), 1, 0)
+        middle = 0.5 * (a + b)
+        left = np.concatenate((np.stack((a, middle, c), axis=1), np.stack((middle, b, c), axis=1)))
+    return np.concatenate(done) if done else np.zeros((0, 3, 3))
+
+
+def _with_states(triangles_m: np.ndarray, surface: SurfaceRecord, longest_m: float) -> Scene:
+    normals, _ = normals_of(triangles_m)
+    middles = triangles_m.mean(axis=1)
+    kept, states = [], []
+    reach_m = max(1.2 * surface.side_m, 0.6 * longest_m)
+    for sign, order in ((1.0, (0, 1, 2)), (-1.0, (0, 2, 1))):
+        patch = surface.patches_at(middles, sign * normals, reach_m)
+        there = patch >= 0
+        kept.append(triangles_m[there][:, order])
+        of = patch[there]
+        states.append(np.where(surface.shown[of], SEEN, np.where(surface.reachable[of], OPEN, OUT_OF_REACH)))
+    return Scene(np.concatenate(kept), np.concatenate(states))

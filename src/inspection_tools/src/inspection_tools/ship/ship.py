@@ -1,0 +1,149 @@
+"""Places as a surveyor names them: frame and distance, strake, port or starboard."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+PORT, STARBOARD = "P", "S"
+SIDES = (PORT, STARBOARD)
+ON_CENTRE_M = 0.05
+"""A place so near to the centre line is told as CL."""
+
+
+@dataclass(frozen=True)
+class Strake:
+    """A row of plates. breadth_m: from the centre line; height_m: above the base line; both low, high."""
+
+    name: str
+    breadth_m: tuple[float, float] = (0.0, math.inf)
+    height_m: tuple[float, float] = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True)
+class Area:
+    """An area under consideration. None: any. parts: things of the mesh."""
+
+    name: str
+    frames: tuple[int, int] | None = None
+    sides: tuple[str, ...] = SIDES
+    strakes: tuple[str, ...] | None = None
+    parts: tuple[str, ...] | None = None
+
+
+class Plate(NamedTuple):
+    """A plate of a strake, from frame to frame."""
+
+    first: int
+    last: int
+    strake: str
+    side: str
+
+    @property
+    def text(self) -> str:
+        """As a surveyor writes it."""
+        return f"Fr. {self.first} to {self.last}, strake {self.strake}, {self.side}"
+
+
+@dataclass(frozen=True)
+class Ship:
+    """The frames of a space and where they are in the map.
+
+    Attributes:
+        name, space: of the ship, and of what was surveyed.
+        ap_m: aft perpendicular, centre line, base line: the ship's origin in the map.
+        heading_deg: direction of the bow in the map, anticlockwise from x.
+        frames: numbers, ascending. frames_m: (n,) their distances forward of the AP.
+        strakes, areas: of which no two overlap. plate_frames: frames along one plate.
+    """
+
+    name: str = ""
+    space: str = ""
+    ap_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    heading_deg: float = 0.0
+    frames: tuple[int, ...] = ()
+    frames_m: tuple[float, ...] = ()
+    strakes: tuple[Strake, ...] = ()
+    areas: tuple[Area, ...] = ()
+    plate_frames: int = 1
+
+    def coordinates_m(self, points_m: np.ndarray) -> np.ndarray:
+        """Return places (n, 3) of the map as forward of AP, to port, above base."""
+        turn = math.radians(self.heading_deg)
+        shifted = np.atleast_2d(points_m) - np.array(self.ap_m)
+        ahead = np.array((math.cos(turn), math.sin(turn), 0.0))
+        port = np.array((-math.sin(turn), math.cos(turn), 0.0))
+        return np.column_stack((shifted @ ahead, shifted @ port, shifted[:, 2]))
+
+    def tell(self, point_m: Sequence[float]) -> str:
+        """Return a place of the map in the ship's frame: "Fr. 52 + 300, strake C, S"."""
+        if not self.frames:
+            return "x {:.2f}, y {:.2f}, z {:.2f} m".format(*point_m)
+        place = self.coordinates_m(np.array(point_m, float))
+        k = max(int(np.searchsorted(self.frames_m, place[0, 0] + 1e-6, side="right")) - 1, 0)
+        off_mm = 10 * round(100.0 * (place[0, 0] - self.frames_m[k]))
+        sign = "\N{MINUS SIGN}" if off_mm < 0 else "+"
+        words = [f"Fr. {self.frames[k]}" + (f" {sign} {abs(off_mm)}" if off_mm else "")]
+        number = int(self.strakes_of(place)[0])
+        words += [f"strake {self.strakes[number].name}"] if number >= 0 else []
+        beside = "CL" if abs(place[0, 1]) <= ON_CENTRE_M else PORT if place[0, 1] > 0.0 else STARBOARD
+        return ", ".join([*words, beside])
+
+    def strakes_of(self, places_m: np.ndarray) -> np.ndarray:
+        """Return (n,) the index of the strake of places (n, 3) in the ship's frame; -1: none."""
+        found = np.full(len(places_m), -1)
+        breadth, height = np.abs(places_m[:, 1]), places_m[:, 2]
+        for number, each in enumerate(self.strakes):
+            inside = (breadth >= each.breadth_m[0]) & (breadth < each.breadth_m[1])
+            inside &= (height >= each.height_m[0]) & (height < each.height_m[1])
+            found[inside & (found < 0)] = number
+        return found
+
+    def plates(self) -> list[Plate]:
+        """Return all plates: forward, then by strake, port first."""
+        firsts = self.frames[: -1 : self.plate_frames]
+        ends = [self._end_of(k) for k in range(len(firsts))]
+        return [
+            Plate(first, last, strake.name, side)
+            for first, last in zip(firsts, ends)
+            for strake in self.strakes
+            for side in SIDES
+        ]
+
+    def plates_of(self, points_m: np.ndarray) -> np.ndarray:
+        """Return (n,) the index in plates() of places (n, 3) of the map; -1: on none."""
+        places = self.coordinates_m(points_m)
+        if len(self.frames) < 2 or not self.strakes:
+            return np.full(len(places), -1)
+        of = np.searchsorted(self.frames_m, places[:, 0] + 1e-6, side="right") - 1
+        last = np.isclose(places[:, 0], self.frames_m[-1], atol=1e-3)
+        of = np.where(last, len(self.frames) - 2, of)
+        strake = self.strakes_of(places)
+        index = (of // self.plate_frames * len(self.strakes) + strake) * 2 + (places[:, 1] < 0.0)
+        return np.where((of >= 0) & (of < len(self.frames) - 1) & (strake >= 0), index, -1)
+
+    def _end_of(self, plate: int) -> int:
+        return self.frames[min((plate + 1) * self.plate_frames, len(self.frames) - 1)]
+
+    def areas_of(self, points_m: np.ndarray, parts: Sequence[str | None]) -> np.ndarray:
+        """Return (n,) the index in areas of places (n, 3) of the map and their things; -1: in none."""
+        places = self.coordinates_m(points_m)
+        strakes = np.array([each.name for each in self.strakes] + [""])[self.strakes_of(places)]
+        of_side = np.where(places[:, 1] < 0.0, STARBOARD, PORT)
+        things = np.array([each or "" for each in parts])
+        found = np.full(len(places), -1)
+        for number, area in enumerate(self.areas):
+            inside = np.isin(of_side, area.sides) & (found < 0)
+            if area.frames is not None:
+                low, high = (self.frames_m[self.frames.index(each)] for each in area.frames)
+                high += 1e-3 if area.frames[1] == self.frames[-1] else 0.0
+                inside &= (places[:, 0] >= low - 1e-6) & (places[:, 0] < high)
+            if area.strakes is not None:
+                inside &= np.isin(strakes, area.strakes)
+            if area.parts is not None:
+                inside &= np.isin(things, area.parts) | (things == "")
+            found[inside] = number
+        return found

@@ -1,0 +1,165 @@
+"""Given an inspection's folder, the page tells what is in it and what is missing."""
+
+import json
+import re
+import shutil
+import subprocess
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from drawn_inspection import folder, mesh, side_walls
+
+from inspection_tools.report.command import main
+from inspection_tools.report.page import libraries
+from inspection_tools.report.scene import SEEN, scene_of
+from inspection_tools.survey.surface.mesh_file import read_mesh
+from inspection_tools.survey.surface_record import read_surface_record, write_surface_record
+
+BROWSER = shutil.which("chromium-headless-shell") or shutil.which("chromium")
+
+
+class Words(HTMLParser):
+    """The text of a page, without its scripts and styles."""
+
+    def __init__(self):
+        super().__init__()
+        self.text, self._skip = [], False
+
+    def handle_starttag(self, tag, attrs):
+        self._skip = tag in ("script", "style")
+
+    def handle_endtag(self, tag):
+        self._skip = False
+
+    def handle_data(self, data):
+        self.text += [] if self._skip else data.split()
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    """A report with everything: a ship, a last survey and readings of thickness."""
+    path = folder(tmp_path_factory.mktemp("inspection"))
+    last = folder(tmp_path_factory.mktemp("last"))
+    (path / "readings.csv").write_text("frame,strake,side,original_mm,forward_mm,aft_mm\n5,B,P,12,10,11\n")
+    options = ["--mesh", mesh(path / "box.stl"), "--ship", path / "ship.yaml", "--last", last]
+    options += ["--thickness", path / "readings.csv"]
+    assert main([str(path), *map(str, options)]) == 0
+    return path / "report.html"
+
+
+def words(path):
+    parser = Words()
+    parser.feed(path.read_text(encoding="utf-8"))
+    return " ".join(parser.text)
+
+
+def test_the_page_tells_positions_grades_and_readings(page):
+    told = words(page)
+    for each in (
+        "Fr. 5, strake B, P", "1,000 cm², 50 cm long", "Fr. 4 to 8, strake B, P", "GOOD", "not graded",
+        "<b>long</b>", "as before", "rust on 15 % or more", "50.0 %", "1 flight as flown", "40 %", "12.5 %",
+    ):  # fmt: skip
+        assert each in told, each
+
+
+def test_the_page_needs_no_other_file_but_the_originals(page):
+    text = re.sub(r"<script>.*?</script>", "", page.read_text(encoding="utf-8"), flags=re.S)
+    named = re.findall(r'(?:src|href)="([^"#][^"]*)"', text)
+    files = [each for each in named if not each.startswith("data:")]
+    assert files
+    assert all((page.parent / each).is_file() for each in files)
+
+
+def test_a_plain_folder_of_photographs_gives_a_page_that_names_what_is_missing(tmp_path):
+    path = folder(tmp_path / "all") / "photographs"
+    assert main([str(path)]) == 0
+    told = words(path / "report.html")
+    for each in ("not searched for rust", "There is no survey plan", "no record of the flights", "no grades"):
+        assert each in told, each
+
+
+@pytest.mark.parametrize(
+    ("name", "told"), [("coverage.npz", "is no record of a surface"), ("findings.json", "are not JSON")]
+)
+def test_a_damaged_record_is_told_on_the_page(tmp_path, name, told):
+    path = folder(tmp_path / "all")
+    (path / name).write_text("cut")
+    assert main([str(path)]) == 0
+    assert told in words(path / "report.html")
+
+
+def test_no_folder_no_photographs_and_no_ship_are_one_sentence_each(tmp_path, capsys):
+    wrong = (
+        [str(tmp_path / "none")],
+        [str(tmp_path)],
+        [str(folder(tmp_path / "all")), "--ship", "none.yaml"],
+    )
+    for arguments in wrong:
+        assert main(arguments) == 1
+        assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_scene_shows_the_sides_in_the_air_with_their_area_and_state(tmp_path):
+    surface = side_walls(lambda points: points[:, 0] > 0.0)
+    scene = scene_of(read_mesh(mesh(tmp_path / "box.stl")), surface)
+    edges = scene.triangles_m[:, 1:] - scene.triangles_m[:, :1]
+    areas = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
+    assert areas.sum() == 16.0
+    assert areas[scene.states == SEEN].sum() == pytest.approx(8.0, abs=0.5)
+
+
+def test_a_surface_record_comes_back_as_it_was(tmp_path):
+    record = side_walls(lambda points: points[:, 0] > 0.0)
+    write_surface_record(tmp_path / "a.npz", record)
+    back = read_surface_record(tmp_path / "a.npz")
+    assert back.names == record.names
+    assert np.array_equal(back.shown, record.shown)
+    assert np.allclose(back.points_m, record.points_m)
+    assert np.allclose(back.normals, record.normals)
+
+
+CLICKS = """<script>
+const count = (query) => document.querySelectorAll(query).length;
+document.querySelector('#finding-2 [data-show-finding]').click();
+const byTable = [panel.dataset.finding, panel.dataset.photograph, count('#photo-frame img')];
+document.querySelectorAll('#photo-frame .mark')[0].click();
+const byMark = panel.dataset.finding;
+const view = window.inspection.view;
+let inView = null;
+if (view) {
+  const [clientX, clientY] = view.screen(window.inspection.data.findings[1].at);
+  for (const kind of ['pointerdown', 'pointerup'])
+    view.canvas.dispatchEvent(new PointerEvent(kind, {clientX, clientY, pointerId: 1}));
+  inView = panel.dataset.finding;
+}
+document.body.dataset.clicked = JSON.stringify([byTable, byMark, inView]);
+</script>"""
+
+
+@pytest.mark.skipif(
+    BROWSER is None, reason="no chromium is installed (apt-get install chromium-headless-shell)"
+)
+def test_a_browser_shows_the_photograph_of_a_finding_that_is_clicked(page, tmp_path):
+    text = page.read_text(encoding="utf-8")
+    (tmp_path / "page.html").write_text(text.replace("</body>", CLICKS + "</body>"), encoding="utf-8")
+    command = [
+        BROWSER,
+        "--headless",
+        "--no-sandbox",
+        "--use-angle=swiftshader",
+        "--enable-unsafe-swiftshader",
+    ]
+    command += ["--enable-logging=stderr", "--dump-dom", f"--user-data-dir={tmp_path / 'profile'}"]
+    done = subprocess.run(
+        [*command, f"file://{tmp_path}/page.html"], capture_output=True, text=True, timeout=60
+    )
+    console = [line for line in done.stderr.splitlines() if "CONSOLE" in line and "GL Driver" not in line]
+    assert not console
+    clicked = re.search(r'data-clicked="([^"]*)"', done.stdout)
+    assert clicked, done.stderr[-2000:]
+    by_table, by_mark, in_view = json.loads(clicked[1].replace("&quot;", '"'))
+    assert by_table == ["2", "1", 1] or by_table == ["2", "0", 1]
+    assert by_mark in ("1", "2")
+    if libraries() and "with-3d" in done.stdout:
+        assert in_view == "2"

@@ -1,0 +1,95 @@
+"""Given a ship's frames and strakes, places of the map are named as a surveyor names them."""
+
+import copy
+
+import numpy as np
+import pytest
+import yaml
+
+from inspection_tools.errors import ShipError
+from inspection_tools.ship.ship import Ship
+from inspection_tools.ship.ship_file import parse_ship, read_ship
+
+SHIP = {
+    "name": "Test",
+    "ap": [-10.0, 0.0, -1.0],
+    "frames": [{"from": 0, "to": 10, "spacing": 600}, {"from": 10, "to": 30, "spacing": 800}],
+    "plate_frames": 5,
+    "strakes": [{"name": "A", "height": [0, 2]}, {"name": "B", "height": [2, 5]}],
+    "areas": [
+        {"name": "low", "strakes": ["A"]},
+        {"name": "port", "strakes": ["B"], "sides": ["P"], "frames": [0, 10]},
+        {"name": "walls", "strakes": ["B"], "sides": ["S"], "parts": ["shell"]},
+    ],
+}
+
+
+def test_a_place_is_told_by_frame_strake_and_side():
+    ship = parse_ship(SHIP)
+    # frame 12 stands 10 * 0.6 + 2 * 0.8 = 7.6 m forward of the AP, so at x = -2.4 m of the map
+    assert ship.tell((-2.1, -4.0, 0.5)) == "Fr. 12 + 300, strake A, S"
+    assert ship.tell((-2.4, 4.0, 1.5)) == "Fr. 12, strake B, P"
+    assert ship.tell((-10.2, 0.0, 9.0)) == "Fr. 0 \N{MINUS SIGN} 200, CL"
+    assert Ship().tell((1.0, 2.0, 3.0)) == "x 1.00, y 2.00, z 3.00 m"
+
+
+def test_a_ship_that_is_turned_in_the_map_tells_the_same_places():
+    ship = parse_ship({**SHIP, "ap": [0.0, -10.0, -1.0], "heading": 90.0})
+    assert ship.tell((4.0, -2.1, 0.5)) == "Fr. 12 + 300, strake A, S"
+
+
+def test_plates_and_areas_hold_the_places_in_them():
+    ship = parse_ship(SHIP)
+    points = np.array(
+        ((-9.9, 3.0, 0.0), (-4.0, -3.0, 2.0), (12.0, 3.0, 0.0), (14.0, 3.0, 0.0), (0.0, 3.0, 6.0))
+    )
+    plates, of = ship.plates(), ship.plates_of(points)
+    names = [plates[k].text if k >= 0 else None for k in of]
+    first, second, last = "Fr. 0 to 5, strake A, P", "Fr. 10 to 15, strake B, S", "Fr. 25 to 30, strake A, P"
+    assert names == [first, second, last, None, None]
+    assert ship.areas_of(points[:2], ["shell", "deck"]).tolist() == [0, -1]
+    assert ship.areas_of(points[1:2], ["shell"]).tolist() == [2]
+    assert ship.areas_of(np.array(((-9.0, 1.0, 2.0), (0.0, 1.0, 2.0))), ["", ""]).tolist() == [1, -1]
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "told"),
+    [
+        (("frames", 1, "from"), 8, "overlap"),
+        (("frames", 1, "from"), 12, "gap"),
+        (("frames", 0, "from"), 3, "at: the distance of frame 3"),
+        (("frames", 0, "spacing"), 0, "spacing above 0"),
+        (("frames", 1, "at"), 5.0, "already stands at 6 m"),
+        (("frames",), [], "frames is empty"),
+        (("strakes", 1, "height"), [1, 5], "A and B overlap"),
+        (("strakes", 1, "name"), "A", "two strakes"),
+        (("strakes", 1, "height"), [5, 2], "the lower first"),
+        (("areas", 1, "strakes"), ["C"], "strake C, which is unknown"),
+        (("areas", 1, "frames"), [0, 99], "give two from 0 to 30"),
+        (("areas", 1, "sides"), ["X"], "P, S or both"),
+        (("areas", 2, "sides"), ["P"], '"port" and "walls" overlap'),
+        (("ap",), [1.0, 2.0], "three numbers"),
+        (("plate_frames",), 0, "plate_frames"),
+        (("colour",), "red", '"colour", which is unknown'),
+    ],
+)
+def test_a_ship_that_makes_no_sense_is_refused_in_one_sentence(path, value, told):
+    ship = copy.deepcopy(SHIP)
+    held = ship
+    for key in path[:-1]:
+        held = held[key]
+    held[path[-1]] = value
+    with pytest.raises(ShipError) as refused:
+        parse_ship(ship)
+    assert told in str(refused.value)
+    assert "\n" not in str(refused.value)
+
+
+def test_a_file_that_is_missing_or_no_yaml_is_named(tmp_path):
+    with pytest.raises(ShipError, match="cannot be read"):
+        read_ship(tmp_path / "none.yaml")
+    (tmp_path / "bad.yaml").write_text("a: [1\nb: 2")
+    with pytest.raises(ShipError, match=r"bad\.yaml is not YAML, line 2"):
+        read_ship(tmp_path / "bad.yaml")
+    (tmp_path / "good.yaml").write_text(yaml.safe_dump(SHIP))
+    assert read_ship(tmp_path / "good.yaml") == parse_ship(SHIP)
