@@ -64,7 +64,7 @@ launch() {
   for argument in "$@"; do
     case $argument in # nodes run in another folder
       world:=hold_3d | world:=ballast_tank) ;; # names of ours, not files
-      world:=?* | results:=?* | mission:=?* | limits:=?* | starting_map:=?* | slam_config:=?*)
+      world:=?* | results:=?* | mission:=?* | limits:=?* | plan:=?* | starting_map:=?* | slam_config:=?*)
         argument=${argument%%:=*}:=$(absolute "${argument#*:=}")
         ;;
     esac

@@ -32,6 +32,10 @@ def headline(result: dict) -> str:
         from master_thesis.exploring import summary
 
         return summary.headline(result)
+    if result["experiment"] == "inspection":
+        from master_thesis.inspecting import summary as inspection_summary
+
+        return inspection_summary.headline(result)
     return run_summary.headline(result)
 
 

@@ -14,6 +14,7 @@ setup(
             "inspection_tools.exploration",
             "inspection_tools.exploration.kernels",
             "inspection_tools.findings",
+            "inspection_tools.inspection",
             "inspection_tools.photographs",
             "inspection_tools.planning",
             "inspection_tools.planning.kernels",

@@ -26,7 +26,7 @@ ROOMS = (
     {"launch_arguments", "trials"},
     {"report"},
     {"experiment_1", "experiment_2", "experiments_3_4", "exploring", "measurements"},
-    {"campaign", "chapter_8"},
+    {"campaign", "chapter_8", "inspecting"},
 )
 """The floors of master_thesis's library, the lowest first."""
 ROS = re.compile(

@@ -2,11 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
+
+import numpy as np
 
 from inspection_tools.errors import PoseError
 from inspection_tools.planning import PathPlanner
 from inspection_tools_ros import planner_messages
+
+
+class Prior(Protocol):
+    """As `inspection_tools.inspection.PriorMap`."""
+
+    def tiles(self, resolution_m: float, side: int) -> np.ndarray:
+        """Return (n, 3) the tiles of which it knows something."""
+
+    def filled(self, resolution_m: float, side: int, tiles: np.ndarray, voxels: np.ndarray) -> np.ndarray:
+        """Return the voxels of tiles (n, side**3) with what it knows in place of what is unknown."""
 
 
 class MapFeed:
@@ -14,10 +26,14 @@ class MapFeed:
 
     Args:
         planner: gets the map. frame: that of the poses.
+
+    Attributes:
+        prior: what is known before the flight; it fills what the map does not know. None: nothing is.
     """
 
     def __init__(self, planner: PathPlanner, frame: str) -> None:
         self._planner, self._frame, self._seq = planner, frame, 0
+        self.prior: Prior | None = None
 
     def take(self, message: Any) -> None:
         """Take a gridslam/VoxelTiles. If slam_octomap has started anew, the map begins anew.
@@ -34,4 +50,11 @@ class MapFeed:
         if message.header.seq < self._seq:
             self._planner.clear_map()
         self._seq = message.header.seq
+        size = message.resolution, message.side
+        if self.prior is not None:
+            if not self._planner.has_map:
+                known = self.prior.tiles(*size)
+                unknown = np.zeros((len(known), message.side**3), np.uint8)
+                self._planner.update_map(*size, known, self.prior.filled(*size, known, unknown))
+            voxels = self.prior.filled(*size, tiles, voxels)
         self._planner.update_map(message.resolution, message.side, tiles, voxels)

@@ -38,3 +38,14 @@ def test_after_a_restart_nothing_of_before_counts():
     steering.on_reference(S, LEFT)
     steering.restart()
     assert steering.on_command(S, STANDS)[0].yaw_rate_rad_s == 0.0
+
+
+def test_a_front_that_is_told_counts_whatever_the_velocity_for_as_long_as_a_reference():
+    steering = YawSteering(YawRegulatorParameters(reference_max_age=0.5))
+    steering.on_front(S, (0.0, -1.0))
+    assert steering.on_command(S, (1.0, 0.0))[0].yaw_rate_rad_s == -LOOKS_LEFT
+    assert steering.on_command(S + S // 2, STANDS)[0].yaw_rate_rad_s == -LOOKS_LEFT
+    assert steering.on_command(2 * S, STANDS)[0].yaw_rate_rad_s == 0.0
+    steering.on_front(3 * S, (0.0, -1.0))
+    steering.on_front(3 * S, STANDS)
+    assert steering.on_command(3 * S, STANDS)[0].yaw_rate_rad_s == 0.0

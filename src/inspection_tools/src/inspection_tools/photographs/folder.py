@@ -39,6 +39,7 @@ class PhotographRecord:
     position_m, orientation_xyzw: of the optical frame (x right, y down, z ahead) in the map. covariance: 36
     numbers, row by row, of x, y, z and the rotation about x, y, z. exposure_s, iso, lux: of the picture, lux
     in its middle. blur_px: by motion and turning during the exposure. patches: of the surface, seen in it.
+    view: number of the photograph in the plan that it is taken for; 0: none.
     """
 
     stamp_s: float
@@ -50,6 +51,7 @@ class PhotographRecord:
     blur_px: float = 0.0
     covariance: tuple[float, ...] = (0.0,) * 36
     patches: tuple[int, ...] = ()
+    view: int = 0
 
 
 class PhotographFolder:

@@ -60,6 +60,17 @@ def judge(
     Raises:
         SurveyError: the file cannot be used, or the UAV fits nowhere in it.
     """
+    return judge_each(mesh_file, (taken,), camera, asked, home_m)[0]
+
+
+def judge_each(
+    mesh_file: Path,
+    several: Sequence[Sequence[Taken]],
+    camera: SurveyCamera,
+    asked: SurveyParameters,
+    home_m: Sequence[float] | None = None,
+) -> list[Coverage]:
+    """Return the coverage of several sets of photographs, as `judge` does of one."""
     surface = read_surface(mesh_file, asked, home_m)
     p = patches_of_mesh(
         surface.mesh, surface.room, surface.samples, surface.near, replace(asked, patch=0.5 * asked.patch)
@@ -68,7 +79,7 @@ def judge(
     candidates = Candidates(surface.patches, places_m, camera, asked, surface.ranges_m)
     whole = surface.patches.numbers(p.points_m, p.normals, p.parts)
     reachable = (whole >= 0) & candidates.reachable[np.maximum(whole, 0)]
-    return Coverage(p, shown_by(taken, surface.mesh, p, camera, asked), reachable)
+    return [Coverage(p, shown_by(taken, surface.mesh, p, camera, asked), reachable) for taken in several]
 
 
 def shown_by(

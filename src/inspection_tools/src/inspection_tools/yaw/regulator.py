@@ -87,6 +87,17 @@ class YawRegulator:
         self._sense = 0.0
         return 0.0
 
+    def turn_to(self, direction: Sequence[float]) -> float:
+        """Return the yaw rate in rad/s towards a direction (x, y), levelled body frame, at any velocity.
+
+        Raises:
+            VelocityError: a component is not finite; the state is then as before.
+        """
+        if not all(math.isfinite(value) for value in direction):
+            raise VelocityError("The direction of the front has a component that is not finite.")
+        self._moving = self._looking = False
+        return self._turn_towards(direction)
+
     def _passes(self, speed_m_s: float, was_on: bool) -> bool:
         return speed_m_s > (self.parameters.speed_off if was_on else self.parameters.speed_on)
 

@@ -28,6 +28,7 @@ class YawSteering:
     def __init__(self, parameters: YawRegulatorParameters | None = None) -> None:
         self._regulator = YawRegulator(parameters)
         self._pairing = StampPairing(("reference",), trusting=False)
+        self._front: tuple[int, Vector2] | None = None
 
     @property
     def parameters(self) -> YawRegulatorParameters:
@@ -42,6 +43,14 @@ class YawSteering:
         """Forget everything, as after a clock that jumped back."""
         self._regulator.reset()
         self._pairing.clear()
+        self._front = None
+
+    def on_front(self, stamp_ns: int, front: Vector2) -> None:
+        """Take in where the front is to point (x, y), levelled body frame; it counts as long as a reference.
+
+        Meanwhile the UAV turns there, wherever it flies. Zeros end it at once.
+        """
+        self._front = (stamp_ns, front) if any(front) else None
 
     def on_reference(self, stamp_ns: int, reference_m_s: Vector2) -> list[Turn]:
         """Take in the wanted velocity (x, y), levelled body frame."""
@@ -57,5 +66,8 @@ class YawSteering:
         for paired in ready:
             velocity_m_s, command = paired.leader.value
             wanted = paired.fresh("reference", max_age_ns, NO_VELOCITY)
+            if self._front is not None and abs(paired.leader.stamp_ns - self._front[0]) <= max_age_ns:
+                turns.append(Turn(command, self._regulator.turn_to(self._front[1])))
+                continue
             turns.append(Turn(command, self._regulator.update(velocity_m_s, wanted)))
         return turns

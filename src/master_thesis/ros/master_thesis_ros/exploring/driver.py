@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import threading
-import time
 import uuid
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any, Iterable, Sequence
+from typing import Any, Iterable
 
 import numpy as np
 import rospy
 from actionlib_msgs.msg import GoalStatus
-from mavros_msgs.msg import State
-from std_msgs.msg import Bool
-from std_srvs.srv import Trigger
 
 from gridslam import SlamError
 from inspection_tools.msg import (
@@ -28,7 +23,7 @@ from master_thesis.exploring.summary import headline
 from master_thesis.flight.monitor import Monitor
 from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
 from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
-from master_thesis_ros.experiments.flight_node import FlightNode
+from master_thesis_ros.experiments.errand_node import ErrandNode
 from master_thesis_ros.experiments.parameters import all_parameters
 from master_thesis_ros.experiments.progress import ProgressLog
 from master_thesis_ros.experiments.run import Run
@@ -38,9 +33,6 @@ from node_tools.ending import Ending
 from node_tools.node import RunNode
 
 SCAN_PERIOD_S = 1.0
-SWAP_TRIES = 20
-AGAIN_S = 0.5
-"""Wall time between two tries to swap the battery."""
 
 
 @dataclass
@@ -54,20 +46,18 @@ class Told:
     known: list[tuple[float, ...]] = field(default_factory=list)
 
 
-class ExploringNode(FlightNode):
+class ExploringNode(ErrandNode):
     """Lets the node `explore` explore to the end, with fresh batteries between.
 
-    Subscribes, besides the topics of `FlightNode`: explore_result (inspection_tools/ExploreActionResult),
+    Subscribes, besides the topics of `ErrandNode`: explore_result (inspection_tools/ExploreActionResult),
         explore_feedback (ExploreActionFeedback).
     Publishes: explore_goal (inspection_tools/ExploreActionGoal, latched).
-    Calls: gazebo/swap_battery, mavros_publisher/restart (std_srvs/Trigger).
     """
 
     def __init__(self, monitor: Monitor, request: ExploringRequest, told: Told, lockstep: bool) -> None:
         self._request, self._told = request, told
-        self._swaps_now = self._must_send = self._is_ready = False
         self._goal = rospy.Publisher("/explore/explore/goal", ExploreActionGoal, queue_size=1, latch=True)
-        super().__init__(monitor, lockstep)
+        super().__init__(monitor, request.swaps, lockstep)
         self.subscribe("/explore/explore/result", ExploreActionResult, self._on_result)
         self.subscribe("/explore/explore/feedback", ExploreActionFeedback, self._on_feedback)
 
@@ -88,57 +78,11 @@ class ExploringNode(FlightNode):
 
     def _on_result(self, message: ExploreActionResult) -> Iterable[Enum]:
         result = message.result
-        if message.status.status != GoalStatus.SUCCEEDED:
-            return self._monitor.abort(f"The exploration was refused: {message.status.text}")
-        self._told.result, self._told.ended_s = result, self._monitor.now_s
-        if result.end == "battery" and result.is_home and self._told.swaps < self._request.swaps:
-            self._told.swaps += 1
-            self._swaps_now = True
-            rospy.loginfo("The UAV lands at home for a full battery.")
-            threading.Thread(target=self._land, daemon=True).start()
-            return ()
-        if not result.is_home:
-            return self._monitor.abort(f"The UAV did not come home: {result.reason}")
-        self._monitor.on_goal_reached(True)
-        return ()
-
-    def _on_state(self, message: State) -> Iterable[Enum]:
-        if not self._swaps_now:
-            return super()._on_state(message)
-        if message.connected and not message.armed and self._armed:
-            threading.Thread(target=self._swap, daemon=True).start()
-        self._armed = message.armed if message.connected else None
-        return ()
-
-    def _decisions(self) -> Sequence[Enum]:
-        if self._swaps_now:
-            return self._monitor.decide()
-        return super()._decisions()
-
-    def _swap(self) -> None:
-        """Put in a full battery and take off again."""
-        for name in ("/gazebo/swap_battery", "/mavros_publisher/restart"):
-            for _ in range(SWAP_TRIES):
-                try:
-                    answer = rospy.ServiceProxy(name, Trigger)()
-                    if answer.success:
-                        break
-                    why = answer.message
-                except rospy.ServiceException as error:
-                    why = str(error)
-                time.sleep(AGAIN_S)
-            else:
-                rospy.logerr(f"The battery was not swapped: {name} says: {why}")
-                return
-        rospy.loginfo("The UAV has a full battery and takes off again.")
-        self._must_send = True
-
-    def _on_ready(self, message: Bool) -> None:
-        self._is_ready = message.data
-        super()._on_ready(message)
-        if self._must_send and self._is_ready and self._armed:
-            self._must_send = self._swaps_now = False
-            self.send_goal()
+        if message.status.status == GoalStatus.SUCCEEDED:
+            self._told.result, self._told.ended_s = result, self._monitor.now_s
+        ended = self._on_end(message.status, result.end, result.is_home, result.reason)
+        self._told.swaps = self.swapped
+        return ended
 
 
 def make() -> RunNode:

@@ -149,6 +149,14 @@ def _exploration(asked: Mapping[str, str]) -> None:
     slam_arguments.check_file(Path(asked["slam_config"]))
 
 
+def _inspection(asked: Mapping[str, str]) -> None:
+    from master_thesis.inspecting import request as inspection
+    from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
+
+    inspection.read(asked, cepa_keeps_m({}))
+    slam_arguments.check_file(Path(asked["slam_config"]))
+
+
 def _real_flight(asked: Mapping[str, str]) -> None:
     real_uav.check(asked)
     cepa_arguments.check_file(Path(asked["cepa_config"]))
@@ -171,6 +179,7 @@ _READERS: dict[str, Callable[[Mapping[str, str]], None]] = {
     "experiment_3.launch": _mission_flight,
     "experiment_4.launch": _mission_flight,
     "explore.launch": _exploration,
+    "inspection.launch": _inspection,
     "teleop.launch": teleop.check,
     "real.launch": _real_flight,
 }

@@ -8,6 +8,7 @@ import numpy as np
 from sensor_msgs.msg import CameraInfo, FluidPressure, Image, PointCloud2, PointField, Range
 from std_msgs.msg import Header
 
+from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.sdf.frames import optical_frame
 from simulation_tools.sensors.barometer import Barometer
 from simulation_tools.sensors.camera import Camera
@@ -161,7 +162,7 @@ def depth_cloud_message(header: Header, depths_m: np.ndarray, camera: Camera) ->
     )
 
 
-def camera_info_message(header: Header, camera: Camera) -> CameraInfo:
+def camera_info_message(header: Header, camera: Camera | CameraOptics) -> CameraInfo:
     """Return a sensor_msgs/CameraInfo of a pinhole without distortion."""
     f, (cx, cy) = camera.focal_px, camera.centre_px
     return CameraInfo(

@@ -14,6 +14,8 @@ from simulation_tools.camera.textures import clouds, grain, levels
 from simulation_tools.geometry import Pose
 
 STEP = 8
+METERED = 32
+"""Points along each side of a picture by which the exposure is metered before it is taken."""
 WHITE = 16384.0
 """Linear value of white. Two stops above it are kept until the picture is developed."""
 MIDDLE = 0.18
@@ -72,6 +74,26 @@ class Renderer:
             kernels.fill_patches(raw, places, *patches, *look)
         lux = float(lights[rows // 2, columns // 2, 2]) + ambient
         return Photograph(self._developed(raw, iso, rng), lux, iso)
+
+    def meter(self, optical_pose: Pose) -> tuple[float, float]:
+        """Return lux in the picture's middle, and the ISO speed, as `photograph` finds them, but at once."""
+        optics = self.optics
+        across, down = optics.width / METERED, optics.height / METERED
+        x, y = np.meshgrid((np.arange(METERED) + 0.5) * across, (np.arange(METERED) + 0.5) * down)
+        grid = self._look(optical_pose, np.column_stack((x.ravel(), y.ravel())))
+        middle = self._look(optical_pose, np.array([optics.centre_px]))
+        ambient = optics.ambient * float(grid.lights[:, 2].mean())
+        return float(middle.lights[0, 2]) + ambient, self._exposure(grid, ambient)[1]
+
+    def depths_m(self, optical_pose: Pose, pixels: np.ndarray) -> np.ndarray:
+        """Return (n,) how far ahead along the optical axis the surface at pixels (n, 2) is; inf: none."""
+        optics = self.optics
+        aside = (pixels - np.array(optics.centre_px)) / optics.focal_px
+        rays = np.column_stack((aside, np.ones(len(aside))))
+        lengths = np.linalg.norm(rays, axis=1)
+        origins = np.broadcast_to(np.array(optical_pose.position_m), rays.shape)
+        _, distances = self._surfaces.nearest(origins, rays @ optical_pose.rotation.T / lengths[:, None])
+        return distances / lengths
 
     def _look(self, pose: Pose, pixels: np.ndarray) -> _Points:
         """Return what lies behind pixels (n, 2), and how the lamp lights it."""

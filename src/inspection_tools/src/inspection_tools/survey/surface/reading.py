@@ -46,3 +46,8 @@ def read_surface(path: Path, asked: SurveyParameters, home_m: Sequence[float] | 
     room, samples, near = room_of_mesh(mesh, asked, home)
     patches = patches_of_mesh(mesh, room, samples, near, asked)
     return Surface(room, patches, Sight(mesh.triangles_m[near]).ranges_m, mesh, samples, near)
+
+
+def read_room(path: Path, asked: SurveyParameters, home_m: Sequence[float] | None = None) -> Room:
+    """Read only the room of a mesh or an SDF world; raises SurveyError as `read_surface`."""
+    return room_of_mesh(read_mesh(path), asked, None if home_m is None else np.asarray(home_m, float))[0]

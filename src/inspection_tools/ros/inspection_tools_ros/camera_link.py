@@ -1,0 +1,116 @@
+"""The link to the camera: opens its shutter, and gives each picture to the photograph that it belongs to."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any, Callable
+
+import numpy as np
+import roslib.message
+import rospy
+from sensor_msgs.msg import Image
+from std_msgs.msg import Float64
+
+from inspection_tools.errors import InspectionToolsError
+
+SHOOT = "simulation_tools/Shoot"
+"""By its name, as rosservice does: this package builds without the simulator."""
+ANSWER_S = 60.0
+"""Wall time in which the shutter's service must be there."""
+PICTURE_S = 120.0
+"""Wall time in which the picture of a shot must come."""
+
+
+class CameraError(InspectionToolsError):
+    """The camera did not take the photograph."""
+
+
+@dataclass(frozen=True)
+class Waiting:
+    """A shot whose picture is to come. what: the caller's."""
+
+    what: Any
+    since_s: float
+
+
+class CameraLink:
+    """One camera.
+
+    Args:
+        on_picture: called with what belongs to a shot, and its picture, uint8 (height, width, 3).
+        on_lost: called with what belongs to a shot whose picture did not come.
+    """
+
+    def __init__(self, on_picture: Callable[[Any, np.ndarray], None], on_lost: Callable[[Any], None]) -> None:
+        found = roslib.message.get_service_class(SHOOT)
+        if found is None:
+            raise CameraError(f"The service {SHOOT} is not built; build the package simulation_tools.")
+        self._on_picture, self._on_lost = on_picture, on_lost
+        self._shoot = rospy.ServiceProxy("camera/shoot", found)
+        self._tilts = rospy.Publisher("camera/tilt", Float64, queue_size=1, latch=True)
+        self._lock = threading.Lock()
+        self._waiting: dict[int, Waiting] = {}
+        self._early: dict[int, np.ndarray] = {}
+        self._subscriber = rospy.Subscriber(
+            "camera/image_raw", Image, self._on_image, queue_size=4, buff_size=1 << 27
+        )
+
+    def tilt(self, angle_rad: float) -> None:
+        """Tilt the camera; pi / 2 looks straight up."""
+        self._tilts.publish(angle_rad)
+
+    def shoot(self, what: Callable[[Any], Any]) -> Any:
+        """Open the shutter; return the camera's answer.
+
+        what: returns what belongs to the shot, by this answer.
+
+        Raises:
+            CameraError: it did not; one sentence.
+        """
+        try:
+            self._shoot.wait_for_service(ANSWER_S)
+            told = self._shoot()
+        except (rospy.ServiceException, rospy.ROSException) as error:
+            raise CameraError(f"The camera does not answer: {error}.") from None
+        if not told.success:
+            raise CameraError(f"The camera took no photograph: {told.status_message}")
+        waiting = Waiting(what(told), time.monotonic())
+        with self._lock:
+            picture = self._early.pop(told.stamp.to_nsec(), None)
+            if picture is None:
+                self._waiting[told.stamp.to_nsec()] = waiting
+        if picture is not None:
+            self._on_picture(waiting.what, picture)
+        return told
+
+    @property
+    def waits(self) -> bool:
+        """Whether a picture is still to come."""
+        return bool(self._waiting)
+
+    def give_up_late(self) -> None:
+        """Tell which pictures did not come in time."""
+        late_s = time.monotonic() - PICTURE_S
+        with self._lock:
+            late = [key for key, waiting in self._waiting.items() if waiting.since_s < late_s]
+            lost = [self._waiting.pop(key) for key in late]
+        for waiting in lost:
+            self._on_lost(waiting.what)
+
+    def _on_image(self, image: Image) -> None:
+        if image.encoding != "rgb8" or len(image.data) != image.height * image.width * 3:
+            rospy.logwarn_throttle(
+                5.0, f"A picture is cut or not rgb8: {image.width} x {image.height}, {image.encoding}."
+            )
+            return
+        picture = np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 3)
+        with self._lock:
+            waiting = self._waiting.get(image.header.stamp.to_nsec())
+            if waiting is None:
+                self._early = {image.header.stamp.to_nsec(): picture}
+        if waiting is not None:
+            self._on_picture(waiting.what, picture)
+            with self._lock:
+                self._waiting.pop(image.header.stamp.to_nsec(), None)

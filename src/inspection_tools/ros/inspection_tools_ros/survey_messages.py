@@ -1,0 +1,125 @@
+"""What a survey tells: feedback, result, markers for RViz; and what it takes from messages."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import Point
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState, Image
+from std_msgs.msg import ColorRGBA, Header
+from visualization_msgs.msg import Marker, MarkerArray
+
+from inspection_tools.geometry import Quaternion, Vector3, multiply, yaw_of
+from inspection_tools.inspection import Inspection, Task
+from inspection_tools.inspection.inspection import Motion
+from inspection_tools.inspection.taken import StampedPose
+from inspection_tools.msg import SurveyFeedback, SurveyResult
+from inspection_tools_ros import conversions
+
+OPEN, DONE = ColorRGBA(0.1, 0.4, 1.0, 0.9), ColorRGBA(0.1, 0.7, 0.2, 0.9)
+LEFT, NEXT = ColorRGBA(0.9, 0.1, 0.1, 0.9), ColorRGBA(1.0, 0.6, 0.0, 1.0)
+ARROW_M = 0.6
+SMALL_PX = 648
+
+
+def motion_of(odometry: Odometry, place_m: Vector3, yaw_rad: float) -> Motion:
+    """Return the motion of an odometry whose place and yaw in the map are these."""
+    linear = odometry.twist.twist.linear
+    speed = math.sqrt(linear.x**2 + linear.y**2 + linear.z**2)
+    turn = odometry.twist.twist.angular.z
+    return Motion(odometry.header.stamp.to_sec(), np.array(place_m), yaw_rad, speed, turn)
+
+
+def stamped_pose(odometry: Odometry, place_m: Vector3, yaw_rad: float) -> StampedPose:
+    """Return the pose in the map: the odometry's, turned to this yaw."""
+    _, orientation = conversions.pose_of(odometry.pose.pose)
+    half = 0.5 * (yaw_rad - yaw_of(orientation))
+    turned = multiply((0.0, 0.0, math.sin(half), math.cos(half)), orientation)
+    return StampedPose(
+        odometry.header.stamp.to_sec(), place_m, turned, tuple(map(float, odometry.pose.covariance))
+    )
+
+
+def camera_in_body(told: Any) -> tuple[Vector3, Quaternion]:
+    """Return where the camera was in the UAV's frame, by its answer."""
+    return conversions.pose_of(told.pose)
+
+
+def small(picture: np.ndarray, stamp: Any) -> Image:
+    """Return a picture (height, width, 3), uint8, as a small sensor_msgs/Image."""
+    step = max(1, picture.shape[1] // SMALL_PX)
+    shown = np.ascontiguousarray(picture[::step, ::step])
+    height, width = shown.shape[:2]
+    header = Header(stamp=stamp, frame_id="inspection_camera_optical")
+    return Image(header, height, width, "rgb8", 0, 3 * width, shown.tobytes())
+
+
+def feedback_of(inspection: Inspection, battery: BatteryState | None, has_map: bool) -> SurveyFeedback:
+    """Return the feedback."""
+    phase = "photographing"
+    if not has_map:
+        phase = "waiting for the map"
+    elif inspection.end is not None:
+        phase = "coming home"
+    elif inspection.is_paused:
+        phase = "paused"
+    way, task, todo = inspection.way_home, inspection.task, inspection.todo
+    return SurveyFeedback(
+        phase=phase,
+        taken=sum(number > 0 for number in todo.done),
+        of=len(todo.tasks),
+        next=0 if task is None else task.number,
+        home_way=math.nan if way is None else way.length_m,
+        home_time=math.nan if way is None else way.time_s,
+        charge=math.nan if battery is None else battery.percentage,
+    )
+
+
+def result_of(inspection: Inspection, shots: int) -> SurveyResult:
+    """Return the result."""
+    todo = inspection.todo
+    return SurveyResult(
+        end="" if inspection.end is None else inspection.end.value,
+        reason=inspection.reason,
+        is_home=inspection.is_home,
+        taken=sum(number > 0 for number in todo.done),
+        open=sum(task.number > 0 for task in todo.open),
+        left_out=list(todo.left_out),
+        left_out_reasons=list(todo.left_out.values()),
+        shots=shots,
+    )
+
+
+def markers_of(inspection: Inspection, here_m: np.ndarray, header: Header) -> MarkerArray:
+    """Return the views: done (green), open (blue), left out (red), next (orange); and the way (blue)."""
+    todo, task = inspection.todo, inspection.task
+    views = _marker(header, "views", Marker.LINE_LIST, OPEN, 0.05)
+    for each in todo.tasks:
+        colour = DONE if each.number in todo.done else LEFT if each.number in todo.left_out else OPEN
+        if task is not None and task.number == each.number:
+            colour = NEXT
+        views.points += _ends(each)
+        views.colors += [colour, colour]
+    way = _marker(header, "way", Marker.LINE_STRIP, NEXT, 0.06)
+    way.points = [Point(*place_m) for place_m in (here_m, *inspection.rest_m)]
+    words = _marker(header, "words", Marker.TEXT_VIEW_FACING, ColorRGBA(0.0, 0.0, 0.0, 1.0), 0.35)
+    words.pose.position = Point(here_m[0], here_m[1], here_m[2] + 0.8)
+    words.text = f"{sum(number > 0 for number in todo.done)} of {len(todo.tasks)} photographs"
+    return MarkerArray([views, way, words])
+
+
+def _ends(task: Task) -> list[Point]:
+    view = task.view
+    level = math.cos(view.tilt_rad)
+    ahead = (level * math.cos(view.yaw_rad), level * math.sin(view.yaw_rad), math.sin(view.tilt_rad))
+    return [Point(*view.place_m), Point(*(at + ARROW_M * step for at, step in zip(view.place_m, ahead)))]
+
+
+def _marker(header: Header, name: str, kind: int, colour: ColorRGBA, size_m: float) -> Marker:
+    marker = Marker(header=header, ns=name, type=kind, action=Marker.ADD, color=colour)
+    marker.pose.orientation.w = 1.0
+    marker.scale.x = marker.scale.y = marker.scale.z = size_m
+    return marker

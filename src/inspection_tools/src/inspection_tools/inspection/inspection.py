@@ -1,0 +1,340 @@
+"""Leads a UAV from photograph to photograph, and home.
+
+Whoever flies the UAV gives its poses and the map, gets setpoints, and opens the shutter when it is due.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from inspection_tools.energy import EnergyWatch, Verdict, WayHome
+from inspection_tools.errors import NoPathError
+from inspection_tools.exploration.way import Way
+from inspection_tools.inspection.homing import Homing
+from inspection_tools.inspection.parameters import InspectionParameters
+from inspection_tools.inspection.places import body_place_m, place_nearby
+from inspection_tools.inspection.todo import Shot, Task, Todo
+from inspection_tools.planning import PathPlanner
+
+SLOW = 3.0
+"""A leg may take so many times as long as at full speed, and `LEG_S` more."""
+LEG_S = 15.0
+BEEN_M = 0.05
+
+
+class End(Enum):
+    """Why an inspection has ended."""
+
+    DONE = "done"
+    TIME = "time"
+    BATTERY = "battery"
+    CAMERA = "camera"
+    STORAGE = "storage"
+    ABORTED = "aborted"
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The UAV at an instant, in the map's frame. speed: m/s. turn_rate: rad/s."""
+
+    stamp_s: float
+    place_m: np.ndarray
+    yaw_rad: float
+    speed: float = 0.0
+    turn_rate: float = 0.0
+
+
+@dataclass
+class _Leg:
+    """The flight to a photograph. place_m: of the UAV there. since_s: it is there and still."""
+
+    task: Task
+    place_m: np.ndarray
+    until_s: float
+    tilted_s: float
+    arrived_s: float | None = None
+    since_s: float | None = None
+    is_shot: bool = False
+
+
+class Inspection:
+    """Leads from photograph to photograph in the order of a list.
+
+    Call `follow` with every pose, fly to `setpoint_m`, turn to `front_rad`, tilt to `tilt_rad`. When `follow`
+    says so, call `look`, from any one thread. When `shutter` gives a task, take its photograph, and call
+    `judge` with what the camera told.
+
+    Args:
+        planner: knows the map, and the drawing if there is one. todo: the photographs.
+        parameters: see there. energy: watches the battery; None: the battery does not count.
+
+    Attributes:
+        todo: what is done and open. end, reason: why it has ended; None: it flies. is_home: it has ended, and
+        the UAV is where it may land. must_land: the energy does not take the UAV home.
+    """
+
+    def __init__(
+        self,
+        planner: PathPlanner,
+        todo: Todo,
+        parameters: InspectionParameters | None = None,
+        energy: EnergyWatch | None = None,
+    ) -> None:
+        self._planner, self.todo = planner, todo
+        self._p = parameters or InspectionParameters()
+        self._homing = Homing(planner, energy, self._p)
+        self._lock = threading.RLock()
+        self._way, self._leg = Way(), None
+        self._been_m: list[np.ndarray] = []
+        self._began_s, self._look_s = math.nan, -math.inf
+        self._is_paused = False
+        self.end: End | None = None
+        self.reason = ""
+        self.is_home = self.must_land = False
+        self.front_rad: float | None = None
+        self.tilt_rad = 0.0
+
+    _leg: _Leg | None
+
+    def begin(self, stamp_s: float, here_m: np.ndarray, home_m: np.ndarray | None = None) -> None:
+        """Begin at a hover (x, y, z), or go on after a landing. home_m: if it is not the first place."""
+        with self._lock:
+            self._began_s, self._look_s = stamp_s, -math.inf
+            self.end, self.reason = None, ""
+            self.is_home = self.must_land = self._is_paused = False
+            self._way, self._leg = Way([here_m]), None
+            self._homing.begin(here_m if home_m is None else home_m)
+
+    def pause(self, here_m: np.ndarray) -> None:
+        """Hover at a place until `resume`, `abort`, or until the energy says to come home."""
+        with self._lock:
+            self._is_paused, self._way, self._leg = True, Way([here_m]), None
+
+    def resume(self) -> None:
+        """Go on after a pause."""
+        with self._lock:
+            self._is_paused, self._look_s = False, -math.inf
+
+    def abort(self, reason: str, end: End = End.ABORTED) -> None:
+        """Come home, unless it does already."""
+        with self._lock:
+            if self.end is None:
+                self.end, self.reason = end, reason
+                self._is_paused, self._way, self._leg = False, Way(), None
+                self._look_s = -math.inf
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether it hovers by `pause`."""
+        return self._is_paused
+
+    @property
+    def home_m(self) -> np.ndarray | None:
+        """Where it comes home to."""
+        return self._homing.home_m
+
+    @property
+    def way_home(self) -> WayHome | None:
+        """Length and time of the way home, as it was planned last."""
+        return self._homing.way
+
+    @property
+    def setpoint_m(self) -> np.ndarray | None:
+        """Where to fly now, (x, y, z) in the map's frame; None: stay."""
+        return self._way.setpoint_m
+
+    @property
+    def rest_m(self) -> list[np.ndarray]:
+        """The places of the way that are still to come."""
+        return self._way.rest_m
+
+    @property
+    def task(self) -> Task | None:
+        """The photograph that it flies to."""
+        leg = self._leg
+        return None if leg is None else leg.task
+
+    def follow(self, motion: Motion) -> bool:
+        """Take a pose. Return whether it is time to `look`."""
+        if self._homing.home_m is None:
+            return False
+        here_m = motion.place_m
+        with self._lock:
+            if not self._been_m or math.dist(here_m, self._been_m[-1]) > BEEN_M:
+                self._been_m.append(here_m)
+            self._homing.note(here_m)
+            self._way.follow(here_m, self._p.arrived)
+            if self._leg is not None:
+                self._settle(self._leg, motion)
+            is_idle = self._leg is None and not self._is_paused and self.end is None
+            is_due = motion.stamp_s >= self._look_s + self._p.look_period
+        return not self.is_home and (is_idle or is_due)
+
+    def _settle(self, leg: _Leg, motion: Motion) -> None:
+        """Note whether the UAV is at the photograph's place and at rest. Call it under the lock."""
+        p, off_m = self._p, math.dist(motion.place_m, leg.place_m)
+        turn = abs(math.remainder(motion.yaw_rad - leg.task.view.yaw_rad, 2.0 * math.pi))
+        if off_m <= p.far and leg.arrived_s is None:
+            leg.arrived_s = motion.stamp_s
+        is_still = (
+            off_m <= p.near
+            and turn <= math.radians(p.turned)
+            and motion.speed <= p.still
+            and abs(motion.turn_rate) <= p.still_turn
+        )
+        leg.since_s = (motion.stamp_s if leg.since_s is None else leg.since_s) if is_still else None
+        if leg.is_shot:
+            return
+        if leg.arrived_s is None and motion.stamp_s > leg.until_s:
+            self._fail(leg.task, f"the UAV did not get there: it was kept {off_m:.1f} m away")
+        elif leg.arrived_s is not None and motion.stamp_s > leg.arrived_s + 2.0 * p.patience + LEG_S:
+            self._fail(leg.task, f"the UAV did not stay there: it was {off_m:.1f} m away")
+
+    def shutter(self, motion: Motion) -> Task | None:
+        """Return the photograph whose shutter opens now, once."""
+        p = self._p
+        with self._lock:
+            leg = self._leg
+            if leg is None or leg.is_shot or leg.arrived_s is None or motion.stamp_s < leg.tilted_s:
+                return None
+            is_settled = leg.since_s is not None and motion.stamp_s >= leg.since_s + p.settle
+            off_m = math.dist(motion.place_m, leg.place_m)
+            is_late = motion.stamp_s > leg.arrived_s + p.patience and off_m <= p.far
+            if not (is_settled or is_late):
+                return None
+            leg.is_shot = True
+            return leg.task
+
+    def judge(self, task: Task, shot: Shot) -> str:
+        """Take what the camera told. Return why the photograph is not kept; empty: it is good."""
+        fault = shot.fault(self._p)
+        with self._lock:
+            if self._leg is not None and self._leg.task is task:
+                self._leg = None
+            if fault:
+                self.todo.note_failure(task, fault, at_once=True)
+            else:
+                self.todo.note_done(task)
+        return fault
+
+    def lost(self, task: Task, why: str) -> None:
+        """A photograph was not taken, or its picture did not come: it is taken again, later."""
+        with self._lock:
+            self._fail(task, why)
+            if self.end is End.DONE and not self.is_home:
+                self.end, self._look_s = None, -math.inf
+
+    def look_closer(self, point_m: np.ndarray, here_m: np.ndarray, distance_m: float) -> Task | None:
+        """Photograph a point from nearer now, and then go on. None: no place near it can be flown to."""
+        from inspection_tools.inspection.places import view_of_point
+
+        view = view_of_point(self._planner, point_m, here_m, distance_m, self._offset)
+        if view is None:
+            return None
+        with self._lock:
+            self._leg, self._look_s = None, -math.inf
+            return self.todo.look_closer(view)
+
+    def _fail(self, task: Task, why: str) -> None:
+        if self._leg is not None and self._leg.task.number == task.number:
+            self._leg = None
+        self.todo.note_failure(task, why)
+
+    @property
+    def _offset(self) -> np.ndarray:
+        return np.array((self._p.camera_x, self._p.camera_y, self._p.camera_z))
+
+    def look(self, stamp_s: float, here_m: np.ndarray) -> None:
+        """Check the way at a place (x, y, z), and decide anew if it is time to."""
+        self._look_s = stamp_s
+        if not self._planner.has_map:
+            return
+        with self._lock:
+            been_m, self._been_m = self._been_m, []
+        for place_m in (*been_m, here_m):
+            self._planner.take_as_free(place_m, self._planner.parameters.radius)
+        decision = self._homing.decide(stamp_s, here_m)
+        if decision is not None and decision.verdict is not Verdict.GO_ON:
+            self.must_land = self.must_land or decision.verdict is Verdict.LAND
+            self.abort(decision.reason, End.BATTERY)
+        if self.end is None and stamp_s - self._began_s > self._p.time_max:
+            self.abort(f"The time of {self._p.time_max:g} s is over.", End.TIME)
+        if self._is_paused:
+            return
+        if self.end is None:
+            self._go_on(stamp_s, here_m)
+        if self.end is not None:
+            self._go_home(stamp_s, here_m)
+
+    def _go_on(self, stamp_s: float, here_m: np.ndarray) -> None:
+        """Keep to the way if it is clear; else find another one, or the next photograph."""
+        with self._lock:
+            leg = self._leg
+            if leg is not None and (leg.is_shot or leg.arrived_s is not None):
+                return
+            rest_m = self._way.rest_m
+        if leg is not None and rest_m and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s):
+            return
+        while (task := self.todo.next) is not None:
+            why = self._set_out(task, stamp_s, here_m)
+            if not why:
+                return
+            with self._lock:
+                self._fail(task, why)
+        left = len(self.todo.left_out)
+        self.abort(
+            "Every photograph of the plan is taken."
+            if not left
+            else f"{left} of {len(self.todo.tasks)} photographs cannot be taken; all others are.",
+            End.DONE,
+        )
+
+    def _set_out(self, task: Task, stamp_s: float, here_m: np.ndarray) -> str:
+        """Set out for a photograph. Return why there is no way; empty: it flies."""
+        place_m = body_place_m(task.view, self._offset)
+        try:
+            way_m = self._planner.plan(here_m, place_m, stamp_s).points_m
+        except NoPathError as error:
+            near_m = place_nearby(self._planner.space(stamp_s, here_m), place_m, self._p.nearby)
+            if near_m is None:
+                return str(error)
+            try:
+                way_m = self._planner.plan(here_m, near_m, stamp_s).points_m
+            except NoPathError:
+                return str(error)
+            place_m = near_m
+        length_m = float(np.linalg.norm(np.diff(way_m, axis=0), axis=1).sum())
+        tilt_s = abs(math.degrees(task.view.tilt_rad - self.tilt_rad)) / self._p.tilt_rate
+        leg = _Leg(
+            task,
+            place_m,
+            stamp_s + SLOW * length_m / self._p.speed + LEG_S,
+            stamp_s + tilt_s + self._p.settle,
+        )
+        with self._lock:
+            if self._is_paused or self.end is not None:
+                return ""
+            self._leg, self._way = leg, Way(list(way_m[1:]))
+            self.front_rad, self.tilt_rad = task.view.yaw_rad, task.view.tilt_rad
+        return ""
+
+    def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
+        assert self.home_m is not None
+        with self._lock:
+            self.front_rad, self.tilt_rad, rest_m = None, 0.0, self._way.rest_m
+        if math.dist(here_m, self.home_m) < 2.0 * self._p.arrived:
+            self.is_home = True
+            return
+        if rest_m and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s):
+            return
+        try:
+            way_m = list(self._planner.plan(here_m, self.home_m, stamp_s).points_m[1:])
+        except NoPathError:
+            way_m = [*self._homing.back_m, self.home_m]
+        with self._lock:
+            self._way = Way(way_m)

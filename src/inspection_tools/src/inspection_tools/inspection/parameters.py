@@ -1,0 +1,90 @@
+"""How an inspection is flown, and when a photograph is good."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from inspection_tools.checks import check_number, check_whole
+
+
+@dataclass(frozen=True)
+class InspectionParameters:
+    """Times, tolerances and what a photograph must be.
+
+    Attributes:
+        time_max: After so long the UAV comes home, s.
+        speed: At which the UAV flies, m/s; for the time that a leg may take.
+        arrived: A corner of the way is passed within this distance, m.
+        near: At a photograph the UAV is at most so far from its place, m.
+        turned: Its front is at most so far from the photograph's, deg.
+        still: It moves slower than this, m/s.
+        still_turn: And turns slower than this, rad/s.
+        settle: All this holds for so long before the shutter opens, s.
+        patience: After so long near the place the shutter opens all the same, if the UAV is within `far`, s.
+        far: See `patience`, m.
+        tilt_rate: Of the gimbal, deg/s. The shutter waits for its turn.
+        blur_max: A photograph with more blur is shot again, px.
+        lux_min: And one with less light in its middle.
+        iso_max: And one with a higher ISO speed: it is dark.
+        tries: A photograph that failed so often is left out.
+        nearby: If there is no way to its place, it is taken from a place within this distance, m.
+        closer: Resolution of a closer look, mm per pixel.
+        look_period: Between two checks of the way, s.
+        home_period: Between two plans of the way home, s.
+        home_speed: Of the way home, m/s.
+        track_spacing: Between the places of the way it came, m.
+        camera_x, camera_y, camera_z: Of the camera in the UAV's frame, m.
+
+    Raises:
+        ParameterError: a value out of range.
+    """
+
+    time_max: float = 3600.0
+    speed: float = 1.5
+    arrived: float = 0.4
+    near: float = 0.15
+    turned: float = 1.5
+    still: float = 0.12
+    still_turn: float = 0.06
+    settle: float = 0.4
+    patience: float = 8.0
+    far: float = 0.4
+    tilt_rate: float = 60.0
+    blur_max: float = 1.5
+    lux_min: float = 5.0
+    iso_max: float = 25600.0
+    tries: int = 3
+    nearby: float = 0.5
+    closer: float = 0.3
+    look_period: float = 0.5
+    home_period: float = 2.0
+    home_speed: float = 0.8
+    track_spacing: float = 0.5
+    camera_x: float = 0.1
+    camera_y: float = 0.0
+    camera_z: float = -0.05
+
+    def __post_init__(self) -> None:
+        check_number("time_max", self.time_max, 1.0, 86_400.0)
+        check_number("speed", self.speed, 0.05, 20.0)
+        check_number("arrived", self.arrived, 0.05, 5.0)
+        check_number("near", self.near, 0.02, 2.0)
+        check_number("turned", self.turned, 0.1, 45.0)
+        check_number("still", self.still, 0.01, 5.0)
+        check_number("still_turn", self.still_turn, 0.001, 5.0)
+        check_number("settle", self.settle, 0.0, 60.0)
+        check_number("patience", self.patience, 0.5, 600.0)
+        check_number("far", self.far, self.near, 5.0)
+        check_number("tilt_rate", self.tilt_rate, 1.0, 3600.0)
+        check_number("blur_max", self.blur_max, 0.05, 1000.0)
+        check_number("lux_min", self.lux_min, 0.0, 1e5)
+        check_number("iso_max", self.iso_max, 50.0, 1e6)
+        check_whole("tries", self.tries, 1, 20)
+        check_number("nearby", self.nearby, 0.0, 5.0)
+        check_number("closer", self.closer, 0.01, 100.0)
+        check_number("look_period", self.look_period, 0.05, 10.0)
+        check_number("home_period", self.home_period, 0.05, 60.0)
+        check_number("home_speed", self.home_speed, 0.05, 20.0)
+        check_number("track_spacing", self.track_spacing, 0.05, 10.0)
+        for axis in ("camera_x", "camera_y", "camera_z"):
+            check_number(axis, getattr(self, axis), -5.0, 5.0)

@@ -1,0 +1,96 @@
+"""Which photographs are still to be taken, which are done, and which are left out and why."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import Collection, Sequence
+
+from inspection_tools.inspection.parameters import InspectionParameters
+from inspection_tools.survey.views.candidates import View
+
+
+@dataclass(frozen=True)
+class Task:
+    """A photograph to take. number: in the plan, from 1; below 0: a closer look. view: of the camera."""
+
+    number: int
+    view: View
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What the camera told of a photograph. blur_px: the longest in it. lux: in its middle."""
+
+    blur_px: float
+    lux: float
+    iso: float
+
+    def fault(self, parameters: InspectionParameters) -> str:
+        """Return why the photograph must be taken again; empty: it is good."""
+        p = parameters
+        if not self.blur_px <= p.blur_max:
+            return f"it was blurred by {self.blur_px:.1f} px; {p.blur_max:g} px are allowed"
+        if not (self.lux >= p.lux_min and self.iso <= p.iso_max):
+            return f"it was dark: {self.lux:.1f} lux, ISO {self.iso:.0f}"
+        return ""
+
+
+class Todo:
+    """The photographs of a plan in its order.
+
+    Args:
+        views: of the plan. done: numbers of those that are stored already. tries: see the parameters.
+
+    Attributes:
+        done: numbers that are taken. left_out: by number, why it cannot be taken.
+    """
+
+    def __init__(self, views: Sequence[View], done: Collection[int] = (), tries: int = 3) -> None:
+        self.tasks = tuple(Task(number, view) for number, view in enumerate(views, start=1))
+        self._open = deque(task for task in self.tasks if task.number not in done)
+        self._tries, self._failures = tries, dict[int, int]()
+        self.done = {task.number for task in self.tasks if task.number in done}
+        self.left_out: dict[int, str] = {}
+        self._closer = 0
+
+    @property
+    def next(self) -> Task | None:
+        """The photograph to take now; None: nothing is open."""
+        return self._open[0] if self._open else None
+
+    @property
+    def open(self) -> tuple[Task, ...]:
+        """What is still to be taken, in its order."""
+        return tuple(self._open)
+
+    def note_done(self, task: Task) -> None:
+        """It was shot well, so the next one is due."""
+        self._remove(task)
+        self.done.add(task.number)
+        self.left_out.pop(task.number, None)
+
+    def note_failure(self, task: Task, why: str, at_once: bool = False) -> None:
+        """It failed. It comes again at the end, or at once; after some failures it is left out.
+
+        A task that counts as done is open again: its picture was lost.
+        """
+        self.done.discard(task.number)
+        self._remove(task)
+        failures = self._failures[task.number] = self._failures.get(task.number, 0) + 1
+        if failures >= self._tries:
+            self.left_out[task.number] = why
+        elif at_once:
+            self._open.appendleft(task)
+        else:
+            self._open.append(task)
+
+    def look_closer(self, view: View) -> Task:
+        """Put a photograph before all others, and return it."""
+        self._closer -= 1
+        task = Task(self._closer, view)
+        self._open.appendleft(task)
+        return task
+
+    def _remove(self, task: Task) -> None:
+        self._open = deque(each for each in self._open if each.number != task.number)

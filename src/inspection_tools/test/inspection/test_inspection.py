@@ -1,0 +1,235 @@
+"""An inspection leads a UAV without dynamics through a room, with a camera that can fail."""
+
+import math
+
+import numpy as np
+import pytest
+from drawn_voxels import tiles_of
+from voxel_room import PLANNER, SIDE_M
+
+from inspection_tools.energy import EnergyParameters, EnergyWatch
+from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Todo
+from inspection_tools.inspection.inspection import Motion
+from inspection_tools.inspection.places import body_place_m
+from inspection_tools.inspection.taken import StampedPose, done_in, record_of
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner
+from inspection_tools.survey.camera import SurveyCamera, optical_axes
+from inspection_tools.survey.surface.room import room_of
+from inspection_tools.survey.views.candidates import View
+
+HOME_M = np.array((1.0, 1.0, 1.0))
+VIEWS = (
+    View((3.0, 1.0, 1.0), 0.0, 0.0),
+    View((5.0, 1.0, 2.0), math.pi / 2, 0.5),
+    View((5.0, 3.0, 1.0), math.pi, -0.5),
+)
+GOOD, BLURRED = Shot(0.2, 100.0, 800.0), Shot(9.0, 100.0, 800.0)
+SPEED, STEP_S, TURN_RAD_S = 1.0, 0.1, 1.0
+QUICK = InspectionParameters(patience=2.0, tries=2)
+
+
+def planner(walls=()):
+    """A planner that knows a room of 6.4 x 4 x 3 m; walls: boxes (low, high) in m that are filled."""
+    kinds = np.full((16, 20, 32), FREE, np.uint8)
+    kinds[0] = kinds[-1] = kinds[:, 0] = kinds[:, -1] = kinds[:, :, 0] = kinds[:, :, -1] = OCCUPIED
+    for low, high in walls:
+        a, b = (np.round(np.array(corner[::-1]) / SIDE_M).astype(int) for corner in (low, high))
+        kinds[a[0] : b[0], a[1] : b[1], a[2] : b[2]] = OCCUPIED
+    known = PathPlanner(PLANNER)
+    known.update_map(SIDE_M, 4, *tiles_of(kinds))
+    return known
+
+
+class Uav:
+    """It flies to the setpoint at a constant speed and turns at a constant rate. shots: by the number."""
+
+    def __init__(self, inspection, place_m=HOME_M, yaw_rad=0.0, drain=0.0):
+        self.inspection, self.place_m, self.yaw_rad = inspection, np.array(place_m), yaw_rad
+        self.stamp_s, self.charge, self.drain = 0.0, 1.0, drain
+        self.asked, self.faults = [], {}
+
+    def step(self):
+        lead = self.inspection
+        self.stamp_s += STEP_S
+        self.charge -= self.drain * STEP_S
+        way = np.zeros(3) if lead.setpoint_m is None else lead.setpoint_m - self.place_m
+        far_m = float(np.linalg.norm(way))
+        self.place_m = self.place_m + way * min(1.0, SPEED * STEP_S / max(far_m, 1e-9))
+        turn = 0.0 if lead.front_rad is None else math.remainder(lead.front_rad - self.yaw_rad, math.tau)
+        rate = float(np.clip(turn / STEP_S, -TURN_RAD_S, TURN_RAD_S))
+        self.yaw_rad += rate * STEP_S
+        motion = Motion(self.stamp_s, self.place_m, self.yaw_rad, min(SPEED, far_m / STEP_S), rate)
+        if lead.follow(motion):
+            lead.look(self.stamp_s, self.place_m)
+        task = lead.shutter(motion)
+        if task is not None:
+            self.asked.append(task)
+            self.shot_m = self.place_m
+            lead.judge(task, self.faults.get(task.number, GOOD))
+
+    def fly(self, longest_s=120.0):
+        while not (self.inspection.is_home or self.inspection.must_land) and self.stamp_s < longest_s:
+            self.step()
+        return self
+
+
+def inspection(views=VIEWS, walls=(), parameters=QUICK, energy=None, done=()):
+    lead = Inspection(planner(walls), Todo(views, done, parameters.tries), parameters, energy)
+    lead.begin(0.0, HOME_M)
+    return lead
+
+
+def test_it_takes_all_photographs_in_their_order_and_comes_home():
+    lead = inspection()
+    uav = Uav(lead).fly()
+    assert [task.number for task in uav.asked] == [1, 2, 3]
+    assert (lead.end, lead.is_home, lead.todo.done) == (End.DONE, True, {1, 2, 3})
+    assert np.linalg.norm(uav.place_m - HOME_M) < 2 * QUICK.arrived
+
+
+def test_the_shutter_opens_where_the_camera_is_at_its_place_and_at_rest():
+    lead = inspection(VIEWS[1:2])
+    uav = Uav(lead)
+    while not uav.asked:
+        uav.step()
+    offset = np.array((QUICK.camera_x, QUICK.camera_y, QUICK.camera_z))
+    assert np.linalg.norm(uav.place_m - body_place_m(VIEWS[1], offset)) <= QUICK.near
+    assert abs(math.remainder(uav.yaw_rad - VIEWS[1].yaw_rad, math.tau)) <= math.radians(QUICK.turned)
+    assert lead.tilt_rad == VIEWS[1].tilt_rad
+    # When the UAV is there, the camera is: its offset turned by a quarter points along y
+    np.testing.assert_allclose(body_place_m(VIEWS[1], np.array((0.1, 0.0, -0.05))), (5.0, 0.9, 2.05))
+
+
+@pytest.mark.parametrize(
+    ("shot", "word"),
+    [
+        (BLURRED, "blurred"),
+        (Shot(0.1, 1.0, 800.0), "dark"),
+        (Shot(0.1, 9.0, 5e4), "dark"),
+        (Shot(math.nan, 9.0, 100.0), "blurred"),
+    ],
+)
+def test_a_bad_photograph_is_shot_again_and_then_left_out(shot, word):
+    lead = inspection()
+    uav = Uav(lead)
+    uav.faults[2] = shot
+    uav.fly()
+    assert [task.number for task in uav.asked] == [1, 2, 2, 3]
+    assert lead.todo.done == {1, 3}
+    assert word in lead.todo.left_out[2]
+    assert lead.is_home
+
+
+def test_what_cannot_be_reached_is_left_out_with_the_reason():
+    # Given a wall with something behind it, which the plan did not know
+    lead = inspection(walls=[((4.0, 0.0, 0.0), (4.4, 4.0, 3.2))])
+    uav = Uav(lead).fly()
+    assert lead.todo.done == {1}
+    assert set(lead.todo.left_out) == {2, 3}
+    assert all(why.endswith(".") for why in lead.todo.left_out.values())
+    assert uav.inspection.is_home
+
+
+def test_beside_something_new_the_photograph_is_taken_from_nearby():
+    lead = inspection(VIEWS[:1], walls=[((2.8, 0.8, 0.2), (3.2, 1.2, 1.0))])
+    uav = Uav(lead).fly()
+    assert lead.todo.done == {1}
+    off_m = np.linalg.norm(uav.shot_m - body_place_m(VIEWS[0], np.array((0.1, 0.0, -0.05))))
+    assert QUICK.near < off_m < QUICK.nearby + QUICK.near
+
+
+def test_a_battery_that_runs_low_ends_the_flight_and_the_next_one_takes_the_rest():
+    watch = EnergyWatch(EnergyParameters(endurance=60.0, landing_time=1.0, reserve=0.5))
+    lead = inspection(energy=watch)
+    uav = Uav(lead, drain=1.0 / 20.0)
+    while not lead.is_home and uav.stamp_s < 60.0:
+        watch.offer(uav.stamp_s, uav.charge)
+        uav.step()
+    assert lead.end is End.BATTERY
+    first = [task.number for task in uav.asked]
+    assert 0 < len(first) < 3
+    # When it takes off again with a full battery, it goes on with the rest
+    lead.begin(uav.stamp_s, uav.place_m)
+    uav.charge, uav.drain = 1.0, 0.0
+    while not lead.is_home and uav.stamp_s < 120.0:
+        watch.offer(uav.stamp_s, uav.charge)
+        uav.step()
+    assert [task.number for task in uav.asked] == [1, 2, 3]
+    assert lead.end is End.DONE
+
+
+def test_it_hovers_in_a_pause_and_an_abort_brings_it_home():
+    lead = inspection()
+    uav = Uav(lead)
+    for _ in range(8):
+        uav.step()
+    lead.pause(uav.place_m)
+    there_m = uav.place_m
+    for _ in range(30):
+        uav.step()
+    np.testing.assert_allclose(uav.place_m, there_m)
+    assert not uav.asked
+    lead.resume()
+    while len(uav.asked) < 1:
+        uav.step()
+    lead.abort("enough")
+    uav.fly()
+    assert (lead.end, lead.reason, lead.is_home) == (End.ABORTED, "enough", True)
+
+
+def test_a_closer_look_comes_first_and_looks_at_the_point():
+    lead = inspection()
+    uav = Uav(lead)
+    uav.step()
+    point_m = np.array((3.0, 3.7, 1.5))
+    task = lead.look_closer(point_m, uav.place_m, 1.2)
+    uav.fly()
+    assert [each.number for each in uav.asked] == [-1, 1, 2, 3]
+    ahead = optical_axes(task.view.yaw_rad, task.view.tilt_rad)[:, 2]
+    np.testing.assert_allclose(np.array(task.view.place_m) + 1.2 * ahead, point_m, atol=1e-9)
+
+
+def test_a_picture_that_is_lost_is_taken_again_even_on_the_way_home():
+    lead = inspection(VIEWS[:1])
+    uav = Uav(lead)
+    while lead.end is None:
+        uav.step()
+    lead.lost(uav.asked[0], "the picture did not come")
+    uav.fly()
+    assert [task.number for task in uav.asked] == [1, 1]
+    assert lead.todo.done == {1}
+
+
+def test_after_a_restart_the_folder_tells_what_is_done(tmp_path):
+    folder = PhotographFolder(tmp_path, SurveyCamera(64, 48))
+    body = StampedPose(5.0, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0))
+    camera = ((0.1, 0.0, -0.05), (-0.5, 0.5, -0.5, 0.5))
+    todo = Todo(VIEWS)
+    for task, blur in zip(todo.tasks, (0.3, 7.0)):
+        told = type("Told", (), {"exposure": 0.002, "iso": 800.0, "lux": 90.0, "blur": blur})
+        record = record_of(task, 5.0 + task.number, body, camera, told)
+        np.testing.assert_allclose(record.position_m, (1.1, 2.0, 2.95))
+        folder.save(np.zeros((48, 64, 3), np.uint8), record)
+    assert done_in(tmp_path, QUICK) == {1}  # the second one is blurred
+    uav = Uav(inspection(done=done_in(tmp_path, QUICK))).fly()
+    assert [task.number for task in uav.asked] == [2, 3]
+
+
+def test_the_drawing_fills_what_the_lidar_has_not_seen():
+    # Given a drawing of a closed room of 4 m with voxels of 0.1 m, its inner air from 0.5 m on
+    blocked = np.zeros((40, 40, 40), bool)
+    blocked[:5] = blocked[-5:] = blocked[:, :5] = blocked[:, -5:] = True
+    blocked[:, :, :5] = blocked[:, :, -5:] = True
+    room = room_of(blocked, np.zeros(3), 0.1, 0.3, np.array((2.0, 2.0, 2.0)))
+    prior = PriorMap(room)
+    # Then it knows the tiles that the room reaches into, and air is free in whole voxels only
+    tiles = prior.tiles(0.2, 8)
+    assert len(tiles) == 27
+    cube = prior.filled(0.2, 8, np.zeros((1, 3), int), np.full((1, 512), UNKNOWN, np.uint8)).reshape(8, 8, 8)
+    assert (cube[3:, 3:, 3:] == FREE).all()
+    assert (cube[:3] == UNKNOWN).all()
+    assert (cube[:, :, :3] == UNKNOWN).all()
+    # And what the lidar has seen counts
+    seen = np.full((1, 512), OCCUPIED, np.uint8)
+    assert (prior.filled(0.2, 8, np.zeros((1, 3), int), seen) == OCCUPIED).all()

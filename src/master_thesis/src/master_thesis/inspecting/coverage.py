@@ -1,0 +1,90 @@
+"""What the photographs of an inspection show: by the poses that SLAM told, and by the true ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Mapping
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from inspection_tools.photographs.folder import photographs_in, read_record
+from inspection_tools.survey.coverage import judge_each, write_coverage
+from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools.survey.poses import Taken, read_taken
+
+TruePose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
+"""Position in the world, m, and orientation (x, y, z, w) of the optical frame."""
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What was shown: shares of what is reachable, 0..1, and areas.
+
+    planned_share: what the flown photographs of the plan would show, from their own places. off_m, off_deg:
+    of SLAM's poses from the true ones, median and greatest.
+    """
+
+    told_share: float
+    true_share: float
+    planned_share: float
+    true_m2: float
+    reachable_m2: float
+    off_m: tuple[float, float]
+    off_deg: tuple[float, float]
+
+    def figures(self) -> dict:
+        """Return them for result.json."""
+        return {
+            "share_by_slam": self.told_share,
+            "share_by_truth": self.true_share,
+            "share_planned": self.planned_share,
+            "shown_m2": self.true_m2,
+            "reachable_m2": self.reachable_m2,
+            "pose_error_m": {"median": self.off_m[0], "max": self.off_m[1]},
+            "pose_error_deg": {"median": self.off_deg[0], "max": self.off_deg[1]},
+        }
+
+
+def judge_photographs(
+    folder: Path, plan_file: Path, plan: SurveyPlan, truths: Mapping[float, TruePose], views: int
+) -> Judged | None:
+    """Write coverage.json and coverage_truth.json beside the photographs' folder; None: it has none.
+
+    truths: by the stamp of the photograph, in seconds with six decimals. views: photographs to be flown.
+
+    Raises:
+        InspectionToolsError: one sentence.
+    """
+    stored = [read_record(path.with_suffix(".json")) for path in photographs_in(folder)]
+    kept = [record for record in stored if round(record.stamp_s, 6) in truths]
+    if not kept:
+        return None
+    told, camera = read_taken(folder, plan.camera)
+    true = []
+    for record in kept:
+        place_m, turn = truths[round(record.stamp_s, 6)]
+        true.append(Taken(np.array(place_m), Rotation.from_quat(turn).as_matrix(), record.blur_px))
+    planned = read_taken(plan_file, plan.camera)[0][:views]
+    source = Path(plan.source)
+    by_slam, by_truth, by_plan = judge_each(source, (told, true, planned), camera, plan.asked, plan.home_m)
+    write_coverage(folder.parent / "coverage.json", by_slam, plan.source, str(folder), len(told), plan.asked)
+    written = write_coverage(
+        folder.parent / "coverage_truth.json", by_truth, plan.source, "truth", len(true), plan.asked
+    )
+    off_m = [float(np.linalg.norm(np.array(r.position_m) - t.place_m)) for r, t in zip(kept, true)]
+    turns = [
+        Rotation.from_quat(r.orientation_xyzw).inv() * Rotation.from_matrix(t.axes)
+        for r, t in zip(kept, true)
+    ]
+    off_deg = [float(np.degrees(turn.magnitude())) for turn in turns]
+    return Judged(
+        by_slam.share() or 0.0,
+        by_truth.share() or 0.0,
+        by_plan.share() or 0.0,
+        written["shown_m2"],
+        written["reachable_m2"],
+        (float(np.median(off_m)), max(off_m)),
+        (float(np.median(off_deg)), max(off_deg)),
+    )

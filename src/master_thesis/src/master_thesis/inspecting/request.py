@@ -1,0 +1,77 @@
+"""The request of an inspection."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Mapping
+
+from inspection_tools import InspectionToolsError
+from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.survey.parameters import SurveyParameters
+from inspection_tools.survey.plan_file import read_plan
+from master_thesis.errors import ScenarioError
+from master_thesis.exploring import request as exploring
+from master_thesis.exploring.request import ExploringRequest
+from master_thesis.worlds import scenario
+
+PLAN_MARGIN_M = 0.25
+"""Beyond the UAV's radius, in a plan that is made here: the flight's map is coarser than the drawing."""
+
+
+@dataclass(frozen=True)
+class InspectingRequest:
+    """An inspection.
+
+    flight: as of an exploration. plan: file of it; None: it is made from the world's own shapes, for `camera`
+    and `asked`, with so much CPU time of search. photographs: only the first so many; 0: all.
+    """
+
+    flight: ExploringRequest
+    plan: Path | None
+    photographs: int
+    camera: SurveyCamera
+    asked: SurveyParameters
+    search_s: float
+
+
+def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
+    """Read and check the request. asked: the node's parameters by name. keep_m: CEPA's r_lb.
+
+    Raises:
+        MasterThesisError, SimulationToolsError: one sentence.
+    """
+    flight = exploring.read(asked, keep_m)
+    photographs = scenario.whole_number("photographs", asked.get("photographs", 0), 0, 100_000)
+    search_s = scenario.number("search", asked.get("search", 20.0), 0.0, 86_400.0)
+    path = str(asked.get("plan", "")).strip()
+    try:
+        camera = SurveyCamera(
+            scenario.whole_number("width", asked.get("width", SurveyCamera.width), 16, 20_000),
+            scenario.whole_number("height", asked.get("height", SurveyCamera.height), 16, 20_000),
+            scenario.number("field_of_view", asked.get("field_of_view", 60.0), 1.0, 150.0),
+        )
+        wanted = SurveyParameters(
+            resolution=scenario.number("detail", asked.get("detail", 1.0), 0.01, 100.0),
+            radius=scenario.number("radius", asked.get("radius", 0.35), 0.05, 5.0),
+            margin=PLAN_MARGIN_M,
+            voxel=0.05 if flight.description.model == "small_quad" else 0.1,
+        )
+        if path:
+            _check_plan(Path(path), camera)
+    except InspectionToolsError as error:
+        raise ScenarioError(str(error)) from None
+    return InspectingRequest(flight, Path(path) if path else None, photographs, camera, wanted, search_s)
+
+
+def _check_plan(path: Path, camera: SurveyCamera) -> None:
+    given = read_plan(path).camera
+    if (given.width, given.height, given.field_of_view) != (
+        camera.width,
+        camera.height,
+        camera.field_of_view,
+    ):
+        raise ScenarioError(
+            f"{path} is for a camera of {given.width} x {given.height} px and {given.field_of_view:g} deg; "
+            f"give width:={given.width} height:={given.height} field_of_view:={given.field_of_view:g}."
+        )
