@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import os
-import platform
-import statistics
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from importlib import metadata
 from pathlib import Path
 from typing import Any, Mapping, Sequence
 
-from inspection_tools.report import tables
+from inspection_tools.report import records, tables
 from inspection_tools.report.comparison import Comparison, compared
 from inspection_tools.report.edges import edge_places
 from inspection_tools.report.grades import AreaGrade, GradeRules, PlateState, areas_graded, plates_seen
@@ -25,7 +22,6 @@ from inspection_tools.report.views import best_of, marks_of
 from inspection_tools.ship.ship import Ship
 from inspection_tools.survey.surface.mesh_file import Mesh
 
-PACKAGES = ("numpy", "scipy", "embreex", "pillow", "trimesh")
 STILLS = ((-115.0, "Port side and forward end"), (65.0, "Starboard side and aft end"))
 """Directions from which the still pictures look: from aft of starboard, and from ahead of port."""
 
@@ -105,10 +101,10 @@ def page_content(
         "close_ups": tables.close_up_rows(findings, ship),
         "gaugings": known.gaugings,
         "unseen": tables.unseen_tables(inspection, ship),
-        "flights": _flights(inspection),
-        "quality": _quality(inspection),
+        "flights": records.flights(inspection),
+        "quality": records.quality(inspection),
         "thumbs": _thumbs(inspection, thumbs, ship, out),
-        "basis": _basis(inspection),
+        "basis": records.basis(inspection),
         "written": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC"),
         "beside": _relative(inspection.photographs, out.parent) + "/",
     }
@@ -148,7 +144,7 @@ def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[d
     else:
         told = f"{sum(each.area_m2 for each in findings):.2f} m² in all"
         marks = [{"name": "Rust", "value": str(rust), "more": told}]
-        told = f"{_counted(waiting, 'finding')} to be decided"
+        told = f"{records.counted(waiting, 'finding')} to be decided"
         marks += [{"name": "Possible cracks", "value": str(cracks), "more": told}]
     return [
         {"name": "Lowest proposed grade", "value": grade, "more": of},
@@ -179,66 +175,6 @@ def _stills(inspection: Inspection, scene: Scene | None, ship: Ship) -> list[dic
     ]
 
 
-def _flights(inspection: Inspection) -> dict[str, Any]:
-    """Return the flights of result.json, or else those of the plan.
-
-    result.json: flights: [{photographs, time_s, way_m, battery_start, battery_end}], charges 0..1.
-    """
-    flown = (inspection.result or {}).get("flights")
-    if isinstance(flown, list) and flown and all(isinstance(each, Mapping) for each in flown):
-        rows = [_flight_row(number, each) for number, each in enumerate(flown, start=1)]
-        return {"told": f"{_counted(len(rows), 'flight')} as flown; each on one battery.", "rows": rows}
-    if inspection.plan:
-        rows = [
-            _flight_row(number, {"photographs": len(each.views), "time_s": each.time_s, "way_m": each.way_m})
-            for number, each in enumerate(inspection.plan.flights, start=1)
-        ]
-        return {"told": f"{_counted(len(rows), 'flight')} as planned; each on one battery.", "rows": rows}
-    return {"told": "The flights are not recorded.", "rows": []}
-
-
-def _counted(number: int, what: str) -> str:
-    return f"{number} {what}" + ("s" if number != 1 else "")
-
-
-def _flight_row(number: int, given: Mapping[str, Any]) -> dict[str, Any]:
-    def value(key: str, scale: float = 1.0) -> float | None:
-        held = given.get(key)
-        return scale * held if isinstance(held, (int, float)) and not isinstance(held, bool) else None
-
-    photographs = given.get("photographs")
-    return {
-        "number": number,
-        "photographs": len(photographs) if isinstance(photographs, list) else photographs,
-        "time_min": value("time_s", 1.0 / 60.0),
-        "way_m": value("way_m"),
-        "battery_start": value("battery_start"),
-        "battery_end": value("battery_end"),
-    }
-
-
-def _quality(inspection: Inspection) -> list[dict[str, str]]:
-    records = [shot.record for shot in inspection.shots]
-    if not records:
-        return []
-    lux, blur = [each.lux for each in records], [each.blur_px for each in records]
-    rows = [
-        ("Light in the middle of a photograph", f"{statistics.median(lux):,.0f} lx (least {min(lux):,.0f})")
-    ]
-    rows.append(("Blur by motion, greatest", f"{max(blur):.1f} px"))
-    if inspection.camera:
-        camera = inspection.camera
-        rows.append(
-            ("Camera", f"{camera.width} x {camera.height} px, {camera.field_of_view:.0f}° across the width")
-        )
-    coverage = inspection.coverage or {}
-    if "resolution_mm_per_px" in coverage:
-        rows.append(
-            ("Asked of a photograph", f"{coverage['resolution_mm_per_px']:g} mm per pixel on the surface")
-        )
-    return [{"name": name, "value": value} for name, value in rows]
-
-
 def _thumbs(
     inspection: Inspection, thumbs: Mapping[int, bytes], ship: Ship, out: Path
 ) -> list[dict[str, Any]]:
@@ -252,25 +188,3 @@ def _thumbs(
         }
         for number, picture in thumbs.items()
     ]
-
-
-def _basis(inspection: Inspection) -> list[dict[str, str]]:
-    result = inspection.result or {}
-    rows = [("Folder", inspection.folder.resolve().name)]
-    for key, name in (("world", "Space"), ("seed", "Seed"), ("commit", "Version of the software")):
-        if isinstance(result.get(key), (str, int)):
-            rows.append((name, str(result[key])))
-    versions = result.get("versions")
-    if not isinstance(versions, Mapping):
-        versions = {"Python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
-    rows.append(("Programs", ", ".join(f"{name} {version}" for name, version in versions.items() if version)))
-    if inspection.coverage:
-        rows.append(("Surface", Path(str(inspection.coverage.get("surface", ""))).name))
-    return [{"name": name, "value": value} for name, value in rows]
-
-
-def _version(name: str) -> str:
-    try:
-        return metadata.version(name)
-    except metadata.PackageNotFoundError:
-        return ""

@@ -13,8 +13,8 @@ from inspection_tools.survey.surface_record import SurfaceRecord
 
 SEEN, OPEN, OUT_OF_REACH, UNKNOWN = range(4)
 """States: photographed; could be, but is not; cannot be; nothing is known."""
-FINEST_M, MOST_TRIANGLES = 0.3, 150_000
-COARSER = 1.5
+FINEST_M, MOST_TRIANGLES = 0.3, 180_000
+COARSE_M, COARSER = 1.2, 1.3
 
 
 @dataclass(frozen=True)
@@ -33,14 +33,14 @@ def scene_of(mesh: Mesh, surface: SurfaceRecord | None) -> Scene:
         inside &= np.ptp(mesh.triangles_m, axis=1).max(axis=1) < 2.0 * np.ptp([low_m, high_m], axis=0).max()
         return Scene(mesh.triangles_m[inside], np.full(int(inside.sum()), UNKNOWN))
     low_m, high_m = surface.points_m.min(axis=0) - EDGE_M, surface.points_m.max(axis=0) + EDGE_M
-    near = mesh.triangles_m[clipped(mesh.triangles_m, low_m, high_m)]
+    coarse = subdivided(mesh.triangles_m, COARSE_M, low_m, high_m)
+    coarse = coarse[surface.patches_at(coarse.mean(axis=1), None, COARSE_M) >= 0]
     longest_m = FINEST_M
     while True:
-        fine = subdivided(near, longest_m, low_m, high_m)
-        if len(fine) <= MOST_TRIANGLES:
-            break
+        scene = _with_states(subdivided(coarse, longest_m, low_m, high_m), surface, longest_m)
+        if len(scene.states) <= MOST_TRIANGLES or longest_m > COARSE_M:
+            return scene
         longest_m *= COARSER
-    return _with_states(fine, surface, longest_m)
 
 
 def subdivided(

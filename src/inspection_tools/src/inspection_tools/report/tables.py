@@ -167,9 +167,25 @@ def unseen_tables(inspection: Inspection, ship: Ship) -> dict[str, Any]:
         words.append(f"{beyond_m2:,.0f} m² of the surface are out of reach.")
         opened = _open_rows(surface, ship)
     left_out = _left_out_rows(inspection.plan, ship) if inspection.plan else []
+    not_taken = _not_taken(inspection, ship)
     if not words and not left_out:
         words.append("It is not known what was not seen.")
-    return {"words": words, "open": opened, "left_out": left_out}
+    return {"words": words, "open": opened, "left_out": left_out, "not_taken": not_taken}
+
+
+def _not_taken(inspection: Inspection, ship: Ship) -> list[dict[str, str]]:
+    """Return the photographs of the plan that the flight left out, by its record."""
+    held = (inspection.result or {}).get("inspection")
+    told = held.get("left_out") if isinstance(held, Mapping) else None
+    views = inspection.plan.views if inspection.plan else ()
+    rows = []
+    for each in told if isinstance(told, list) else []:
+        number = each.get("photograph") if isinstance(each, Mapping) else None
+        if isinstance(number, int):
+            known = 0 < number <= len(views)
+            place = ship.tell(views[number - 1].place_m) if known else ""
+            rows.append({"number": str(number), "place": place, "why": str(each.get("why", ""))})
+    return rows
 
 
 def _open_rows(surface: SurfaceRecord, ship: Ship) -> list[dict[str, Any]]:

@@ -1,0 +1,126 @@
+"""What the records tell of flights, photographs and programs, for the page."""
+
+from __future__ import annotations
+
+import platform
+import statistics
+from importlib import metadata
+from pathlib import Path
+from typing import Any, Mapping
+
+from inspection_tools.report.sources import Inspection
+
+PACKAGES = ("numpy", "scipy", "embreex", "pillow", "trimesh")
+
+
+def flights(inspection: Inspection) -> dict[str, Any]:
+    """Return the flights of result.json, or else those of the plan.
+
+    result.json: flights: [{photographs, time_s, way_m, battery_start, battery_end}], charges 0..1; or
+    inspection: {taken, asked, shots, swaps, flight_s, reason}.
+    """
+    result, told = inspection.result or {}, []
+    flown, whole = result.get("flights"), result.get("inspection")
+    if isinstance(whole, Mapping):
+        told += _flown(whole)
+    if isinstance(flown, list) and flown and all(isinstance(each, Mapping) for each in flown):
+        told.append(f"{counted(len(flown), 'flight')} as flown, each on one battery:")
+        return {
+            "told": told,
+            "rows": [_flight_row(number, each) for number, each in enumerate(flown, start=1)],
+        }
+    if inspection.plan:
+        planned = [
+            {"photographs": len(each.views), "time_s": each.time_s, "way_m": each.way_m}
+            for each in inspection.plan.flights
+        ]
+        told.append(f"{counted(len(planned), 'flight')} as planned, each on one battery:")
+        return {
+            "told": told,
+            "rows": [_flight_row(number, each) for number, each in enumerate(planned, start=1)],
+        }
+    return {"told": told or ["The flights are not recorded."], "rows": []}
+
+
+def _flown(whole: Mapping[str, Any]) -> list[str]:
+    """Return in words what the record tells of the flights together."""
+    taken, asked, shots, swaps, flight_s = (
+        whole.get(key) for key in ("taken", "asked", "shots", "swaps", "flight_s")
+    )
+    words = []
+    if isinstance(taken, int) and isinstance(asked, int):
+        again = f", in {counted(shots, 'shot')}" if isinstance(shots, int) else ""
+        words.append(f"{taken} of {counted(asked, 'photograph')} were taken{again}.")
+    if isinstance(flight_s, (int, float)):
+        changed = f"; the battery was changed {counted(swaps, 'time')}" if isinstance(swaps, int) else ""
+        words.append(f"The flights took {flight_s / 60.0:.1f} min{changed}.")
+    if isinstance(whole.get("reason"), str):
+        words.append(str(whole["reason"]))
+    return [" ".join(words)] if words else []
+
+
+def counted(number: int, what: str) -> str:
+    """Return "1 flight", "2 flights"."""
+    return f"{number} {what}" + ("s" if number != 1 else "")
+
+
+def _flight_row(number: int, given: Mapping[str, Any]) -> dict[str, Any]:
+    def value(key: str, scale: float = 1.0) -> float | None:
+        held = given.get(key)
+        return scale * held if isinstance(held, (int, float)) and not isinstance(held, bool) else None
+
+    photographs = given.get("photographs")
+    return {
+        "number": number,
+        "photographs": len(photographs) if isinstance(photographs, list) else photographs,
+        "time_min": value("time_s", 1.0 / 60.0),
+        "way_m": value("way_m"),
+        "battery_start": value("battery_start"),
+        "battery_end": value("battery_end"),
+    }
+
+
+def quality(inspection: Inspection) -> list[dict[str, str]]:
+    """Return light, blur and camera of the photographs."""
+    records = [shot.record for shot in inspection.shots]
+    if not records:
+        return []
+    lux, blur = [each.lux for each in records], [each.blur_px for each in records]
+    rows = [
+        ("Light in the middle of a photograph", f"{statistics.median(lux):,.0f} lx (least {min(lux):,.0f})")
+    ]
+    rows.append(("Blur by motion, greatest", f"{max(blur):.1f} px"))
+    if inspection.camera:
+        camera = inspection.camera
+        rows.append(
+            ("Camera", f"{camera.width} x {camera.height} px, {camera.field_of_view:.0f}° across the width")
+        )
+    coverage = inspection.coverage or {}
+    if "resolution_mm_per_px" in coverage:
+        rows.append(
+            ("Asked of a photograph", f"{coverage['resolution_mm_per_px']:g} mm per pixel on the surface")
+        )
+    return [{"name": name, "value": value} for name, value in rows]
+
+
+def basis(inspection: Inspection) -> list[dict[str, str]]:
+    """Return seed, versions and the drawing of the surface."""
+    result = inspection.result or {}
+    rows = [("Folder", inspection.folder.resolve().name)]
+    for key, name in (("world", "Space"), ("seed", "Seed"), ("commit", "Version of the software")):
+        if isinstance(result.get(key), (str, int)):
+            rows.append((name, Path(str(result[key])).stem if key == "world" else str(result[key])))
+    versions = result.get("versions")
+    if not isinstance(versions, Mapping):
+        versions = {"Python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
+    rows.append(("Programs", ", ".join(f"{name} {version}" for name, version in versions.items() if version)))
+    if inspection.coverage:
+        rows.append(("Surface", Path(str(inspection.coverage.get("surface", ""))).name))
+    return [{"name": name, "value": value} for name, value in rows]
+
+
+def _version(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""
