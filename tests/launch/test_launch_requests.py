@@ -57,6 +57,7 @@ REFUSED = {
         "ArduPilot's program /no/arducopter is not there;",
     ),
     "sensors": ("experiment_1", ["sensors:=nose"], "nose"),
+    "survey plan": ("inspection", ["plan:=/no/plan.yaml"], "The plan /no/plan.yaml cannot be read: No such"),
     "package": (
         "experiment_1",
         ["avoidance:=nopkg nonode"],

@@ -19,7 +19,7 @@ SHOOT = "simulation_tools/Shoot"
 """By its name, as rosservice does: this package builds without the simulator."""
 ANSWER_S = 60.0
 """Wall time in which the shutter's service must be there."""
-PICTURE_S = 120.0
+PICTURE_S = 60.0
 """Wall time in which the picture of a shot must come."""
 
 
@@ -62,9 +62,9 @@ class CameraLink:
         self._tilts.publish(angle_rad)
 
     def shoot(self, what: Callable[[Any], Any]) -> Any:
-        """Open the shutter; return the camera's answer.
+        """Open the shutter; return what belongs to the shot.
 
-        what: returns what belongs to the shot, by this answer.
+        what: returns it, by the camera's answer.
 
         Raises:
             CameraError: it did not; one sentence.
@@ -83,7 +83,7 @@ class CameraLink:
                 self._waiting[told.stamp.to_nsec()] = waiting
         if picture is not None:
             self._on_picture(waiting.what, picture)
-        return told
+        return waiting.what
 
     @property
     def waits(self) -> bool:

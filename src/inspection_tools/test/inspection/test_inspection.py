@@ -1,6 +1,7 @@
 """An inspection leads a UAV without dynamics through a room, with a camera that can fail."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from voxel_room import PLANNER, SIDE_M
 
 from inspection_tools.energy import EnergyParameters, EnergyWatch
 from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Todo
-from inspection_tools.inspection.inspection import Motion
+from inspection_tools.inspection.leg import Motion
 from inspection_tools.inspection.places import body_place_m
 from inspection_tools.inspection.taken import StampedPose, done_in, record_of
 from inspection_tools.photographs.folder import PhotographFolder
@@ -119,6 +120,18 @@ def test_a_bad_photograph_is_shot_again_and_then_left_out(shot, word):
     assert lead.todo.done == {1, 3}
     assert word in lead.todo.left_out[2]
     assert lead.is_home
+
+
+def test_a_uav_that_is_kept_off_a_little_shoots_where_it_comes_to_rest():
+    lead = inspection(VIEWS[:1], parameters=InspectionParameters())
+    motion = Motion(0.0, body_place_m(VIEWS[0], np.array((0.1, 0.0, 0.25))), 0.0)  # 0.3 m too low
+    lead.look(0.0, HOME_M)
+    shots_s = []
+    for step in range(40):
+        lead.follow(replace(motion, stamp_s=0.1 * step, speed=0.5 if step < 10 else 0.0))
+        if lead.shutter(replace(motion, stamp_s=0.1 * step)) is not None:
+            shots_s.append(0.1 * step)
+    assert shots_s == [pytest.approx(1.0 + QUICK.rest, abs=0.11)]
 
 
 def test_what_cannot_be_reached_is_left_out_with_the_reason():
@@ -233,3 +246,43 @@ def test_the_drawing_fills_what_the_lidar_has_not_seen():
     # And what the lidar has seen counts
     seen = np.full((1, 512), OCCUPIED, np.uint8)
     assert (prior.filled(0.2, 8, np.zeros((1, 3), int), seen) == OCCUPIED).all()
+
+
+def test_without_a_way_home_it_flies_back_the_way_it_came_and_past_where_it_is_stuck():
+    # Given a UAV that flew to (5, 1, 1), when something closes the way behind it
+    lead = inspection((View((5.0, 1.0, 1.0), 0.0, 0.0),))
+    uav = Uav(lead)
+    while not uav.asked:
+        uav.step()
+    closed = planner([((3.0, 0.0, 0.0), (3.4, 4.0, 3.2))])
+    lead._planner = lead._homing._planner = closed
+    lead.look(uav.stamp_s, uav.place_m)
+    assert lead.end is End.DONE
+    # Then it takes the way that it came, and keeps to it
+    way_m = lead.rest_m
+    assert way_m[0][0] > 4.2
+    np.testing.assert_allclose(way_m[-1], HOME_M)
+    lead.look(uav.stamp_s + 1.0, uav.place_m)
+    assert len(lead.rest_m) == len(way_m)
+    # When it is stuck there, the nearest places of that way are left out
+    lead.look(uav.stamp_s + 12.0, uav.place_m)
+    assert lead.rest_m[0][0] < way_m[0][0]
+    # When the way is free again, it is planned
+    lead._planner = lead._homing._planner = planner()
+    lead.look(uav.stamp_s + 13.0, uav.place_m)
+    assert len(lead.rest_m) <= 2
+    assert not lead._homing.is_by_track
+
+
+def test_a_uav_that_comes_home_by_a_place_where_cepa_does_not_fly_takes_another_way():
+    lead = inspection((View((5.0, 1.0, 1.0), 0.0, 0.0),))
+    uav = Uav(lead)
+    while not uav.asked:
+        uav.step()
+    lead.abort("home")
+    lead.look(uav.stamp_s, uav.place_m)
+    assert len(lead.rest_m) == 1  # straight
+    for wait_s in (1.0, 10.0):  # it is kept where it is
+        lead.look(uav.stamp_s + wait_s, uav.place_m)
+    assert len(lead.rest_m) > 1
+    np.testing.assert_allclose(lead.rest_m[-1], HOME_M)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import threading
-from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -16,14 +15,12 @@ from inspection_tools.energy import EnergyWatch, Verdict, WayHome
 from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.way import Way
 from inspection_tools.inspection.homing import Homing
+from inspection_tools.inspection.leg import Motion, PhotographLeg
 from inspection_tools.inspection.parameters import InspectionParameters
-from inspection_tools.inspection.places import body_place_m, place_nearby
+from inspection_tools.inspection.places import body_place_m, place_nearby, view_of_point
 from inspection_tools.inspection.todo import Shot, Task, Todo
 from inspection_tools.planning import PathPlanner
 
-SLOW = 3.0
-"""A leg may take so many times as long as at full speed, and `LEG_S` more."""
-LEG_S = 15.0
 BEEN_M = 0.05
 
 
@@ -36,30 +33,6 @@ class End(Enum):
     CAMERA = "camera"
     STORAGE = "storage"
     ABORTED = "aborted"
-
-
-@dataclass(frozen=True)
-class Motion:
-    """The UAV at an instant, in the map's frame. speed: m/s. turn_rate: rad/s."""
-
-    stamp_s: float
-    place_m: np.ndarray
-    yaw_rad: float
-    speed: float = 0.0
-    turn_rate: float = 0.0
-
-
-@dataclass
-class _Leg:
-    """The flight to a photograph. place_m: of the UAV there. since_s: it is there and still."""
-
-    task: Task
-    place_m: np.ndarray
-    until_s: float
-    tilted_s: float
-    arrived_s: float | None = None
-    since_s: float | None = None
-    is_shot: bool = False
 
 
 class Inspection:
@@ -89,7 +62,8 @@ class Inspection:
         self._p = parameters or InspectionParameters()
         self._homing = Homing(planner, energy, self._p)
         self._lock = threading.RLock()
-        self._way, self._leg = Way(), None
+        self._way = Way()
+        self._leg: PhotographLeg | None = None
         self._been_m: list[np.ndarray] = []
         self._began_s, self._look_s = math.nan, -math.inf
         self._is_paused = False
@@ -98,8 +72,6 @@ class Inspection:
         self.is_home = self.must_land = False
         self.front_rad: float | None = None
         self.tilt_rad = 0.0
-
-    _leg: _Leg | None
 
     def begin(self, stamp_s: float, here_m: np.ndarray, home_m: np.ndarray | None = None) -> None:
         """Begin at a hover (x, y, z), or go on after a landing. home_m: if it is not the first place."""
@@ -167,48 +139,20 @@ class Inspection:
         with self._lock:
             if not self._been_m or math.dist(here_m, self._been_m[-1]) > BEEN_M:
                 self._been_m.append(here_m)
-            self._homing.note(here_m)
+            if self.end is None:
+                self._homing.note(here_m)
             self._way.follow(here_m, self._p.arrived)
-            if self._leg is not None:
-                self._settle(self._leg, motion)
+            if self._leg is not None and (why := self._leg.follow(motion)):
+                self._fail(self._leg.task, why)
             is_idle = self._leg is None and not self._is_paused and self.end is None
             is_due = motion.stamp_s >= self._look_s + self._p.look_period
         return not self.is_home and (is_idle or is_due)
 
-    def _settle(self, leg: _Leg, motion: Motion) -> None:
-        """Note whether the UAV is at the photograph's place and at rest. Call it under the lock."""
-        p, off_m = self._p, math.dist(motion.place_m, leg.place_m)
-        turn = abs(math.remainder(motion.yaw_rad - leg.task.view.yaw_rad, 2.0 * math.pi))
-        if off_m <= p.far and leg.arrived_s is None:
-            leg.arrived_s = motion.stamp_s
-        is_still = (
-            off_m <= p.near
-            and turn <= math.radians(p.turned)
-            and motion.speed <= p.still
-            and abs(motion.turn_rate) <= p.still_turn
-        )
-        leg.since_s = (motion.stamp_s if leg.since_s is None else leg.since_s) if is_still else None
-        if leg.is_shot:
-            return
-        if leg.arrived_s is None and motion.stamp_s > leg.until_s:
-            self._fail(leg.task, f"the UAV did not get there: it was kept {off_m:.1f} m away")
-        elif leg.arrived_s is not None and motion.stamp_s > leg.arrived_s + 2.0 * p.patience + LEG_S:
-            self._fail(leg.task, f"the UAV did not stay there: it was {off_m:.1f} m away")
-
     def shutter(self, motion: Motion) -> Task | None:
         """Return the photograph whose shutter opens now, once."""
-        p = self._p
         with self._lock:
             leg = self._leg
-            if leg is None or leg.is_shot or leg.arrived_s is None or motion.stamp_s < leg.tilted_s:
-                return None
-            is_settled = leg.since_s is not None and motion.stamp_s >= leg.since_s + p.settle
-            off_m = math.dist(motion.place_m, leg.place_m)
-            is_late = motion.stamp_s > leg.arrived_s + p.patience and off_m <= p.far
-            if not (is_settled or is_late):
-                return None
-            leg.is_shot = True
-            return leg.task
+            return leg.task if leg is not None and leg.opens_shutter(motion) else None
 
     def judge(self, task: Task, shot: Shot) -> str:
         """Take what the camera told. Return why the photograph is not kept; empty: it is good."""
@@ -226,13 +170,11 @@ class Inspection:
         """A photograph was not taken, or its picture did not come: it is taken again, later."""
         with self._lock:
             self._fail(task, why)
-            if self.end is End.DONE and not self.is_home:
-                self.end, self._look_s = None, -math.inf
+            if self.end is End.DONE:
+                self.end, self.is_home, self._look_s = None, False, -math.inf
 
     def look_closer(self, point_m: np.ndarray, here_m: np.ndarray, distance_m: float) -> Task | None:
         """Photograph a point from nearer now, and then go on. None: no place near it can be flown to."""
-        from inspection_tools.inspection.places import view_of_point
-
         view = view_of_point(self._planner, point_m, here_m, distance_m, self._offset)
         if view is None:
             return None
@@ -275,10 +217,10 @@ class Inspection:
         """Keep to the way if it is clear; else find another one, or the next photograph."""
         with self._lock:
             leg = self._leg
-            if leg is not None and (leg.is_shot or leg.arrived_s is not None):
+            if leg is not None and (leg.is_shot or leg.has_arrived):
                 return
             rest_m = self._way.rest_m
-        if leg is not None and rest_m and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s):
+        if leg is not None and rest_m and self._is_clear(here_m, rest_m, stamp_s):
             return
         while (task := self.todo.next) is not None:
             why = self._set_out(task, stamp_s, here_m)
@@ -309,13 +251,8 @@ class Inspection:
                 return str(error)
             place_m = near_m
         length_m = float(np.linalg.norm(np.diff(way_m, axis=0), axis=1).sum())
-        tilt_s = abs(math.degrees(task.view.tilt_rad - self.tilt_rad)) / self._p.tilt_rate
-        leg = _Leg(
-            task,
-            place_m,
-            stamp_s + SLOW * length_m / self._p.speed + LEG_S,
-            stamp_s + tilt_s + self._p.settle,
-        )
+        tilt_rad = task.view.tilt_rad - self.tilt_rad
+        leg = PhotographLeg(task, place_m, stamp_s, length_m, tilt_rad, self._p)
         with self._lock:
             if self._is_paused or self.end is not None:
                 return ""
@@ -330,11 +267,15 @@ class Inspection:
         if math.dist(here_m, self.home_m) < 2.0 * self._p.arrived:
             self.is_home = True
             return
-        if rest_m and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s):
+        is_stuck = self._homing.is_stuck(stamp_s, here_m)
+        if is_stuck and rest_m:
+            self._homing.close_ahead(stamp_s, here_m, rest_m[0])
+        elif rest_m and not self._homing.is_by_track and self._is_clear(here_m, rest_m, stamp_s):
             return
-        try:
-            way_m = list(self._planner.plan(here_m, self.home_m, stamp_s).points_m[1:])
-        except NoPathError:
-            way_m = [*self._homing.back_m, self.home_m]
-        with self._lock:
-            self._way = Way(way_m)
+        way_m = self._homing.next_way(stamp_s, here_m, is_stuck)
+        if way_m is not None:
+            with self._lock:
+                self._way = Way(way_m)
+
+    def _is_clear(self, here_m: np.ndarray, rest_m: list[np.ndarray], stamp_s: float) -> bool:
+        return self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)

@@ -20,12 +20,14 @@ class InspectionParameters:
         still: It moves slower than this, m/s.
         still_turn: And turns slower than this, rad/s.
         settle: All this holds for so long before the shutter opens, s.
+        rest: Or it has been at rest for so long within `far`, s. CEPA may keep it off a little.
         patience: After so long near the place the shutter opens all the same, if the UAV is within `far`, s.
         far: See `patience`, m.
         tilt_rate: Of the gimbal, deg/s. The shutter waits for its turn.
         blur_max: A photograph with more blur is shot again, px.
         lux_min: And one with less light in its middle.
         iso_max: And one with a higher ISO speed: it is dark.
+        deviation_max: And one whose place is known less well, m: the pose's standard deviation.
         tries: A photograph that failed so often is left out.
         nearby: If there is no way to its place, it is taken from a place within this distance, m.
         closer: Resolution of a closer look, mm per pixel.
@@ -47,12 +49,14 @@ class InspectionParameters:
     still: float = 0.12
     still_turn: float = 0.06
     settle: float = 0.4
+    rest: float = 1.5
     patience: float = 8.0
     far: float = 0.4
     tilt_rate: float = 60.0
-    blur_max: float = 1.5
+    blur_max: float = 0.5
     lux_min: float = 5.0
     iso_max: float = 25600.0
+    deviation_max: float = 0.5
     tries: int = 3
     nearby: float = 0.5
     closer: float = 0.3
@@ -73,12 +77,14 @@ class InspectionParameters:
         check_number("still", self.still, 0.01, 5.0)
         check_number("still_turn", self.still_turn, 0.001, 5.0)
         check_number("settle", self.settle, 0.0, 60.0)
+        check_number("rest", self.rest, 0.0, 60.0)
         check_number("patience", self.patience, 0.5, 600.0)
         check_number("far", self.far, self.near, 5.0)
         check_number("tilt_rate", self.tilt_rate, 1.0, 3600.0)
         check_number("blur_max", self.blur_max, 0.05, 1000.0)
         check_number("lux_min", self.lux_min, 0.0, 1e5)
         check_number("iso_max", self.iso_max, 50.0, 1e6)
+        check_number("deviation_max", self.deviation_max, 0.001, 100.0)
         check_whole("tries", self.tries, 1, 20)
         check_number("nearby", self.nearby, 0.0, 5.0)
         check_number("closer", self.closer, 0.01, 100.0)

@@ -49,6 +49,13 @@ def record_of(
     )  # fmt: skip
 
 
+def shot_of(record: PhotographRecord) -> Shot:
+    """Return by what a photograph is judged."""
+    places = np.reshape(record.covariance, (6, 6))[:3, :3]
+    deviation_m = float(np.sqrt(max(np.linalg.eigvalsh(places).max(), 0.0)))
+    return Shot(record.blur_px, record.lux, record.iso, deviation_m)
+
+
 def done_in(folder: Path, parameters: InspectionParameters) -> set[int]:
     """Return the numbers of the plan's photographs that a folder holds, and that are good.
 
@@ -56,5 +63,5 @@ def done_in(folder: Path, parameters: InspectionParameters) -> set[int]:
         PhotographError: the record of one is damaged.
     """
     records = [read_record(path.with_suffix(".json")) for path in photographs_in(folder)]
-    good = [r for r in records if r.view and not Shot(r.blur_px, r.lux, r.iso).fault(parameters)]
+    good = [record for record in records if record.view and not shot_of(record).fault(parameters)]
     return {record.view for record in good}

@@ -20,11 +20,15 @@ class Task:
 
 @dataclass(frozen=True)
 class Shot:
-    """What the camera told of a photograph. blur_px: the longest in it. lux: in its middle."""
+    """What is known of a photograph at once. blur_px: the longest in it. lux: in its middle.
+
+    deviation_m: standard deviation of the place, along the axis that is known least.
+    """
 
     blur_px: float
     lux: float
     iso: float
+    deviation_m: float = 0.0
 
     def fault(self, parameters: InspectionParameters) -> str:
         """Return why the photograph must be taken again; empty: it is good."""
@@ -33,6 +37,8 @@ class Shot:
             return f"it was blurred by {self.blur_px:.1f} px; {p.blur_max:g} px are allowed"
         if not (self.lux >= p.lux_min and self.iso <= p.iso_max):
             return f"it was dark: {self.lux:.1f} lux, ISO {self.iso:.0f}"
+        if not self.deviation_m <= p.deviation_max:
+            return f"its place was known to {self.deviation_m:.2f} m only"
         return ""
 
 

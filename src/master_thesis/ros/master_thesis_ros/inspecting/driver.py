@@ -13,13 +13,14 @@ from typing import Any, Iterable
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
+from sensor_msgs.msg import BatteryState
 
 from inspection_tools import InspectionToolsError
 from inspection_tools.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
 from inspection_tools.survey.plan import SurveyPlan
 from master_thesis.errors import FlightError
 from master_thesis.flight.monitor import Monitor
-from master_thesis.inspecting.coverage import TruePose, judge_photographs
+from master_thesis.inspecting.coverage import Judged, TruePose, judge_photographs
 from master_thesis.inspecting.planning import provide_plan
 from master_thesis.inspecting.request import InspectingRequest, read
 from master_thesis.inspecting.summary import headline
@@ -35,6 +36,7 @@ from master_thesis_ros.experiments_3_4.volume_files import save_volume
 from node_tools.ending import Ending
 from node_tools.node import RunNode
 
+SHIPS = Path(__file__).resolve().parents[3] / "config" / "ships"
 SCAN_PERIOD_S = 1.0
 COMMAND_S = 3600.0
 """Wall time for a command after the flight."""
@@ -44,13 +46,16 @@ COMMAND_S = 3600.0
 class Told:
     """What was told. flight_s: of all flights, from the first photograph's way to the home.
 
-    truths: of the camera, by the stamp of the photograph.
+    truths: of the camera, by the stamp of the photograph. flights: photographs, time_s, and the battery's
+    charge at begin and end, 0 to 1, of each.
     """
 
     result: SurveyResult | None = None
     swaps: int = 0
     began_s: float = math.nan
     flight_s: float = 0.0
+    charge: float = math.nan
+    flights: list[dict] = field(default_factory=list)
     truths: dict[float, TruePose] = field(default_factory=dict)
 
 
@@ -69,6 +74,7 @@ class InspectingNode(ErrandNode):
         self._goal = rospy.Publisher("/inspect/survey/goal", SurveyActionGoal, queue_size=1, latch=True)
         super().__init__(monitor, request.flight.swaps, lockstep)
         self.subscribe("/inspect/survey/result", SurveyActionResult, self._on_result)
+        self.subscribe("/mavros/battery", BatteryState, self._on_battery)
         self._truths = rospy.Subscriber("/camera/ground_truth", PoseStamped, self._on_camera, queue_size=100)
 
     def send_goal(self) -> None:
@@ -79,8 +85,11 @@ class InspectingNode(ErrandNode):
         goal.plan, goal.folder = str(self._folder / "plan.yaml"), str(self._folder / "photographs")
         goal.photographs, goal.time_max = self._request.photographs, self._request.flight.time_s
         self._goal.publish(message)
-        self._told.began_s = self._monitor.now_s
+        self._told.began_s, self._began_charge = self._monitor.now_s, self._told.charge
         rospy.loginfo("The UAV hovers and begins to take photographs.")
+
+    def _on_battery(self, message: BatteryState) -> None:
+        self._told.charge = message.percentage
 
     def _on_camera(self, message: PoseStamped) -> None:
         x, y, z, qx, qy, qz, qw = pose_values(message.pose)
@@ -90,7 +99,17 @@ class InspectingNode(ErrandNode):
         result = message.result
         if message.status.status == GoalStatus.SUCCEEDED:
             self._told.result = result
-            self._told.flight_s += self._monitor.now_s - self._told.began_s
+            time_s = self._monitor.now_s - self._told.began_s
+            self._told.flight_s += time_s
+            before = sum(each["photographs"] for each in self._told.flights)
+            self._told.flights.append(
+                {
+                    "photographs": result.taken - before,
+                    "time_s": time_s,
+                    "battery_start": self._began_charge,
+                    "battery_end": self._told.charge,
+                }
+            )
         ended = self._on_end(message.status, result.end, result.is_home, result.reason)
         self._told.swaps = self.swapped
         return ended
@@ -124,6 +143,7 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     flown: FlownRun = (run.folder, description, monitor.log, monitor.course.outcome)
     asked = min(len(plan.views), request.photographs or len(plan.views))
     numbers = {**write_numbers(*flown, wall), "inspection": _figures(told, asked)}
+    numbers |= {"flights": told.flights, "world": str(flight.description.scenario.world_path)}
     run.folder.write_json("result.json", numbers)
     return run.finish(
         numbers,
@@ -151,11 +171,29 @@ def _complete(flown: FlownRun, plan: SurveyPlan, told: Told, content: dict) -> d
         inspection["m2_per_min"] = 60.0 * judged.true_m2 / max(told.flight_s, 1.0)
     content = {**content, "inspection": inspection}
     folder.write_json("result.json", content)
+    if judged is not None:
+        _draw(flown, judged, inspection)
     if judged is not None and rospy.get_param("~findings", True):
         _command(
             "findings", str(photographs), "--mesh", plan.source, "--out", str(folder.path / "findings.json")
         )
-    return complete_run(*flown, content, ProgressLog())
+    content = complete_run(*flown, content, ProgressLog())
+    if judged is not None:
+        ship = SHIPS / f"{flown[1].scenario.world_path.stem}.yaml"
+        _command("inspection_report", str(folder.path), *(("--ship", str(ship)) if ship.exists() else ()))
+    return content
+
+
+def _draw(flown: FlownRun, judged: Judged, inspection: dict) -> None:
+    from master_thesis.inspecting.pictures import write_inspected  # matplotlib takes half a second
+
+    folder, _, log, _ = flown
+    words = (
+        f"{inspection['taken']} photographs show {judged.true_m2:.0f} m²\n"
+        f"in {inspection['flight_s'] / 60.0:.1f} min of flight, without GNSS"
+    )
+    path_m = log.truth.array("x_m", "y_m", "z_m")
+    write_inspected(folder, folder.path / "coverage_truth.npz", path_m, judged.taken, words)
 
 
 def _command(name: str, *arguments: str) -> None:

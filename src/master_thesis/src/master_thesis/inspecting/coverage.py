@@ -23,7 +23,7 @@ class Judged:
     """What was shown: shares of what is reachable, 0..1, and areas.
 
     planned_share: what the flown photographs of the plan would show, from their own places. off_m, off_deg:
-    of SLAM's poses from the true ones, median and greatest.
+    of SLAM's poses from the true ones, median and greatest. taken: the photographs, where they truly were.
     """
 
     told_share: float
@@ -33,6 +33,7 @@ class Judged:
     reachable_m2: float
     off_m: tuple[float, float]
     off_deg: tuple[float, float]
+    taken: tuple[Taken, ...]
 
     def figures(self) -> dict:
         """Return them for result.json."""
@@ -87,4 +88,5 @@ def judge_photographs(
         written["reachable_m2"],
         (float(np.median(off_m)), max(off_m)),
         (float(np.median(off_deg)), max(off_deg)),
+        tuple(true),
     )

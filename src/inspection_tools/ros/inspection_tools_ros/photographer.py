@@ -1,0 +1,139 @@
+"""Takes the photographs of an inspection: opens the shutter, judges, and stores each picture that comes."""
+
+from __future__ import annotations
+
+import queue
+import threading
+from collections import deque
+from functools import partial
+from typing import Any, Callable, NamedTuple
+
+import numpy as np
+import rospy
+from sensor_msgs.msg import Image
+
+from inspection_tools.inspection import End, Inspection, InspectionParameters
+from inspection_tools.inspection.taken import StampedPose, record_of, shot_of
+from inspection_tools.inspection.todo import Task
+from inspection_tools.photographs.folder import PhotographError, PhotographFolder, PhotographRecord
+from inspection_tools_ros import survey_messages
+from inspection_tools_ros.camera_link import CameraError, CameraLink
+
+POSES = 100
+"""Kept, so that a photograph finds the one of its stamp."""
+CAMERA_TRIES = 3
+
+
+class Taken(NamedTuple):
+    """A photograph whose picture is to come."""
+
+    inspection: Inspection
+    task: Task
+    record: PhotographRecord
+    is_good: bool
+
+
+class Photographer:
+    """One camera and one folder.
+
+    Args:
+        parameters: by which a photograph is judged. say: told what goes wrong. on_shot: called after each
+            shutter, in the thread of `work`.
+
+    Attributes:
+        folder: where photographs go; None: no plan has come yet. shots: of the shutter.
+    """
+
+    def __init__(
+        self, parameters: InspectionParameters, say: Callable[[str], None], on_shot: Callable[[], None]
+    ) -> None:
+        self._parameters, self._say, self._on_shot = parameters, say, on_shot
+        self.folder: PhotographFolder | None = None
+        self.shots = self._failures = 0
+        self._is_due = False
+        self._due: queue.Queue[tuple[Inspection, Task]] = queue.Queue()
+        self._poses: deque[StampedPose] = deque(maxlen=POSES)
+        self._lock = threading.Lock()
+        self._camera = CameraLink(self._store, self._lose)
+        self._last = rospy.Publisher("~last_photograph", Image, queue_size=1, latch=True)
+
+    def note(self, pose: StampedPose) -> None:
+        """Remember where the UAV was."""
+        with self._lock:
+            self._poses.append(pose)
+
+    def tilt(self, angle_rad: float) -> None:
+        """Tilt the camera; pi / 2 looks straight up."""
+        self._camera.tilt(angle_rad)
+
+    def take(self, inspection: Inspection, task: Task) -> None:
+        """Take a photograph as soon as `work` comes to it."""
+        self._is_due = True
+        self._due.put((inspection, task))
+
+    @property
+    def is_shooting(self) -> bool:
+        """Whether a shutter is to open."""
+        return self._is_due
+
+    @property
+    def waits(self) -> bool:
+        """Whether a picture is still to come."""
+        return self._is_due or self._camera.waits
+
+    def work(self) -> None:
+        """Open the shutter when it is due, until ROS ends."""
+        while not rospy.is_shutdown():
+            try:
+                inspection, task = self._due.get(timeout=0.5)
+            except queue.Empty:
+                self._camera.give_up_late()
+                continue
+            self._shoot(inspection, task)
+            self._is_due = False
+            self._on_shot()
+
+    def _shoot(self, inspection: Inspection, task: Task) -> None:
+        try:
+            taken = self._camera.shoot(partial(self._taken, inspection, task))
+        except CameraError as error:
+            self._miss(inspection, task, str(error))
+            return
+        self._failures = 0
+        self.shots += 1
+        fault = inspection.judge(task, shot_of(taken.record))
+        if fault:
+            rospy.loginfo("Photograph %d is shot again: %s.", task.number, fault)
+
+    def _taken(self, inspection: Inspection, task: Task, told: Any) -> Taken:
+        """Return what belongs to a photograph whose shutter has just opened."""
+        stamp_s = told.stamp.to_sec()
+        with self._lock:
+            body = min(self._poses, key=lambda pose: abs(pose.stamp_s - stamp_s))
+        record = record_of(task, stamp_s, body, survey_messages.camera_in_body(told), told)
+        return Taken(inspection, task, record, not shot_of(record).fault(self._parameters))
+
+    def _store(self, taken: Taken, picture: np.ndarray) -> None:
+        """Store a picture that has come, if it is good."""
+        if not taken.is_good or self.folder is None:
+            return
+        inspection, task = taken.inspection, taken.task
+        try:
+            self.folder.save(picture, taken.record)
+        except PhotographError as error:
+            rospy.logerr("%s", error)
+            inspection.lost(task, str(error))
+            inspection.abort(str(error), End.STORAGE)
+            return
+        rospy.loginfo("Photograph %d is stored; %d are open.", task.number, len(inspection.todo.open))
+        self._last.publish(survey_messages.small(picture, rospy.Time.from_sec(taken.record.stamp_s)))
+
+    def _lose(self, taken: Taken) -> None:
+        self._miss(taken.inspection, taken.task, "The camera's picture did not come.")
+
+    def _miss(self, inspection: Inspection, task: Task, why: str) -> None:
+        self._say(why)
+        self._failures += 1
+        inspection.lost(task, why)
+        if self._failures >= CAMERA_TRIES:
+            inspection.abort(f"{why} It was asked {CAMERA_TRIES} times.", End.CAMERA)

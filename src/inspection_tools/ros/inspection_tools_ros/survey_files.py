@@ -1,0 +1,71 @@
+"""The files of a survey that is flown: its plan, its folder of photographs, and the drawing of the place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import rospy
+
+from inspection_tools.inspection import InspectionParameters, PriorMap, Todo
+from inspection_tools.inspection.taken import done_in
+from inspection_tools.msg import SurveyGoal
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.planning import PlannerParameters
+from inspection_tools.survey.parameters import SurveyParameters
+from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools.survey.plan_file import read_plan
+from inspection_tools.survey.surface.reading import read_room
+
+
+class SurveyFiles(NamedTuple):
+    """What a goal names. todo: knows what the folder holds already."""
+
+    plan: SurveyPlan
+    folder: PhotographFolder
+    todo: Todo
+
+
+def name_of(goal: SurveyGoal) -> str:
+    """Return a name that is the same for the same survey."""
+    return f"{goal.plan} {goal.folder} {goal.photographs}"
+
+
+def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
+    """Read what a goal names.
+
+    Raises:
+        InspectionToolsError: one sentence.
+    """
+    plan = read_plan(Path(goal.plan))
+    folder = PhotographFolder(Path(goal.folder), plan.camera)
+    done = done_in(folder.folder, parameters)
+    if done:
+        rospy.loginfo("%d photographs are in %s already.", len(done), goal.folder)
+    return SurveyFiles(plan, folder, Todo(plan.views[: goal.photographs or None], done, parameters.tries))
+
+
+class Drawings:
+    """The drawing of the place. One that is named by the parameters is read at once, before the flight.
+
+    Parameters (private): drawing (str): a mesh; drawing_home (str): a place in its air, "x y z"; use_drawing
+        (bool, true).
+    """
+
+    def __init__(self, planner: PlannerParameters) -> None:
+        """Read it; raises SurveyError if it cannot be read."""
+        self._known: tuple[str, PriorMap] | None = None
+        path = str(rospy.get_param("~drawing", "")).strip()
+        self._is_used = bool(rospy.get_param("~use_drawing", True))
+        if path and self._is_used:
+            home_m = [float(value) for value in str(rospy.get_param("~drawing_home", "")).split()] or None
+            asked = SurveyParameters(radius=planner.radius, margin=planner.margin)
+            self._known = path, PriorMap(read_room(Path(path), asked, home_m))
+
+    def prior_of(self, plan: SurveyPlan) -> PriorMap | None:
+        """Return what the drawing of a plan knows; None: it is not to be used."""
+        if not self._is_used:
+            return None
+        if self._known is None or self._known[0] != plan.source:
+            self._known = plan.source, PriorMap(read_room(Path(plan.source), plan.asked, plan.home_m))
+        return self._known[1]

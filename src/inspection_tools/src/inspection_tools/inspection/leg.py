@@ -1,0 +1,97 @@
+"""The flight to one photograph: when the UAV is there and at rest, and when it does not get there."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from inspection_tools.inspection.parameters import InspectionParameters
+from inspection_tools.inspection.todo import Task
+
+SLOW = 3.0
+"""A leg may take so many times as long as at full speed, and `LEG_S` more."""
+LEG_S = 15.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The UAV at an instant, in the map's frame. speed: m/s. turn_rate: rad/s."""
+
+    stamp_s: float
+    place_m: np.ndarray
+    yaw_rad: float
+    speed: float = 0.0
+    turn_rate: float = 0.0
+
+
+class PhotographLeg:
+    """Watches the UAV on its way to a photograph, and there.
+
+    Args:
+        task: the photograph. place_m: of the UAV there. stamp_s: now. way_m: length of its way.
+        tilt_rad: that the gimbal has to turn. parameters: see there.
+
+    Attributes:
+        is_shot: the shutter has opened.
+    """
+
+    def __init__(
+        self,
+        task: Task,
+        place_m: np.ndarray,
+        stamp_s: float,
+        way_m: float,
+        tilt_rad: float,
+        parameters: InspectionParameters,
+    ) -> None:
+        self.task, self.is_shot, self._place_m, self._p = task, False, place_m, parameters
+        self._until_s = stamp_s + SLOW * way_m / self._p.speed + LEG_S
+        self._tilted_s = stamp_s + abs(math.degrees(tilt_rad)) / self._p.tilt_rate + self._p.settle
+        self._arrived_s: float | None = None
+        self._settled_s: float | None = None
+        self._rests_s: float | None = None
+
+    @property
+    def has_arrived(self) -> bool:
+        """Whether the UAV was once within `far` of the place."""
+        return self._arrived_s is not None
+
+    def follow(self, motion: Motion) -> str:
+        """Take a pose. Return why the photograph cannot be taken now; empty: it can, or may still."""
+        p, stamp_s, off_m = self._p, motion.stamp_s, math.dist(motion.place_m, self._place_m)
+        turn = abs(math.remainder(motion.yaw_rad - self.task.view.yaw_rad, 2.0 * math.pi))
+        is_still = turn <= math.radians(p.turned) and motion.speed <= p.still
+        is_still &= abs(motion.turn_rate) <= p.still_turn
+        if self._arrived_s is None and off_m <= p.far:
+            self._arrived_s = stamp_s
+        self._settled_s = _since(self._settled_s, is_still and off_m <= p.near, stamp_s)
+        self._rests_s = _since(self._rests_s, is_still and off_m <= p.far, stamp_s)
+        if self.is_shot:
+            return ""
+        if self._arrived_s is None and stamp_s > self._until_s:
+            return f"the UAV did not get there: it was kept {off_m:.1f} m away"
+        if self._arrived_s is not None and stamp_s > self._arrived_s + 2.0 * p.patience + LEG_S:
+            return f"the UAV did not stay there: it was {off_m:.1f} m away"
+        return ""
+
+    def opens_shutter(self, motion: Motion) -> bool:
+        """Return whether the shutter opens now, once."""
+        p, stamp_s = self._p, motion.stamp_s
+        if self.is_shot or self._arrived_s is None or stamp_s < self._tilted_s:
+            return False
+        is_settled = self._settled_s is not None and stamp_s >= self._settled_s + p.settle
+        # CEPA may keep it off a little; then it comes to rest beside the place.
+        rests = self._rests_s is not None and stamp_s >= self._rests_s + p.rest
+        off_m = math.dist(motion.place_m, self._place_m)
+        is_late = stamp_s > self._arrived_s + p.patience and off_m <= p.far
+        self.is_shot = is_settled or rests or is_late
+        return self.is_shot
+
+
+def _since(before_s: float | None, holds: bool, stamp_s: float) -> float | None:
+    """Return since when something holds."""
+    if not holds:
+        return None
+    return stamp_s if before_s is None else before_s
