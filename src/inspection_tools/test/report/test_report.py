@@ -1,5 +1,6 @@
 """Given an inspection's folder, the page tells what is in it and what is missing."""
 
+import io
 import json
 import re
 import shutil
@@ -9,7 +10,9 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from drawn_inspection import folder, mesh, side_walls
+from PIL import Image
 
+from inspection_tools.report import pictures
 from inspection_tools.report.command import main
 from inspection_tools.report.page import libraries
 from inspection_tools.report.scene import SEEN, scene_of
@@ -117,6 +120,18 @@ def test_a_surface_record_comes_back_as_it_was(tmp_path):
     assert np.array_equal(back.shown, record.shown)
     assert np.allclose(back.points_m, record.points_m)
     assert np.allclose(back.normals, record.normals)
+
+
+def test_many_pictures_are_made_coarser_until_they_fit(monkeypatch):
+    rng = np.random.default_rng(1)
+    noise = {k: Image.fromarray(rng.integers(0, 255, (90, 120, 3)).astype(np.uint8)) for k in range(6)}
+    levels = ((120, 80), (60, 60), (30, 40))
+    sizes = []
+    for budget in (10**6, 15_000, 1):
+        monkeypatch.setattr(pictures, "BUDGET_BYTES", budget)
+        made = pictures._within(noise, levels)
+        sizes.append(Image.open(io.BytesIO(made[0])).width)
+    assert sizes == [120, 60, 30]
 
 
 CLICKS = """<script>

@@ -35,6 +35,7 @@ class Judged:
     plates: Sequence[PlateState]
     gaugings: Sequence[Gauging]
     comparison: Comparison | None
+    remarks: Sequence[str] = ()
 
 
 def judged(
@@ -65,7 +66,11 @@ def judged(
     comparison = None
     if last is not None and last.findings is not None and findings is not None:
         comparison = compared(last.findings, findings, last.surface, surface)
-    return Judged(scene, grades, plates, gaugings, comparison)
+    remarks = []
+    if last is not None and comparison is None:
+        whose = "this" if findings is None else "the last"
+        remarks.append(f"There is no comparison: {whose} survey has no findings.")
+    return Judged(scene, grades, plates, gaugings, comparison, remarks)
 
 
 def page_content(
@@ -76,7 +81,7 @@ def page_content(
     marks = marks_of(findings, inspection.shots, inspection.camera) if inspection.camera else []
     best = best_of(marks)
     thumbs, cuts, damaged = small_pictures(inspection.shots, best)
-    remarks = list(inspection.remarks)
+    remarks = [*inspection.remarks, *known.remarks]
     if damaged:
         remarks.append(f"{len(damaged)} photographs are damaged, the first {damaged[0]}.")
     if known.scene is None:

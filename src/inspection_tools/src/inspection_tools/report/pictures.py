@@ -11,7 +11,7 @@ from PIL import Image, ImageDraw
 from inspection_tools.report.sources import Shot
 from inspection_tools.report.views import Mark
 
-BUDGET_BYTES = 6_000_000
+BUDGET_BYTES = 4_500_000
 """Of the thumbnails, and of the cut-outs, as JPEG; base64 makes a third more of it."""
 LEVELS = ((720, 75), (560, 70), (420, 65), (320, 60), (240, 50), (160, 40))
 """Width, px, and JPEG quality, finest first."""

@@ -20,6 +20,8 @@ EDGE_M = 0.6
 """More on each side of the box around a mesh."""
 INTO_M = 1e-3
 """Samples count to the voxel this far behind them: walls on voxels' borders do not thicken inwards."""
+NOT_SURVEYED = "unknown"
+"""Name of a thing that bounds the air and is no surface: what an explored map does not know."""
 FRONT = 1.5
 """A side of a surface is in the air if a place so many voxels before it is."""
 
@@ -99,6 +101,8 @@ def patches_of_mesh(
         strict = room.at(room.air, begins + np.minimum(0.5 * free_m, step_m)[:, None] * towards) > 0
         votes.append(np.bincount(bodies[samples.triangles], samples.areas_m2 * strict, len(is_closed)))
         kept.append((free_m > step_m) & _air_near(room, begins + step_m * towards) | strict)
+    surveyed = np.array([name != NOT_SURVEYED for name in mesh.names])[mesh.part[near]]
+    kept = [each & surveyed[samples.triangles] for each in kept]
     for side, other in ((0, 1), (1, 0)):
         loses = is_closed & (votes[side] < votes[other] + (side == 1) * 1e-12)
         kept[side] &= ~loses[bodies[samples.triangles]]
