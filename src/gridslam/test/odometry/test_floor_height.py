@@ -10,10 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gridslam.odometry.body_sensors import BodySensors
 from gridslam.odometry.floor_height import FloorHeight
 from gridslam.odometry.parameters import LidarOdometryParameters
 
 IMU_S, RANGE_EVERY = 0.01, 5
+DOWN_XYZW = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
 
 
 def fly(height_at, floor_at, seconds: float, bias: float = 0.0, seed: int = 1, finder=lambda t, h: h):
@@ -63,6 +65,46 @@ def test_a_box_below_is_no_climb(box_m, width_s):
 def test_a_box_shows_as_another_floor():
     _, floor = fly(hover, lambda t: 0.5 if t >= 3.0 else 0.0, 5.0)
     assert floor.floor_m == pytest.approx(0.5, abs=0.04)
+
+
+def over_stiffeners(t: float, h: float) -> float:
+    """Return the least of three beams that cross stiffeners of 0.15 x 0.03 m every 0.75 m, at 0.6 m/s."""
+    beams_m = [0.6 * t + 0.375 + math.tan(math.radians(angle)) * h for angle in (-1.0, 0.0, 1.0)]
+    return h - 0.15 * any(abs(math.remainder(beam_m, 0.75)) < 0.015 for beam_m in beams_m)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_stiffeners_crossed_in_climb_and_descent_do_not_add_up(seed):
+    def wave(t: float) -> float:
+        return 2.2 - 1.5 * math.cos(0.6 * t)
+
+    rows, floor = fly(wave, lambda t: 0.0, 40.0, seed=seed, finder=over_stiffeners)
+    off_m = np.abs(rows[100:, 1] - rows[100:, 3])
+    assert np.percentile(off_m, 95) < 0.05
+    assert off_m.max() < 0.2
+    assert floor.floor_m == pytest.approx(0.0, abs=0.2)
+
+
+def test_a_floor_that_comes_into_sight_late_is_no_jump_of_a_height_that_is_known():
+    # Given a height that something else has told, and a range finder that was silent since the start
+    floor = FloorHeight(LidarOdometryParameters())
+    for k in range(40):
+        floor.on_height(0.05 * k, 0.0, 1e-6)
+    # When the range finder begins to tell another one
+    for k in range(40, 60):
+        floor.on_range(0.05 * k, 0.3)
+    # Then the floor lies that much below
+    assert floor.at(3.0)[0] == pytest.approx(0.0, abs=0.03)
+    assert floor.floor_m == pytest.approx(-0.3, abs=0.03)
+
+
+def test_too_close_for_the_range_finder_is_a_height_too():
+    sensors = BodySensors(LidarOdometryParameters())
+    for k in range(20):
+        below = sensors.on_range(0.05 * k, -math.inf, (0.05, 40.0), ((0.0, 0.0, -0.055), DOWN_XYZW))
+        assert below is None  # no point is known
+    assert sensors.height.is_known_at(1.0)
+    assert sensors.height.at(0.95)[0] == pytest.approx(0.08, abs=0.01)
 
 
 def test_one_wrong_reading_changes_nothing():

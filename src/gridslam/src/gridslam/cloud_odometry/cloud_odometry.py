@@ -27,8 +27,11 @@ from gridslam.odometry.parameters import LidarOdometryParameters
 
 SILENT_LEAN_RAD = 0.1
 """Standard deviation of roll and pitch then."""
-HEIGHT_SIGMA_M = 0.02
-"""Least standard deviation of the height over a floor that may have steps."""
+HEIGHT_SIGMA_M = 0.01
+"""Least standard deviation of the predicted height."""
+MAP_SIGMA_M = 0.2
+"""Standard deviation of the height that one cloud tells, beside that of its points. The map errs alike for
+all clouds of a place, so they count little beside range finder and accelerometer."""
 RANGE_AGE_S = 0.1
 """An older range tells nothing about a cloud's instant."""
 POINTS_MIN = 20
@@ -161,8 +164,12 @@ class CloudOdometry:
             place = place + dt_s * self._velocity
             self._covariance[PLACE, PLACE] += self._p.speed_noise**2 * dt_s**3 * np.eye(3)
             self._covariance[5, 5] += self._p.turn_noise**2 * dt_s
-        if self.planes.is_empty and self.height.is_known_at(stamp_s):
-            place = np.array((*place[:2], self.height.at(stamp_s)[0]))
+        if self.height.is_known_at(stamp_s):
+            height_m, climb, variance_m2 = self.height.at(stamp_s)
+            place = np.array((*place[:2], height_m))
+            self._velocity[2] = climb
+            self._covariance[2, :] = self._covariance[:, 2] = 0.0
+            self._covariance[2, 2] = max(variance_m2, HEIGHT_SIGMA_M**2)
         sigma = self._p.lean_noise_rad if lean else SILENT_LEAN_RAD
         self._covariance[3:5, :] = self._covariance[:, 3:5] = 0.0
         self._covariance[3, 3] = self._covariance[4, 4] = sigma**2
@@ -181,7 +188,7 @@ class CloudOdometry:
         if self._floor_point and abs(stamp_s - self._floor_point[0]) <= RANGE_AGE_S:
             points = np.vstack((points, self._floor_point[1]))
             readings = np.append(readings, self._p.floor_readings)
-        predicted, prior = self._with_height(stamp_s, predicted)
+        prior = np.linalg.inv(self._covariance)
         found = match(self.planes, points, readings, predicted, prior, self._p)
         if (
             found.found < POINTS_MIN
@@ -196,6 +203,11 @@ class CloudOdometry:
                 self.planes = PlaneMap(self._p)
             return None
         self._covariance = np.linalg.inv(found.information + prior)
+        if self.height.is_known_at(stamp_s):
+            height_m, variance_m2 = found.height_alone()
+            self.height.on_height(stamp_s, height_m, variance_m2 + MAP_SIGMA_M**2)
+        else:
+            self.height.on_height(stamp_s, float(found.pose.place[2]), float(self._covariance[2, 2]))
         self._matched_s = stamp_s
         untold = found.untold(self._p.told_m)
         if len(untold) > 1 or (len(untold) and abs(untold[0, 2]) < 0.7):
@@ -203,24 +215,14 @@ class CloudOdometry:
         self._untold = untold if not self.height.is_known_at(stamp_s) else _level(untold)
         return found
 
-    def _with_height(self, stamp_s: float, predicted: PoseInSpace) -> tuple[PoseInSpace, np.ndarray]:
-        """Return the prediction and its information, with the height by the range finder."""
-        prior = np.linalg.inv(self._covariance)
-        if not self.height.is_known_at(stamp_s):
-            return predicted, prior
-        height_m, _, variance_m2 = self.height.at(stamp_s)
-        told = 1.0 / max(variance_m2, HEIGHT_SIGMA_M**2)
-        pull = np.zeros(6)
-        pull[2] = told * (height_m - predicted.place[2])
-        prior[2, 2] += told
-        return predicted.moved(np.linalg.solve(prior, pull)), prior
-
     def _move(self, stamp_s: float, found: CloudMatch | None, predicted: PoseInSpace) -> None:
         pose = found.pose if found else predicted
         if self._stamp_s is not None:
             dt_s = stamp_s - self._stamp_s
             if found:
                 self._velocity = (pose.place - self._pose.place) / dt_s
+                if self.height.is_known_at(stamp_s):
+                    self._velocity[2] = self.height.at(stamp_s)[1]
                 self._velocity_covariance = 2.0 * self._covariance[PLACE, PLACE] / dt_s**2
             else:
                 self._velocity *= math.exp(-dt_s / self._p.rest_time_s)
@@ -243,6 +245,8 @@ class CloudOdometry:
     def _add_keyframe(self, stamp_s: float, in_base: np.ndarray) -> None:
         if self._keyframe is None:
             self._covariance = FIRST_VARIANCE * np.eye(6)  # by definition the map begins here
+            if not self.height.is_known_at(stamp_s):
+                self.height.on_height(stamp_s, float(self._pose.place[2]), FIRST_VARIANCE)
         self.planes.add(in_base @ self._pose.rotation.T + self._pose.place)
         self._keyframe = self._pose
         self._matched_s = stamp_s

@@ -14,6 +14,8 @@ from gridslam.cloud_odometry.plane_map import PlaneMap
 STEPS_MAX = 12
 SHRINKS = 0.6
 """The reach of one step, of the one before it."""
+LEAST_INFORMATION = 1e-2
+"""1/m2 and 1/rad2: of any direction."""
 STILL = 2e-4
 """m and rad: a smaller step is the last one."""
 
@@ -48,6 +50,8 @@ class CloudMatch:
     """Points in voxels that hold a plane."""
     near: int
     """Those that lie on it, within `last_reach_m`."""
+    pull: np.ndarray
+    """(6,) information times the step that the cloud alone would take from here."""
 
     @property
     def known(self) -> float:
@@ -58,6 +62,11 @@ class CloudMatch:
     def agreement(self) -> float:
         """Share of the points where the map has a plane that lie on it."""
         return self.near / max(self.found, 1)
+
+    def height_alone(self) -> tuple[float, float]:
+        """Return the height in m that the cloud alone tells, without the prediction, and its variance."""
+        spread = np.linalg.inv(self.information + LEAST_INFORMATION * np.eye(6))
+        return float(self.pose.place[2] + spread[2] @ self.pull), float(spread[2, 2])
 
     def untold(self, told_m: float) -> np.ndarray:
         """Return the directions (k, 3) along which the cloud alone does not tell the place."""
@@ -110,4 +119,4 @@ def match(
         if reach_m <= p.last_reach_m and np.abs(step).max() < STILL:
             break
         reach_m = max(SHRINKS * reach_m, p.last_reach_m)
-    return CloudMatch(pose, information, len(points), found, near)
+    return CloudMatch(pose, information, len(points), found, near, pull)

@@ -41,7 +41,9 @@ class BodySensors:
     ) -> np.ndarray | None:
         """Take a range of the range finder, which looks along x of its own frame.
 
-        Ranges beyond the limits, NaN and infinite ones do not count. Without the IMU the UAV counts as level.
+        Ranges beyond the limits, NaN and infinite ones do not count, but for -inf: too close (REP-117), as
+        under a low UAV that stands. It counts as half the least range. Without the IMU the UAV counts as
+        level.
 
         Args:
             stamp_s: its time.
@@ -50,9 +52,12 @@ class BodySensors:
             finder_in_base: its (xyz, quaternion xyzw) in the base frame.
 
         Returns:
-            The point (3,) below that it met, in the base frame; None if the range does not count.
+            The point (3,) below that it met, in the base frame; None if it is not known.
         """
-        if not limits_m[0] <= range_m <= limits_m[1]:
+        is_close = range_m == -math.inf and 0.0 < limits_m[0] < math.inf
+        if is_close:
+            range_m = 0.5 * limits_m[0]
+        elif not limits_m[0] <= range_m <= limits_m[1]:
             return None
         lean = self.inertial.lean_at(stamp_s) or LEVEL
         x, y, z = finder_in_base[0]
@@ -60,8 +65,8 @@ class BodySensors:
         below_m = -float((matrix_of_lean(lean.roll_rad, lean.pitch_rad) @ end)[2])
         if below_m <= 0.0:
             return None
-        self.height.on_range(stamp_s, below_m)
-        return end
+        self.height.on_range(stamp_s, below_m, 0.5 * limits_m[0] if is_close else 0.0)
+        return None if is_close else end
 
 
 def checked_start(start: Sequence[float]) -> np.ndarray:

@@ -64,11 +64,11 @@ class LidarOdometryParameters:
     """rad/sqrt(s): white noise of the turn by the gyroscope."""
     rest_time_s: float = 2.0
     """s: time in which the speed decays along a direction that the scans do not tell."""
-    range_noise_m: float = 0.03
+    range_noise_m: float = 0.02
     """m: standard deviation of the height by the range finder."""
     climb_noise: float = 0.2
     """m/s/sqrt(s): white noise of the vertical acceleration."""
-    floor_step_m: float = 0.12
+    floor_step_m: float = 0.06
     """m: if the height below differs by more than this from the expected one, the floor has a step."""
 
     def __post_init__(self) -> None:
