@@ -44,7 +44,7 @@ PLANNER = PlannerParameters(radius=0.35, margin=0.15)
 EXPLORER = ExplorerParameters(
     speed=SPEED_M_S, spacing=0.6, reach=12.0, cell=1.0, worth_min=0.8, rate_min=0.5, room_min=0.5
 )
-VOLUME = VolumeParameters(resolution_m=0.2, max_range_m=20.0)
+VOLUME = VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=0.46)
 VIEW = replace(VIEWS["puck"], range_max_m=VOLUME.max_range_m)
 HOME_M, HOVER_M = 1.0, 1.5
 BOX_M = (-15.3, -10.3, -0.3), (15.3, 10.3, 11.4)

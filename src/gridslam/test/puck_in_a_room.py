@@ -58,8 +58,11 @@ def yaw_at(time_s):
     return 0.4 * math.sin(0.3 * time_s)
 
 
-def fly(odometry, until_s, rng, has_range=True, at=place_at, rate_hz=10):
-    """Feed the odometry and return (time in s, estimate, true place) of each cloud, the IMU at 50 Hz."""
+def fly(odometry, until_s, rng, has_range=True, at=place_at, rate_hz=10, pitch_told=lambda time_s: 0.0):
+    """Feed the odometry and return (time in s, estimate, true place) of each cloud, the IMU at 50 Hz.
+
+    pitch_told: what the IMU says, rad; the UAV is always level.
+    """
     flown, step_s = [], 0.02
     for tick in range(int(until_s / step_s) + 1):
         time_s = tick * step_s
@@ -67,7 +70,9 @@ def fly(odometry, until_s, rng, has_range=True, at=place_at, rate_hz=10):
         push = (at(time_s + step_s) - 2 * at(time_s) + at(max(time_s - step_s, 0.0))) / step_s**2
         rate = (yaw_at(time_s + step_s) - yaw_at(time_s)) / step_s
         force = rotation.T @ (push + np.array([0.0, 0.0, GRAVITY_MPS2]))
-        odometry.on_imu(InertialReading(time_s, (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, rate), tuple(force)))
+        half = 0.5 * pitch_told(time_s)
+        lean = (0.0, math.sin(half), 0.0, math.cos(half))
+        odometry.on_imu(InertialReading(time_s, lean, (0.0, 0.0, rate), tuple(force)))
         if tick % (50 // rate_hz):
             continue
         place = at(time_s)

@@ -33,6 +33,15 @@ def test_it_follows_a_loop_with_a_climb_of_3_m_to_centimetres():
     assert not any(estimate.remark for _, estimate, _ in flown)
 
 
+def test_a_map_that_began_with_a_wrong_pitch_is_levelled():
+    """On the ground a bias of the accelerometer looks like a lean. When it is known, the map is put right."""
+    flown = fly(odometry(), 21.0, rng(), pitch_told=lambda time_s: 0.02 if time_s < 2.0 else 0.0)
+    assert flown[10][1].roll_pitch_yaw[1] == pytest.approx(0.02, abs=0.004)
+    late = flown[-50:]
+    assert max(abs(estimate.roll_pitch_yaw[1]) for _, estimate, _ in late) < 0.004
+    assert np.abs(errors(late)).max() < 0.05
+
+
 def test_the_velocity_is_that_of_the_base_along_its_own_axes():
     flown = fly(odometry(), 12.0, rng())
     for time_s, estimate, _ in flown[20:]:

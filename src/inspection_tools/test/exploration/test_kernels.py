@@ -5,14 +5,12 @@ import math
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy import ndimage
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from inspection_tools.exploration.frontiers import frontier_voxels, in_cells
-from inspection_tools.exploration.kernels.borders import flood
 from inspection_tools.exploration.kernels.lattice import lattice_ways
-from inspection_tools.exploration.kernels.views import best_view, is_open, seen_from
+from inspection_tools.exploration.kernels.views import best_view, is_open, mark_seen, seen_from
 from inspection_tools.planning import FREE, UNKNOWN
 from inspection_tools.planning.kernels.neighbours import STEPS
 
@@ -59,6 +57,9 @@ def test_a_place_shows_the_cells_within_reach_and_beams(seed):
                 seen[m] = True
     np.testing.assert_array_equal(gains, expected)
     np.testing.assert_array_equal(is_seen, seen)
+    marked = np.zeros(9, bool)
+    mark_seen(kinds, places, cells, (-0.3, 0.2), (1.0, 6.0), marked)
+    np.testing.assert_array_equal(marked, seen)
 
 
 @settings(max_examples=20, deadline=None)
@@ -91,17 +92,6 @@ def test_frontiers_are_unknown_voxels_beside_free_ones(seed):
                 if inside and kinds[tuple(other)] == FREE:
                     expected.add(tuple(voxel))
     assert {tuple(voxel) for voxel in frontier_voxels(kinds).tolist()} == expected
-
-
-@settings(max_examples=20, deadline=None)
-@given(SEEDS)
-def test_a_flood_reaches_the_parts_that_hold_a_seed(seed):
-    rng = np.random.default_rng(seed)
-    is_free = rng.random((6, 7, 8)) < 0.2
-    seeds = rng.integers(0, is_free.shape, (3, 3))
-    labels, _ = ndimage.label(is_free, np.ones((3, 3, 3)))
-    parts = set(labels[tuple(seeds.T)].tolist()) - {0}
-    np.testing.assert_array_equal(flood(is_free, seeds), np.isin(labels, list(parts)))
 
 
 def test_cells_count_their_voxels_and_stay_when_the_map_grows():

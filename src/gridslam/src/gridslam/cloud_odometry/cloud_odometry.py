@@ -15,6 +15,7 @@ from typing import Callable, Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from gridslam.cloud_odometry.levelling import Levelling
 from gridslam.cloud_odometry.matching import CloudMatch, PoseInSpace, match
 from gridslam.cloud_odometry.parameters import CloudOdometryParameters
 from gridslam.cloud_odometry.plane_map import PlaneMap, thinned
@@ -68,6 +69,7 @@ class CloudOdometry:
         self._sensors = BodySensors(LidarOdometryParameters())
         self._inertial, self.height = self._sensors.inertial, self._sensors.height
         self.planes = PlaneMap(self._p)
+        self._levelling = Levelling(self._p.level_time_s)
         x, y, yaw = self._start.tolist()
         self._pose = PoseInSpace(np.array((x, y, 0.0)), Rotation.from_rotvec((0.0, 0.0, yaw)).as_matrix())
         self._velocity, self._velocity_covariance = np.zeros(3), 0.01 * np.eye(3)
@@ -122,6 +124,8 @@ class CloudOdometry:
         predicted = self._predict(stamp_s, lean)
         found = self._match(stamp_s, in_base, predicted, remarks)
         self._move(stamp_s, found, predicted)
+        if found and lean and self._stamp_s is not None:
+            self._level_map(lean, stamp_s - self._stamp_s)
         self._way_m += float(np.linalg.norm(self._pose.place - before.place))
         self._stamp_s = stamp_s
         if len(in_base) >= POINTS_MIN and self._is_keyframe_due(stamp_s, found):
@@ -167,14 +171,21 @@ class CloudOdometry:
         if self.height.is_known_at(stamp_s):
             height_m, climb, variance_m2 = self.height.at(stamp_s)
             place = np.array((*place[:2], height_m))
+            place[2] -= self._levelling.rise_m(place)
             self._velocity[2] = climb
             self._covariance[2, :] = self._covariance[:, 2] = 0.0
             self._covariance[2, 2] = max(variance_m2, HEIGHT_SIGMA_M**2)
         sigma = self._p.lean_noise_rad if lean else SILENT_LEAN_RAD
         self._covariance[3:5, :] = self._covariance[:, 3:5] = 0.0
         self._covariance[3, 3] = self._covariance[4, 4] = sigma**2
-        heading = Rotation.from_rotvec((0.0, 0.0, yaw)).as_matrix()
-        return PoseInSpace(place, heading @ matrix_of_lean(roll, pitch))
+        rotation = _attitude(roll, pitch, yaw)
+        return PoseInSpace(place, self._levelling.rotation.T @ rotation if lean else rotation)
+
+    def _level_map(self, lean: Lean, dt_s: float) -> None:
+        """Learn from a match how the map leans."""
+        matched = self._pose.rotation
+        _, _, yaw = roll_pitch_yaw_of(self._levelling.rotation @ matched)
+        self._levelling.learn(_attitude(lean.roll_rad, lean.pitch_rad, yaw), matched, dt_s)
 
     def _match(
         self, stamp_s: float, in_base: np.ndarray, predicted: PoseInSpace, remarks: list[str]
@@ -203,11 +214,13 @@ class CloudOdometry:
                 self.planes = PlaneMap(self._p)
             return None
         self._covariance = np.linalg.inv(found.information + prior)
+        rise_m = self._levelling.rise_m(found.pose.place)
         if self.height.is_known_at(stamp_s):
             height_m, variance_m2 = found.height_alone()
-            self.height.on_height(stamp_s, height_m, variance_m2 + MAP_SIGMA_M**2)
+            self.height.on_height(stamp_s, height_m + rise_m, variance_m2 + MAP_SIGMA_M**2)
         else:
-            self.height.on_height(stamp_s, float(found.pose.place[2]), float(self._covariance[2, 2]))
+            height_m = float(found.pose.place[2]) + rise_m
+            self.height.on_height(stamp_s, height_m, float(self._covariance[2, 2]))
         self._matched_s = stamp_s
         untold = found.untold(self._p.told_m)
         if len(untold) > 1 or (len(untold) and abs(untold[0, 2]) < 0.7):
@@ -247,20 +260,22 @@ class CloudOdometry:
             self._covariance = FIRST_VARIANCE * np.eye(6)  # by definition the map begins here
             if not self.height.is_known_at(stamp_s):
                 self.height.on_height(stamp_s, float(self._pose.place[2]), FIRST_VARIANCE)
+            self._levelling.begin(self._pose.place)
         self.planes.add(in_base @ self._pose.rotation.T + self._pose.place)
         self._keyframe = self._pose
         self._matched_s = stamp_s
 
     def _estimate(self, stamp_s: float, lean: Lean, share: float, remark: str) -> OdometryEstimate:
-        rotation = self._pose.rotation
+        pose = self._levelling.levelled(self._pose)
+        rotation = pose.rotation
         covariance = 0.5 * (self._covariance + self._covariance.T)
         drifted = covariance.copy()
         drifted[PLACE, PLACE] += (self._p.drift * self._way_m) ** 2 * np.eye(3)
         velocity_covariance = np.zeros((6, 6))
         velocity_covariance[PLACE, PLACE] = rotation.T @ self._velocity_covariance @ rotation
         velocity_covariance[TURN, TURN] = self._p.lean_noise_rad**2 * np.eye(3)
-        x, y, z = self._pose.place.tolist()
-        u, v, w = (rotation.T @ self._velocity).tolist()
+        x, y, z = pose.place.tolist()
+        u, v, w = (self._pose.rotation.T @ self._velocity).tolist()
         return OdometryEstimate(
             stamp_s,
             (x, y, z),
@@ -273,6 +288,11 @@ class CloudOdometry:
             share,
             remark,
         )
+
+
+def _attitude(roll: float, pitch: float, yaw: float) -> np.ndarray:
+    heading: np.ndarray = Rotation.from_rotvec((0.0, 0.0, yaw)).as_matrix()
+    return heading @ matrix_of_lean(roll, pitch)
 
 
 def _level(directions: np.ndarray) -> np.ndarray:

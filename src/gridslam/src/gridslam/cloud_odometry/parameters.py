@@ -53,6 +53,8 @@ class CloudOdometryParameters:
     """rad/sqrt(s): white noise of the turn by the gyroscope."""
     lean_noise_rad: float = 0.005
     """rad: standard deviation of the IMU's roll and pitch."""
+    level_time_s: float = 5.0
+    """s: the map is levelled by the mean of the IMU's roll and pitch over so long."""
     rest_time_s: float = 2.0
     """s: time in which the speed decays along a direction that the clouds do not tell."""
     drift: float = 0.002

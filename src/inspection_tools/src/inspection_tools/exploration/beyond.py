@@ -7,32 +7,55 @@ import math
 import numpy as np
 from scipy import ndimage
 
-from inspection_tools.exploration.kernels.borders import flood
 from inspection_tools.planning import OCCUPIED, UNKNOWN
 from inspection_tools.planning.kernels.distances import squared_clearances
 from inspection_tools.planning.space import Space
 
+TOUCHING = np.ones((3, 3, 3), bool)
+"""Voxels that share a face, an edge or a corner hang together."""
+
 
 def is_near_room(space: Space, nodes: np.ndarray, least_m3: float) -> np.ndarray:
-    """Return (d, h, w) which voxels are so near to unknown room for the UAV that they may open it.
+    """Return (d, h, w) which voxels are so near to a way into unknown room that they may open or close it.
 
-    Room is what the UAV's centre could reach if all that is unknown were free. nodes: (n, 3) z, y, x, that a
-    way leads to. least_m3: less room in one piece does not count.
+    Room is what the UAV's centre could reach if all that is unknown were free. A way into it ends where the
+    centre would enter what is unknown, after places that are free but not clear. nodes: (n, 3) z, y, x, that
+    a way leads to. least_m3: less room in one piece does not count.
     """
     reach = math.isqrt(space.need - 1) + 1
     fits = squared_clearances(_blocked(space), reach) >= space.need
     if math.isfinite(space.limits.ceiling_m):
         highest = math.floor(space.limits.ceiling_m / space.grid.resolution_m - 0.5)
         fits[max(highest - int(space.grid.corner[2]) + 1, 0) :] = False
-    room = flood(fits, nodes) & (space.grid.kinds == UNKNOWN) & (space.squares < space.need)
-    pieces, _ = ndimage.label(room, np.ones((3, 3, 3), bool))
-    voxels = np.bincount(pieces.ravel())
-    voxels[0] = 0
-    room = (voxels * space.grid.resolution_m**3 >= max(least_m3, space.grid.resolution_m**3))[pieces]
+    is_unclear = space.squares < space.need
+    is_unknown = space.grid.kinds == UNKNOWN
+    room = _large(_joined(fits, nodes) & is_unknown & is_unclear, least_m3 / space.grid.resolution_m**3)
     if not room.any():
         return room
-    near: np.ndarray = squared_clearances(room, reach) < reach * reach
+    known = _joined(fits & ~is_unknown, nodes)
+    gates = room & ndimage.binary_dilation(known, TOUCHING)
+    ways = gates | _joined(known & is_unclear | gates, np.argwhere(gates))
+    near: np.ndarray = squared_clearances(ways, reach) < reach * reach
     return near
+
+
+def _large(marked: np.ndarray, voxels_min: float) -> np.ndarray:
+    """Return (d, h, w) the marked voxels without the pieces that have fewer voxels."""
+    pieces, _ = ndimage.label(marked, TOUCHING)
+    is_large = np.bincount(pieces.ravel()) >= voxels_min
+    is_large[0] = False
+    large: np.ndarray = is_large[pieces]
+    return large
+
+
+def _joined(fits: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+    """Return (d, h, w) what hangs together with nodes (n, 3), by faces, edges or corners."""
+    pieces, count = ndimage.label(fits, TOUCHING)
+    is_joined = np.zeros(count + 1, bool)
+    is_joined[pieces[tuple(nodes.T)]] = True
+    is_joined[0] = False
+    joined: np.ndarray = is_joined[pieces]
+    return joined
 
 
 def _blocked(space: Space) -> np.ndarray:

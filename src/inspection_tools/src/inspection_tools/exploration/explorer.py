@@ -13,13 +13,15 @@ import numpy as np
 
 from inspection_tools.exploration.beyond import is_near_room
 from inspection_tools.exploration.frontiers import Frontiers, frontier_voxels, in_cells
-from inspection_tools.exploration.kernels.views import best_view, seen_from
+from inspection_tools.exploration.kernels.views import best_view, mark_seen, seen_from
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.planning.space import Space
 
 NEAR, FAR = 1.0, 0.5
 """What a view in vain from the nearer half of the lidar's reach counts, and one from the other half."""
+PASSING = 0.25
+"""What a view from the way counts, as a share of one from its goal."""
 TRIES = 1.0
 """A cell is left after views in vain that count so much."""
 SAME = 0.8
@@ -78,7 +80,11 @@ class Explorer:
     def __init__(self, parameters: ExplorerParameters | None = None):
         self._p = parameters or ExplorerParameters()
         self._goal_m: np.ndarray | None = None
+        self._looked_m: np.ndarray | None = None
+        """Where the last view was that counted."""
         self._seeks_room = False
+        self._known = 0
+        """Voxels of the map when all views were looked at last."""
         self._tried: dict[tuple[float, ...], tuple[int, float]] = {}
         """By cell: its frontier voxels when it was looked at, and what the views in vain count."""
 
@@ -98,19 +104,22 @@ class Explorer:
             self._goal_m = None
             return Decision(None, is_shut_in=True)
         is_there = self._goal_m is not None and math.dist(place_m, self._goal_m) <= self._p.spacing
-        if is_there:
-            self._note_view(space, kinds, place_m, everything, 1.0)
+        views_m, view = self._views_from(place_m, is_there)
+        self._note_view(space, kinds, views_m, view, everything, 1.0)
         present_m = None if is_there else self._goal_m
         is_left = self._is_left(space, everything, 1.0)
-        least = self._p.worth_min / space.grid.resolution_m**2, self._p.rate_min / space.grid.resolution_m**2
-        seeks_room, self._seeks_room = self._seeks_room, False
-        chosen = self._best(space, kinds, roadmap, everything.chosen(~is_left), least, present_m)
+        seeks_room, has_news = self._seeks_room, self._has_news(space)
+        self._seeks_room, chosen = False, None
+        if is_there or has_news:
+            chosen = self._best(
+                space, kinds, roadmap, everything.chosen(~is_left), self._least(space), present_m
+            )
         if chosen is None:
             self._seeks_room = True
             near = np.pad(is_near_room(space, roadmap.nodes, self._p.room_min), 1, mode="edge")
             room = self._cells(space, border[near[tuple(border.T)]], ROOM_CELL * self._p.cell)
-            if is_there and seeks_room:
-                self._note_view(space, kinds, place_m, room, ROOM_CELL)
+            if seeks_room:
+                self._note_view(space, kinds, views_m, view, room, ROOM_CELL)
             open_room = room.chosen(~self._is_left(space, room, ROOM_CELL))
             chosen = self._best(
                 space, kinds, roadmap, open_room, (1.0, 0.0), present_m if seeks_room else None
@@ -123,6 +132,19 @@ class Explorer:
         x, y, z = self._goal_m.tolist()
         return Decision((x, y, z), float(roadmap.ways_m[goal]), gain * space.grid.resolution_m**2)
 
+    def _least(self, space: Space) -> tuple[float, float]:
+        """Return the voxels, and voxels a second, that a view must show."""
+        face_m2 = space.grid.resolution_m**2
+        return self._p.worth_min / face_m2, self._p.rate_min / face_m2
+
+    def _has_news(self, space: Space) -> bool:
+        """Whether so much is new since a search for room began that a view may be worth its time again."""
+        known = int(np.count_nonzero(space.grid.kinds))
+        if self._seeks_room and abs(known - self._known) < self._least(space)[0]:
+            return False
+        self._known = known
+        return True
+
     @staticmethod
     def _voxels(space: Space, length_m: float, least: int = 1) -> int:
         return max(least, round(length_m / space.grid.resolution_m))
@@ -131,22 +153,38 @@ class Explorer:
         """Return the cells of a border (n, 3) of the map with a layer around it."""
         return in_cells(border, self._voxels(space, side_m), space.grid.corner[::-1] - 1)
 
+    def _views_from(self, place_m: np.ndarray, is_there: bool) -> tuple[list[np.ndarray], float]:
+        """Return the places from which the UAV looks, and what a view counts; none: it has hardly moved."""
+        if is_there:
+            assert self._goal_m is not None
+            self._looked_m = place_m
+            return [place_m, self._goal_m], 1.0
+        if self._looked_m is not None and math.dist(place_m, self._looked_m) < self._p.spacing:
+            return [], 0.0
+        self._looked_m = place_m
+        return [place_m], PASSING
+
     def _note_view(
-        self, space: Space, kinds: np.ndarray, place_m: np.ndarray, cells: Frontiers, share: float
+        self,
+        space: Space,
+        kinds: np.ndarray,
+        views_m: list[np.ndarray],
+        view: float,
+        cells: Frontiers,
+        share: float,
     ) -> None:
-        """At the goal: count the cells that were looked at in vain."""
-        assert self._goal_m is not None
-        here, goal = space.grid.index_of(place_m), space.grid.index_of(self._goal_m)
-        if here is None or goal is None:
+        """Count the cells that were looked at in vain."""
+        indices = [index for index in map(space.grid.index_of, views_m) if index is not None]
+        if not indices or not len(cells.counts):
             return
         is_seen = np.zeros(len(cells.counts), bool)
-        self._gains(space, kinds, np.array((here, goal)), cells, is_seen)
+        self._gains(space, kinds, np.array(indices), cells, is_seen)
         for place, count in zip(cells.places[is_seen], cells.counts[is_seen].tolist()):
             key = self._key(space, place, share)
-            far_m = math.dist(here, place - 1) * space.grid.resolution_m
-            view = NEAR if far_m <= self._p.reach / 2 else FAR
+            far_m = math.dist(indices[0], place - 1) * space.grid.resolution_m
+            counts = view * (NEAR if far_m <= self._p.reach / 2 else FAR)
             before, tries = self._tried.get(key, (count, 0.0))
-            self._tried[key] = (count, (tries if count >= SAME * before else 0.0) + view)
+            self._tried[key] = (count, (tries if count >= SAME * before else 0.0) + counts)
 
     def _key(self, space: Space, place: np.ndarray, share: float) -> tuple[float, ...]:
         side = self._voxels(space, share * self._p.cell)
@@ -239,11 +277,11 @@ class Explorer:
         self, space: Space, kinds: np.ndarray, nodes: np.ndarray, cells: Frontiers, is_left: np.ndarray
     ) -> tuple[Leftover, ...]:
         by_beam, in_sight = np.zeros(len(cells.counts), bool), np.zeros(len(cells.counts), bool)
-        self._gains(space, kinds, nodes, cells, by_beam)
-        reaches = 0.0, self._reaches(space)[1]
+        reaches = self._reaches(space)
+        mark_seen(kinds, nodes + 1, cells.places, self._slopes, reaches, by_beam)
         hidden = ~by_beam
         seen = in_sight[hidden]
-        seen_from(kinds, nodes + 1, *cells.chosen(hidden), (-1e9, 1e9), reaches, seen)
+        mark_seen(kinds, nodes + 1, cells.places[hidden], (-1e9, 1e9), (0.0, reaches[1]), seen)
         in_sight[hidden] = seen
         where = space.grid.centres_m(cells.places - 1)
         areas = cells.counts * space.grid.resolution_m**2

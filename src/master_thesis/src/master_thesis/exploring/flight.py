@@ -83,7 +83,8 @@ class ExploringFlight:
         stamp_us = round(1e6 * estimate.stamp_s)
         points = self._clouds.pop(stamp_us, None)
         self._clouds = {key: cloud for key, cloud in self._clouds.items() if key > stamp_us}
-        if points is None or estimate.stamp_s < self._cloud_s + CLOUD_S or estimate.remark:
+        is_placed = estimate.share > 0.0 and not estimate.remark  # the first clouds begin the odometry's map
+        if points is None or not is_placed or estimate.stamp_s < self._cloud_s + CLOUD_S:
             return
         self._cloud_s = estimate.stamp_s
         rotation = matrix_of_quaternion(quaternion_from_rpy(*estimate.roll_pitch_yaw))

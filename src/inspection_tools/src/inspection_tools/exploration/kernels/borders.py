@@ -32,33 +32,3 @@ def _mark(
         is_border[a] = True
     elif here == FREE and there == UNKNOWN:
         is_border[b] = True
-
-
-@njit(cache=True, nogil=True)
-def flood(is_open: np.ndarray, seeds: np.ndarray) -> np.ndarray:
-    """Return (d, h, w) which open voxels are joined to seeds (n, 3) by faces, edges or corners.
-
-    is_open: (d, h, w). A seed that is not open joins nothing.
-    """
-    depth, height, width = is_open.shape
-    reached = np.zeros(is_open.shape, np.bool_)
-    stack = np.empty(is_open.size, np.int64)
-    size = 0
-    for n in range(len(seeds)):
-        z, y, x = seeds[n]
-        if is_open[z, y, x] and not reached[z, y, x]:
-            reached[z, y, x] = True
-            stack[size] = (z * height + y) * width + x
-            size += 1
-    while size > 0:
-        size -= 1
-        item = stack[size]
-        x, y, z = item % width, item // width % height, item // (width * height)
-        for c in range(max(z - 1, 0), min(z + 2, depth)):
-            for b in range(max(y - 1, 0), min(y + 2, height)):
-                for a in range(max(x - 1, 0), min(x + 2, width)):
-                    if is_open[c, b, a] and not reached[c, b, a]:
-                        reached[c, b, a] = True
-                        stack[size] = (c * height + b) * width + a
-                        size += 1
-    return reached

@@ -86,6 +86,24 @@ def seen_from(
 
 
 @njit(cache=True, nogil=True)
+def mark_seen(
+    kinds: np.ndarray,
+    places: np.ndarray,
+    cells: np.ndarray,
+    slopes: tuple[float, float],
+    reaches: tuple[float, float],
+    is_seen: np.ndarray,
+) -> None:
+    """Set is_seen (m,) where any place sees a cell. The arguments are those of `seen_from`."""
+    for m in range(len(cells)):
+        for n in range(len(places)):
+            if is_seen[m]:
+                break
+            if _has_beam(places[n], cells[m], slopes, reaches):
+                is_seen[m] = is_open(kinds, places[n], cells[m])
+
+
+@njit(cache=True, nogil=True)
 def best_view(
     kinds: np.ndarray,
     places: np.ndarray,
