@@ -64,3 +64,28 @@ def test_a_uav_that_cannot_reach_the_first_place_explores_from_where_it_is():
     assert exploration.told.views == 0
     exploration.look(12.0, HOVER_M)
     assert exploration.told.views == 1
+
+
+def test_a_uav_that_is_kept_off_its_way_gives_the_goal_up():
+    """CEPA may not let it come nearer. It does not wait for ever, and does not choose the same place again."""
+    exploration = Exploration(open_box(), Explorer(), ExplorationParameters(first_sink=0.0, patience=6.0))
+    exploration.begin(0.0, HOVER_M)
+    tried = set()
+    for stamp_s in np.arange(0.0, 40.0, 0.5):
+        if exploration.follow(float(stamp_s), HOVER_M):
+            exploration.look(float(stamp_s), HOVER_M)
+            tried.add(tuple(exploration.rest_m[-1].round(3)) if exploration.rest_m else None)
+    tried -= {tuple(HOVER_M), None}
+    assert len(tried) > 2
+
+
+def test_a_uav_that_is_kept_off_its_home_lands_beside_it():
+    exploration = Exploration(open_box(), Explorer(), ExplorationParameters(first_sink=0.0))
+    exploration.begin(0.0, HOVER_M)
+    beside_m = HOVER_M + (1.0, 0.0, 0.0)
+    exploration.abort("enough")
+    for stamp_s in np.arange(0.0, 20.0, 0.5):
+        assert not exploration.is_home or stamp_s > 6.0
+        if exploration.follow(float(stamp_s), beside_m):
+            exploration.look(float(stamp_s), beside_m)
+    assert exploration.is_home

@@ -18,7 +18,7 @@ from inspection_tools.energy import EnergyWatch, Verdict, WayHome
 from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.explorer import Explorer, Leftover, Why
 from inspection_tools.exploration.parameters import ExplorationParameters
-from inspection_tools.exploration.way import Way
+from inspection_tools.exploration.way import Progress, Way
 from inspection_tools.planning import PathPlanner
 
 BACK_S = 15.0
@@ -94,7 +94,7 @@ class Exploration:
         self._planner, self._explorer, self._energy = planner, explorer, energy
         self._p = parameters or ExplorationParameters()
         self._began_s, self._look_s = math.nan, -math.inf
-        self._way = Way()
+        self._way, self._progress = Way(), Progress()
         self._home_m: np.ndarray | None = None
         self._track_m: list[np.ndarray] = []
         self._been_m: list[np.ndarray] = []
@@ -171,6 +171,7 @@ class Exploration:
         if not self._track_m or math.dist(here_m, self._track_m[-1]) > self._p.track_spacing:
             self._track_m.append(here_m)
         self._way.follow(here_m, self._p.arrived)
+        self._progress.note(stamp_s, here_m, self._way.rest_m)
         pause_s = self._p.look_period if self._way.is_left else self._p.rest
         return not self.is_home and stamp_s >= self._look_s + pause_s
 
@@ -230,6 +231,10 @@ class Exploration:
         if not self.told.views and self.told.end is None:  # on the first way down, which no beam has seen
             is_young = stamp_s < self._began_s + FIRST_WAY_S
             return is_young and math.dist(here_m, rest_m[-1]) > self._p.arrived
+        if self._progress.is_held_off(stamp_s, self._p.patience):
+            self._planner.close(rest_m[0], stamp_s)  # CEPA does not let it go there
+            self._explorer.give_up_goal()
+            return False
         is_decided = self.told.end is not None or len(rest_m) > 1
         return is_decided and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)
 
@@ -274,7 +279,8 @@ class Exploration:
 
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         assert self._home_m is not None
-        if math.dist(here_m, self._home_m) < 2 * self._p.arrived:
+        is_held_off = self._progress.is_held_off(stamp_s, self._p.patience)
+        if math.dist(here_m, self._home_m) < (5 if is_held_off else 2) * self._p.arrived:
             self.is_home = True
         elif not self._plan(here_m, self._home_m, stamp_s):
             self._set_out(Way(self._track_m[::-1]))  # the way it came

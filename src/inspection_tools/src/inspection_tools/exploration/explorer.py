@@ -80,6 +80,8 @@ class Explorer:
     def __init__(self, parameters: ExplorerParameters | None = None):
         self._p = parameters or ExplorerParameters()
         self._goal_m: np.ndarray | None = None
+        self._has_given_up = False
+        """Its present goal."""
         self._looked_m: np.ndarray | None = None
         """Where the last view was that counted."""
         self._seeks_room = False
@@ -87,6 +89,10 @@ class Explorer:
         """Voxels of the map when all views were looked at last."""
         self._tried: dict[tuple[float, ...], tuple[int, float]] = {}
         """By cell: its frontier voxels when it was looked at, and what the views in vain count."""
+
+    def give_up_goal(self) -> None:
+        """The UAV does not come nearer to its goal: at the next decision what it sees counts as seen from there."""
+        self._has_given_up = True
 
     def decide(self, space: Space, place_m: np.ndarray) -> Decision:
         """Return what to do from a place (x, y, z).
@@ -103,7 +109,8 @@ class Explorer:
         if not len(roadmap.nodes):
             self._goal_m = None
             return Decision(None, is_shut_in=True)
-        is_there = self._goal_m is not None and math.dist(place_m, self._goal_m) <= self._p.spacing
+        is_near = self._goal_m is not None and math.dist(place_m, self._goal_m) <= self._p.spacing
+        is_there, self._has_given_up = is_near or (self._goal_m is not None and self._has_given_up), False
         views_m, view = self._views_from(place_m, is_there)
         self._note_view(space, kinds, views_m, view, everything, 1.0)
         present_m = None if is_there else self._goal_m

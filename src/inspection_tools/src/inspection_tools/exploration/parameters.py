@@ -73,6 +73,8 @@ class ExplorationParameters:
         look_period: The way is checked, and the next view is decided anew, so often, s.
         rest: At a view, so that clouds come before the next decision, s.
         arrived: The UAV has arrived if it is nearer than this, m.
+        patience: A place that the UAV comes no nearer to for so long is closed for a while, and its view is
+            given up, s. CEPA may keep the UAV off.
         track_spacing: Between the places that it remembers, to come back the way it came, m.
         first_sink: The hover's height is the border of what the climb has shown: home is this much below, m.
         home_speed: Mean speed on the way home, turns included, m/s.
@@ -86,6 +88,7 @@ class ExplorationParameters:
     look_period: float = 1.0
     rest: float = 0.3
     arrived: float = 0.3
+    patience: float = 6.0
     track_spacing: float = 0.5
     first_sink: float = 0.7
     home_speed: float = 0.7
@@ -97,6 +100,7 @@ class ExplorationParameters:
         check_number("look_period", self.look_period, 0.1, 60.0)
         check_number("rest", self.rest, 0.0, 60.0)
         check_number("arrived", self.arrived, 0.05, 5.0)
+        check_number("patience", self.patience, 1.0, 600.0)
         check_number("track_spacing", self.track_spacing, 0.1, 10.0)
         check_number("first_sink", self.first_sink, 0.0, 5.0)
         check_number("home_speed", self.home_speed, 0.01, 20.0)

@@ -7,6 +7,33 @@ from typing import Sequence
 
 import numpy as np
 
+NEARER_M = 0.1
+"""A UAV whose way gets so much shorter makes progress."""
+SAME_M = 0.3
+"""Ways whose ends are nearer than this have the same goal."""
+
+
+class Progress:
+    """Whether a UAV comes nearer to its goal, whichever way it takes."""
+
+    def __init__(self) -> None:
+        self._goal_m: np.ndarray | None = None
+        self._least_m, self._nearer_s = math.inf, math.nan
+
+    def note(self, stamp_s: float, here_m: np.ndarray, rest_m: Sequence[np.ndarray]) -> None:
+        """Take a pose (x, y, z), and the places that are still to come."""
+        if not rest_m:
+            self._goal_m = None
+            return
+        way_m = sum(math.dist(a, b) for a, b in zip((here_m, *rest_m), rest_m))
+        is_new = self._goal_m is None or math.dist(self._goal_m, rest_m[-1]) > SAME_M
+        if is_new or way_m < self._least_m - NEARER_M:
+            self._goal_m, self._least_m, self._nearer_s = rest_m[-1], way_m, stamp_s
+
+    def is_held_off(self, stamp_s: float, time_s: float) -> bool:
+        """Whether it has come no nearer for so long."""
+        return self._goal_m is not None and stamp_s - self._nearer_s > time_s
+
 
 class Way:
     """A way that one thread follows. Another one may replace it at any time, but does not change it.
