@@ -67,7 +67,7 @@ def test_a_uav_that_cannot_reach_the_first_place_explores_from_where_it_is():
 
 
 def test_a_uav_that_is_kept_off_its_way_gives_the_goal_up():
-    """CEPA may not let it come nearer. It does not wait for ever, and does not choose the same place again."""
+    """CEPA may not let it come nearer. It does not wait for ever, nor does it choose the same place again."""
     exploration = Exploration(open_box(), Explorer(), ExplorationParameters(first_sink=0.0, patience=6.0))
     exploration.begin(0.0, HOVER_M)
     tried = set()
@@ -82,7 +82,7 @@ def test_a_uav_that_is_kept_off_its_way_gives_the_goal_up():
 def test_a_uav_that_is_kept_off_its_home_lands_beside_it():
     exploration = Exploration(open_box(), Explorer(), ExplorationParameters(first_sink=0.0))
     exploration.begin(0.0, HOVER_M)
-    beside_m = HOVER_M + (1.0, 0.0, 0.0)
+    beside_m = HOVER_M + np.array((1.0, 0.0, 0.0))
     exploration.abort("enough")
     for stamp_s in np.arange(0.0, 20.0, 0.5):
         assert not exploration.is_home or stamp_s > 6.0

@@ -91,7 +91,7 @@ class Explorer:
         """By cell: its frontier voxels when it was looked at, and what the views in vain count."""
 
     def give_up_goal(self) -> None:
-        """The UAV does not come nearer to its goal: at the next decision what it sees counts as seen from there."""
+        """The UAV comes no nearer to its goal: for the next decision it looks from where it is."""
         self._has_given_up = True
 
     def decide(self, space: Space, place_m: np.ndarray) -> Decision:
