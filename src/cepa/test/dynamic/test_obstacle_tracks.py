@@ -177,6 +177,38 @@ def test_it_is_predicted_while_hidden_and_forgotten_after_a_second():
     assert len(next(moving for t, _, _, moving in sets if t >= 2.3).positions) == 0
 
 
+def test_of_posts_that_come_into_sight_near_a_lost_thing_at_most_one_moves_on():
+    # As in a narrow place in which the UAV climbs. A wall hides the person from 0.9 s on, and another post
+    # comes into sight there each quarter of a second
+    wall, person = np.array([(4.0, -0.6, 4.0, 6.0)]), World(circles=[((5.0, -3.0), (0.0, 2.0), 0.3)])
+    posts = np.array([(3.3, 0.45 * k - 0.9, 0.06) for k in range(8)])
+
+    class Narrow(World):
+        def at(self, t):
+            seen = posts[: max(0, math.ceil((t - 0.9) / 0.25))]
+            return Scene(np.concatenate((FEW_TRUNKS.circles, person.at(t).circles, seen)), wall)
+
+    counts = [(t, len(moving.positions)) for t, _, _, moving in watch(Narrow(), 6.0, seed=5)]
+    assert any(count for t, count in counts if t < 0.9)
+    assert all(count <= 1 for _, count in counts)
+    assert all(count == 0 for t, count in counts if 4.0 < t < 5.0)  # then the person comes into sight again
+
+
+@pytest.mark.parametrize(("climb_m_s", "moves"), [(0.8, False), (0.0, True)])
+def test_posts_that_lean_stand_while_the_uav_climbs(climb_m_s, moves):
+    """In each scan they are farther away, as something that moves is to a UAV that stays at its height."""
+    movers, bins, sets = ObstacleTracker(), np.full(360, 9.6), []
+    angles = np.radians(np.arange(-3.0, 3.5, 0.5))
+    for k in range(80):
+        x = 3.0 + 0.8 * k * SCAN_S
+        points = np.stack([np.full(len(angles), x), 3.0 * np.tan(angles)], axis=1)
+        bins = np.full(360, 9.6)
+        bins[[*range(-4, 5)]] = x
+        height_m = 2.0 + climb_m_s * k * SCAN_S
+        sets.append(movers.update(k * SCAN_S, points, (0.0, 0.0), free_as(bins), height_m=height_m))
+    assert any(len(moving.radii) for moving in sets) == moves
+
+
 def test_what_stops_stands():
     def places(t):
         return (5.0, -2.0 + 1.5 * min(t, 1.2))

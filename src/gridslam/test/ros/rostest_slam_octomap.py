@@ -17,6 +17,7 @@ from nav_msgs.msg import Path as PathMessage
 from octomap_msgs.msg import Octomap
 from octomap_msgs.srv import BoundingBoxQuery, GetOctomap
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
+from std_msgs.msg import Header
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
@@ -64,6 +65,7 @@ class OctomapTest(unittest.TestCase):
         cls.centres = Output("/octomap_point_cloud_centers", PointCloud2)
         cls.projected = Output("/projected_map", OccupancyGrid)
         cls.updates = Output(NODE + "/updates", VoxelTiles)
+        cls.processed = Output(NODE + "/processed", Header)
         cls.warned = Warned(NODE)
         cls.clouds = Input("cloud_in", PointCloud2)
         cls.scans = Input("scan_in", LaserScan)
@@ -161,6 +163,23 @@ class OctomapTest(unittest.TestCase):
             return sum(np.count_nonzero(cube == 2) for cube in kinds.values()) == len(WALL)
 
         wait_until(is_whole, "all of the wall's voxels in ~updates")
+
+    def test_every_cloud_is_acknowledged_and_repeated_ones_change_nothing(self):
+        """A simulator in lockstep waits for it, and repeats its first cloud until all nodes have started."""
+        self.walls()
+        repeats = 4  # older ones, so many, would begin the map anew
+
+        def acknowledged():
+            return sum(header.stamp == self.stamp for header in self.processed.messages)
+
+        wait_until(lambda: acknowledged() == 1, "the acknowledgement of a cloud")
+        for _ in range(repeats):
+            self.send([(5.0, 5.0, 0.0)], wait_s=0.0)
+        wait_until(lambda: acknowledged() == 1 + repeats, "the acknowledgements of repeated clouds")
+        self.assertEqual(len(occupied(self.call("/octomap_binary").map)), len(WALL))
+        self.assertEqual(self.warned.count("map"), 0)
+        self.send(names="abc")
+        wait_until(lambda: acknowledged() == 1, "the acknowledgement of a cloud that is not used")
 
     def test_a_corrected_path_moves_the_map(self):
         for x in (0.0, 1.0, 2.0):

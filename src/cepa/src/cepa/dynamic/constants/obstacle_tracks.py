@@ -80,6 +80,9 @@ EVIDENCE_PERIOD_S = 0.1
 """s: Time between them. Source: chosen. Greater: slower things are found, later."""
 EVIDENCE_YOUNGEST_S = 0.15
 """s: Least age of such a scan. Source: chosen. Greater: motion is found later."""
+EVIDENCE_HEIGHT_M = 0.15
+"""m: A scan from a height that differs by more tells nothing: sloping walls seem to move. Source: chosen.
+Greater: motion is found sooner while the UAV climbs."""
 EVIDENCE_SAMPLES = 12
 """1: Points of a thing that are looked at. Source: grid. Greater: more time."""
 EVIDENCE_MAX_S = 0.5
@@ -90,5 +93,8 @@ EVIDENCE_LOSS_OF_FAST = 0.1
 forgotten earlier."""
 EVIDENCE_LOSS_OF_SLOW = 0.5
 """s/s: The same of something slow. Source: chosen. Greater: forgotten earlier."""
+EVIDENCE_LEFT = 0.5
+"""1: Share of its evidence that a thing out of sight leaves to what appears near its place. Source: chosen.
+Greater: what stands there seems to move for longer."""
 HEADING_ERROR_RAD = 0.005
 """rad: Directions within this must agree that a place was free. Source: chosen. Greater: less evidence."""

@@ -82,7 +82,7 @@ class MovingObstacles:
         x, y, z = motion.position_m
         floor_m, ceiling_m = self._p.floor_height - z, self._p.ceiling_height - z
         is_level = self._tracker.clear_of_floor(points, floor_m, ceiling_m) if len(points) else NO_POINTS
-        self._moving = self._tracker.update(motion.stamp_s, points, (x, y), free, is_level)
+        self._moving = self._tracker.update(motion.stamp_s, points, (x, y), free, is_level, z)
         self._moving_s = motion.stamp_s
 
 

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from typing import Sequence
 
 import numpy as np
 
-from cepa.dynamic.constants.free_space import RANGE_BINS
 from cepa.dynamic.constants.obstacle_tracks import (
     BESIDE_DISC_M,
     CLUSTERS_MAX,
+    EVIDENCE_LEFT,
     EVIDENCE_LOSS_OF_FAST,
     EVIDENCE_LOSS_OF_SLOW,
     EVIDENCE_MAX_S,
-    EVIDENCE_PERIOD_S,
     EVIDENCE_SAMPLES,
     EVIDENCE_SCANS,
     EVIDENCE_YOUNGEST_S,
@@ -30,6 +28,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
 )
 from cepa.dynamic.free_space.free_ranges import FreeRanges
 from cepa.dynamic.free_space.kernels.beams import clear_of
+from cepa.dynamic.obstacle_tracks.frames import Frames
 from cepa.dynamic.obstacle_tracks.kernels import columns
 from cepa.dynamic.obstacle_tracks.kernels.clusters import placed, segment
 from cepa.dynamic.obstacle_tracks.kernels.drift import align
@@ -57,13 +56,7 @@ class ObstacleTracker:
         self._surfaces = np.empty((0, EVIDENCE_SCANS, 2))  # of each track: where the frames saw it, m
         self._moving = np.empty(0, bool)  # which tracks move
         self._stamp_s = math.nan
-        # Frames: earlier scans that are kept as evidence, in a ring. Their stamps, poses and shown ranges:
-        self._frames_s = np.full(EVIDENCE_SCANS, -math.inf)
-        self._frames = np.zeros((EVIDENCE_SCANS, 3))
-        self._frames_bins = np.full((EVIDENCE_SCANS, RANGE_BINS), -1.0)
-        self._frames_free: dict[int, FreeRanges] = {}  # of frames whose ranges nobody has asked for so far
-        self._frame, self._frame_s = 0, -math.inf  # place of the next frame, stamp of the last one
-        self._waiting: deque[tuple[int, float, Sequence[float], FreeRanges]] = deque(maxlen=EVIDENCE_SCANS)
+        self._frames = Frames()
         self._turn, self._shift = 0.0, (0.0, 0.0)  # the odometry's drift: rad and m
 
     def clear_of_floor(self, points: np.ndarray, floor_m: float, ceiling_m: float) -> np.ndarray:
@@ -82,6 +75,7 @@ class ObstacleTracker:
         sensor_xy: Sequence[float],
         free: FreeRanges,
         is_level: np.ndarray | None = None,
+        height_m: float = 0.0,
     ) -> MovingTracks:
         """Return what moves at a scan.
 
@@ -90,8 +84,8 @@ class ObstacleTracker:
         odometry's frame. free: how far the scan sees free, and how far its beams stay near the lidar's
         height. A beam that passes over a thing shows neither that it is gone, nor that it was not there, nor
         how wide it is. is_level: (n,) bool, which points belong neither to floor nor ceiling
-        (`clear_of_floor`); None: all. After a clock that went back, or LONGEST_SCAN_GAP_S without a scan,
-        everything is forgotten.
+        (`clear_of_floor`); None: all. height_m: of the lidar in the odometry's frame. After a clock that went
+        back, or LONGEST_SCAN_GAP_S without a scan, everything is forgotten.
         """
         dt_s = stamp_s - self._stamp_s
         if not 0.0 < dt_s <= LONGEST_SCAN_GAP_S:
@@ -101,10 +95,9 @@ class ObstacleTracker:
         p = self.parameters
         level = np.ones(len(points_m), bool) if is_level is None else is_level
         if not len(self._tracks) and not (len(level) and level.any()):
-            if self._is_frame_due():
-                self._waiting.append((self._next_frame(), stamp_s, sensor_xy, free))
+            self._frames.hold(stamp_s, height_m, sensor_xy, free)
             return nothing_moves(len(level))
-        self._take_in_waiting()
+        self._frames.take_in_held(self._pose)
         points, (x_m, y_m), (shift_x_m, shift_y_m) = np.empty((len(level), 2)), sensor_xy, self._shift
         count = placed(points_m, level, x_m, y_m, self._turn, shift_x_m, shift_y_m, points)
         points = points[:count]
@@ -118,14 +111,14 @@ class ObstacleTracker:
         owners = np.empty(len(self._tracks), np.int64)
         associate(clusters, self._tracks, p.gate_m, matches, owners)
         self._align(dt_s, points, pose, clusters, owners)
-        self._learn(dt_s, points, pose, free, clusters, owners)
+        self._learn(dt_s, points, pose, height_m, free, clusters, owners)
         owners = self._forget(pose, np.minimum(sight_m, level_m), owners)
         owners = self._begin(clusters, matches, owners)
         if self._moving.any():
-            self._find_again()
-        if self._is_frame_due():
-            self._keep_surfaces(clusters, owners)
-            self._keep_frame(self._next_frame(), stamp_s, pose, free)
+            owners = self._find_again(owners)
+        if self._frames.is_due(stamp_s):
+            frame = self._frames.keep(stamp_s, height_m, pose, free)
+            self._keep_surfaces(frame, clusters, owners)
         if not self._moving.any():
             return nothing_moves(len(level))
         return self._answer(points, labels, level, owners)
@@ -153,6 +146,7 @@ class ObstacleTracker:
         dt_s: float,
         points: np.ndarray,
         pose: np.ndarray,
+        height_m: float,
         free: FreeRanges,
         clusters: np.ndarray,
         owners: np.ndarray,
@@ -167,7 +161,7 @@ class ObstacleTracker:
         if is_fast.any():
             larger = np.maximum(1.0, tracks[:, columns.RADIUS] / LONG_M)
             things = points, clusters[:, : columns.MIDDLE_X], larger, owners, self._surfaces
-            frames = self._frames, self._bins_of_frames(), self._stamp_s - self._frames_s
+            frames = self._frames.poses, self._frames.shown_m, self._frames.ages_s(self._stamp_s, height_m)
             have_moved(
                 *things,
                 pose,
@@ -196,9 +190,13 @@ class ObstacleTracker:
         stays = unseen_s <= np.where(free, MISSED_S, allowed_s)
         if stays.all():
             return owners
+        self._keep(stays)
+        return owners[stays]
+
+    def _keep(self, stays: np.ndarray) -> None:
+        """Drop all tracks but those that stay (t,)."""
         self._tracks, self._surfaces = self._tracks[stays], self._surfaces[stays]
         self._moving = self._moving[stays]
-        return owners[stays]
 
     def _begin(self, clusters: np.ndarray, matches: np.ndarray, owners: np.ndarray) -> np.ndarray:
         """Begin a track for each cluster without one; return the clusters (t,) of all tracks, or -1."""
@@ -218,49 +216,40 @@ class ObstacleTracker:
         self._moving = np.concatenate((self._moving, np.zeros(new.size, bool)))
         return np.concatenate((owners, new))
 
-    def _find_again(self) -> None:
-        """Let what appears near a moving thing that is out of sight move on as that did."""
-        tracks = self._tracks
+    def _find_again(self, owners: np.ndarray) -> np.ndarray:
+        """Let what appears near a moving thing that is out of sight be that thing, and move on as it did.
+
+        Each becomes the nearest one only. Otherwise all that appears in a narrow place would soon seem to
+        move.
+        Returns the clusters (t,) of the tracks that stay, or -1.
+        """
+        tracks, p = self._tracks, self.parameters
         unseen = tracks[:, columns.UNSEEN] > 0.0
-        unknown = ~unseen & ~self._moving & (tracks[:, columns.VV] > 0.5 * self.parameters.speed_first_m_s**2)
-        for lost in tracks[self._moving & unseen]:
-            reach_m = lost[columns.RADIUS] + self.parameters.gate_m + 3.0 * math.sqrt(lost[columns.PP])
+        unknown = ~unseen & ~self._moving & (tracks[:, columns.VV] > 0.5 * p.speed_first_m_s**2)
+        found = np.zeros(len(tracks), bool)
+        for number in np.flatnonzero(self._moving & unseen):
+            lost = tracks[number]
+            reach_m = lost[columns.RADIUS] + p.gate_m + 3.0 * math.sqrt(lost[columns.PP])
             apart_m = np.hypot(tracks[:, columns.X] - lost[columns.X], tracks[:, columns.Y] - lost[columns.Y])
-            found = unknown & (apart_m < reach_m) & (tracks[:, columns.RADIUS] < 1.5 * lost[columns.RADIUS])
-            tracks[found, columns.VX : columns.RADIUS + 1] = lost[columns.VX : columns.RADIUS + 1]
-            tracks[found, columns.EVIDENCE] = lost[columns.EVIDENCE]
-            self._moving |= found
+            apart_m[~unknown | (tracks[:, columns.RADIUS] >= 1.5 * lost[columns.RADIUS])] = math.inf
+            nearest = int(np.argmin(apart_m))
+            if apart_m[nearest] >= reach_m:
+                continue
+            kept = [columns.VX, columns.VY, columns.VV, columns.RADIUS]
+            tracks[nearest, kept], tracks[nearest, columns.PV] = lost[kept], 0.0
+            tracks[nearest, columns.EVIDENCE] = EVIDENCE_LEFT * lost[columns.EVIDENCE]
+            self._moving[nearest], unknown[nearest], found[number] = True, False, True
+        if not found.any():
+            return owners
+        self._keep(~found)
+        return owners[~found]
 
-    def _bins_of_frames(self) -> np.ndarray:
-        """Return how far earlier scans have shown that nothing stands (EVIDENCE_SCANS, RANGE_BINS), m."""
-        for frame, free in self._frames_free.items():
-            self._frames_bins[frame] = free.shown_m
-        self._frames_free.clear()
-        return self._frames_bins
-
-    def _is_frame_due(self) -> bool:
-        return self._stamp_s - self._frame_s >= EVIDENCE_PERIOD_S - 1e-6
-
-    def _keep_surfaces(self, clusters: np.ndarray, owners: np.ndarray) -> None:
-        """Keep where each track is seen, for the next frame."""
+    def _keep_surfaces(self, frame: int, clusters: np.ndarray, owners: np.ndarray) -> None:
+        """Keep where each track is seen in a frame."""
         is_seen = owners >= 0
-        self._surfaces[:, self._frame] = math.nan
+        self._surfaces[:, frame] = math.nan
         surfaces = clusters[owners[is_seen], columns.SURFACE_X : columns.SURFACE_Y + 1]
-        self._surfaces[is_seen, self._frame] = surfaces
-
-    def _next_frame(self) -> int:
-        frame, self._frame_s = self._frame, self._stamp_s
-        self._frame = (frame + 1) % EVIDENCE_SCANS
-        return frame
-
-    def _keep_frame(self, frame: int, stamp_s: float, pose: np.ndarray, free: FreeRanges) -> None:
-        self._frames_s[frame], self._frames[frame], self._frames_free[frame] = stamp_s, pose, free
-
-    def _take_in_waiting(self) -> None:
-        """Take in the frames that waited while there was nothing to track. The drift stayed as it is."""
-        for frame, stamp_s, sensor_xy, free in self._waiting:
-            self._keep_frame(frame, stamp_s, self._pose(sensor_xy), free)
-        self._waiting.clear()
+        self._surfaces[is_seen, frame] = surfaces
 
     def _answer(
         self, points: np.ndarray, labels: np.ndarray, level: np.ndarray, owners: np.ndarray
