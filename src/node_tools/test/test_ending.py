@@ -203,7 +203,7 @@ def test_garbage_is_collected_seldom_during_imports_and_not_in_them():
         "from node_tools.ending import Ending\n"
         "ending = Ending()\n"
         "assert gc.get_threshold()[0] > usual[0]\n"
-        "ending.imports_are_over()\n"
+        "ending.start_is_over()\n"
         "assert gc.get_threshold() == usual\n"
         "assert gc.get_freeze_count() > 1000\n"
     )

@@ -28,8 +28,10 @@ sys.modules.setdefault("roslib.launcher", _LAUNCHER)
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
 CLOSING_S = 0.8
 """Wall time after which the process ends, even if closing is not finished."""
-IMPORTING = 50_000
-"""Number of new objects after which Python collects garbage while it imports. The usual 700 takes long."""
+STARTING = 50_000
+"""Number of new objects after which Python collects garbage while a node starts: it imports, and loads
+machine code. With the usual 700 that takes long.
+"""
 _UNSAID = "Inbound TCP/IP connection failed"
 
 
@@ -38,7 +40,7 @@ class Ending:
 
     def __init__(self) -> None:
         self._usual = gc.get_threshold()
-        gc.set_threshold(IMPORTING)
+        gc.set_threshold(STARTING)
         self._received = threading.Event()
         self.cause = ""
         """Which signal ends the process, and who sent it, in words; empty: none came yet."""
@@ -47,8 +49,8 @@ class Ending:
         signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
         threading.Thread(target=self._wait_for_signal, name="ending", daemon=True).start()
 
-    def imports_are_over(self) -> None:
-        """Collect garbage as usual from now on, but not in what was imported, because that stays."""
+    def start_is_over(self) -> None:
+        """Collect garbage as usual from now on, but not in what was loaded, because that stays."""
         gc.freeze()
         gc.set_threshold(*self._usual)
 

@@ -71,13 +71,13 @@ def run(
         errors: base class or classes of the errors that are sentences for the user.
         explain: turns an error at the start into the sentence for the user; `str` if the error says it all.
     """
-    ending.imports_are_over()
     take_leave = partial(_take_leave, ending)
     ending.closes_by(take_leave)
     try:
         rospy.init_node(name, disable_signals=True)
         keep_trying = rospy.get_param("~keep_trying", False)
         run_node = _make_at_last(make, errors, explain) if keep_trying else make()
+        ending.start_is_over()
     except errors as error:
         rospy.rostime.wallsleep(HEARD_AFTER_S)
         give_up(explain(error))
