@@ -55,6 +55,13 @@ def test_each_launch_compiles_what_it_flies_with():
     assert set(machine_code.ALL) >= parts_of("teleop.launch", gnss="false", algorithm="dynamic")
 
 
+def test_what_is_noted_is_a_digest_of_the_sources_wherever_python_finds_the_package():
+    """Or a launch would not see that a kernel has changed, and setup would ask numba again at each call."""
+    for part in machine_code.ALL:
+        package, module = part.partition(":")[0].split(".", 1)
+        assert machine_code._folder(package).joinpath(*module.split(".")).with_suffix(".py").is_file(), part
+
+
 def test_all_parts_together_are_all_kernels():
     """Or setup would leave one for the flight."""
     script = """

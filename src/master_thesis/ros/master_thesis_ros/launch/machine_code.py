@@ -40,6 +40,8 @@ FIRST_FLIGHT = (SIMULATOR, THESIS_CEPA)
 CLOUD_LIDARS = ("puck", "m8")
 """Their clouds are matched without GNSS, in place of scans."""
 NO = ("false", "0")
+PACKAGES = Path(__file__).resolve().parents[4]
+"""The workspace's folder of packages."""
 EVERY_S = 10.0
 """Between two lines, where no terminal shows them."""
 
@@ -208,6 +210,10 @@ def _digest(part: str) -> str:
 
 
 def _folder(package: str) -> Path:
+    """Return the folder of a package's sources; catkin's devel space holds an `__init__.py` alone."""
+    beside = PACKAGES / package / "src" / package
+    if beside.is_dir():
+        return beside
     spec = find_spec(package)
     if spec is None or spec.origin is None:
         raise FlightError(f"Python finds no package {package}; call `source devel/setup.bash`.")
