@@ -178,6 +178,9 @@ class OctomapTest(unittest.TestCase):
         wait_until(lambda: acknowledged() == 1 + repeats, "the acknowledgements of repeated clouds")
         self.assertEqual(len(occupied(self.call("/octomap_binary").map)), len(WALL))
         self.assertEqual(self.warned.count("map"), 0)
+        self.send([(5.0, 5.0, 0.0)], wait_s=0.2)  # sooner than cloud_period
+        wait_until(lambda: acknowledged() == 1, "the acknowledgement of a cloud that came too soon")
+        self.assertEqual(len(occupied(self.call("/octomap_binary").map)), len(WALL))
         self.send(names="abc")
         wait_until(lambda: acknowledged() == 1, "the acknowledgement of a cloud that is not used")
 

@@ -55,6 +55,13 @@ def test_a_uav_that_was_pushed_over_a_limit_flies_back_the_way_it_came_and_goes_
     for stamp_s in range(1, 60):
         lost.look(float(stamp_s), here_m)
     assert lost.told.end is End.SHUT_IN
+    assert not lost.must_land
+    # And when it does not move on its way home, then it must land where it is
+    for stamp_s in range(60, 140):
+        lost.look(float(stamp_s), here_m)
+    assert lost.must_land
+    assert not lost.is_home
+    assert "stood still for 60 s" in lost.told.reason
 
 
 def test_a_uav_that_cannot_reach_the_first_place_explores_from_where_it_is():

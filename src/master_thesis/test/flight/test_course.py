@@ -55,6 +55,18 @@ def test_a_goal_reached_before_it_was_sent_does_not_count(run):
     assert run.phase is Phase.WAITING
 
 
+def test_a_uav_that_must_land_where_it_is_lands_and_the_run_fails(run):
+    run.on_ready(True)
+    run.on_time(10.0)
+    run.land_here("The UAV did not come home: it is shut in.")
+    assert run.on_time(20.0) == [Action.LAND]
+    assert run.on_time(20.1) == []
+    assert run.on_armed(25.0, False) == [Action.FINISH]
+    assert not run.outcome.success
+    assert run.outcome.landed
+    assert run.outcome.failure == "The UAV did not come home: it is shut in."
+
+
 def test_leaving_the_goal_again_does_not_unreach_it(run):
     fly(run)
     run.on_goal_reached(30.5, False)

@@ -9,16 +9,15 @@ from __future__ import annotations
 import math
 import threading
 import time
-from dataclasses import dataclass, field
-from enum import Enum
 
 import numpy as np
 
 from inspection_tools.energy import EnergyWatch, Verdict, WayHome
 from inspection_tools.errors import NoPathError
-from inspection_tools.exploration.explorer import Explorer, Leftover, Why
+from inspection_tools.exploration.explorer import Explorer
 from inspection_tools.exploration.parameters import ExplorationParameters
-from inspection_tools.exploration.way import Progress, Way
+from inspection_tools.exploration.told import End, Explored
+from inspection_tools.exploration.way import Progress, Stay, Way
 from inspection_tools.planning import PathPlanner
 
 BACK_S = 15.0
@@ -27,44 +26,6 @@ BEEN_M = 0.05
 """Between the places where the UAV was, around which its own radius is free."""
 FIRST_WAY_S = 10.0
 """CEPA may hold the UAV above the first place. After this time it explores from where it is."""
-
-
-class End(Enum):
-    """Why an exploration has ended."""
-
-    EXPLORED = "explored"
-    TIME = "time"
-    BATTERY = "battery"
-    ABORTED = "aborted"
-    SHUT_IN = "shut in"
-
-
-@dataclass
-class Explored:
-    """What an exploration did.
-
-    end: why it ended; None: it flies. reason: the same as a sentence. ended_s: when. views: that were
-    decided. known_m3: time in s, and the free and occupied volume. leftovers: what stays unknown. cpu_s: CPU
-    time of each decision.
-    """
-
-    end: End | None = None
-    reason: str = ""
-    views: int = 0
-    known_m3: list[tuple[float, float]] = field(default_factory=list)
-    leftovers: tuple[Leftover, ...] = ()
-    cpu_s: list[float] = field(default_factory=list)
-    ended_s: float = math.nan
-
-    def left_m2(self, why: Why) -> float:
-        """Return the area of the border that stays unknown for a reason."""
-        return sum(leftover.area_m2 for leftover in self.leftovers if leftover.why is why)
-
-    def time_of(self, share: float) -> float:
-        """Return when this share of the volume known at the end was known, s; NaN if nothing was."""
-        rows = np.array(self.known_m3).reshape(-1, 2)
-        enough = rows[rows[:, 1] >= share * rows[:, 1].max(initial=0.0)]
-        return float(enough[0, 0]) if len(enough) else math.nan
 
 
 class Exploration:
@@ -80,7 +41,7 @@ class Exploration:
 
     Attributes:
         told: what it did so far. is_home: it has ended, and the UAV is where it may land.
-        must_land: the energy does not take the UAV home, so it must land where it is.
+        must_land: the energy does not take the UAV home, or CEPA holds it, so it must land where it is.
         home_way_m: (n, 3) the way home as it was planned last; None: none is known.
     """
 
@@ -94,7 +55,7 @@ class Exploration:
         self._planner, self._explorer, self._energy = planner, explorer, energy
         self._p = parameters or ExplorationParameters()
         self._began_s, self._look_s = math.nan, -math.inf
-        self._way, self._progress = Way(), Progress()
+        self._way, self._progress, self._stay = Way(), Progress(), Stay()
         self._home_m: np.ndarray | None = None
         self._track_m: list[np.ndarray] = []
         self._been_m: list[np.ndarray] = []
@@ -114,7 +75,7 @@ class Exploration:
         if self._home_m is None:
             self._home_m = here_m - (0.0, 0.0, self._p.first_sink)
         self.told.end, self.told.reason = None, ""
-        self._way = Way([self._home_m])
+        self._way, self._stay = Way([self._home_m]), Stay()
         if self._energy is not None:
             self._energy.take_off()
 
@@ -280,8 +241,12 @@ class Exploration:
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         assert self._home_m is not None
         is_held_off = self._progress.is_held_off(stamp_s, self._p.patience)
+        self._stay.note(stamp_s, here_m)
         if math.dist(here_m, self._home_m) < (5 if is_held_off else 2) * self._p.arrived:
             self.is_home = True
+        elif self._stay.lasts(stamp_s, self._p.stranded):
+            self.must_land = True
+            self.told.reason += f" On its way home it stood still for {self._p.stranded:g} s."
         elif not self._plan(here_m, self._home_m, stamp_s):
             self._set_out(Way(self._track_m[::-1]))  # the way it came
 

@@ -75,6 +75,7 @@ class ExplorationParameters:
         arrived: The UAV has arrived if it is nearer than this, m.
         patience: A place that the UAV comes no nearer to for so long is closed for a while, and its view is
             given up, s. CEPA may keep the UAV off.
+        stranded: On its way home, a UAV that stays where it is for so long must land there, s.
         track_spacing: Between the places that it remembers, to come back the way it came, m.
         first_sink: The hover's height is the border of what the climb has shown: home is this much below, m.
         home_speed: Mean speed on the way home, turns included, m/s.
@@ -89,6 +90,7 @@ class ExplorationParameters:
     rest: float = 0.3
     arrived: float = 0.3
     patience: float = 6.0
+    stranded: float = 60.0
     track_spacing: float = 0.5
     first_sink: float = 0.7
     home_speed: float = 0.7
@@ -101,6 +103,7 @@ class ExplorationParameters:
         check_number("rest", self.rest, 0.0, 60.0)
         check_number("arrived", self.arrived, 0.05, 5.0)
         check_number("patience", self.patience, 1.0, 600.0)
+        check_number("stranded", self.stranded, 1.0, 600.0)
         check_number("track_spacing", self.track_spacing, 0.1, 10.0)
         check_number("first_sink", self.first_sink, 0.0, 5.0)
         check_number("home_speed", self.home_speed, 0.01, 20.0)

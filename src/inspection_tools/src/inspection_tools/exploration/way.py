@@ -9,6 +9,8 @@ import numpy as np
 
 NEARER_M = 0.1
 """A UAV whose way gets so much shorter makes progress."""
+STAYS_M = 1.0
+"""A UAV stays where it is while it is no farther from there."""
 SAME_M = 0.3
 """Ways whose ends are nearer than this have the same goal."""
 
@@ -33,6 +35,23 @@ class Progress:
     def is_held_off(self, stamp_s: float, time_s: float) -> bool:
         """Whether it has come no nearer for so long."""
         return self._goal_m is not None and stamp_s - self._nearer_s > time_s
+
+
+class Stay:
+    """For how long a UAV has stayed where it is."""
+
+    def __init__(self) -> None:
+        self._place_m: np.ndarray | None = None
+        self._since_s = math.inf
+
+    def note(self, stamp_s: float, here_m: np.ndarray) -> None:
+        """Take a pose (x, y, z)."""
+        if self._place_m is None or math.dist(here_m, self._place_m) > STAYS_M:
+            self._place_m, self._since_s = here_m, stamp_s
+
+    def lasts(self, stamp_s: float, time_s: float) -> bool:
+        """Whether it has stayed for so long."""
+        return stamp_s - self._since_s > time_s
 
 
 class Way:

@@ -47,7 +47,8 @@ class ErrandNode(FlightNode):
             threading.Thread(target=self._land, daemon=True).start()
             return ()
         if not is_home:
-            return self._monitor.abort(f"The UAV did not come home: {reason}")
+            self._monitor.land_here(f"The UAV did not come home: {reason}")
+            return ()
         self._monitor.on_goal_reached(True)
         return ()
 

@@ -107,3 +107,5 @@ class ExploringFlight:
             self._loop.position_controller.set_setpoint(setpoint_m.tolist())
         if self.exploration.is_home:
             self._loop.monitor.on_goal_reached(True)
+        elif self.exploration.must_land:
+            self._loop.monitor.land_here(f"The UAV did not come home: {self.exploration.told.reason}")

@@ -101,6 +101,8 @@ class Course:
         self._awaited = "the hover"
         self._distance_m: float | None = None
         self._no_hover = ""
+        self._why_here = ""
+        """Why it must land where it is; empty: it need not."""
 
     def has_begun(self, phase: Phase) -> bool:
         """Return whether a phase has begun."""
@@ -137,9 +139,16 @@ class Course:
         in_phase = t_s - self._times[self.phase]
         if self.phase is Phase.WAITING and self._ready:
             return self._enter(Phase.FLYING, t_s, Action.SEND_GOAL)
+        if self.phase is Phase.FLYING and self._why_here:
+            self._fail(self._why_here)
+            return self._enter(Phase.LANDING, t_s, Action.LAND)
         if self.phase is Phase.HOVERING and in_phase >= self._parameters.hover_s:
             return self._enter(Phase.LANDING, t_s, Action.LAND)
         return self._on_too_late(t_s, in_phase)
+
+    def land_here(self, why: str) -> None:
+        """Note that the UAV must land where it is, and that the run fails; `why` is a sentence."""
+        self._why_here = why
 
     def on_goal_reached(self, t_s: float, reached: bool) -> None:
         """Note that the position controller has reached the goal."""

@@ -65,6 +65,10 @@ class Monitor:
         self.course.on_goal_reached(self.now_s, reached)
         self._noted([])
 
+    def land_here(self, why: str) -> None:
+        """Note that the UAV must land where it is, and that the run fails; `why` is a sentence."""
+        self.course.land_here(why)
+
     def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
         """Note a contact between two collision shapes; `upwards` as in `Contacts.judge`."""
         self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)

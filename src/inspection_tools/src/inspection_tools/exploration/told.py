@@ -1,0 +1,49 @@
+"""What an exploration tells of itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from inspection_tools.exploration.explorer import Leftover, Why
+
+
+class End(Enum):
+    """Why an exploration has ended."""
+
+    EXPLORED = "explored"
+    TIME = "time"
+    BATTERY = "battery"
+    ABORTED = "aborted"
+    SHUT_IN = "shut in"
+
+
+@dataclass
+class Explored:
+    """What an exploration did.
+
+    end: why it ended; None: it flies. reason: the same as a sentence. ended_s: when. views: that were
+    decided. known_m3: time in s, and the free and occupied volume. leftovers: what stays unknown. cpu_s: CPU
+    time of each decision.
+    """
+
+    end: End | None = None
+    reason: str = ""
+    views: int = 0
+    known_m3: list[tuple[float, float]] = field(default_factory=list)
+    leftovers: tuple[Leftover, ...] = ()
+    cpu_s: list[float] = field(default_factory=list)
+    ended_s: float = math.nan
+
+    def left_m2(self, why: Why) -> float:
+        """Return the area of the border that stays unknown for a reason."""
+        return sum(leftover.area_m2 for leftover in self.leftovers if leftover.why is why)
+
+    def time_of(self, share: float) -> float:
+        """Return when this share of the volume known at the end was known, s; NaN if nothing was."""
+        rows = np.array(self.known_m3).reshape(-1, 2)
+        enough = rows[rows[:, 1] >= share * rows[:, 1].max(initial=0.0)]
+        return float(enough[0, 0]) if len(enough) else math.nan
