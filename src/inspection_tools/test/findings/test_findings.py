@@ -1,14 +1,21 @@
 """Given pictures of a wall whose marks are known, rust and cracks are found in their places."""
 
 import json
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import trimesh
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.findings.command import main
+from inspection_tools.findings.command import find, main
+from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
+from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
+from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
+from inspection_tools.survey.plan_file import read_plan, write_plan
+from inspection_tools.survey.views.candidates import View
 
 CAMERA = SurveyCamera(800, 600, 60.0)
 AWAY_M = 0.7  # 1 mm per pixel
@@ -67,6 +74,77 @@ def test_a_line_along_an_edge_of_the_mesh_is_no_crack(tmp_path):
     assert [each["kind"] for each in findings] == ["rust"]
 
 
+def test_a_line_along_an_edge_is_no_crack_even_if_the_pose_is_off(tmp_path):
+    stored(tmp_path, 0)
+    edge_m = -(500.5 + 20.0 - CAMERA.centre_px[0]) * AWAY_M / CAMERA.focal_px  # 20 px: 1.6 deg
+    mesh = wall(tmp_path / "wall.stl", edge_m)
+
+    def kinds(**limits):
+        return [each.kind for each in find([tmp_path], Path(mesh), FindingParameters(**limits))]
+
+    assert kinds(pose_turned=0.0, pose_off=0.0) == ["crack", "rust"]
+    assert kinds(pose_turned=1.6, pose_off=0.0) == ["rust"]
+
+
+def test_cracks_are_not_looked_for_where_a_pixel_covers_too_much(tmp_path):
+    stored(tmp_path, 0)
+    mesh = Path(wall(tmp_path / "wall.stl"))
+    pixel_mm = 1e3 * AWAY_M / CAMERA.focal_px
+    for detail, kinds in ((1.1 * pixel_mm, ["crack", "rust"]), (0.9 * pixel_mm, ["rust"])):
+        found = find([tmp_path], mesh, FindingParameters(crack_detail=detail))
+        assert [each.kind for each in found] == kinds
+
+
 def test_an_empty_folder_is_named(tmp_path, capsys):
     assert main([str(tmp_path), "--mesh", "wall.stl"]) == 1
     assert "there is no photograph" in capsys.readouterr().err
+
+
+def test_a_nearer_photograph_decides_whether_a_crack_is_one(tmp_path):
+    """The far photograph shows two lines, the near one only the right one."""
+    mesh = Path(wall(tmp_path / "wall.stl"))
+    turn = tuple(Rotation.from_matrix(optical_axes(0.0, 0.0)).as_quat())
+    rows, scale = slice(250, 350), 4
+    for name, place_m, columns in (("far", AWAY_M, (360, 440)), ("near", AWAY_M / scale, (None, 440))):
+        picture = np.full((600, 800, 3), 150, np.uint8)
+        for column in columns:
+            if column is not None and name == "far":
+                picture[rows, column : column + 2] = 70
+            elif column is not None:
+                at = scale * (column - 400) + 400
+                picture[100:500, at : at + 5] = 70
+        record = PhotographRecord(0.0, (-place_m, 0.0, 0.0), turn, 0.002, 100.0, 100.0)
+        PhotographFolder(tmp_path / name, CAMERA).save(picture, record)
+    parameters = FindingParameters(pose_turned=0.1, pose_off=0.0)
+    both = find([tmp_path / "far"], mesh, parameters)
+    assert sorted(each.position_m[1] > 0.0 for each in both) == [False, True]
+    (kept,) = find([tmp_path / "far", tmp_path / "near"], mesh, parameters)
+    assert kept.position_m[1] < 0.0  # to the right, seen along x
+    assert kept.photographs == ("../near/0.000000.jpg", "0.000000.jpg")
+    ahead_mm = 1e3 * AWAY_M / scale / CAMERA.focal_px
+    assert ahead_mm < kept.detail_mm < 1.1 * ahead_mm  # aside it is farther, and flat
+
+
+def test_a_plan_of_nearer_photographs_is_written(tmp_path, capsys):
+    store = PhotographFolder(tmp_path / "shots", CAMERA)
+    turn = tuple(Rotation.from_matrix(optical_axes(0.0, 0.0)).as_quat())
+    place_m = (0.8, 0.0, 1.5)
+    store.save(wall_picture(), PhotographRecord(0.0, place_m, turn, 0.002, 100.0, 100.0))
+    room = trimesh.creation.box((3.0, 4.0, 3.0))
+    room.apply_translation((0.0, 0.0, 1.5))  # the wall is x = 1.5, 0.7 m away
+    room.export(tmp_path / "room.stl")
+    view = PlannedView(View(place_m, 0.0, 0.0))
+    asked = SurveyParameters(voxel=0.2, radius=0.2)
+    plan = SurveyPlan("", (0.0, 0.0, 1.5), CAMERA, asked, FlightParameters(), (Flight((view,), 9.0, 1.0),))
+    write_plan(tmp_path / "plan.yaml", plan)
+    given = [str(tmp_path / "shots"), "--mesh", str(tmp_path / "room.stl")]
+    assert main([*given, "--plan", str(tmp_path / "plan.yaml")]) == 1  # it would touch the wall
+    assert "None of 1 places" in capsys.readouterr().err
+    finer = replace(plan, camera=SurveyCamera(4000, 3000, 60.0))
+    write_plan(tmp_path / "plan.yaml", finer)
+    assert main([*given, "--plan", str(tmp_path / "plan.yaml")]) == 0
+    (near,) = read_plan(tmp_path / "shots" / "closer.yaml").views
+    aside_m = (500.5 - CAMERA.centre_px[0]) * 0.7 / CAMERA.focal_px
+    assert abs(near.place_m[1] + aside_m) < 0.2
+    steep_m = 3e-4 * finer.camera.focal_px  # the distance, seen squarely
+    assert 0.5 * steep_m < 1.5 - near.place_m[0] <= steep_m + 0.01

@@ -10,7 +10,7 @@ from voxel_room import PLANNER, SIDE_M
 
 from inspection_tools.energy import EnergyParameters, EnergyWatch
 from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Todo
-from inspection_tools.inspection.leg import Motion
+from inspection_tools.inspection.leg import Motion, PhotographLeg
 from inspection_tools.inspection.places import body_place_m
 from inspection_tools.inspection.taken import StampedPose, done_in, record_of
 from inspection_tools.photographs.folder import PhotographFolder
@@ -201,6 +201,30 @@ def test_a_closer_look_comes_first_and_looks_at_the_point():
     assert [each.number for each in uav.asked] == [-1, 1, 2, 3]
     ahead = optical_axes(task.view.yaw_rad, task.view.tilt_rad)[:, 2]
     np.testing.assert_allclose(np.array(task.view.place_m) + 1.2 * ahead, point_m, atol=1e-9)
+
+
+def test_a_closer_look_is_taken_squarely_however_flat_the_uav_sees_the_point():
+    lead = inspection()
+    point_m = np.array((3.0, 3.8, 1.5))  # on the wall y = 3.8
+    task = lead.look_closer(point_m, np.array((5.5, 3.2, 1.5)), 1.2)
+    back_m = np.array(task.view.place_m) - point_m
+    assert -back_m[1] / np.linalg.norm(back_m) > 0.97
+
+
+def test_a_uav_that_does_not_come_to_rest_takes_no_photograph():
+    lead = inspection(VIEWS[:1])
+    uav = Uav(lead)
+    while lead.task is None:
+        uav.step()
+    there_m = body_place_m(VIEWS[0], np.array((QUICK.camera_x, QUICK.camera_y, QUICK.camera_z)))
+
+    def shoots(speed):
+        leg = PhotographLeg(lead.task, there_m, 0.0, 1.0, 0.0, QUICK)
+        motions = [Motion(0.1 * k, there_m, 0.0, speed, 0.0) for k in range(int(20 * QUICK.patience))]
+        return any(leg.follow(motion) == "" and leg.opens_shutter(motion) for motion in motions)
+
+    assert shoots(1.9 * QUICK.still)
+    assert not shoots(2.1 * QUICK.still)
 
 
 def test_a_picture_that_is_lost_is_taken_again_even_on_the_way_home():

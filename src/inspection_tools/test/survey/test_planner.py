@@ -1,5 +1,7 @@
 """Plans in a small room: the share is that of an independent ray check, bounds hold, edits are checked."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 import trimesh
@@ -7,6 +9,7 @@ import trimesh
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters, optical_axes
 from inspection_tools.survey.checking import check_plan
+from inspection_tools.survey.closer import closer_plan
 from inspection_tools.survey.kernels.tours import (
     length_of,
     nearest_neighbour,
@@ -178,3 +181,43 @@ def test_the_endurance_is_that_of_the_iris_in_the_paper():
     flying = FlightParameters(mass=1.5, battery=56.6, electronics=0.0)
     assert 0.8 * flying.endurance_s / 60.0 == pytest.approx(15.4, abs=0.1)
     assert FlightParameters(endurance=100.0).endurance_s == 100.0
+
+
+class Spot(NamedTuple):
+    position_m: tuple[float, float, float]
+    normal: tuple[float, float, float]
+
+
+def test_a_closer_look_shows_each_place_in_its_middle_as_fine_as_asked(planned, room_file):
+    surface, plans = planned
+    spots = [
+        Spot((2.0, 2.0, 1.5), (0.0, -1.0, 0.0)),  # on a wall
+        Spot((-3.0, -1.7, 1.5), (1.0, 0.0, 0.0)),  # in a corner, where the UAV has no room in front
+        Spot((1.0, 0.0, 1.5), (1.0, 0.0, 0.0)),  # in the pillar
+    ]
+    closer = closer_plan(plans[-1], spots, surface.room, surface.ranges_m, 0.3, np.random.default_rng(1))
+    assert closer.hidden == (2,)
+    check_plan(closer.plan, surface.room)
+    assert len(closer.plan.views) == 2
+    focal_px = closer.plan.camera.focal_px
+    for spot in spots[:2]:
+
+        def off_m(view, spot=spot):
+            axes = optical_axes(view.yaw_rad, view.tilt_rad)
+            return np.linalg.norm(((np.array(spot.position_m) - view.place_m) @ axes)[:2])
+
+        view = min(closer.plan.views, key=off_m)
+        assert off_m(view) < 0.02
+        sight = np.array(spot.position_m) - view.place_m
+        far_m = np.linalg.norm(sight)
+        cosine = -(sight @ spot.normal) / far_m
+        assert 1e3 * far_m / focal_px / cosine == pytest.approx(0.3, abs=0.01)
+        assert cosine > np.cos(np.radians(46.0))
+    assert closer.plan.views[0] != closer.plan.views[1]
+
+
+def test_a_closer_look_at_what_nobody_sees_is_refused(planned):
+    surface, plans = planned
+    inside = Spot((1.0, 0.0, 1.5), (1.0, 0.0, 0.0))
+    with pytest.raises(SurveyError, match="None of 1 places"):
+        closer_plan(plans[-1], [inside], surface.room, surface.ranges_m, 0.3, np.random.default_rng(1))

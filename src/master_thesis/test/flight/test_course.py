@@ -130,6 +130,19 @@ def test_an_obstacle_is_named_once_whichever_side_it_stands_on(run):
     assert run.outcome.failure == f"The UAV touched {TREE}."
 
 
+def test_a_landing_for_another_battery_is_no_contact_but_a_tree_is(run):
+    run.on_ready(True)
+    run.on_time(1.0)
+    run.lands_between = True
+    run.on_contact(UAV, "ground_plane::link::c", 1.0)
+    assert not run.outcome.collision
+    run.on_contact(UAV, TREE)
+    assert run.outcome.touched == (TREE,)
+    run.lands_between = False
+    run.on_contact(UAV, "ground_plane::link::c", 1.0)
+    assert run.outcome.touched == (TREE, "ground_plane::link::c")
+
+
 FLOOR, SHELF = "floor::link::c", "shelf::link::board"
 
 

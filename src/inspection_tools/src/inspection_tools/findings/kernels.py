@@ -24,16 +24,21 @@ def block_light(picture: np.ndarray, linear: np.ndarray, side: int) -> np.ndarra
 
 
 @njit(cache=True)
-def dark_ridges(light: np.ndarray, reach: int, contrast: float) -> np.ndarray:
+def dark_ridges(light: np.ndarray, reach: int, contrasts: np.ndarray, side: int) -> np.ndarray:
     """Return (height, width) bool: pixels darker than both sides, `reach` px away, along some direction.
 
     A step has no darker middle, so edges between two tones are none. light: (height, width), float32.
+    contrasts: least share of light that the middle lacks, in blocks of `side` px; 1: nothing counts there.
     """
     out = np.zeros(light.shape, np.bool_)
-    keep, slant = 1.0 - contrast, max(1, round(0.7071 * reach))
+    slant = max(1, round(0.7071 * reach))
     for y in range(reach, light.shape[0] - reach):
+        row = min(y // side, contrasts.shape[0] - 1)
         for x in range(reach, light.shape[1] - reach):
-            most = light[y, x] / keep
+            contrast = contrasts[row, min(x // side, contrasts.shape[1] - 1)]
+            if contrast >= 1.0:
+                continue
+            most = light[y, x] / (1.0 - contrast)
             out[y, x] = (
                 (light[y, x - reach] > most and light[y, x + reach] > most)
                 or (light[y - reach, x] > most and light[y + reach, x] > most)

@@ -17,7 +17,8 @@ from inspection_tools.findings.placing import Placed, extent
 class Finding:
     """One finding in the map. area_m2: of rust, the largest that one photograph shows.
 
-    status: new, under review, confirmed or dismissed, and remark: the surveyor's.
+    status: new, under review, confirmed or dismissed, and remark: the surveyor's. detail_mm: that a pixel
+    covers in the worst direction, in the photograph that shows it best; 0: not known.
     """
 
     id: int
@@ -29,6 +30,7 @@ class Finding:
     photographs: tuple[str, ...]
     status: str = "new"
     remark: str = ""
+    detail_mm: float = 0.0
 
 
 def merged(placed: Sequence[Placed], apart_m: float) -> list[Finding]:
@@ -56,4 +58,7 @@ def _finding(number: int, kind: str, group: Sequence[Placed]) -> Finding:
     names = tuple(sorted({each.photograph for each in group}))
     areas = [sum(each.area_m2 for each in group if each.photograph == name) for name in names]
     place, facing = (tuple(round(float(v), 4) for v in each) for each in (middle, normal))
-    return Finding(number, kind, place, facing, round(length, 4), round(max(areas), 6), names)
+    detail = round(min(each.detail_mm for each in group), 3)
+    return Finding(
+        number, kind, place, facing, round(length, 4), round(max(areas), 6), names, detail_mm=detail
+    )

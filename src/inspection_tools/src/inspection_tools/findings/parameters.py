@@ -17,7 +17,17 @@ class FindingParameters:
         rust_size: Least side of a square as large as a rust spot, m.
         crack_contrast: Least share of light that the middle of a crack lacks beside both its sides.
         crack_length: Least length of a crack, m.
+        crack_detail: Cracks are looked for where a pixel covers at most so much in the worst direction, mm.
+        crack_incidence: And where the surface is seen at most so flat, deg.
+        crack_closer: A photograph in which a pixel covers at most so much decides whether a crack is one, mm.
+        line_length: Least length of a crack in the picture, px.
+        line_width: Greatest width of its dark core, at half its depth, px.
+        line_unlike: Greatest difference of the surface on both its sides, as a multiple of its depth.
+        line_filled: Least share of its length that is dark.
+        line_rough: Greatest deviation of its pixels from its course, px.
         keep_off: Cracks keep this far from edges of the mesh, px.
+        pose_off, pose_turned: A photograph's pose may be wrong by so much, m and deg. Lines that run along an
+            edge of the mesh, not farther from it than this, are no cracks.
         incidence: Greatest angle between the surface's normal and the line of sight, deg.
         distance: Greatest distance of the surface, m.
         apart: Candidates of one kind that are nearer to each other are one finding, m.
@@ -31,7 +41,17 @@ class FindingParameters:
     rust_size: float = 0.015
     crack_contrast: float = 0.14
     crack_length: float = 0.06
+    crack_detail: float = 1.3
+    crack_closer: float = 0.5
+    crack_incidence: float = 65.0
+    line_length: float = 40.0
+    line_width: float = 6.0
+    line_unlike: float = 0.6
+    line_filled: float = 0.7
+    line_rough: float = 3.0
     keep_off: int = 14
+    pose_off: float = 0.02
+    pose_turned: float = 0.8
     incidence: float = 75.0
     distance: float = 8.0
     apart: float = 0.06
@@ -42,7 +62,17 @@ class FindingParameters:
         check_number("rust_size", self.rust_size, 0.001, 10.0)
         check_number("crack_contrast", self.crack_contrast, 0.01, 1.0)
         check_number("crack_length", self.crack_length, 0.005, 100.0)
+        check_number("crack_detail", self.crack_detail, 0.01, 100.0)
+        check_number("crack_closer", self.crack_closer, 0.001, 100.0)
+        check_number("crack_incidence", self.crack_incidence, 1.0, 89.0)
+        check_number("line_length", self.line_length, 10.0, 10_000.0)
+        check_number("line_width", self.line_width, 1.0, 20.0)
+        check_number("line_unlike", self.line_unlike, 0.01, 100.0)
+        check_number("line_filled", self.line_filled, 0.0, 1.0)
+        check_number("line_rough", self.line_rough, 0.1, 20.0)
         check_whole("keep_off", self.keep_off, 1, 1000)
+        check_number("pose_off", self.pose_off, 0.0, 1.0)
+        check_number("pose_turned", self.pose_turned, 0.0, 20.0)
         check_number("incidence", self.incidence, 1.0, 89.0)
         check_number("distance", self.distance, 0.1, 1000.0)
         check_number("apart", self.apart, 0.001, 10.0)

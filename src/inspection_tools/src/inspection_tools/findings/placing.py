@@ -11,21 +11,26 @@ from scipy.spatial.transform import Rotation
 
 from inspection_tools.findings.candidates import Candidate
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.sight import Sight
 from inspection_tools.photographs.folder import PhotographRecord
 from inspection_tools.survey.camera import SurveyCamera
 
-STEP_M = 0.01
-"""Two hits whose planes differ by more lie on two surfaces."""
+HIDDEN_M = 0.05
+"""A point that is so far from where its ray ends is hidden."""
 
 
 class Placed(NamedTuple):
-    """A candidate on the surface. points_m: (n, 3) in the map. normal: (3,). area_m2: of all its pixels."""
+    """A candidate on the surface. points_m: (n, 3) in the map. normal: (3,). area_m2: of all its pixels.
+
+    detail_mm: that a pixel covers there in the worst direction, median.
+    """
 
     kind: str
     points_m: np.ndarray
     normal: np.ndarray
     area_m2: float
     photograph: str
+    detail_mm: float
 
 
 class MeshSurface:
@@ -48,42 +53,69 @@ class MeshSurface:
         normals = np.where((normals * rays).sum(axis=1)[:, None] > 0.0, -normals, normals)
         return eye_m + far[:, None] * rays, normals
 
-    def place(
+
+class PosedPhotograph:
+    """A photograph's rays on the surface. record: tells its pose. name: of its file."""
+
+    def __init__(
         self,
-        candidate: Candidate,
+        surface: MeshSurface,
         camera: SurveyCamera,
         record: PhotographRecord,
         parameters: FindingParameters,
-        photograph: str,
-    ) -> Placed | None:
+        name: str,
+    ) -> None:
+        self._surface, self._camera, self._p, self._name = surface, camera, parameters, name
+        self._eye_m = np.array(record.position_m)
+        self._turn = Rotation.from_quat(record.orientation_xyzw).as_matrix()
+        self.sight = Sight(self._look, self._eye_m, camera, parameters)
+
+    def _look(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        aside = (pixels - self._camera.centre_px) / self._camera.focal_px
+        rays = np.column_stack((aside, np.ones(len(aside)))) @ self._turn.T
+        rays /= np.linalg.norm(rays, axis=1)[:, None]
+        return (*self._surface.hits(self._eye_m, rays), rays)
+
+    def place(self, candidate: Candidate) -> Placed | None:
         """Return the candidate on the surface; None if it is too small, flat or far, or an edge."""
-        p, eye = parameters, np.array(record.position_m)
-        turn = Rotation.from_quat(record.orientation_xyzw).as_matrix()
-
-        def look(pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-            aside = (pixels - camera.centre_px) / camera.focal_px
-            rays = np.column_stack((aside, np.ones(len(aside)))) @ turn.T
-            rays /= np.linalg.norm(rays, axis=1)[:, None]
-            return (*self.hits(eye, rays), rays)
-
-        points, normals, rays = look(candidate.pixels)
-        far = np.linalg.norm(points - eye, axis=1)
+        p = self._p
+        if candidate.kind == "crack" and self.sight.is_edge(candidate.pixels):
+            return None
+        points, normals, rays = self._look(candidate.pixels)
+        far = np.linalg.norm(points - self._eye_m, axis=1)
         steep = -(normals * rays).sum(axis=1)
         good = (far < p.distance) & (steep > np.cos(np.radians(p.incidence)))  # NaN is not good
-        if candidate.kind == "crack":
-            for angle in np.arange(8) * np.pi / 4:
-                off = p.keep_off * np.array((np.cos(angle), np.sin(angle)))
-                beside, others, _ = look(candidate.pixels + off)
-                good &= np.abs(((beside - points) * normals).sum(axis=1)) < STEP_M
-                good &= (others * normals).sum(axis=1) > 0.95
         if good.sum() < 3 or good.mean() < 0.3:
             return None
-        pixel_m2 = (far[good] / camera.focal_px) ** 2 / steep[good]
+        pixel_m2 = (far[good] / self._camera.focal_px) ** 2 / steep[good]
         area = float(pixel_m2.mean() * candidate.size_px * good.mean())
-        placed = Placed(candidate.kind, points[good], normals[good].mean(axis=0), area, photograph)
+        detail_mm = float(np.median(1e3 * far[good] / self._camera.focal_px / steep[good]))
+        placed = Placed(candidate.kind, points[good], normals[good].mean(axis=0), area, self._name, detail_mm)
         if candidate.kind == "crack":
             return placed if extent(placed.points_m)[1] >= p.crack_length else None
         return placed if area >= p.rust_size**2 else None
+
+    def share_judged(self, points_m: np.ndarray, detail_mm: float) -> float:
+        """Return the share of points (n, 3) that lie where cracks are looked for, at this detail or finer."""
+        camera, local = self._camera, (points_m - self._eye_m) @ self._turn
+        ahead = local[:, 2] > 0.0
+        pixels = (
+            local[:, :2] / np.where(ahead, local[:, 2], 1.0)[:, None] * camera.focal_px + camera.centre_px
+        )
+        inside = (
+            ahead
+            & (pixels >= 0.0).all(axis=1)
+            & (pixels <= (camera.width - 1, camera.height - 1)).all(axis=1)
+        )
+        if not inside.any():
+            return 0.0
+        hits, normals, rays = self._look(pixels[inside])
+        far = np.linalg.norm(hits - self._eye_m, axis=1)
+        steep = -(normals * rays).sum(axis=1)
+        good = np.linalg.norm(hits - points_m[inside], axis=1) < HIDDEN_M
+        good &= 1e3 * far / camera.focal_px <= detail_mm * np.maximum(steep, 1e-6)
+        good &= self.sight.judges(pixels[inside])
+        return float(good.sum() / len(points_m))
 
 
 def extent(points_m: np.ndarray) -> tuple[np.ndarray, float]:

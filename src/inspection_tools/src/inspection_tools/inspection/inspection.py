@@ -175,7 +175,8 @@ class Inspection:
 
     def look_closer(self, point_m: np.ndarray, here_m: np.ndarray, distance_m: float) -> Task | None:
         """Photograph a point from nearer now, and then go on. None: no place near it can be flown to."""
-        view = view_of_point(self._planner, point_m, here_m, distance_m, self._offset)
+        stamp_s = max(self._look_s, 0.0)
+        view = view_of_point(self._planner, point_m, here_m, distance_m, self._offset, stamp_s)
         if view is None:
             return None
         with self._lock:
@@ -228,7 +229,7 @@ class Inspection:
                 return
             with self._lock:
                 self._fail(task, why)
-        left = len(self.todo.left_out)
+        left = sum(number > 0 for number in self.todo.left_out)
         self.abort(
             "Every photograph of the plan is taken."
             if not left

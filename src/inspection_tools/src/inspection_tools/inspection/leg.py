@@ -13,6 +13,8 @@ from inspection_tools.inspection.todo import Task
 SLOW = 3.0
 """A leg may take so many times as long as at full speed, and `LEG_S` more."""
 LEG_S = 15.0
+LATE = 2.0
+"""When patience is over, the UAV may move so many times as fast."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,7 @@ class PhotographLeg:
         parameters: InspectionParameters,
     ) -> None:
         self.task, self.is_shot, self._place_m, self._p = task, False, place_m, parameters
+        self._still = parameters.still_closer if task.number < 0 else parameters.still
         self._until_s = stamp_s + SLOW * way_m / self._p.speed + LEG_S
         self._tilted_s = stamp_s + abs(math.degrees(tilt_rad)) / self._p.tilt_rate + self._p.settle
         self._arrived_s: float | None = None
@@ -62,8 +65,7 @@ class PhotographLeg:
         """Take a pose. Return why the photograph cannot be taken now; empty: it can, or may still."""
         p, stamp_s, off_m = self._p, motion.stamp_s, math.dist(motion.place_m, self._place_m)
         turn = abs(math.remainder(motion.yaw_rad - self.task.view.yaw_rad, 2.0 * math.pi))
-        is_still = turn <= math.radians(p.turned) and motion.speed <= p.still
-        is_still &= abs(motion.turn_rate) <= p.still_turn
+        is_still = turn <= math.radians(p.turned) and self._rests(motion)
         if self._arrived_s is None and off_m <= p.far:
             self._arrived_s = stamp_s
         self._settled_s = _since(self._settled_s, is_still and off_m <= p.near, stamp_s)
@@ -85,9 +87,14 @@ class PhotographLeg:
         # CEPA may keep it off a little; then it comes to rest beside the place.
         rests = self._rests_s is not None and stamp_s >= self._rests_s + p.rest
         off_m = math.dist(motion.place_m, self._place_m)
-        is_late = stamp_s > self._arrived_s + p.patience and off_m <= p.far
+        is_late = stamp_s > self._arrived_s + p.patience and off_m <= p.far and self._rests(motion, LATE)
         self.is_shot = is_settled or rests or is_late
         return self.is_shot
+
+    def _rests(self, motion: Motion, times: float = 1.0) -> bool:
+        """Return whether the UAV moves and turns slower than allowed, so many times."""
+        is_slow = motion.speed <= times * self._still
+        return is_slow and abs(motion.turn_rate) <= times * self._p.still_turn
 
 
 def _since(before_s: float | None, holds: bool, stamp_s: float) -> float | None:

@@ -18,10 +18,12 @@ class InspectionParameters:
         near: At a photograph the UAV is at most so far from its place, m.
         turned: Its front is at most so far from the photograph's, deg.
         still: It moves slower than this, m/s.
+        still_closer: The same for a closer look, which motion blurs more.
         still_turn: And turns slower than this, rad/s.
         settle: All this holds for so long before the shutter opens, s.
         rest: Or it has been at rest for so long within `far`, s. CEPA may keep it off a little.
-        patience: After so long near the place the shutter opens all the same, if the UAV is within `far`, s.
+        patience: After so long near the place the shutter opens all the same, s, if the UAV is within `far`
+            and moves at most twice as fast.
         far: See `patience`, m.
         tilt_rate: Of the gimbal, deg/s. The shutter waits for its turn.
         blur_max: A photograph with more blur is shot again, px.
@@ -47,6 +49,7 @@ class InspectionParameters:
     near: float = 0.15
     turned: float = 1.5
     still: float = 0.12
+    still_closer: float = 0.06
     still_turn: float = 0.06
     settle: float = 0.4
     rest: float = 1.5
@@ -75,6 +78,7 @@ class InspectionParameters:
         check_number("near", self.near, 0.02, 2.0)
         check_number("turned", self.turned, 0.1, 45.0)
         check_number("still", self.still, 0.01, 5.0)
+        check_number("still_closer", self.still_closer, 0.01, 5.0)
         check_number("still_turn", self.still_turn, 0.001, 5.0)
         check_number("settle", self.settle, 0.0, 60.0)
         check_number("rest", self.rest, 0.0, 60.0)

@@ -12,11 +12,10 @@ from inspection_tools.errors import SurveyError
 from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.leftovers import leftovers_of
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
-from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
+from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.surface.patches import Patches
 from inspection_tools.survey.surface.room import Room
-from inspection_tools.survey.tour.flights import Tour, flight_time_s, flights_of, short_tour
-from inspection_tools.survey.tour.ways import Ways, leg_times_s
+from inspection_tools.survey.tour.flown import flown
 from inspection_tools.survey.views.candidates import Candidates, Ranges, View, lattice
 from inspection_tools.survey.views.cover import Cover
 from inspection_tools.survey.views.lp_bound import lp_bound
@@ -106,55 +105,22 @@ class SurveyPlanner:
         return Candidates(self._patches, places_m, self._camera, self._asked, self._ranges_m, speed_m_s)
 
     def _plan(self, candidates: Candidates, cover: Cover, rng: np.random.Generator, tries: int) -> SurveyPlan:
-        shots, flying = cover.shots, self._flying
-        places_m = np.concatenate((self._room.home_m[None], candidates.places_m[[s.place for s in shots]]))
-        yaws = np.array([0.0] + [shot.yaw for shot in shots])
-        tilts = np.array([0.0] + [shot.tilt for shot in shots])
-        ways = Ways(self._room, places_m)
-        times_s = leg_times_s(ways.lengths_m, yaws, tilts, flying)
-        stay_s = 0.0 if flying.passing else flying.settle
-        tour = short_tour(times_s, rng, tries)
-        parts = flights_of(tour, times_s, stay_s, flying)
-        views = [View(tuple(p), float(y), float(t)) for p, y, t in zip(places_m.tolist(), yaws, tilts)]
-        flights = tuple(
-            Flight(
-                tuple(
-                    PlannedView(views[b], tuple(map(tuple, ways.between(a, b).round(3).tolist())))
-                    for a, b in zip([0, *part], part)
-                ),
-                flight_time_s(part, times_s, stay_s, flying),
-                _length_m(ways, part),
-            )
-            for part in parts
-        )
+        views = [
+            View(tuple(candidates.places_m[shot.place].tolist()), float(shot.yaw), float(shot.tilt))
+            for shot in cover.shots
+        ]
+        flights, figures = flown(self._room, views, self._flying, rng, tries)
         x, y, z = self._room.home_m.tolist()
-        return SurveyPlan(
-            self._source, (x, y, z), self._camera, self._asked, flying, flights,
-            self._figures(candidates, cover, tour, stay_s, ways), _shares(cover, candidates),
-        )  # fmt: skip
-
-    def _figures(
-        self, candidates: Candidates, cover: Cover, tour: Tour, stay_s: float, ways: Ways
-    ) -> dict[str, float]:
-        area_m2, reachable_m2 = self._patches.areas_m2.sum(), cover.areas_m2.sum()
-        stays_s = stay_s * len(cover.shots)
-        closed = np.append(tour.order, tour.order[0])
-        return {
-            "area_m2": float(area_m2),
-            "reachable_m2": float(reachable_m2),
+        areas = {
+            "area_m2": float(self._patches.areas_m2.sum()),
+            "reachable_m2": float(cover.areas_m2.sum()),
             "share": cover.share,
-            "photographs": len(cover.shots),
-            "tour_m": float(ways.lengths_m[closed[:-1], closed[1:]].sum()),
-            "tour_s": tour.time_s + stays_s,
-            "tour_bound_s": tour.bound_s + stays_s,
-            "tour_nearest_s": tour.nearest_s + stays_s,
         }
+        return SurveyPlan(
+            self._source, (x, y, z), self._camera, self._asked, self._flying, flights,
+            {**areas, **figures}, _shares(cover, candidates),
+        )  # fmt: skip
 
 
 def _shares(cover: Cover, candidates: Candidates) -> dict[str, float]:
     return dict(zip(candidates.patches.names, cover.class_shares().tolist()))
-
-
-def _length_m(ways: Ways, part: np.ndarray) -> float:
-    closed = [0, *part.tolist(), 0]
-    return float(sum(ways.lengths_m[a, b] for a, b in zip(closed, closed[1:])))

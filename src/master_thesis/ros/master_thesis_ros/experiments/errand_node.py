@@ -42,7 +42,7 @@ class ErrandNode(FlightNode):
             return self._monitor.abort(f"The flight was refused: {status.text}")
         if end == "battery" and is_home and self.swapped < self._swaps:
             self.swapped += 1
-            self._swaps_now = True
+            self._swaps_now = self._monitor.course.lands_between = True
             rospy.loginfo("The UAV lands at home for a full battery.")
             threading.Thread(target=self._land, daemon=True).start()
             return ()
@@ -87,5 +87,5 @@ class ErrandNode(FlightNode):
         self._is_ready = message.data
         super()._on_ready(message)
         if self._must_send and self._is_ready and self._armed:
-            self._must_send = self._swaps_now = False
+            self._must_send = self._swaps_now = self._monitor.course.lands_between = False
             self.send_goal()

@@ -93,6 +93,8 @@ class Course:
         self._contacts = Contacts(uav)
         self.phase = Phase.WAITING
         """The phase of the run."""
+        self.lands_between = False
+        """Whether the UAV lands for another battery: then it may touch the ground."""
         self._times: dict[Phase, float] = {}
         self._reached = False
         self._landed = False
@@ -158,7 +160,7 @@ class Course:
 
     def on_contact(self, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
         """Note a contact between two collision shapes; see `Contacts.judge`."""
-        in_flight = self.phase in (Phase.FLYING, Phase.HOVERING)
+        in_flight = self.phase in (Phase.FLYING, Phase.HOVERING) and not self.lands_between
         self._contacts.judge(collision_1, collision_2, upwards, in_flight)
 
     def on_armed(self, t_s: float, armed: bool) -> list[Action]:
