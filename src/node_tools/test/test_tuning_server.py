@@ -84,3 +84,19 @@ def test_a_request_with_groups_as_dynparam_load_sends_it_is_understood(server):
     config = messages.Config(doubles=[messages.DoubleParameter("size", 0.5)], groups=state)
     answer = server._set_callback(SimpleNamespace(config=config))
     assert [(p.name, p.value) for p in answer.doubles] == [("size", 0.5)]
+
+
+def test_parameters_are_read_and_written_at_once_and_others_stay(server, monkeypatch):
+    stored, calls = {"~": {"size": 0.5, "not_tuned": [1, 2]}}, []
+    parameters = SimpleNamespace(
+        get_param=lambda name, default: calls.append(name) or stored.get(name, default),
+        set_param=lambda name, value: calls.append(name) or stored.update({name: value}),
+    )
+    monkeypatch.setattr(tuning_server, "rospy", parameters)
+    server.ns = "~"
+    server._copy_from_parameter_server()
+    assert dict(server.config) == {"size": 0.5, "words": "a"}
+    server.config["size"] = 0.7
+    tuning_server.TuningServer._copy_to_parameter_server(server)
+    assert stored["~"] == {"size": 0.7, "words": "a", "not_tuned": [1, 2]}
+    assert len(calls) == 3

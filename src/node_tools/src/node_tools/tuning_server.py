@@ -9,11 +9,13 @@ from dynamic_reconfigure.server import Server
 
 
 class TuningServer(Server):
-    """dynamic_reconfigure's server with two differences.
+    """dynamic_reconfigure's server with three differences.
 
     It refuses a value beyond its limits with a sentence, and the old value stays. The original silently
     clips the value to the limit, where it may have another meaning. It also understands requests with the
     state of nested groups, as `dynparam load` sends them. The original fails on these.
+    It asks the parameter server for all values at once, and sets them at once. The original takes two calls
+    for each value at the start, and one for each at every change: in flight, 60 for CEPA.
     """
 
     def update_configuration(self, changes: Mapping[str, Any]) -> Any:
@@ -30,6 +32,14 @@ class TuningServer(Server):
             f"{name} must be from {least:g} to {most:g}: {value:g} is refused, the old value stays."
         )
         return False
+
+    def _copy_from_parameter_server(self) -> None:
+        given = rospy.get_param(self.ns, {})
+        self.config.update({name: given[name] for name in self.type.defaults if name in given})
+
+    def _copy_to_parameter_server(self) -> None:
+        ours = {name: self.config[name] for name in self.type.defaults}
+        rospy.set_param(self.ns, {**rospy.get_param(self.ns, {}), **ours})
 
     def _set_callback(self, request: Any) -> Any:
         request.config.groups = []
