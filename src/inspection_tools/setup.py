@@ -27,6 +27,7 @@ setup(
             "inspection_tools.survey.views",
             "inspection_tools.yaw",
             "inspection_tools_ros",
+            "inspection_tools_ros.surveying",
         ],
         package_dir={"": "src", "inspection_tools_ros": "ros/inspection_tools_ros"},
         package_data={"inspection_tools.report": ["page.html", "page.css", "viewer.js"]},

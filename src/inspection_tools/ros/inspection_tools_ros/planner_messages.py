@@ -44,7 +44,7 @@ def tiles_of(message: Any) -> tuple[np.ndarray, np.ndarray]:
         raise MapError("The tiles hold distances; subscribe to ~updates of slam_octomap.")
     if tiles.size % 3 or voxels.size != tiles.size // 3 * message.side**3:
         raise MapError(f"{tiles.size / 3:g} tiles of {message.side}^3 voxels came as {voxels.size}.")
-    return tiles.reshape(-1, 3), voxels.reshape(tiles.size // 3, -1)
+    return tiles.reshape(-1, 3), voxels.reshape(tiles.size // 3, message.side**3)
 
 
 def place_of(name: str, header: Header, position: Point, frame: str) -> Vector3:

@@ -63,6 +63,10 @@ class EnergyWatch:
         self._charge.reset()
         self._returns = False
 
+    def restart_clock(self) -> None:
+        """Forget the readings: the clock jumped back."""
+        self._charge.reset()
+
     def offer(self, stamp_s: float, charge: float) -> str:
         """Take in a reading, 0..1; return one sentence if it is not believed, else nothing."""
         return self._charge.offer(stamp_s, charge)

@@ -59,6 +59,8 @@ def main(arguments: list[str] | None = None) -> int:
             return _decide(target, number, status, given.remark)
         if given.mesh is None:
             raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
+        if not target.parent.is_dir():
+            raise SurveyError(f"{target} cannot be written: there is no folder {target.parent}.")
         before = read_findings(target) if target.exists() else []
         findings = with_decisions(
             before, find([given.folder, *given.closer], given.mesh, FindingParameters())

@@ -44,6 +44,12 @@ class Homing:
         if self._energy is not None:
             self._energy.take_off()
 
+    def restart_clock(self) -> None:
+        """Plan at once: the clock jumped back."""
+        self._planned_s, self._moved = -math.inf, None
+        if self._energy is not None:
+            self._energy.restart_clock()
+
     def note(self, here_m: np.ndarray) -> None:
         """Remember where the UAV (x, y, z) was: the way it came is free."""
         if not self._track_m or math.dist(here_m, self._track_m[-1]) > self._p.track_spacing:

@@ -82,6 +82,13 @@ class Inspection:
             self._way, self._leg = Way([here_m]), None
             self._homing.begin(here_m if home_m is None else home_m)
 
+    def restart_clock(self, stamp_s: float, here_m: np.ndarray) -> None:
+        """Go on from a place (x, y, z) after the clock jumped back: what was timed begins anew."""
+        with self._lock:
+            self._began_s, self._look_s = stamp_s, -math.inf
+            self._way, self._leg = Way([here_m]), None
+            self._homing.restart_clock()
+
     def pause(self, here_m: np.ndarray) -> None:
         """Hover at a place until `resume`, `abort`, or until the energy says to come home."""
         with self._lock:

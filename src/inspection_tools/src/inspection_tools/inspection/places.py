@@ -60,9 +60,9 @@ def view_of_point(
     views = [_view(point_m, distance_m, each) for each in directions]
     bodies_m = np.array([body_place_m(view, offset_m) for view in views])
     comfort = (planner.parameters.clearance_m + planner.parameters.comfort) / space.grid.resolution_m
-    is_roomy = _squares_at(space, bodies_m) >= (comfort - 1.0) ** 2
-    for k in np.lexsort((-steep, ~is_roomy)):
-        if steep[k] < LEAST_STEEP:
+    squares = _squares_at(space, bodies_m)
+    for k in np.lexsort((-steep, squares < (comfort - 1.0) ** 2)):
+        if steep[k] < LEAST_STEEP or squares[k] < space.need:
             continue
         try:
             planner.plan(here_m, bodies_m[k], stamp_s)

@@ -16,8 +16,8 @@ from inspection_tools.inspection import End, Inspection, InspectionParameters
 from inspection_tools.inspection.taken import StampedPose, record_of, shot_of
 from inspection_tools.inspection.todo import Task
 from inspection_tools.photographs.folder import PhotographError, PhotographFolder, PhotographRecord
-from inspection_tools_ros import survey_messages
-from inspection_tools_ros.camera_link import CameraError, CameraLink
+from inspection_tools_ros.surveying import messages
+from inspection_tools_ros.surveying.camera_link import CameraError, CameraLink
 
 POSES = 100
 """Kept, so that a photograph finds the one of its stamp."""
@@ -110,7 +110,7 @@ class Photographer:
         stamp_s = told.stamp.to_sec()
         with self._lock:
             body = min(self._poses, key=lambda pose: abs(pose.stamp_s - stamp_s))
-        record = record_of(task, stamp_s, body, survey_messages.camera_in_body(told), told)
+        record = record_of(task, stamp_s, body, messages.camera_in_body(told), told)
         return Taken(inspection, task, record, not shot_of(record).fault(self._parameters))
 
     def _store(self, taken: Taken, picture: np.ndarray) -> None:
@@ -126,7 +126,7 @@ class Photographer:
             inspection.abort(str(error), End.STORAGE)
             return
         rospy.loginfo("Photograph %d is stored; %d are open.", task.number, len(inspection.todo.open))
-        self._last.publish(survey_messages.small(picture, rospy.Time.from_sec(taken.record.stamp_s)))
+        self._last.publish(messages.small(picture, rospy.Time.from_sec(taken.record.stamp_s)))
 
     def _lose(self, taken: Taken) -> None:
         self._miss(taken.inspection, taken.task, "The camera's picture did not come.")

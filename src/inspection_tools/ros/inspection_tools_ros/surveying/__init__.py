@@ -1,0 +1,1 @@
+"""The ROS side of `inspect`: goals, photographs, what it publishes, lockstep."""

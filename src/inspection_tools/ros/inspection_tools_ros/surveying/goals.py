@@ -1,0 +1,77 @@
+"""Turns the goals of the action into surveys, and begins them: anew, after a landing, or after a restart."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import replace
+
+import numpy as np
+import rospy
+
+from inspection_tools.energy import EnergyWatch
+from inspection_tools.inspection import Inspection, InspectionParameters
+from inspection_tools.inspection.leg import Motion
+from inspection_tools.msg import SurveyGoal
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.planning import PathPlanner
+from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools_ros.map_feed import MapFeed
+from inspection_tools_ros.surveying.files import Drawings, files_of, name_of
+
+FINE_MM = 0.5
+"""Photographs as fine as this are closer looks: the UAV rests more."""
+
+
+class SurveyGoals:
+    """Knows the goal that is flown.
+
+    Attributes:
+        plan: of the goal; None: none has come. folder: its photographs.
+    """
+
+    def __init__(
+        self,
+        planner: PathPlanner,
+        planner_lock: threading.Lock,
+        feed: MapFeed,
+        parameters: InspectionParameters,
+        energy: EnergyWatch | None,
+    ) -> None:
+        self._planner, self._planner_lock, self._feed = planner, planner_lock, feed
+        self._parameters, self._energy = parameters, energy
+        self._drawings = Drawings(planner.parameters)
+        self._name = ""
+        self._inspection: Inspection | None = None
+        self.plan: SurveyPlan | None = None
+        self.folder: PhotographFolder | None = None
+
+    def inspection_of(self, goal: SurveyGoal) -> Inspection:
+        """Read plan, folder and drawing, unless they are those of the goal before.
+
+        Raises:
+            InspectionToolsError: one sentence.
+        """
+        if self._inspection is not None and name_of(goal) == self._name:
+            return self._inspection
+        files = files_of(goal, self._parameters)
+        prior = self._drawings.prior_of(files.plan)
+        with self._planner_lock:
+            if prior is not self._feed.prior:
+                self._feed.prior = prior
+                self._planner.clear_map()
+        p = self._parameters
+        is_fine = files.plan.asked.resolution <= FINE_MM
+        still = min(p.still, p.still_closer) if is_fine else p.still
+        given = replace(p, time_max=goal.time_max or p.time_max, still=still)
+        self._name, self.plan, self.folder = name_of(goal), files.plan, files.folder
+        self._inspection = Inspection(self._planner, files.todo, given, self._energy)
+        return self._inspection
+
+    def begin(self, inspection: Inspection, motion: Motion) -> None:
+        """Begin, or go on with what is left. A node that died comes home to the same place."""
+        home = rospy.get_param("~begun", {})
+        known = home.get("home") if home.get("goal") == self._name else None
+        inspection.begin(motion.stamp_s, motion.place_m, None if known is None else np.array(known))
+        assert inspection.home_m is not None
+        rospy.set_param("~begun", {"goal": self._name, "home": inspection.home_m.tolist()})
+        rospy.loginfo("The survey begins: %d photographs are open.", len(inspection.todo.open))

@@ -1,0 +1,62 @@
+"""What the node `inspect` publishes while it flies: where to go, where to look, and what RViz shows."""
+
+from __future__ import annotations
+
+import math
+from typing import Callable
+
+import numpy as np
+import rospy
+from geometry_msgs.msg import Point, Pose, Quaternion, Vector3, Vector3Stamped
+from std_msgs.msg import Header
+from visualization_msgs.msg import MarkerArray
+
+from inspection_tools.inspection import Inspection
+from inspection_tools.inspection.leg import Motion
+from inspection_tools_ros.surveying import messages
+
+TELL_S = 0.5
+"""Between two feedbacks."""
+
+
+class SurveyOutputs:
+    """Publishes pos_setpoint, front and ~markers.
+
+    Args:
+        goal_frame, base_frame: of the setpoints, and of the UAV. tilt: tilts the camera.
+    """
+
+    def __init__(self, goal_frame: str, base_frame: str, tilt: Callable[[float], None]) -> None:
+        self._goal_frame, self._base_frame, self._tilt = goal_frame, base_frame, tilt
+        self._sent_m: np.ndarray | None = None
+        self._sent_tilt: float | None = None
+        self._told_s = -math.inf
+        self._setpoints = rospy.Publisher("pos_setpoint", Pose, queue_size=1, latch=True)
+        self._fronts = rospy.Publisher("front", Vector3Stamped, queue_size=1, tcp_nodelay=True)
+        self._markers = rospy.Publisher("~markers", MarkerArray, queue_size=1, latch=True)
+
+    def send(self, inspection: Inspection, motion: Motion) -> None:
+        """Publish where to fly and to tilt, if that is new, and where the front is to point."""
+        setpoint_m = inspection.setpoint_m
+        if setpoint_m is not None and setpoint_m is not self._sent_m:
+            self._sent_m = setpoint_m
+            self._setpoints.publish(Pose(Point(*setpoint_m), Quaternion(0.0, 0.0, 0.0, 1.0)))
+        if inspection.front_rad is not None:
+            turn = inspection.front_rad - motion.yaw_rad
+            header = Header(stamp=rospy.Time(motion.stamp_s), frame_id=self._base_frame)
+            self._fronts.publish(Vector3Stamped(header, Vector3(math.cos(turn), math.sin(turn), 0.0)))
+        if inspection.tilt_rad != self._sent_tilt:
+            self._sent_tilt = inspection.tilt_rad
+            self._tilt(inspection.tilt_rad)
+
+    def is_time_to_tell(self, motion: Motion) -> bool:
+        """Return whether the last markers and feedback are old, once."""
+        if 0.0 <= motion.stamp_s - self._told_s < TELL_S:
+            return False
+        self._told_s = motion.stamp_s
+        return True
+
+    def show(self, inspection: Inspection, motion: Motion) -> None:
+        """Publish the markers."""
+        header = Header(stamp=rospy.Time(motion.stamp_s), frame_id=self._goal_frame)
+        self._markers.publish(messages.markers_of(inspection, motion.place_m, header))

@@ -1,0 +1,231 @@
+#!/usr/bin/env python3
+"""What the node inspect promises: photographs of a plan, pause, closer looks, a way home, and plain refusals.
+
+Time is that of the messages' stamps, so the UAV flies faster than any clock.
+"""
+
+import math
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+import roslib.message
+import rospy
+import rostest
+from actionlib_msgs.msg import GoalStatus
+from geometry_msgs.msg import Point, PointStamped, Pose, Quaternion, Vector3Stamped
+from inspection_tools_ros.planner_messages import tiles_class
+from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState, Image
+from std_msgs.msg import Float64
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+from inspection_tools.msg import SurveyActionFeedback, SurveyActionGoal, SurveyActionResult
+from inspection_tools.photographs.folder import photographs_in, read_record
+from inspection_tools.srv import LookCloser
+from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters
+from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
+from inspection_tools.survey.plan_file import write_plan
+from inspection_tools.survey.views.candidates import View
+from node_tools.testing import Input, wait_until
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from drawn_voxels import block, tiles_of
+from ros_probe import odometry_of
+
+NODE = "/inspect"
+RESOLUTION_M, SIDE, STEP_S = 0.2, 16, 0.3
+START, CAMERA = (2.0, 5.0, 2.0), SurveyCamera(64, 48, 60.0)
+VIEWS = (View((4.0, 5.0, 2.0), 0.0, 0.0), View((6.0, 4.0, 2.5), 1.5, 0.4), View((4.0, 3.0, 1.5), 3.0, -0.4))
+SHOOT = roslib.message.get_service_class("simulation_tools/Shoot")
+
+
+class Newest:
+    """The newest message of a topic."""
+
+    def __init__(self, topic, kind):
+        self.last = None
+        self._subscriber = rospy.Subscriber(topic, kind, self._take)
+
+    def _take(self, message):
+        self.last = message
+
+
+class Uav:
+    """It is where it is sent, at once. Its camera takes grey pictures."""
+
+    def __init__(self):
+        self.stamp_s, self.charge, self.tilts = 100.0, 0.9, Newest("/camera/tilt", Float64)
+        self._place, self._yaws, self._yaw_rad = START, {}, 0.0
+        self._pictures = rospy.Publisher("/camera/image_raw", Image, queue_size=10)
+        rospy.Service("/camera/shoot", SHOOT, self._shoot)
+        rospy.Subscriber("/pos_setpoint", Pose, self._fly)
+        rospy.Subscriber("/front", Vector3Stamped, self._turn)
+        self._poses, self._maps = Input("/ground_truth", Odometry), Input("/updates", tiles_class())
+        self._batteries = Input("/battery", BatteryState)
+
+    def _fly(self, setpoint):
+        self._place = (setpoint.position.x, setpoint.position.y, setpoint.position.z)
+
+    def _turn(self, front):
+        asked_at = self._yaws.get(front.header.stamp.to_nsec())
+        if asked_at is not None:
+            self._yaw_rad = asked_at + math.atan2(front.vector.y, front.vector.x)
+
+    def _shoot(self, _):
+        stamp = rospy.Time.from_sec(self.stamp_s)
+        picture = Image(height=48, width=64, encoding="rgb8", step=192, data=bytes(48 * 64 * 3))
+        picture.header.stamp = stamp
+        self._pictures.publish(picture)
+        pose = Pose(Point(0.1, 0.0, -0.05), Quaternion(-0.5, 0.5, -0.5, 0.5))
+        return SHOOT._response_class(True, "", stamp, pose, 0.002, 400.0, 200.0, 0.1)
+
+    def tell(self):
+        """Tell pose, map and battery of the next instant."""
+        self.stamp_s += STEP_S
+        stamp = rospy.Time.from_sec(self.stamp_s)
+        self._yaws[stamp.to_nsec()] = self._yaw_rad
+        self._poses.send(odometry_of(stamp, self._place, self._yaw_rad, frame="map"))
+        battery = BatteryState(percentage=self.charge, voltage=12.0, current=-10.0)
+        battery.header.stamp = stamp
+        self._batteries.send(battery)
+        tiles = tiles_class()()
+        tiles.header.frame_id, tiles.header.stamp = "map", stamp
+        tiles.resolution, tiles.side = RESOLUTION_M, SIDE
+        self._maps.send(tiles)
+
+    def send_map(self):
+        """Send a room of 9.6 x 9.6 x 4.8 m with walls of a voxel."""
+        kinds = block(24, 48, 48)
+        kinds[0] = kinds[-1] = kinds[:, 0] = kinds[:, -1] = kinds[:, :, 0] = kinds[:, :, -1] = 2
+        tiles, voxels = tiles_of(kinds, SIDE)
+        message = tiles_class()()
+        message.header.frame_id, message.header.stamp = "map", rospy.Time.from_sec(self.stamp_s)
+        message.resolution, message.side = RESOLUTION_M, SIDE
+        message.tiles, message.voxels = tiles.ravel().tolist(), voxels.tobytes()
+        self._maps.send(message)
+
+    def fly(self, until, what):
+        """Fly until something is true."""
+
+        def flown():
+            self.tell()
+            rospy.sleep(0.02)
+            return until()
+
+        wait_until(flown, what, 40.0)
+
+
+class InspectTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = Path(tempfile.mkdtemp())
+        cls.feedback = Newest(NODE + "/survey/feedback", SurveyActionFeedback)
+        cls.results = Newest(NODE + "/survey/result", SurveyActionResult)
+        cls.markers = Newest(NODE + "/markers", MarkerArray)
+        cls.last = Newest(NODE + "/last_photograph", Image)
+        cls.goals = Input(NODE + "/survey/goal", SurveyActionGoal)
+        cls.clicks = Input("/clicked_point", PointStamped)
+        kinds = {"pause": Trigger, "resume": Trigger, "abort": Trigger, "look_closer": LookCloser}
+        cls.services = {name: rospy.ServiceProxy(f"{NODE}/{name}", kind) for name, kind in kinds.items()}
+        for service in cls.services.values():
+            service.wait_for_service(60.0)
+        cls.uav = Uav()
+
+    def plan(self, name="plan.yaml"):
+        path = self.folder / name
+        flight = Flight(tuple(PlannedView(view) for view in VIEWS), 60.0, 10.0)
+        asked, flying = SurveyParameters(resolution=20.0), FlightParameters()
+        write_plan(path, SurveyPlan("room.stl", START, CAMERA, asked, flying, (flight,)))
+        return path
+
+    def send_goal(self, name, plan, folder=None):
+        goal = SurveyActionGoal()
+        goal.goal_id.id = name
+        goal.goal.plan, goal.goal.folder = str(plan), str(self.folder / (folder or name))
+        self.goals.send(goal)
+
+    def records(self, name):
+        return [read_record(path.with_suffix(".json")) for path in photographs_in(self.folder / name)]
+
+    def ended(self, name):
+        return self.results.last is not None and self.results.last.status.goal_id.id == name
+
+    def refused(self, name, plan):
+        self.send_goal(name, plan)
+        wait_until(lambda: self.ended(name), "the refusal")
+        self.assertEqual(self.results.last.status.status, GoalStatus.ABORTED)
+        return self.results.last.status.text
+
+    def test_1_what_cannot_be_flown_is_refused_with_a_sentence(self):
+        self.assertIn("place of the UAV is not known yet", self.refused("early", self.plan()))
+        self.uav.tell()
+        rospy.sleep(0.3)
+        self.assertIn("nowhere.yaml", self.refused("no plan", self.folder / "nowhere.yaml"))
+        bad = self.folder / "bad.yaml"
+        bad.write_text(self.plan().read_text().replace("yaw:", "jaw:"))
+        self.assertIn("bad.yaml", self.refused("bad plan", bad))
+        self.assertFalse(self.services["pause"]().success)
+        self.assertFalse(self.services["look_closer"](Point(4.0, 9.4, 2.0)).success)
+
+    def test_2_it_photographs_pauses_looks_closer_and_comes_home(self):
+        uav, told = self.uav, self.feedback
+        uav.send_map()
+        self.send_goal("survey", self.plan())
+        uav.fly(lambda: told.last is not None and told.last.feedback.taken == 1, "the first photograph")
+        # When it is paused, then it takes no photograph until it is resumed
+        self.assertTrue(self.services["pause"]().success)
+        uav.fly(lambda: told.last.feedback.phase == "paused", "the pause")
+        taken = told.last.feedback.taken
+        for _ in range(30):
+            uav.tell()
+            rospy.sleep(0.02)
+        self.assertEqual(told.last.feedback.taken, taken)
+        self.assertTrue(self.services["resume"]().success)
+        # When a point is asked for, then it comes next; a point that cannot be seen is refused
+        self.assertFalse(self.services["look_closer"](Point(400.0, 9.4, 2.0)).success)
+        self.assertTrue(self.services["look_closer"](Point(4.0, 9.4, 2.0)).success)
+        uav.fly(lambda: any(each.view == -1 for each in self.records("survey")), "the closer look")
+        # When the clock jumps back, and a point is clicked, then it goes on
+        uav.stamp_s -= 60.0
+        uav.tell()
+        click = PointStamped(point=Point(9.4, 5.0, 2.0))
+        click.header.frame_id = "map"
+        self.clicks.send(click)
+        uav.fly(lambda: self.ended("survey"), "the end")
+        result = self.results.last.result
+        self.assertEqual((result.end, result.is_home, result.taken, result.open), ("done", True, 3, 0))
+        records = self.records("survey")
+        self.assertEqual(sorted(each.view for each in records), [-2, -1, 1, 2, 3])
+        for record in records:
+            if record.view > 0:
+                off_m = np.subtract(record.position_m, VIEWS[record.view - 1].place_m)
+                self.assertLess(float(np.linalg.norm(off_m)), 0.2)
+        self.assertEqual(self.last.last.encoding, "rgb8")
+        self.assertTrue(self.markers.last.markers)
+        self.assertAlmostEqual(uav.tilts.last.data, 0.0)
+
+    def test_3_an_abort_brings_it_home_and_the_same_goal_goes_on(self):
+        uav = self.uav
+        self.send_goal("again", self.plan())
+        uav.fly(lambda: self.feedback.last.status.goal_id.id == "again", "the flight")
+        uav.fly(lambda: self.feedback.last.feedback.taken >= 1, "a photograph")
+        self.assertTrue(self.services["abort"]().success)
+        uav.fly(lambda: self.ended("again"), "the way home")
+        self.assertEqual(self.results.last.result.end, "aborted")
+        self.assertTrue(self.results.last.result.is_home)
+        taken = self.results.last.result.taken
+        self.send_goal("the rest", self.plan(), "again")
+        uav.fly(lambda: self.ended("the rest"), "the rest")
+        self.assertEqual(self.results.last.result.end, "done")
+        self.assertLess(taken, 3)
+        self.assertEqual(len(self.records("again")), 3)
+
+
+if __name__ == "__main__":
+    rospy.init_node("inspect_probe")
+    rostest.rosrun("inspection_tools", "inspect_contract", InspectTest)
