@@ -53,6 +53,16 @@ def test_nothing_reachable_is_unknown_when_it_says_so(seed):
     assert (flight.kinds[reachable(flight)] == FREE).all()
 
 
+@pytest.mark.parametrize(("way_spacing", "passes"), [(0.0, False), (0.4, True)])
+def test_a_door_between_places_to_look_from_is_passed_on_closer_places(way_spacing, passes):
+    """It leaves two voxels for the UAV's centre, 0.4 m, and places 0.8 m apart lie beside them."""
+    wall = [((3.0, 0.0, 0.0), (3.2, 1.6, 2.4)), ((3.0, 2.4, 0.0), (3.2, 4.6, 2.4))]
+    flight = Flight(room((6.2, 4.6, 2.4), wall), (1.3, 1.3, 1.2))
+    asked = ExplorerParameters(**{**LIDAR, "spacing": 0.8}, way_spacing=way_spacing)
+    flight.explore(Explorer(asked))
+    assert bool(max(place[0] for place in flight.places_m) > 3.4) is passes
+
+
 def test_what_no_beam_shows_is_named():
     """A lidar of one ring knows one layer, and the explorer says why the rest stays unknown."""
     flight = Flight(room((5.0, 5.0, 4.0)), (1.5, 1.5, 1.2), directions=beams(rings=1, elevation_rad=0.0))
@@ -83,7 +93,18 @@ def test_a_uav_that_fits_nowhere_is_shut_in_and_nothing_is_said_to_be_explored()
 
 @pytest.mark.parametrize(
     "name",
-    ["reach", "cell", "spacing", "speed", "keep", "worth_min", "rate_min", "room_min", "elevation_min"],
+    [
+        "reach",
+        "cell",
+        "spacing",
+        "way_spacing",
+        "speed",
+        "keep",
+        "worth_min",
+        "rate_min",
+        "room_min",
+        "elevation_min",
+    ],
 )
 def test_parameters_that_make_no_sense_are_refused(name):
     for value in (-5.0, math.nan, "1"):

@@ -105,7 +105,8 @@ class Explorer:
         kinds = np.pad(space.grid.kinds, 1)
         border = frontier_voxels(kinds)
         everything = self._cells(space, border, self._p.cell)
-        roadmap = Roadmap(space, place_m, self._voxels(space, self._p.spacing, NODES_VOXELS_MIN))
+        spacing = self._p.way_spacing or self._p.spacing
+        roadmap = Roadmap(space, place_m, self._voxels(space, spacing, NODES_VOXELS_MIN))
         if not len(roadmap.nodes):
             self._goal_m = None
             return Decision(None, is_shut_in=True)

@@ -20,6 +20,8 @@ class ExplorerParameters:
         near: Nothing nearer than this is seen, m.
         cell: Unknown places within a cube of this side count together, m.
         spacing: Between places from which the UAV could look, m.
+        way_spacing: Between places that its ways lead through, m, at least 2 voxels. Wider than what an
+            opening leaves for the UAV's centre, it loses the opening. 0: as `spacing`.
         worth_min: A view is worth a flight if it shows so many m2 of the border of what is known. Border that
             may open room for the UAV itself is always worth it.
         rate_min: And so many m2 for each second that it costs.
@@ -38,6 +40,7 @@ class ExplorerParameters:
     near: float = 0.5
     cell: float = 0.8
     spacing: float = 0.8
+    way_spacing: float = 0.0
     worth_min: float = 0.4
     rate_min: float = 0.2
     room_min: float = 0.0
@@ -56,6 +59,7 @@ class ExplorerParameters:
         check_number("near", self.near, 0.0, self.reach)
         check_number("cell", self.cell, 0.05, 10.0)
         check_number("spacing", self.spacing, 0.05, 10.0)
+        check_number("way_spacing", self.way_spacing, 0.0, self.spacing)
         check_number("worth_min", self.worth_min, 0.0, 1e3)
         check_number("rate_min", self.rate_min, 0.0, 1e3)
         check_number("room_min", self.room_min, 0.0, 1e3)

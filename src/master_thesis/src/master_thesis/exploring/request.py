@@ -16,7 +16,7 @@ from master_thesis.worlds import scenario
 
 HOVER_M = 2.0
 LONGEST_S = 86_400.0
-CLOUD_LIDARS = ("puck", "m8")
+CLOUD_LIDARS = ("puck", "near_puck", "m8")
 RETURN_S = 600.0
 """For the ways home and the swaps, beyond the exploration's own time."""
 
@@ -40,10 +40,11 @@ def read(asked: Mapping[str, Any], keep_m: float) -> ExploringRequest:
     Raises:
         MasterThesisError, SimulationToolsError: one sentence.
     """
-    choices = choices_of({**asked, "algorithm": "dynamic"})
+    choices = choices_of({"algorithm": "dynamic", **asked})
     if choices["lidar"] not in CLOUD_LIDARS:
         raise FlightError(
-            f"Exploring needs clouds, which '{choices['lidar']}' does not give; choose lidar:=puck or m8."
+            f"Exploring needs clouds, which '{choices['lidar']}' does not give; "
+            f"choose lidar:={', '.join(CLOUD_LIDARS)}."
         )
     world = scenario.absolute("world", str(asked.get("world", "")))
     x, y, z, yaw = scenario.place_and_yaw("start", asked.get("start", "0 0 0 0"))

@@ -12,6 +12,7 @@ VIEWS = {
     "ust": LidarView(PLANE_DEG, 270.0, 10.0),
     "utm": LidarView(PLANE_DEG, 270.0, 30.0),
     "puck": LidarView((-15.0, 15.0), 360.0, 100.0),
+    "near_puck": LidarView((-15.0, 15.0), 360.0, 100.0),
     "tim": LidarView(PLANE_DEG, 270.0, 25.0),
     "m8": LidarView((-17.0, 3.0), 360.0, 150.0),
 }
