@@ -66,8 +66,7 @@ def judge_map(
     """
     surface = world if isinstance(world, Surface) else read_surface(world)
     low_m, high_m = np.array(box_m[0]), np.array(box_m[1])
-    blocked = _blocked(surface, low_m, high_m, rng)
-    centres = _reached(blocked, np.floor((begin_m - low_m) / SIDE_M).astype(int), clearance_m)
+    centres = room_of(surface, box_m, begin_m, clearance_m, rng)
     filled = _nearer(centres, clearance_m)
     is_known = _kinds_at(shown, low_m, filled.shape) != UNKNOWN
     places_m = _thinned(low_m + (np.argwhere(centres[::4, ::4, ::4])[:, ::-1] * 4 + 0.5) * SIDE_M)
@@ -82,6 +81,22 @@ def judge_map(
         visible_m2=len(seen_m) * SURFACE_M**2,
         mapped_share=float((apart_m <= reach_m).mean()) if len(seen_m) else math.nan,
     )
+
+
+def room_of(
+    surface: Surface,
+    box_m: tuple[tuple[float, ...], tuple[float, ...]],
+    begin_m: np.ndarray,
+    clearance_m: float,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Return (d, h, w) the voxels of SIDE_M, from the lowest corner, where the UAV's centre can come to.
+
+    Arguments and errors as of `judge_map`.
+    """
+    low_m, high_m = np.array(box_m[0]), np.array(box_m[1])
+    blocked = _blocked(surface, low_m, high_m, rng)
+    return _reached(blocked, np.floor((begin_m - low_m) / SIDE_M).astype(int), clearance_m)
 
 
 def _blocked(surface: Surface, low_m: np.ndarray, high_m: np.ndarray, rng: np.random.Generator) -> np.ndarray:

@@ -1,0 +1,1 @@
+"""The rows of `bench explore`: places, and one flight in each."""

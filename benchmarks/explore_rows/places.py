@@ -1,0 +1,65 @@
+"""The places that `bench explore` explores: worlds, and what the UAV is told to be there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.gnss_rows.climbs import START_XYZ_M, WORLD
+from gridslam.volume import VolumeParameters
+from inspection_tools.exploration import ExplorerParameters
+from inspection_tools.planning import PlannerParameters
+from master_thesis.worlds.drawn.rooms import TRAPS, Rooms, rooms_world, trap_world
+
+HOLD, ROOMS = "hold_3d", "rooms"
+ROWS = (HOLD, ROOMS, *TRAPS)
+SPEED_M_S = 1.5
+PLANNER = PlannerParameters(radius=0.35, margin=0.15)
+EXPLORER = ExplorerParameters(
+    speed=SPEED_M_S, spacing=0.6, reach=12.0, cell=1.0, worth_min=0.8, rate_min=0.5, room_min=0.5
+)
+SMALL_EXPLORER = replace(EXPLORER, spacing=0.4)
+SMALL_PLANNER = replace(PLANNER, margin=0.1)
+"""For rooms, whose doors are a few voxels wide: half a voxel less than the judge asks for."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A world, where the UAV starts in it, and how it explores.
+
+    world: the text of its file, or its path. box_m: lowest and highest corner of what is judged. clearance_m:
+    of what the judge counts as reachable.
+    """
+
+    world: str | Path
+    start_m: tuple[float, float, float]
+    box_m: tuple[tuple[float, float, float], tuple[float, float, float]]
+    volume: VolumeParameters
+    planner: PlannerParameters = PLANNER
+    explorer: ExplorerParameters = EXPLORER
+    clearance_m: float = PLANNER.clearance_m
+
+    def written_to(self, folder: Path) -> Path:
+        """Return the path of the world's file, which is written if need be."""
+        if isinstance(self.world, Path):
+            return self.world
+        path = folder / "drawn.world"
+        path.write_text(self.world)
+        return path
+
+
+def place_of(row: str, seed: int) -> Place:
+    """Return the place of a row, of `ROWS`; but for the hold it is drawn by the seed."""
+    if row == HOLD:
+        # With its coaming
+        box_m = (-15.3, -10.3, -0.3), (15.3, 10.3, 11.4)
+        return Place(
+            WORLD, START_XYZ_M, box_m, VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=0.46)
+        )
+    rng = np.random.default_rng(seed)
+    drawn: Rooms = rooms_world(rng) if row == ROOMS else trap_world(rng, row)
+    start_m = (0.0, 0.0, START_XYZ_M[2])
+    fine = VolumeParameters(resolution_m=0.1, max_range_m=20.0, miss=0.46)
+    return Place(drawn.sdf, start_m, (drawn.low_m, drawn.high_m), fine, SMALL_PLANNER, SMALL_EXPLORER)
