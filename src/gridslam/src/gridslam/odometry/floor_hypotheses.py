@@ -26,6 +26,9 @@ STEP_CHANCE, LOST_CHANCE, SHOCK_CHANCE = 0.02, 0.02, 0.005
 spoiled the prediction, as at a touchdown."""
 JUMP_SHARE = 0.5
 """After a shock the readings go on as before: they jump by less than this share of what they are off by."""
+SHOCK_BELOW_M = 0.5
+"""Only so near to what is below there are shocks. Higher up, readings that change from one to the next are an
+edge that passes through the range finder's cone."""
 STEP_SIGMA_M = 1.0
 """Of a new floor's height."""
 LOST_DENSITY = 0.1
@@ -115,7 +118,7 @@ class Hypothesis:
                     if index != self.level and abs(level.height_m - self.state[FLOOR]) > step_m
                 ),
             ]
-            if abs(jump_m) < JUMP_SHARE * abs(off_m):
+            if range_m < SHOCK_BELOW_M and abs(jump_m) < JUMP_SHARE * abs(off_m):
                 floors.append(self._doubted(off_m))
         return [self._lost(), *(each.measured(model, range_m, variance_m2)._counting() for each in floors)]
 
