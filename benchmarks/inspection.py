@@ -9,14 +9,21 @@ flight. Then a second look at 0.3 mm per pixel at each crack found. The judge kn
 those of which half lies in a photograph at 1 mm per pixel and 60 deg. A false alarm is near no defect of its
 kind.
 
+flown: the first photographs of such a plan, flown with dynamics and without GNSS by a Puck's odometry, from
+take-off to landing. No pixel is rendered and the battery does not count. Shares are of what these photographs
+would show from their own places; the judge takes the true poses.
+
 Keys: inspection.hold_3d.plan.{photographs, lp_ratio, tour_ratio, flights, flight_s, share, cpu_s} and
 inspection.hold_3d.{findings, second_look}.{rust, cracks, wide_cracks}.{found, shown},
 .false_{rust, cracks}_per_100_m2, .off_p95_m, .area_m2, .photographs, .cpu_s
+and inspection.hold_3d.flown.{asked, taken, left_out, shots, contacts, landed, share_of_planned, m2_per_min,
+off_m, off_deg}, medians over the flights
 """
 
 from __future__ import annotations
 
 import json
+import math
 import tempfile
 import time
 from dataclasses import replace
@@ -28,12 +35,17 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
+from gridslam.volume import VolumeParameters
+from inspection_tools import PositionControllerParameters
 from inspection_tools.findings.command import find
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.placing import MeshSurface
+from inspection_tools.inspection import InspectionParameters, PriorMap
 from inspection_tools.photographs.folder import photographs_in
+from inspection_tools.planning import PlannerParameters
 from inspection_tools.survey.camera import optical_axes
 from inspection_tools.survey.closer import closer_plan
+from inspection_tools.survey.coverage import shown_by
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.planner import SurveyPlanner
@@ -41,10 +53,20 @@ from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.surface.of_mesh import patches_of_mesh
 from inspection_tools.survey.surface.reading import read_surface
 from inspection_tools.survey.views.candidates import View
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.course import PhaseLimits
+from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.inspecting.findings_judge import JudgedFindings, disturbed, judge_findings, shows
+from master_thesis.inspecting.flight import InspectingFlight
 from master_thesis.photographing.command import photograph, poses_of
 from master_thesis.worlds.defects import write_defects
-from simulation_tools.camera.defects import Defect, read_defects
+from simulation_tools.camera.defects import Defect, decals_of, read_defects
+from simulation_tools.camera.optics import CameraOptics
+from simulation_tools.camera.renderer import Renderer
+from simulation_tools.camera.surfaces import surfaces_of
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.parser import load_world
+from simulation_tools.simulation import SimulationParameters
 
 WORLD = Path(__file__).resolve().parents[1] / "src/master_thesis/worlds/hold_3d.world"
 HOME_M = (-9.0, 5.0, 1.5)
@@ -57,12 +79,18 @@ CLOSER_MM = 0.3
 OFF_M, OFF_DEG = 0.006, 0.33
 BRIEF_PHOTOGRAPHS = 3
 """The brief run takes so many of each look."""
+ROWS = ("plan", "findings", "flown")
+FLIGHT_SEEDS, FLOWN, BRIEF_FLOWN = (31, 32, 33), 20, 1
+FLIGHT_S = 600.0
+PLANNER = PlannerParameters(radius=0.35, margin=0.05)
+VOLUME = VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=0.46)
+SPEED_M_S = 1.5
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Plan, photograph, find, print and write."""
     parser = trial_options(__doc__ or "")
-    parser.add_argument("--rows", nargs="+", choices=("plan", "findings"), default=("plan", "findings"))
+    parser.add_argument("--rows", nargs="+", choices=ROWS, default=ROWS)
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
     given = parser.parse_args(arguments)
     with Results("inspection", given.results, vars(given)) as results:
@@ -79,6 +107,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 rows = [each[name] for each in looks.values() if name in each]
                 if rows:
                     _add(results, f"inspection.hold_3d.{name}", _sums(rows))
+
+        if "flown" in given.rows:
+            seeds = given.seeds or FLIGHT_SEEDS[: 1 if given.brief else None]
+            most = BRIEF_FLOWN if given.brief else FLOWN
+            flights = run_crossed("inspection_flown", fly, given, seed=seeds, most=[most])
+            _add(results, "inspection.hold_3d.flown", _medians(list(flights.values())))
 
 
 def _add(results: Results, key: str, numbers: dict) -> None:
@@ -157,6 +191,50 @@ def look(seed: int, most: int) -> dict:
             _shoot(closer.plan, folder / "closer", marks, seed, rng)
             rows["second_look"], _ = judged("first", "closer")
         return rows
+
+
+def fly(seed: int, most: int) -> dict:
+    """Fly the first photographs of a plan, and judge what they show."""
+    surface = read_surface(WORLD, ASKED, HOME_M)
+    planner = SurveyPlanner(surface.room, surface.patches, surface.ranges_m, asked=ASKED, source=str(WORLD))
+    first = next(planner.improve(seed, BRIEF_SEARCH_S, bound=False)).plan
+    part = _only(first, first.views[:most])
+    simulation = SimulationParameters(
+        str(WORLD), lidar="puck", sensors=("range_finder", "range_finder_up"), gnss=False, seed=seed,
+        spawn_pose=Pose((*HOME_M[:2], 0.0)),
+    )  # fmt: skip
+    parameters = ClosedLoopParameters(
+        simulation, goal_xyz_m=None, pose_source="odometry", limits=PhaseLimits(flight_timeout_s=FLIGHT_S),
+        position_controller=PositionControllerParameters(max_speed=SPEED_M_S),
+    )  # fmt: skip
+    surfaces = surfaces_of(load_world(str(WORLD)))
+    renderer = Renderer(surfaces, decals_of((), surfaces), CameraOptics())
+    with ClosedLoop(parameters) as loop:
+        prior = PriorMap(surface.room)
+        flight = InspectingFlight(loop, part, renderer, PLANNER, VOLUME, InspectionParameters(), prior)
+        photographed, outcome = flight.run(), loop.outcome
+    planned = [Taken(np.array(v.place_m), optical_axes(v.yaw_rad, v.tilt_rad)) for v in part.views]
+    patches = surface.patches
+
+    def shown_m2(taken: Sequence[Taken]) -> float:
+        return float(patches.areas_m2[shown_by(taken, surface.mesh, patches, part.camera, ASKED)].sum())
+
+    area_m2 = shown_m2(photographed.true)
+    off = [a.axes @ b.axes.T for a, b in zip(photographed.true, photographed.told)]
+    turned_deg = [math.degrees(math.acos(min(1.0, 0.5 * (np.trace(each) - 1.0)))) for each in off]
+    off_m = [np.linalg.norm(a.place_m - b.place_m) for a, b in zip(photographed.true, photographed.told)]
+    return {
+        "asked": len(part.views),
+        "taken": len(photographed.true),
+        "left_out": len(flight.inspection.todo.left_out),
+        "shots": photographed.shots,
+        "contacts": outcome.collision,
+        "landed": outcome.landed,
+        "share_of_planned": area_m2 / shown_m2(planned),
+        "m2_per_min": 60.0 * area_m2 / (photographed.ended_s - photographed.began_s),
+        "off_m": float(np.median(off_m)),
+        "off_deg": float(np.median(turned_deg)),
+    }
 
 
 def _row(told: JudgedFindings, photographs: int, cpu_s: float) -> dict:

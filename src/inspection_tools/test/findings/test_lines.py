@@ -32,9 +32,12 @@ def test_depth_and_width_are_those_drawn():
         drawn(above=1.0, line=0.5, below=0.5),  # a step
         drawn(above=1.0, line=0.4, below=0.6),  # a dark line on a step
         drawn(rows=range(46, 54)),  # a band
+        np.where((np.arange(100) // 5 == 11)[:, None], 1.4, drawn(rows=range(48, 53))).astype(
+            np.float32
+        ),  # a weld
         np.where(np.arange(200) < 90, drawn(), 1.0).astype(np.float32),  # half of the line
     ],
-    ids=["nothing", "step", "edge", "band", "half"],
+    ids=["nothing", "step", "edge", "band", "weld", "half"],
 )
 def test_no_thin_dark_line(light):
     assert not is_thin(line_through(ROW, light), PARAMETERS)
@@ -66,3 +69,16 @@ def test_noisy_yellow_paint_is_no_rust():
     assert candidates_in(shot, PARAMETERS) == []
     shot[80:110, 80:110] = (110, 60, 30)
     assert [each.kind for each in candidates_in(shot, PARAMETERS)] == ["rust"]
+
+
+@pytest.mark.parametrize(("width", "detail_mm", "count"), [(2, 0.3, 1), (9, 0.3, 1), (9, 1.0, 0)])
+def test_a_wide_crack_is_found_in_a_fine_photograph(width, detail_mm, count):
+    """9 px are 2.7 mm at 0.3 mm per pixel: a crack; at 1 mm per pixel they are a band."""
+    shot = np.full((600, 400, 3), 150.0)
+    shot[100:500, 200 : 200 + width] = 60.0
+    shot += np.random.default_rng(2).normal(0.0, 2.0, shot.shape)
+    found = candidates_in(np.clip(shot, 0, 255).astype(np.uint8), PARAMETERS, None, detail_mm)
+    assert {each.kind for each in found} <= {"crack"}
+    assert bool(found) == bool(count)
+    for each in found:
+        assert np.abs(each.pixels[:, 0] - (199.5 + 0.5 * width)).max() < 3.0

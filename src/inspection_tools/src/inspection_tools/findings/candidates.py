@@ -21,6 +21,8 @@ NOISE_PX = 32
 """Noise is measured in blocks: the sensor's in the dark, and that of a rough surface."""
 NOISES = 3.0
 """A ridge is so many times deeper than the noise."""
+COARSE_MM = 1.0
+"""Of a pixel, at which the widest cracks are looked for."""
 MOST_PIXELS = 400
 """Of one candidate, drawn evenly."""
 
@@ -34,11 +36,15 @@ class Candidate(NamedTuple):
 
 
 def candidates_in(
-    picture: np.ndarray, parameters: FindingParameters, looked_at: np.ndarray | None = None
+    picture: np.ndarray,
+    parameters: FindingParameters,
+    looked_at: np.ndarray | None = None,
+    detail_mm: float = COARSE_MM,
 ) -> list[Candidate]:
     """Return the candidates in a picture, uint8 (height, width, 3), sRGB.
 
     looked_at: (rows, columns) where cracks are looked for, in cells that fill the picture; None: everywhere.
+    detail_mm: that a pixel covers. If it is fine, wide cracks are looked for in a smaller picture, too.
     """
     rust = _rust_blocks(picture, parameters)
     found = [
@@ -46,17 +52,42 @@ def candidates_in(
         for places in _groups(rust)
         if len(places) >= 4
     ]
-    light = _light(picture)
-    contrasts = _contrasts(light, parameters.crack_contrast, looked_at)
-    ridges = dark_ridges(light, REACH_PX, contrasts, NOISE_PX)
-    near = ndimage.binary_dilation(rust, iterations=3)
-    near = np.repeat(np.repeat(near, BLOCK_PX, axis=0), BLOCK_PX, axis=1)
-    ridges[: near.shape[0], : near.shape[1]] &= ~near  # rust has dark pits and borders
+    light = _linear()[picture[..., 1]]  # green has the least noise
+    near = ndimage.binary_dilation(rust, iterations=3)  # rust has dark pits and borders
+    for times in sorted({1, max(1, round(COARSE_MM / max(detail_mm, 0.1)))}):
+        found += _cracks(_smaller(light, times), times, near, parameters, looked_at)
+    return found
+
+
+def _cracks(
+    light: np.ndarray,
+    times: int,
+    rust: np.ndarray,
+    parameters: FindingParameters,
+    looked_at: np.ndarray | None,
+) -> list[Candidate]:
+    """Return the cracks in a picture that is so many times smaller. rust: blocks of the whole picture."""
+    light = ndimage.gaussian_filter(light, SMOOTH_PX, truncate=2.5)
+    ridges = dark_ridges(light, REACH_PX, _contrasts(light, parameters.crack_contrast, looked_at), NOISE_PX)
+    rows, columns = (
+        np.minimum(np.arange(size) * times // BLOCK_PX, blocks - 1)
+        for size, blocks in zip(light.shape, rust.shape)
+    )
+    ridges &= ~rust[np.ix_(rows, columns)]
+    found = []
     for group in pieces_joined(_groups(ridges)):
         line = line_through(group, light)
         if is_thin(line, parameters):
-            found.append(Candidate("crack", _some(line.pixels), len(group)))
+            pixels = _some(line.pixels) * times + 0.5 * (times - 1)
+            found.append(Candidate("crack", pixels, len(group) * times**2))
     return found
+
+
+def _smaller(light: np.ndarray, times: int) -> np.ndarray:
+    """Return the means of blocks of so many pixels along each side."""
+    rows, columns = light.shape[0] // times, light.shape[1] // times
+    cut = light[: rows * times, : columns * times]
+    return cut.reshape(rows, times, columns, times).mean(axis=(1, 3)) if times > 1 else light
 
 
 def is_thin(line: Line, parameters: FindingParameters) -> bool:
@@ -103,11 +134,6 @@ def _rust_blocks(picture: np.ndarray, parameters: FindingParameters) -> np.ndarr
     coloured = (red - blue > parameters.rust_colour * total) & (total > 3.0 * LEAST_LIGHT)
     red, green = (ndimage.uniform_filter(np.where(coloured, each, 0.0), NEAR_BLOCKS) for each in (red, green))
     return coloured & (red > parameters.rust_red * green)
-
-
-def _light(picture: np.ndarray) -> np.ndarray:
-    """Return (height, width), float32: the light of green, which has the least noise, smoothed a little."""
-    return ndimage.gaussian_filter(_linear()[picture[..., 1]], SMOOTH_PX, truncate=2.5)
 
 
 def _linear() -> np.ndarray:

@@ -140,8 +140,8 @@ def find(folders: Sequence[Path], mesh: Path, parameters: FindingParameters) -> 
             posed = PosedPhotograph(surface, camera, record, parameters, name)
             if posed.sight.finest_mm <= parameters.crack_closer:
                 near.append(posed)
-            on_surface = [
-                posed.place(each) for each in candidates_in(picture, parameters, posed.sight.judged)
-            ]
+            sight = posed.sight
+            found = candidates_in(picture, parameters, sight.judged, sight.detail_mm)
+            on_surface = [posed.place(each) for each in found]
             placed += [each for each in on_surface if each is not None]
     return merged(without_refuted(placed, near, parameters), parameters.apart)

@@ -24,7 +24,7 @@ class Line(NamedTuple):
     """A line in a picture.
 
     pixels: (n, 2), x, y, along its course. length_px: of it. depth: share of light that it lacks.
-    width_px: of the dark core, at half its depth. unlike: difference of its sides as a multiple of the depth.
+    width_px: of the dark core, at half its depth. unlike: difference beside it as a multiple of the depth.
     filled: share of its length that is dark. rough_px: deviation of the group's pixels from the course.
     """
 
@@ -93,7 +93,8 @@ def line_through(group: np.ndarray, light: np.ndarray) -> Line:
 def _judged(profiles: np.ndarray) -> tuple[float, float, float]:
     """Return depth, width and how unlike the sides are, of profiles (n, 2 * SIDE_PX + 1).
 
-    depth: share of light that the line lacks. unlike: difference of the sides as a multiple of the depth.
+    depth: share of light that the line lacks. unlike: greatest difference beside it, as a multiple of the
+    depth. A weld has a bright line beside the dark one.
     """
     mean = profiles.mean(axis=0)
     near, far = BESIDE
@@ -106,7 +107,8 @@ def _judged(profiles: np.ndarray) -> tuple[float, float, float]:
         return 0.0, float(len(mean)), np.inf
     half = 0.5 * (darkest + base)
     width = float((mean < half).sum())
-    return 1.0 - darkest / base, width, abs(left - right) / (base - darkest)
+    beside = mean[np.abs(np.arange(len(mean)) - SIDE_PX) >= near]
+    return 1.0 - darkest / base, width, float(np.ptp(beside)) / (base - darkest)
 
 
 def _filled(profiles: np.ndarray, depth: float) -> float:

@@ -22,7 +22,7 @@ class FindingParameters:
         crack_closer: A photograph in which a pixel covers at most so much decides whether a crack is one, mm.
         line_length: Least length of a crack in the picture, px.
         line_width: Greatest width of its dark core, at half its depth, px.
-        line_unlike: Greatest difference of the surface on both its sides, as a multiple of its depth.
+        line_unlike: Greatest difference of the surface beside it, as a multiple of its depth.
         line_filled: Least share of its length that is dark.
         line_rough: Greatest deviation of its pixels from its course, px.
         keep_off: Cracks keep this far from edges of the mesh, px.

@@ -27,6 +27,7 @@ class Sight:
     Attributes:
         judged: (rows, columns) where cracks are looked for: near enough, not too flat, and off edges.
         finest_mm: the least that a pixel covers in its worst direction; inf: there is no surface.
+        detail_mm: the median of that where cracks are looked for; inf: nowhere.
     """
 
     def __init__(
@@ -48,6 +49,8 @@ class Sight:
             np.isfinite(far_m), camera.focal_px * (np.radians(p.pose_turned) + p.pose_off / far_m), 0.0
         )
         self.judged = (fine[:-1, :-1] & (self._apart_px > p.keep_off)).astype(bool)
+        judged_mm = detail_mm[:-1, :-1][self.judged]
+        self.detail_mm = float(np.median(judged_mm)) if len(judged_mm) else np.inf
 
     def judges(self, pixels: np.ndarray) -> np.ndarray:
         """Return whether cracks are looked for at pixels (n, 2)."""

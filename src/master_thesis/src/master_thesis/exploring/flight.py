@@ -6,10 +6,8 @@ import math
 
 import numpy as np
 
-from gridslam.errors import SlamError
-from gridslam.inputs.attitude import matrix_of_quaternion
 from gridslam.odometry import OdometryEstimate
-from gridslam.volume import Pose, VolumeParameters
+from gridslam.volume import VolumeParameters
 from inspection_tools.exploration import (
     Exploration,
     ExplorationParameters,
@@ -18,15 +16,10 @@ from inspection_tools.exploration import (
     ExplorerParameters,
 )
 from inspection_tools.planning import PathPlanner, PlannerParameters
-from master_thesis.errors import FlightError
+from master_thesis.exploring.flown_clouds import FlownClouds
 from master_thesis.exploring.volume_of_flight import VolumeOfFlight
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
-from simulation_tools.geometry import quaternion_from_rpy
-from simulation_tools.sensors.cloud import Cloud, CloudLidar
-
-CLOUD_S = 0.2
-"""The map takes a cloud so often."""
 
 
 class ExploringFlight:
@@ -49,18 +42,12 @@ class ExploringFlight:
         volume: VolumeParameters,
         time_s: float = math.inf,
     ) -> None:
-        lidars = [sensor for sensor in loop.simulation.payload if isinstance(sensor.device, CloudLidar)]
-        if not lidars or loop.own_odometry is None:
-            raise FlightError("Exploration needs a lidar with clouds and a flight without GNSS.")
-        self._loop, self._own, self._lidar = loop, loop.own_odometry, lidars[0]
-        mount = self._lidar.mount.pose
-        self._lidar_in_base = Pose(mount.rotation, np.array(mount.position_m))
+        self._loop = loop
         self.volume = VolumeOfFlight(PathPlanner(planner), volume)
         self.exploration = Exploration(
             self.volume.planner, Explorer(explorer), ExplorationParameters(time_max=time_s)
         )
-        self._clouds: dict[int, np.ndarray] = {}
-        self._seen, self._cloud_s = 0, -math.inf
+        self._clouds = FlownClouds(loop, self.volume, "Exploration")
         self._setpoint_m: np.ndarray | None = None
 
     def run(self) -> Explored:
@@ -68,31 +55,10 @@ class ExploringFlight:
         loop = self._loop
         while not loop.is_over:
             output = loop.step()
-            if self._lidar in output.payload:
-                cloud = self._lidar.shared()
-                assert isinstance(cloud, Cloud)
-                self._clouds[output.time_us] = cloud.points_m
-            for estimate in self._own.estimates[self._seen :]:
-                self._map(estimate)
-            self._seen = len(self._own.estimates)
-            if self._own.estimates:
-                self._lead(self._own.estimates[-1], loop.monitor.course.phase is Phase.FLYING)
+            self._clouds.take(output)
+            if self._clouds.newest is not None:
+                self._lead(self._clouds.newest, loop.monitor.course.phase is Phase.FLYING)
         return self.exploration.told
-
-    def _map(self, estimate: OdometryEstimate) -> None:
-        stamp_us = round(1e6 * estimate.stamp_s)
-        points = self._clouds.pop(stamp_us, None)
-        self._clouds = {key: cloud for key, cloud in self._clouds.items() if key > stamp_us}
-        is_placed = estimate.share > 0.0 and not estimate.remark  # the first clouds begin the odometry's map
-        if points is None or not is_placed or estimate.stamp_s < self._cloud_s + CLOUD_S:
-            return
-        self._cloud_s = estimate.stamp_s
-        rotation = matrix_of_quaternion(quaternion_from_rpy(*estimate.roll_pitch_yaw))
-        base = Pose(rotation, np.array(estimate.position_xyz))
-        try:
-            self.volume.add(estimate.stamp_s, points, base @ self._lidar_in_base)
-        except SlamError:
-            return  # a cloud without a point
 
     def _lead(self, estimate: OdometryEstimate, is_flying: bool) -> None:
         here_m, now_s = np.array(estimate.position_xyz), self._loop.time_s

@@ -6,18 +6,25 @@ import numpy as np
 
 from gridslam.volume import CorrectedMap, Pose, ShownMap, VolumeParameters
 from gridslam.volume.kernels.tiles import SIDE
+from inspection_tools.inspection import PriorMap
 from inspection_tools.planning import PathPlanner
 
 
 class VolumeOfFlight:
     """Takes clouds with their poses. The planner gets what has changed, tile by tile.
 
-    corrected: the map. shown: its voxels. planner: plans on it.
+    corrected: the map. shown: its voxels. planner: plans on it. prior: what is known before the flight; it
+    fills for the planner what the map does not know.
     """
 
-    def __init__(self, planner: PathPlanner, parameters: VolumeParameters):
-        self.corrected, self.planner = CorrectedMap(parameters), planner
+    def __init__(self, planner: PathPlanner, parameters: VolumeParameters, prior: PriorMap | None = None):
+        self.corrected, self.planner, self._prior = CorrectedMap(parameters), planner, prior
         self.shown = ShownMap(parameters.resolution_m)
+        if prior is not None:
+            size = parameters.resolution_m, SIDE
+            known = prior.tiles(*size)
+            unknown = np.zeros((len(known), SIDE**3), np.uint8)
+            planner.update_map(*size, known, prior.filled(*size, known, unknown))
 
     def add(self, stamp_s: float, points: np.ndarray, lidar_in_map: Pose) -> None:
         """Take a cloud (n, 3) of the lidar's frame; raises ScanError if it has no usable point."""
@@ -28,4 +35,6 @@ class VolumeOfFlight:
         changed = self.shown.refresh(self.corrected)
         if len(changed):
             kinds = self.shown.kinds[self.shown.indices(changed)]
+            if self._prior is not None:
+                kinds = self._prior.filled(self.shown.resolution_m, SIDE, changed, kinds)
             self.planner.update_map(self.shown.resolution_m, SIDE, changed, kinds)

@@ -124,6 +124,10 @@ class ClosedLoop:
         """Simulation time."""
         return 1e-6 * self.simulation.time_us
 
+    def point_front(self, stamp_s: float, front: tuple[float, float]) -> None:
+        """Let the UAV's front point there (x, y), in its levelled frame of an instant."""
+        self._steering.on_front(round(1e6 * stamp_s), front)
+
     @property
     def outcome(self) -> Outcome:
         """The outcome so far."""

@@ -82,6 +82,10 @@ class SteeringChain:
         turns = self._yaw_steering.on_reference(1000 * time_us, v_ref_m_s[:2])
         return _flown(turns) + self._turned(self._loop.on_reference(1000 * time_us, v_ref_m_s))
 
+    def on_front(self, time_us: int, front: tuple[float, float]) -> None:
+        """Take in where the front is to point (x, y), levelled body frame; see `YawSteering.on_front`."""
+        self._yaw_steering.on_front(1000 * time_us, front)
+
     def on_odometry(self, time_us: int, sample: OdometrySample) -> list[Flown]:
         """Take in the UAV's own motion."""
         pose = sample.pose
