@@ -64,6 +64,19 @@ def test_a_uav_that_was_pushed_over_a_limit_flies_back_the_way_it_came_and_goes_
     assert "stood still for 60 s" in lost.told.reason
 
 
+def test_a_pause_on_the_way_home_is_no_standstill():
+    exploration = Exploration(open_box(), Explorer(), ExplorationParameters(first_sink=0.0))
+    far_m = HOVER_M + np.array((2.0, 0.0, 0.0))
+    exploration.begin(0.0, HOVER_M)
+    exploration.abort("enough")
+    exploration.look(1.0, far_m)
+    exploration.pause(far_m)
+    exploration.look(100.0, far_m)
+    exploration.resume()
+    exploration.look(101.0, far_m)
+    assert not exploration.must_land
+
+
 def test_a_uav_that_cannot_reach_the_first_place_explores_from_where_it_is():
     exploration = Exploration(open_box(), Explorer(), ExplorationParameters(first_sink=0.7))
     exploration.begin(0.0, HOVER_M)

@@ -17,7 +17,7 @@ from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.explorer import Explorer
 from inspection_tools.exploration.parameters import ExplorationParameters
 from inspection_tools.exploration.told import End, Explored
-from inspection_tools.exploration.way import Progress, Stay, Way
+from inspection_tools.exploration.way import Progress, Stay, Way, without_loops
 from inspection_tools.planning import PathPlanner
 
 BACK_S = 15.0
@@ -88,7 +88,7 @@ class Exploration:
         """Go on after a pause."""
         with self._lock:
             self._is_paused = False
-        self._look_s = -math.inf
+        self._look_s, self._stay = -math.inf, Stay()
 
     def abort(self, reason: str) -> None:
         """Come home."""
@@ -106,6 +106,11 @@ class Exploration:
             return None
         length_m = float(np.linalg.norm(np.diff(self.home_way_m, axis=0), axis=1).sum())
         return WayHome(length_m / self._p.home_speed, length_m)
+
+    @property
+    def _way_back_m(self) -> list[np.ndarray]:
+        """The way it came, without loops: that is free."""
+        return without_loops(self._track_m[::-1], self._planner.parameters.radius)
 
     @property
     def has_begun(self) -> bool:
@@ -158,7 +163,7 @@ class Exploration:
         try:
             self.home_way_m = self._planner.plan(here_m, self._home_m, stamp_s).points_m
         except NoPathError:
-            self.home_way_m = np.array([here_m, *self._track_m[::-1]])  # the way it came is free
+            self.home_way_m = np.array([here_m, *self._way_back_m])
 
     def _mind_the_energy(self, stamp_s: float) -> None:
         if self._energy is None:
@@ -235,7 +240,7 @@ class Exploration:
         """Fly back the way it came, for a while. CEPA may have evaded to where the planner lets nobody be."""
         if self._shut_in_s is None:
             self._shut_in_s = stamp_s
-            self._set_out(Way(self._track_m[::-1]))
+            self._set_out(Way(self._way_back_m))
         return stamp_s < self._shut_in_s + BACK_S
 
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
@@ -248,7 +253,7 @@ class Exploration:
             self.must_land = True
             self.told.reason += f" On its way home it stood still for {self._p.stranded:g} s."
         elif not self._plan(here_m, self._home_m, stamp_s):
-            self._set_out(Way(self._track_m[::-1]))  # the way it came
+            self._set_out(Way(self._way_back_m))
 
     def _plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float) -> bool:
         """Set out for a goal; return whether there is a way."""
