@@ -89,7 +89,7 @@ def _fly(place: Place, world: Path, seed: int, time_s: float) -> dict:
     simulation = SimulationParameters(
         str(world),
         lidar="puck",
-        sensors=("range_finder",),
+        sensors=("range_finder", "range_finder_up"),
         gnss=False,
         seed=seed,
         spawn_pose=Pose(place.start_m),
@@ -97,6 +97,8 @@ def _fly(place: Place, world: Path, seed: int, time_s: float) -> dict:
     parameters = ClosedLoopParameters(
         simulation,
         goal_xyz_m=None,
+        algorithm="dynamic",
+        range_finders=True,
         pose_source="odometry",
         limits=PhaseLimits(flight_timeout_s=2.0 * TIME_S),
         position_controller=PositionControllerParameters(max_speed=place.explorer.speed),

@@ -204,7 +204,8 @@ def fly(seed: int, most: int) -> dict:
         spawn_pose=Pose((*HOME_M[:2], 0.0)),
     )  # fmt: skip
     parameters = ClosedLoopParameters(
-        simulation, goal_xyz_m=None, pose_source="odometry", limits=PhaseLimits(flight_timeout_s=FLIGHT_S),
+        simulation, goal_xyz_m=None, algorithm="dynamic", range_finders=True, pose_source="odometry",
+        limits=PhaseLimits(flight_timeout_s=FLIGHT_S),
         position_controller=PositionControllerParameters(max_speed=SPEED_M_S),
     )  # fmt: skip
     surfaces = surfaces_of(load_world(str(WORLD)))
