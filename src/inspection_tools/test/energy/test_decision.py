@@ -142,3 +142,19 @@ def test_parameters_that_make_no_sense_are_refused(change, sentence):
 def test_a_way_that_cannot_be_is_refused(time_s):
     with pytest.raises(ParameterError, match="time_s is"):
         WayHome(time_s, 1.0)
+
+
+def test_a_clock_that_jumps_back_takes_the_last_charge_along():
+    watch = EnergyWatch()
+    watch.offer(500.0, 0.8)
+    watch.restart_clock(100.0)
+    assert watch.decide(100.0, WayHome(0.0, 0.0)).verdict is Verdict.GO_ON
+    assert watch.decide(100.0, WayHome(0.0, 0.0)).charge == pytest.approx(0.8)
+    assert watch.offer(101.0, 0.2) == ""
+    assert watch.decide(101.0, WayHome(120.0, 120.0)).verdict is Verdict.RETURN
+
+
+def test_a_clock_that_jumps_back_before_the_first_reading_tells_nothing():
+    watch = EnergyWatch()
+    watch.restart_clock(100.0)
+    assert "told nothing yet" in watch.decide(100.0, WayHome(0.0, 0.0)).reason

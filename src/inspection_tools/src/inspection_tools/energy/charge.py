@@ -26,6 +26,11 @@ class Charge:
         self.heard_s: float | None = None
         self._sunk: deque[tuple[float, float]] = deque()
 
+    def restart_clock(self, stamp_s: float) -> None:
+        """Count the last charge as told now: the clock jumped back."""
+        if self._sunk:
+            self.heard_s, self._sunk = stamp_s, deque([(stamp_s, self._sunk[-1][1])])
+
     def offer(self, stamp_s: float, charge: float) -> str:
         """Take in a reading; return one sentence if it is not believed, else nothing."""
         if not 0.0 <= charge <= 1.0:

@@ -63,9 +63,9 @@ class EnergyWatch:
         self._charge.reset()
         self._returns = False
 
-    def restart_clock(self) -> None:
-        """Forget the readings: the clock jumped back."""
-        self._charge.reset()
+    def restart_clock(self, stamp_s: float) -> None:
+        """Go on with the last charge: the clock jumped back to this time."""
+        self._charge.restart_clock(stamp_s)
 
     def offer(self, stamp_s: float, charge: float) -> str:
         """Take in a reading, 0..1; return one sentence if it is not believed, else nothing."""

@@ -44,11 +44,11 @@ class Homing:
         if self._energy is not None:
             self._energy.take_off()
 
-    def restart_clock(self) -> None:
-        """Plan at once: the clock jumped back."""
+    def restart_clock(self, stamp_s: float) -> None:
+        """Plan at once: the clock jumped back to this time."""
         self._planned_s, self._moved = -math.inf, None
         if self._energy is not None:
-            self._energy.restart_clock()
+            self._energy.restart_clock(stamp_s)
 
     def note(self, here_m: np.ndarray) -> None:
         """Remember where the UAV (x, y, z) was: the way it came is free."""

@@ -87,7 +87,7 @@ class Inspection:
         with self._lock:
             self._began_s, self._look_s = stamp_s, -math.inf
             self._way, self._leg = Way([here_m]), None
-            self._homing.restart_clock()
+            self._homing.restart_clock(stamp_s)
 
     def pause(self, here_m: np.ndarray) -> None:
         """Hover at a place until `resume`, `abort`, or until the energy says to come home."""
