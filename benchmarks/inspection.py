@@ -37,13 +37,12 @@ from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
 from gridslam.volume import VolumeParameters
 from inspection_tools import PositionControllerParameters
-from inspection_tools.findings.command import find
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.placing import MeshSurface
+from inspection_tools.findings.search import find
 from inspection_tools.inspection import InspectionParameters, PriorMap
 from inspection_tools.photographs.folder import photographs_in
 from inspection_tools.planning import PlannerParameters
-from inspection_tools.survey.camera import optical_axes
 from inspection_tools.survey.closer import closer_plan
 from inspection_tools.survey.coverage import shown_by
 from inspection_tools.survey.parameters import SurveyParameters
@@ -81,7 +80,8 @@ BRIEF_PHOTOGRAPHS = 3
 """The brief run takes so many of each look."""
 ROWS = ("plan", "findings", "flown")
 FLIGHT_SEEDS, FLOWN, BRIEF_FLOWN = (31, 32, 33), 20, 1
-FLIGHT_S = 600.0
+FLIGHT_S, EACH_S = 300.0, 15.0
+"""A flight may last so long, and so much longer for each photograph."""
 PLANNER = PlannerParameters(radius=0.35, margin=0.05)
 VOLUME = VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=0.46)
 SPEED_M_S = 1.5
@@ -92,6 +92,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = trial_options(__doc__ or "")
     parser.add_argument("--rows", nargs="+", choices=ROWS, default=ROWS)
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
+    parser.add_argument("--photographs", type=int, default=FLOWN, help="of a flight (default: %(default)s)")
     given = parser.parse_args(arguments)
     with Results("inspection", given.results, vars(given)) as results:
         if "plan" in given.rows:
@@ -110,7 +111,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
         if "flown" in given.rows:
             seeds = given.seeds or FLIGHT_SEEDS[: 1 if given.brief else None]
-            most = BRIEF_FLOWN if given.brief else FLOWN
+            most = BRIEF_FLOWN if given.brief else given.photographs
             flights = run_crossed("inspection_flown", fly, given, seed=seeds, most=[most])
             _add(results, "inspection.hold_3d.flown", _medians(list(flights.values())))
 
@@ -205,7 +206,7 @@ def fly(seed: int, most: int) -> dict:
     )  # fmt: skip
     parameters = ClosedLoopParameters(
         simulation, goal_xyz_m=None, algorithm="dynamic", range_finders=True, pose_source="odometry",
-        limits=PhaseLimits(flight_timeout_s=FLIGHT_S),
+        limits=PhaseLimits(flight_timeout_s=FLIGHT_S + EACH_S * most),
         position_controller=PositionControllerParameters(max_speed=SPEED_M_S),
     )  # fmt: skip
     surfaces = surfaces_of(load_world(str(WORLD)))
@@ -214,7 +215,7 @@ def fly(seed: int, most: int) -> dict:
         prior = PriorMap(surface.room)
         flight = InspectingFlight(loop, part, renderer, PLANNER, VOLUME, InspectionParameters(), prior)
         photographed, outcome = flight.run(), loop.outcome
-    planned = [Taken(np.array(v.place_m), optical_axes(v.yaw_rad, v.tilt_rad)) for v in part.views]
+    planned = [Taken.of_view(each) for each in part.views]
     patches = surface.patches
 
     def shown_m2(taken: Sequence[Taken]) -> float:
@@ -255,7 +256,7 @@ def _views_of(
     defects: Sequence[Defect], whole: SurveyPlan, surface: MeshSurface, rng: np.random.Generator
 ) -> list[View]:
     """Return photographs of a plan, drawn until each rust spot and wide crack that it shows is in one."""
-    taken = [Taken(np.array(v.place_m), optical_axes(v.yaw_rad, v.tilt_rad)) for v in whole.views]
+    taken = [Taken.of_view(each) for each in whole.views]
     chosen: list[int] = []
     for defect in defects:
         if defect.kind == "rust" or (defect.kind == "crack" and defect.width_m >= 0.001):

@@ -30,6 +30,6 @@ setup(
             "inspection_tools_ros.surveying",
         ],
         package_dir={"": "src", "inspection_tools_ros": "ros/inspection_tools_ros"},
-        package_data={"inspection_tools.report": ["page.html", "page.css", "viewer.js"]},
+        package_data={"inspection_tools.report": ["page.html", "plan.html", "page.css", "viewer.js"]},
     )
 )

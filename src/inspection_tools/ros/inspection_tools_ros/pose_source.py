@@ -29,7 +29,7 @@ class PoseSource:
 
     Attributes:
         topic: of nav_msgs/Odometry: odometry, or ground_truth. goal_frame: the frame of poses and goals:
-            odom, world or map.
+            odom, world or map. is_corrected: the poses are SLAM's.
 
     Raises:
         ParameterError: there is no such source.
@@ -48,6 +48,7 @@ class PoseSource:
         self.topic = "ground_truth" if self._source == "ground_truth" else "odometry"
         self._pose_frame = world_frame if self._source == "ground_truth" else self._odom_frame
         self.goal_frame = self._map_frame if self._source == "slam" else self._pose_frame
+        self.is_corrected = self._source == "slam"
         self._frames = Frames()
         if self._source == "slam":
             self._correction = SlowCorrection(read_parameters(CorrectionParameters))

@@ -6,29 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import trimesh
+from drawn_wall import AWAY_M, CAMERA, wall_picture
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.findings.command import find, main
+from inspection_tools.findings.command import main
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.search import find
 from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.views.candidates import View
-
-CAMERA = SurveyCamera(800, 600, 60.0)
-AWAY_M = 0.7  # 1 mm per pixel
-
-
-def wall_picture(shift_px=0):
-    """A grey wall in front: rust of 40 px, a dark line of 2 x 200 px, a step between two tones."""
-    picture = np.full((600, 800, 3), 150, np.uint8)
-    picture[:, 700:] = 90
-    picture[280:320, 180 - shift_px : 220 - shift_px] = (110, 60, 30)
-    picture[200:400, 500 - shift_px : 502 - shift_px] = 70
-    noise = np.random.default_rng(1).normal(0.0, 2.0, picture.shape)
-    return np.clip(picture + noise, 0, 255).astype(np.uint8)
 
 
 def stored(folder, *shifts_px):

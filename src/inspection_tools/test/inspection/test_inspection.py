@@ -12,8 +12,9 @@ from inspection_tools.energy import EnergyParameters, EnergyWatch
 from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Todo
 from inspection_tools.inspection.leg import Motion, PhotographLeg
 from inspection_tools.inspection.places import body_place_m
-from inspection_tools.inspection.taken import StampedPose, done_in, record_of
-from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.inspection.second_look import SecondLook
+from inspection_tools.inspection.taken import RecentPoses, StampedPose, done_in, record_of, shot_of
+from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord
 from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.surface.room import room_of
@@ -329,3 +330,104 @@ def test_a_uav_that_comes_home_by_a_place_where_cepa_does_not_fly_takes_another_
         lead.look(uav.stamp_s + wait_s, uav.place_m)
     assert len(lead.rest_m) > 1
     np.testing.assert_allclose(lead.rest_m[-1], HOME_M)
+
+
+class Search:
+    """It answers some steps after it was asked."""
+
+    def __init__(self, views, patience):
+        self.views, self.patience, self.says = views, patience, "Two cracks."
+        self.added, self.asked, self.closed = [], 0, 0
+
+    def add(self, photograph):
+        self.added.append(photograph)
+
+    def ask(self):
+        self.asked += 1
+
+    def close(self):
+        self.closed += 1
+
+    @property
+    def answer(self):
+        self.patience -= bool(self.asked)
+        return self if self.asked and self.patience < 0 else None
+
+
+def fly_second_look(search, steps=4000):
+    """Fly with a second look. Return the inspection, the numbers asked, and all phases of waiting at home."""
+    lead = inspection(VIEWS[:2])
+    second, uav, at_home = SecondLook(lead, search), Uav(lead), 0
+    for _ in range(steps):
+        second.look(waits=False)
+        uav.step()
+        at_home += lead.is_waiting and float(np.linalg.norm(uav.place_m - HOME_M)) < 2 * QUICK.arrived
+        if lead.is_home:
+            break
+    return lead, [task.number for task in uav.asked], at_home
+
+
+def test_the_second_look_follows_the_survey_in_the_same_flight():
+    search = Search((VIEWS[2], VIEWS[0]), patience=3)
+    lead, numbers, at_home = fly_second_look(search)
+    assert numbers == [1, 2, -1, -2]
+    assert (lead.end, lead.is_home, lead.todo.done) == (End.DONE, True, {1, 2, -1, -2})
+    assert (search.asked, search.closed, at_home) == (1, 1, 0)
+    assert lead.reason == "Every photograph of the plan is taken. 2 more are taken from nearer."
+
+
+def test_a_uav_waits_at_home_for_a_slow_search_and_ends_if_nothing_is_found():
+    search = Search((), patience=400)
+    lead, numbers, at_home = fly_second_look(search)
+    assert numbers == [1, 2]
+    assert at_home > 100  # of 40 s it flies home in some 6 s
+    assert (lead.end, lead.is_home, search.closed) == (End.DONE, True, 1)
+
+
+def test_an_abort_while_the_search_is_awaited_ends_at_home():
+    lead = inspection(VIEWS[:1])
+    second, uav = SecondLook(lead, Search((), patience=10**6)), Uav(lead)
+    while not lead.is_waiting:
+        second.look(waits=False)
+        uav.step()
+    lead.abort("It was aborted.")
+    uav.fly()
+    assert (lead.end, lead.is_home) == (End.ABORTED, True)
+
+
+def test_photographs_are_searched_until_the_search_is_asked():
+    lead = inspection(VIEWS[:1])
+    search = Search((), patience=10**6)
+    second = SecondLook(lead, search)
+    second.stored("one")
+    Uav(lead).fly(5.0)
+    second.look(waits=True)
+    assert search.asked == 0  # a picture is still to come
+    lead.todo.note_done(lead.todo.tasks[0])
+    second.look(waits=False)
+    second.stored("late")
+    assert (search.asked, search.added) == (1, ["one"])
+
+
+def test_closer_looks_go_on_counting_from_those_in_the_folder():
+    todo = Todo(VIEWS, {1, -1, -4}, 3)
+    assert todo.look_closer(VIEWS[0]).number == -5
+    todo.look_again(VIEWS[:2])
+    assert [task.number for task in todo.open] == [-5, 2, 3, -6, -7]
+    assert todo.done == {1, -1, -4}
+
+
+def test_the_drift_of_odometry_does_not_count_where_slam_corrects_it():
+    drifted, matched = (tuple((v * np.eye(6)).ravel()) for v in (0.6**2, 0.02**2))
+    poses = RecentPoses()
+    for stamp_s in (1.0, 2.0, 9.0):
+        poses.note(StampedPose(stamp_s, (stamp_s, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), drifted))
+    poses.note_match(0.9, drifted)
+    poses.note_match(1.9, matched)
+    assert poses.at(2.1).place_m == (2.0, 0.0, 0.0)
+    assert poses.at(2.1).covariance == matched
+    assert poses.at(9.0).covariance == drifted  # no match is as new
+    for covariance, kept in ((matched, True), (drifted, False)):
+        place, turn = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+        shot = shot_of(PhotographRecord(1.0, place, turn, 0.002, 100.0, 90.0, 0.1, covariance))
+        assert (shot.fault(InspectionParameters()) == "") == kept

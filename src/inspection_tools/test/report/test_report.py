@@ -5,11 +5,11 @@ import json
 import re
 import shutil
 import subprocess
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from drawn_inspection import folder, mesh, side_walls
+from page_words import words
 from PIL import Image
 
 from inspection_tools.report import pictures
@@ -22,23 +22,6 @@ from inspection_tools.survey.surface_record import read_surface_record, write_su
 BROWSER = shutil.which("chromium-headless-shell") or shutil.which("chromium")
 
 
-class Words(HTMLParser):
-    """The text of a page, without its scripts and styles."""
-
-    def __init__(self):
-        super().__init__()
-        self.text, self._skip = [], False
-
-    def handle_starttag(self, tag, attrs):
-        self._skip = tag in ("script", "style")
-
-    def handle_endtag(self, tag):
-        self._skip = False
-
-    def handle_data(self, data):
-        self.text += [] if self._skip else data.split()
-
-
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
     """A report with everything: a ship, a last survey and readings of thickness."""
@@ -49,12 +32,6 @@ def page(tmp_path_factory):
     options += ["--thickness", path / "readings.csv"]
     assert main([str(path), *map(str, options)]) == 0
     return path / "report.html"
-
-
-def words(path):
-    parser = Words()
-    parser.feed(path.read_text(encoding="utf-8"))
-    return " ".join(parser.text)
 
 
 def test_the_page_tells_positions_grades_and_readings(page):

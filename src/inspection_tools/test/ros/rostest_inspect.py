@@ -14,6 +14,7 @@ import numpy as np
 import roslib.message
 import rospy
 import rostest
+import trimesh
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import Point, PointStamped, Pose, Quaternion, Vector3Stamped
 from inspection_tools_ros.planner_messages import tiles_class
@@ -59,6 +60,7 @@ class Uav:
     """It is where it is sent, at once. Its camera takes grey pictures."""
 
     def __init__(self):
+        self.picture = np.zeros((48, 64, 3), np.uint8)
         self.stamp_s, self.charge, self.tilts = 100.0, 0.9, Newest("/camera/tilt", Float64)
         self._place, self._yaws, self._yaw_rad = START, {}, 0.0
         self._pictures = rospy.Publisher("/camera/image_raw", Image, queue_size=10)
@@ -78,7 +80,9 @@ class Uav:
 
     def _shoot(self, _):
         stamp = rospy.Time.from_sec(self.stamp_s)
-        picture = Image(height=48, width=64, encoding="rgb8", step=192, data=bytes(48 * 64 * 3))
+        height, width = self.picture.shape[:2]
+        data = self.picture.tobytes()
+        picture = Image(height=height, width=width, encoding="rgb8", step=3 * width, data=data)
         picture.header.stamp = stamp
         self._pictures.publish(picture)
         pose = Pose(Point(0.1, 0.0, -0.05), Quaternion(-0.5, 0.5, -0.5, 0.5))
@@ -136,15 +140,16 @@ class InspectTest(unittest.TestCase):
             service.wait_for_service(60.0)
         cls.uav = Uav()
 
-    def plan(self, name="plan.yaml"):
+    def plan(self, name="plan.yaml", views=VIEWS, camera=CAMERA, source="room.stl"):
         path = self.folder / name
-        flight = Flight(tuple(PlannedView(view) for view in VIEWS), 60.0, 10.0)
+        flight = Flight(tuple(PlannedView(view) for view in views), 60.0, 10.0)
         asked, flying = SurveyParameters(resolution=20.0), FlightParameters()
-        write_plan(path, SurveyPlan("room.stl", START, CAMERA, asked, flying, (flight,)))
+        write_plan(path, SurveyPlan(source, START, camera, asked, flying, (flight,)))
         return path
 
-    def send_goal(self, name, plan, folder=None):
+    def send_goal(self, name, plan, folder=None, second_look=False):
         goal = SurveyActionGoal()
+        goal.goal.second_look = second_look
         goal.goal_id.id = name
         goal.goal.plan, goal.goal.folder = str(plan), str(self.folder / (folder or name))
         self.goals.send(goal)
@@ -224,6 +229,32 @@ class InspectTest(unittest.TestCase):
         self.assertEqual(self.results.last.result.end, "done")
         self.assertLess(taken, 3)
         self.assertEqual(len(self.records("again")), 3)
+
+    def test_4_a_crack_is_photographed_from_nearer_in_the_same_survey(self):
+        uav = self.uav
+        uav.picture = np.full((3000, 4000, 3), 150, np.uint8)
+        uav.picture[1300:1700, 2100:2103] = 70
+        room = trimesh.creation.box((9.2, 9.2, 4.4))
+        room.apply_translation((4.8, 4.8, 2.4))
+        room.export(self.folder / "drawn.stl")
+        camera, wall_m = SurveyCamera(4000, 3000, 60.0), 9.4
+        views, mesh = (View((6.0, 5.0, 2.0), 0.0, 0.0),), str(self.folder / "drawn.stl")
+        plan = self.plan("fine.yaml", views, camera, mesh)
+        self.send_goal("second look", plan, second_look=True)
+        phases = set()
+
+        def has_ended():
+            phases.add(self.feedback.last.feedback.phase)
+            return self.ended("second look")
+
+        uav.fly(has_ended, "the end")
+        result = self.results.last.result
+        self.assertEqual((result.end, result.taken, result.closer), ("done", 1, 1))
+        self.assertIn("searching the photographs", phases)
+        near = next(each for each in self.records("second look") if each.view == -1)
+        self.assertAlmostEqual(wall_m - near.position_m[0], camera.distance_m(0.3), delta=0.15)
+        crack_m = -(2101.0 - camera.centre_px[0]) * (wall_m - 6.0) / camera.focal_px  # left of x is y
+        self.assertAlmostEqual(near.position_m[1] - 5.0, crack_m, delta=0.15)
 
 
 if __name__ == "__main__":

@@ -28,7 +28,7 @@ class SurveyFiles(NamedTuple):
 
 def name_of(goal: SurveyGoal) -> str:
     """Return a name that is the same for the same survey."""
-    return f"{goal.plan} {goal.folder} {goal.photographs}"
+    return f"{goal.plan} {goal.folder} {goal.photographs} {goal.second_look}"
 
 
 def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:

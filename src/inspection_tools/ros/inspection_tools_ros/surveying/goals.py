@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import rospy
 
 from inspection_tools.energy import EnergyWatch
+from inspection_tools.findings.background import BackgroundSearch
 from inspection_tools.inspection import Inspection, InspectionParameters
 from inspection_tools.inspection.leg import Motion
+from inspection_tools.inspection.second_look import SecondLook
 from inspection_tools.msg import SurveyGoal
-from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.folder import PhotographFolder, photographs_in
 from inspection_tools.planning import PathPlanner
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools_ros.map_feed import MapFeed
@@ -26,7 +29,7 @@ class SurveyGoals:
     """Knows the goal that is flown.
 
     Attributes:
-        plan: of the goal; None: none has come. folder: its photographs.
+        plan: of the goal; None: none has come. folder: its photographs. second_look: that it asks for.
     """
 
     def __init__(
@@ -44,6 +47,7 @@ class SurveyGoals:
         self._inspection: Inspection | None = None
         self.plan: SurveyPlan | None = None
         self.folder: PhotographFolder | None = None
+        self.second_look: SecondLook | None = None
 
     def inspection_of(self, goal: SurveyGoal) -> Inspection:
         """Read plan, folder and drawing, unless they are those of the goal before.
@@ -64,8 +68,17 @@ class SurveyGoals:
         still = min(p.still, p.still_closer) if is_fine else p.still
         given = replace(p, time_max=goal.time_max or p.time_max, still=still)
         self._name, self.plan, self.folder = name_of(goal), files.plan, files.folder
-        self._inspection = Inspection(self._planner, files.todo, given, self._energy)
-        return self._inspection
+        inspection = self._inspection = Inspection(self._planner, files.todo, given, self._energy)
+        self.close()
+        if goal.second_look and not is_fine:
+            self.second_look = _second_look(inspection, Path(goal.plan), files.folder.folder)
+        return inspection
+
+    def close(self) -> None:
+        """End the search of photographs, if there is one."""
+        if self.second_look is not None:
+            self.second_look.close()
+            self.second_look = None
 
     def begin(self, inspection: Inspection, motion: Motion) -> None:
         """Begin, or go on with what is left. A node that died comes home to the same place."""
@@ -75,3 +88,11 @@ class SurveyGoals:
         assert inspection.home_m is not None
         rospy.set_param("~begun", {"goal": self._name, "home": inspection.home_m.tolist()})
         rospy.loginfo("The survey begins: %d photographs are open.", len(inspection.todo.open))
+
+
+def _second_look(inspection: Inspection, plan: Path, folder: Path) -> SecondLook:
+    """Begin to search the photographs, first those that the folder holds already."""
+    second_look = SecondLook(inspection, BackgroundSearch(plan, folder / "closer.yaml"))
+    for path in photographs_in(folder):
+        second_look.stored(path)
+    return second_look

@@ -66,6 +66,8 @@ def feedback_of(inspection: Inspection, battery: BatteryState | None, has_map: b
         phase = "coming home"
     elif inspection.is_paused:
         phase = "paused"
+    elif inspection.is_waiting:
+        phase = "searching the photographs"
     way, task, todo = inspection.way_home, inspection.task, inspection.todo
     return SurveyFeedback(
         phase=phase,
@@ -87,6 +89,7 @@ def result_of(inspection: Inspection, shots: int) -> SurveyResult:
         is_home=inspection.is_home,
         taken=sum(number > 0 for number in todo.done),
         open=sum(task.number > 0 for task in todo.open),
+        closer=sum(number < 0 for number in todo.done),
         left_out=list(todo.left_out),
         left_out_reasons=list(todo.left_out.values()),
         shots=shots,

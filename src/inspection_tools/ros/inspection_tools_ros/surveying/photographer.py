@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import queue
-import threading
-from collections import deque
 from functools import partial
+from pathlib import Path
 from typing import Any, Callable, NamedTuple
 
 import numpy as np
@@ -13,14 +12,12 @@ import rospy
 from sensor_msgs.msg import Image
 
 from inspection_tools.inspection import End, Inspection, InspectionParameters
-from inspection_tools.inspection.taken import StampedPose, record_of, shot_of
+from inspection_tools.inspection.taken import RecentPoses, record_of, shot_of
 from inspection_tools.inspection.todo import Task
 from inspection_tools.photographs.folder import PhotographError, PhotographFolder, PhotographRecord
 from inspection_tools_ros.surveying import messages
 from inspection_tools_ros.surveying.camera_link import CameraError, CameraLink
 
-POSES = 100
-"""Kept, so that a photograph finds the one of its stamp."""
 CAMERA_TRIES = 3
 
 
@@ -41,7 +38,8 @@ class Photographer:
             shutter, in the thread of `work`.
 
     Attributes:
-        folder: where photographs go; None: no plan has come yet. shots: of the shutter.
+        folder: where photographs go; None: no plan has come yet. shots: of the shutter. on_stored: called
+        with the path of each photograph that is stored. poses: of the UAV, for the records.
     """
 
     def __init__(
@@ -49,18 +47,13 @@ class Photographer:
     ) -> None:
         self._parameters, self._say, self._on_shot = parameters, say, on_shot
         self.folder: PhotographFolder | None = None
+        self.on_stored: Callable[[Path], None] = lambda _: None
         self.shots = self._failures = 0
         self._is_due = False
         self._due: queue.Queue[tuple[Inspection, Task]] = queue.Queue()
-        self._poses: deque[StampedPose] = deque(maxlen=POSES)
-        self._lock = threading.Lock()
+        self.poses = RecentPoses()
         self._camera = CameraLink(self._store, self._lose)
         self._last = rospy.Publisher("~last_photograph", Image, queue_size=1, latch=True)
-
-    def note(self, pose: StampedPose) -> None:
-        """Remember where the UAV was."""
-        with self._lock:
-            self._poses.append(pose)
 
     def tilt(self, angle_rad: float) -> None:
         """Tilt the camera; pi / 2 looks straight up."""
@@ -108,8 +101,7 @@ class Photographer:
     def _taken(self, inspection: Inspection, task: Task, told: Any) -> Taken:
         """Return what belongs to a photograph whose shutter has just opened."""
         stamp_s = told.stamp.to_sec()
-        with self._lock:
-            body = min(self._poses, key=lambda pose: abs(pose.stamp_s - stamp_s))
+        body = self.poses.at(stamp_s)
         record = record_of(task, stamp_s, body, messages.camera_in_body(told), told)
         return Taken(inspection, task, record, not shot_of(record).fault(self._parameters))
 
@@ -119,13 +111,15 @@ class Photographer:
             return
         inspection, task = taken.inspection, taken.task
         try:
-            self.folder.save(picture, taken.record)
+            path = self.folder.save(picture, taken.record)
         except PhotographError as error:
             rospy.logerr("%s", error)
             inspection.lost(task, str(error))
             inspection.abort(str(error), End.STORAGE)
             return
-        rospy.loginfo("Photograph %d is stored; %d are open.", task.number, len(inspection.todo.open))
+        name = f"Photograph {task.number}" if task.number > 0 else "A closer photograph"
+        rospy.loginfo("%s is stored; %d are open.", name, len(inspection.todo.open))
+        self.on_stored(path)
         self._last.publish(messages.small(picture, rospy.Time.from_sec(taken.record.stamp_s)))
 
     def _lose(self, taken: Taken) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import threading
 from enum import Enum
+from typing import Sequence
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from inspection_tools.inspection.parameters import InspectionParameters
 from inspection_tools.inspection.places import body_place_m, place_nearby, view_of_point
 from inspection_tools.inspection.todo import Shot, Task, Todo
 from inspection_tools.planning import PathPlanner
+from inspection_tools.survey.views.candidates import View
 
 BEEN_M = 0.05
 
@@ -48,7 +50,8 @@ class Inspection:
 
     Attributes:
         todo: what is done and open. end, reason: why it has ended; None: it flies. is_home: it has ended, and
-        the UAV is where it may land. must_land: the energy does not take the UAV home.
+        the UAV is where it may land. must_land: the energy does not take the UAV home. awaits: more
+        photographs may come; when all others are taken, the UAV waits for them at home.
     """
 
     def __init__(
@@ -69,7 +72,7 @@ class Inspection:
         self._is_paused = False
         self.end: End | None = None
         self.reason = ""
-        self.is_home = self.must_land = False
+        self.is_home = self.must_land = self.awaits = False
         self.front_rad: float | None = None
         self.tilt_rad = 0.0
 
@@ -113,6 +116,11 @@ class Inspection:
         return self._is_paused
 
     @property
+    def is_waiting(self) -> bool:
+        """Whether all photographs are taken, and more may come."""
+        return self.awaits and self.end is None and self.todo.next is None
+
+    @property
     def home_m(self) -> np.ndarray | None:
         """Where it comes home to."""
         return self._homing.home_m
@@ -151,7 +159,7 @@ class Inspection:
             self._way.follow(here_m, self._p.arrived)
             if self._leg is not None and (why := self._leg.follow(motion)):
                 self._fail(self._leg.task, why)
-            is_idle = self._leg is None and not self._is_paused and self.end is None
+            is_idle = self._leg is None and not self._is_paused and self.end is None and not self.is_waiting
             is_due = motion.stamp_s >= self._look_s + self._p.look_period
         return not self.is_home and (is_idle or is_due)
 
@@ -189,6 +197,12 @@ class Inspection:
         with self._lock:
             self._leg, self._look_s = None, -math.inf
             return self.todo.look_closer(view)
+
+    def look_again(self, views: Sequence[View]) -> None:
+        """Photograph these, too, after all others. No more is awaited."""
+        with self._lock:
+            self.todo.look_again(views)
+            self.awaits, self._look_s = False, -math.inf
 
     def _fail(self, task: Task, why: str) -> None:
         if self._leg is not None and self._leg.task.number == task.number:
@@ -236,13 +250,10 @@ class Inspection:
                 return
             with self._lock:
                 self._fail(task, why)
-        left = sum(number > 0 for number in self.todo.left_out)
-        self.abort(
-            "Every photograph of the plan is taken."
-            if not left
-            else f"{left} of {len(self.todo.tasks)} photographs cannot be taken; all others are.",
-            End.DONE,
-        )
+        if self.awaits:
+            self._go_home(stamp_s, here_m)
+            return
+        self.abort(self.todo.told(), End.DONE)
 
     def _set_out(self, task: Task, stamp_s: float, here_m: np.ndarray) -> str:
         """Set out for a photograph. Return why there is no way; empty: it flies."""
@@ -273,7 +284,7 @@ class Inspection:
         with self._lock:
             self.front_rad, self.tilt_rad, rest_m = None, 0.0, self._way.rest_m
         if math.dist(here_m, self.home_m) < 2.0 * self._p.arrived:
-            self.is_home = True
+            self.is_home = self.end is not None
             return
         is_stuck = self._homing.is_stuck(stamp_s, here_m)
         if is_stuck and rest_m:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import threading
+from collections import deque
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -14,6 +16,10 @@ from inspection_tools.inspection.parameters import InspectionParameters
 from inspection_tools.inspection.todo import Shot, Task
 from inspection_tools.photographs.folder import PhotographRecord, photographs_in, read_record
 
+POSES = 100
+MATCH_S = 0.5
+"""A scan's match tells of poses that are at most so far from its stamp."""
+
 
 @dataclass(frozen=True)
 class StampedPose:
@@ -23,6 +29,37 @@ class StampedPose:
     place_m: Vector3
     orientation_xyzw: Quaternion
     covariance: tuple[float, ...] = (0.0,) * 36
+
+
+class RecentPoses:
+    """The UAV's last poses, so that a photograph finds the one of its stamp. Any thread may call."""
+
+    def __init__(self) -> None:
+        self._poses: deque[StampedPose] = deque(maxlen=POSES)
+        self._matches: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=POSES)
+        self._lock = threading.Lock()
+
+    def note(self, pose: StampedPose) -> None:
+        """Take a pose."""
+        with self._lock:
+            self._poses.append(pose)
+
+    def note_match(self, stamp_s: float, covariance: tuple[float, ...]) -> None:
+        """Take how well the scan of this stamp matched, 36 numbers as in ROS.
+
+        It counts in place of the pose's own covariance: that of odometry has its drift, which SLAM corrects.
+        """
+        with self._lock:
+            self._matches.append((stamp_s, covariance))
+
+    def at(self, stamp_s: float) -> StampedPose:
+        """Return the pose nearest to a stamp. There must be one."""
+        with self._lock:
+            pose = min(self._poses, key=lambda each: abs(each.stamp_s - stamp_s))
+            matches = [each for each in self._matches if abs(each[0] - stamp_s) <= MATCH_S]
+        if not matches:
+            return pose
+        return replace(pose, covariance=min(matches, key=lambda each: abs(each[0] - stamp_s))[1])
 
 
 class Told(Protocol):

@@ -49,16 +49,16 @@ class Todo:
         views: of the plan. done: numbers of those that are stored already. tries: see the parameters.
 
     Attributes:
-        done: numbers that are taken. left_out: by number, why it cannot be taken.
+        done: numbers that are taken; below 0: closer looks. left_out: by number, why it cannot be taken.
     """
 
     def __init__(self, views: Sequence[View], done: Collection[int] = (), tries: int = 3) -> None:
         self.tasks = tuple(Task(number, view) for number, view in enumerate(views, start=1))
         self._open = deque(task for task in self.tasks if task.number not in done)
         self._tries, self._failures = tries, dict[int, int]()
-        self.done = {task.number for task in self.tasks if task.number in done}
+        self.done = {number for number in done if number <= len(self.tasks)}
         self.left_out: dict[int, str] = {}
-        self._closer = 0
+        self._closer = min((0, *done))  # a folder may hold closer looks already
 
     @property
     def next(self) -> Task | None:
@@ -69,6 +69,14 @@ class Todo:
     def open(self) -> tuple[Task, ...]:
         """What is still to be taken, in its order."""
         return tuple(self._open)
+
+    def told(self) -> str:
+        """Return in a sentence what is taken, if nothing is open."""
+        left, closer = sum(number > 0 for number in self.left_out), sum(number < 0 for number in self.done)
+        nearer = f" {closer} more are taken from nearer." if closer else ""
+        if left:
+            return f"{left} of {len(self.tasks)} photographs cannot be taken; all others are.{nearer}"
+        return f"Every photograph of the plan is taken.{nearer}"
 
     def note_done(self, task: Task) -> None:
         """It was shot well, so the next one is due."""
@@ -93,10 +101,17 @@ class Todo:
 
     def look_closer(self, view: View) -> Task:
         """Put a photograph before all others, and return it."""
-        self._closer -= 1
-        task = Task(self._closer, view)
+        task = self._closer_task(view)
         self._open.appendleft(task)
         return task
+
+    def look_again(self, views: Sequence[View]) -> None:
+        """Put closer photographs after all others."""
+        self._open += map(self._closer_task, views)
+
+    def _closer_task(self, view: View) -> Task:
+        self._closer -= 1
+        return Task(self._closer, view)
 
     def _remove(self, task: Task) -> None:
         self._open = deque(each for each in self._open if each.number != task.number)

@@ -10,31 +10,40 @@ from inspection_tools.errors import InspectionToolsError, SurveyError
 from inspection_tools.report.content import judged, page_content
 from inspection_tools.report.grades import GradeRules
 from inspection_tools.report.page import libraries, render, write_page
+from inspection_tools.report.plan_page import write_plan_page
 from inspection_tools.report.sources import Inspection, read_inspection
 from inspection_tools.ship.ship import Ship
 from inspection_tools.ship.ship_file import read_ship
+from inspection_tools.survey.plan_file import read_plan
+from inspection_tools.survey.poses import PLAN_SUFFIXES
 from inspection_tools.survey.surface.mesh_file import Mesh, read_mesh
+from inspection_tools.survey.surface.reading import read_surface
 
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the command. Return the exit code: 0, or 1 with one sentence on stderr."""
     parser = argparse.ArgumentParser(
-        prog="inspection_report", description="Write report.html of an inspection's folder."
+        prog="inspection_report",
+        description="Write report.html of an inspection's folder, or plan.html of a plan before its flight.",
     )
-    parser.add_argument("folder", type=Path, help="of an inspection, or of photographs")
+    parser.add_argument("folder", type=Path, help="of an inspection, or of photographs; or a plan (YAML)")
     parser.add_argument("--mesh", type=Path, help="the surface: STL, OBJ, PLY or GLB, or an SDF world")
     parser.add_argument("--ship", type=Path, help="YAML file of frames, strakes and areas")
     parser.add_argument("--last", type=Path, help="folder of the last survey, to compare with")
     parser.add_argument("--thickness", type=Path, help="CSV file of thickness readings")
-    parser.add_argument("--out", type=Path, help="default: report.html in the folder")
+    parser.add_argument("--out", type=Path, help="default: report.html in the folder, or plan.html")
     given = parser.parse_args(arguments)
-    out = given.out or given.folder / "report.html"
+    is_plan = given.folder.suffix in PLAN_SUFFIXES
+    out = given.out or (given.folder.with_suffix(".html") if is_plan else given.folder / "report.html")
     try:
-        write_report(given.folder, out, given.mesh, given.ship, given.last, given.thickness)
+        if is_plan:
+            write_page_of_plan(given.folder, out, given.mesh, given.ship)
+        else:
+            write_report(given.folder, out, given.mesh, given.ship, given.last, given.thickness)
     except InspectionToolsError as error:
         print(f"inspection_report: {error}", file=sys.stderr)
         return 1
-    if not libraries():
+    if not is_plan and not libraries():
         print(
             "inspection_report: libjs-three is not installed, so the page has still pictures only.",
             file=sys.stderr,
@@ -63,6 +72,17 @@ def write_report(
     content, view = page_content(inspection, own, known, rules, out)
     write_page(out, render(content, view))
     return inspection
+
+
+def write_page_of_plan(path: Path, out: Path, mesh: Path | None, ship: Path | None) -> None:
+    """Write the page of a plan before its flight. mesh: None: the one that it was made for.
+
+    Raises:
+        InspectionToolsError: one sentence: a file cannot be used.
+    """
+    plan = read_plan(path)
+    surface = read_surface(mesh or Path(plan.source), plan.asked, plan.home_m)
+    write_plan_page(out, plan, surface.patches, read_ship(ship) if ship else None)
 
 
 def _mesh(named: Path | None, inspection: Inspection) -> Mesh | None:

@@ -10,7 +10,6 @@ from typing import Any, Mapping, Sequence
 
 from inspection_tools.report import records, tables
 from inspection_tools.report.comparison import Comparison, compared
-from inspection_tools.report.edges import edge_places
 from inspection_tools.report.grades import AreaGrade, GradeRules, PlateState, areas_graded, plates_seen
 from inspection_tools.report.pictures import data_uri, small_pictures
 from inspection_tools.report.scene import UNKNOWN, Scene, scene_of
@@ -20,6 +19,7 @@ from inspection_tools.report.static_view import static_view
 from inspection_tools.report.view_data import view_data
 from inspection_tools.report.views import best_of, marks_of
 from inspection_tools.ship.ship import Ship
+from inspection_tools.survey.surface.edges import edge_places
 from inspection_tools.survey.surface.mesh_file import Mesh
 
 STILLS = ((-115.0, "Port side and forward end"), (65.0, "Starboard side and aft end"))

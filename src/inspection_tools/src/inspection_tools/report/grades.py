@@ -10,8 +10,8 @@ import numpy as np
 from inspection_tools.checks import check_number
 from inspection_tools.findings.findings_file import DISMISSED
 from inspection_tools.findings.merging import Finding
-from inspection_tools.report.edges import STEP_M
 from inspection_tools.ship.ship import Plate, Ship
+from inspection_tools.survey.surface.edges import STEP_M
 from inspection_tools.survey.surface_record import SurfaceRecord
 
 GOOD, FAIR, POOR = GRADES = ("GOOD", "FAIR", "POOR")

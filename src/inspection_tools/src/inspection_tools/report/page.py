@@ -28,18 +28,24 @@ def libraries() -> list[str]:
 
 def render(content: dict[str, Any], view: dict[str, Any]) -> str:
     """Return the page's HTML. content: what `page.html` names. view: of `view_data`."""
+    scripts = [*libraries(), (HERE / "viewer.js").read_text(encoding="utf-8")]
+    return filled(
+        "page.html",
+        **content,
+        view_json=json.dumps(view, separators=(",", ":")).replace("<", "\\u003c"),
+        scripts=[text.replace("</script", "<\\/script") for text in scripts],
+    )
+
+
+def filled(template: str, **content: Any) -> str:
+    """Return the HTML of a template in this folder. content: what it names, besides the style."""
     environment = Environment(
         loader=FileSystemLoader(str(HERE)), autoescape=True, undefined=StrictUndefined, trim_blocks=True
     )
     environment.filters["number"] = _number
     environment.filters["percent"] = _percent
-    scripts = [*libraries(), (HERE / "viewer.js").read_text(encoding="utf-8")]
-    return environment.get_template("page.html").render(
-        **content,
-        css=(HERE / "page.css").read_text(encoding="utf-8"),
-        view_json=json.dumps(view, separators=(",", ":")).replace("<", "\\u003c"),
-        scripts=[text.replace("</script", "<\\/script") for text in scripts],
-    )
+    css = (HERE / "page.css").read_text(encoding="utf-8")
+    return environment.get_template(template).render(**content, css=css)
 
 
 def write_page(path: Path, text: str) -> None:

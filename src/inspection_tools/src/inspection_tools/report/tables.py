@@ -166,7 +166,7 @@ def unseen_tables(inspection: Inspection, ship: Ship) -> dict[str, Any]:
         beyond_m2 = float(surface.areas_m2[~surface.reachable & ~surface.shown].sum())
         words.append(f"{beyond_m2:,.0f} m² of the surface are out of reach.")
         opened = _open_rows(surface, ship)
-    left_out = _left_out_rows(inspection.plan, ship) if inspection.plan else []
+    left_out = left_out_rows(inspection.plan, ship) if inspection.plan else []
     not_taken = _not_taken(inspection, ship)
     if not words and not left_out:
         words.append("It is not known what was not seen.")
@@ -204,7 +204,8 @@ def _open_rows(surface: SurfaceRecord, ship: Ship) -> list[dict[str, Any]]:
     return [row for row in rows if row["area_m2"] >= 0.05]
 
 
-def _left_out_rows(plan: SurveyPlan, ship: Ship) -> list[dict[str, Any]]:
+def left_out_rows(plan: SurveyPlan, ship: Ship) -> list[dict[str, Any]]:
+    """Return what cannot be photographed by a plan, by part and reason, the largest first."""
     groups: dict[tuple[str, str], list] = {}
     for each in plan.leftovers:
         groups.setdefault((each.part, each.why), []).append(each)

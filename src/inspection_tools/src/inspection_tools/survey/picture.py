@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from pathlib import Path
 from typing import Any
@@ -30,6 +31,14 @@ def draw_plan(path: Path, plan: SurveyPlan, patches: Patches) -> None:
     Raises:
         SurveyError: the file cannot be written.
     """
+    try:
+        path.write_bytes(plan_png(plan, patches))
+    except OSError as error:
+        raise SurveyError(f"{path} cannot be written: {error.strerror}.") from None
+
+
+def plan_png(plan: SurveyPlan, patches: Patches, dpi: int = 200) -> bytes:
+    """Return the picture as PNG."""
     from matplotlib.figure import Figure
 
     low, high = patches.points_m.min(axis=0) - EDGE_M, patches.points_m.max(axis=0) + EDGE_M
@@ -49,10 +58,9 @@ def draw_plan(path: Path, plan: SurveyPlan, patches: Patches) -> None:
         panel.set_title(name, fontsize=10, loc="left")
         panel.spines[["top", "right"]].set_visible(False)
     _tell(axes[0, 1], plan)
-    try:
-        figure.savefig(path, dpi=200, format="png")
-    except OSError as error:
-        raise SurveyError(f"{path} cannot be written: {error.strerror}.") from None
+    drawn = io.BytesIO()
+    figure.savefig(drawn, dpi=dpi, format="png")
+    return drawn.getvalue()
 
 
 def _draw_surface(panel: Any, patches: Patches, right: int, up: int) -> None:

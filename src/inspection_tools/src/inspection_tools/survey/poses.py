@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.plan_file import read_plan
+from inspection_tools.survey.views.candidates import View
 
 COLUMNS = "x, y, z and either yaw_deg, tilt_deg or qx, qy, qz, qw (of the optical frame)"
 PLAN_SUFFIXES = (".yaml", ".yml")
@@ -30,6 +31,11 @@ class Taken:
     axes: np.ndarray
     blur_px: float = 0.0
 
+    @classmethod
+    def of_view(cls, view: View) -> Taken:
+        """Return the photograph of a view that is taken from its own place."""
+        return cls(np.array(view.place_m), optical_axes(view.yaw_rad, view.tilt_rad))
+
 
 def read_taken(path: Path, camera: SurveyCamera) -> tuple[list[Taken], SurveyCamera]:
     """Read a folder of photographs (JSON beside each), a CSV, or a plan; return them and their camera.
@@ -44,7 +50,7 @@ def read_taken(path: Path, camera: SurveyCamera) -> tuple[list[Taken], SurveyCam
     elif path.suffix.lower() in PLAN_SUFFIXES:
         plan = read_plan(path)
         taken, camera = (
-            [Taken(np.array(v.place_m), optical_axes(v.yaw_rad, v.tilt_rad)) for v in plan.views],
+            [Taken.of_view(view) for view in plan.views],
             plan.camera,
         )
     else:

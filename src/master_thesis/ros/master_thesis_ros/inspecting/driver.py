@@ -15,13 +15,14 @@ from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import BatteryState
 
+from gridslam.errors import SlamError
 from inspection_tools import InspectionToolsError
 from inspection_tools.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
 from inspection_tools.survey.plan import SurveyPlan
 from master_thesis.errors import FlightError
 from master_thesis.flight.monitor import Monitor
 from master_thesis.inspecting.coverage import Judged, TruePose, judge_photographs
-from master_thesis.inspecting.planning import provide_plan
+from master_thesis.inspecting.planning import provide_plan, ship_file
 from master_thesis.inspecting.request import InspectingRequest, read
 from master_thesis.inspecting.summary import headline
 from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
@@ -36,7 +37,6 @@ from master_thesis_ros.experiments_3_4.volume_files import save_volume
 from node_tools.ending import Ending
 from node_tools.node import RunNode
 
-SHIPS = Path(__file__).resolve().parents[3] / "config" / "ships"
 SCAN_PERIOD_S = 1.0
 COMMAND_S = 3600.0
 """Wall time for a command after the flight."""
@@ -83,6 +83,7 @@ class InspectingNode(ErrandNode):
         message.goal_id.id = f"the survey {uuid.uuid4()}"
         goal = message.goal
         goal.plan, goal.folder = str(self._folder / "plan.yaml"), str(self._folder / "photographs")
+        goal.second_look = self._request.second_look
         goal.photographs, goal.time_max = self._request.photographs, self._request.flight.time_s
         self._goal.publish(message)
         self._told.began_s, self._began_charge = self._monitor.now_s, self._told.charge
@@ -102,9 +103,10 @@ class InspectingNode(ErrandNode):
             time_s = self._monitor.now_s - self._told.began_s
             self._told.flight_s += time_s
             before = sum(each["photographs"] for each in self._told.flights)
+            taken = result.taken + result.closer
             self._told.flights.append(
                 {
-                    "photographs": result.taken - before,
+                    "photographs": taken - before,
                     "time_s": time_s,
                     "battery_start": self._began_charge,
                     "battery_end": self._told.charge,
@@ -131,7 +133,7 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     simulator = SimulatorServices()  # its time stands still while the survey is planned
     try:
         plan = provide_plan(request, folder / "plan.yaml", flight.description.seed, rospy.loginfo)
-    except InspectionToolsError as error:
+    except (InspectionToolsError, SlamError) as error:
         raise FlightError(str(error)) from None
     monitor, told = Monitor(flight.limits, uav=flight.description.model), Told()
     monitor.log.scan_period_s = SCAN_PERIOD_S
@@ -148,12 +150,12 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     return run.finish(
         numbers,
         headline,
-        lambda content: _complete(flown, plan, told, content),
+        lambda content: _complete(flown, plan, told, ship_file(request), content),
         "coverage, findings or pictures",
     )
 
 
-def _complete(flown: FlownRun, plan: SurveyPlan, told: Told, content: dict) -> dict:
+def _complete(flown: FlownRun, plan: SurveyPlan, told: Told, ship: Path | None, content: dict) -> dict:
     """Judge the coverage, look for findings, and complete the other files."""
     folder = flown[0]
     photographs = folder.path / "photographs"
@@ -179,8 +181,7 @@ def _complete(flown: FlownRun, plan: SurveyPlan, told: Told, content: dict) -> d
         )
     content = complete_run(*flown, content, ProgressLog())
     if judged is not None:
-        ship = SHIPS / f"{flown[1].scenario.world_path.stem}.yaml"
-        _command("inspection_report", str(folder.path), *(("--ship", str(ship)) if ship.exists() else ()))
+        _command("inspection_report", str(folder.path), *(("--ship", str(ship)) if ship else ()))
     return content
 
 
@@ -219,6 +220,7 @@ def _figures(told: Told, asked: int) -> dict[str, Any]:
         "asked": asked,
         "taken": result.taken,
         "open": result.open,
+        "closer": result.closer,
         "shots": result.shots,
         "left_out": [{"photograph": number, "why": why} for number, why in left],
         "swaps": told.swaps,

@@ -130,7 +130,8 @@ class InspectingFlight:
         lux, iso = self._renderer.meter(self._camera.pose)
         depths_m = self._renderer.depths_m(self._camera.pose, marks_px(self._renderer.optics))
         blur, _ = blur_px(self._camera, self._renderer.optics, depths_m)
-        deviation_m = math.sqrt(max(np.linalg.eigvalsh(estimate.pose_covariance[:3, :3]).max(), 0.0))
+        # As in the node: the drift, which only grows, is SLAM's to correct.
+        deviation_m = math.sqrt(max(np.linalg.eigvalsh(estimate.matched_covariance[:3, :3]).max(), 0.0))
         return Shot(blur, lux, iso, deviation_m)
 
     def _true(self) -> Taken:

@@ -1,4 +1,4 @@
-"""The plan of an inspection, from the drawing of the ship: the world's own shapes."""
+"""The plan of an inspection: from the world's own shapes, a mesh, or the map of an exploration."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Callable
 
+from inspection_tools.report.plan_page import write_plan_page
+from inspection_tools.ship.ship_file import read_ship
 from inspection_tools.survey.parameters import FlightParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
@@ -13,30 +15,39 @@ from inspection_tools.survey.planner import SurveyPlanner
 from inspection_tools.survey.surface.reading import read_surface
 from master_thesis.exploring.request import HOVER_M
 from master_thesis.inspecting.request import InspectingRequest
+from master_thesis.photographing.map_mesh import mesh_of_map
+
+SHIPS = Path(__file__).resolve().parents[3] / "config" / "ships"
+MAP_SUFFIXES = (".bt", ".ot")
 
 
 def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable[[str], None]) -> SurveyPlan:
     """Write the plan that is flown to a file, and return it: the given one, or one that is made.
 
+    One that is made has a page to print beside it, plan.html.
+
     If only few photographs are asked, the first plan will do.
 
     Raises:
-        InspectionToolsError: one sentence.
+        InspectionToolsError, SlamError, MasterThesisError: one sentence.
     """
-    flown = request.flight.description.scenario
     if request.plan is not None:
         plan = read_plan(request.plan)
         source = request.plan.parent / plan.source
         write_plan(
-            out, replace(plan, source=str(source if plan.source and source.exists() else flown.world_path))
+            out, replace(plan, source=str(source if plan.source and source.exists() else request.drawing))
         )
         return read_plan(out)
-    x, y, z, _ = flown.start_xyz_yaw
-    say("The survey is planned from the drawing of the world.")
-    surface = read_surface(flown.world_path, request.asked, (x, y, z + HOVER_M))
+    x, y, z, _ = request.flight.description.scenario.start_xyz_yaw
+    drawing = request.drawing
+    if drawing.suffix in MAP_SUFFIXES:
+        mesh_of_map(drawing).export(out.with_name("drawing.glb"))
+        drawing = out.with_name("drawing.glb")
+    say(f"The survey is planned from {request.drawing}.")
+    surface = read_surface(drawing, request.asked, (x, y, z + HOVER_M))
     planner = SurveyPlanner(
         surface.room, surface.patches, surface.ranges_m, request.camera, request.asked, FlightParameters(),
-        str(flown.world_path),
+        str(drawing),
     )  # fmt: skip
     for progress in planner.improve(seed, request.search_s, bound=False):
         write_plan(out, progress.plan)
@@ -47,4 +58,12 @@ def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable
         )
         if request.photographs:
             break
-    return read_plan(out)
+    plan, ship = read_plan(out), ship_file(request)
+    write_plan_page(out.with_suffix(".html"), plan, surface.patches, read_ship(ship) if ship else None)
+    return plan
+
+
+def ship_file(request: InspectingRequest) -> Path | None:
+    """Return the file of frames and strakes that belongs to the world; None: there is none."""
+    path = SHIPS / f"{request.flight.description.scenario.world_path.stem}.yaml"
+    return path if path.is_file() else None

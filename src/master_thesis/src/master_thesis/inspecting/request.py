@@ -23,16 +23,19 @@ PLAN_MARGIN_M = 0.25
 class InspectingRequest:
     """An inspection.
 
-    flight: as of an exploration. plan: file of it; None: it is made from the world's own shapes, for `camera`
-    and `asked`, with so much CPU time of search. photographs: only the first so many; 0: all.
+    flight: as of an exploration. plan: file of it; None: it is made from a drawing (SDF world, mesh, or map
+    of voxels) for `camera` and `asked`, with so much CPU time of search. photographs: only the first so many;
+    0: all. second_look: take nearer photographs of cracks.
     """
 
     flight: ExploringRequest
     plan: Path | None
+    drawing: Path
     photographs: int
     camera: SurveyCamera
     asked: SurveyParameters
     search_s: float
+    second_look: bool
 
 
 def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
@@ -45,6 +48,11 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
     photographs = scenario.whole_number("photographs", asked.get("photographs", 0), 0, 100_000)
     search_s = scenario.number("search", asked.get("search", 20.0), 0.0, 86_400.0)
     path = str(asked.get("plan", "")).strip()
+    drawing = str(asked.get("drawing", "")).strip()
+    source = Path(drawing) if drawing else flight.description.scenario.world_path
+    if not source.is_file():
+        raise ScenarioError(f"{source}: there is no such drawing. Give a mesh, a world, or a map.bt.")
+    second_look = asked.get("second_look", False) is True
     try:
         camera = SurveyCamera(
             scenario.whole_number("width", asked.get("width", SurveyCamera.width), 16, 20_000),
@@ -61,7 +69,8 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
             _check_plan(Path(path), camera)
     except InspectionToolsError as error:
         raise ScenarioError(str(error)) from None
-    return InspectingRequest(flight, Path(path) if path else None, photographs, camera, wanted, search_s)
+    given = Path(path) if path else None
+    return InspectingRequest(flight, given, source, photographs, camera, wanted, search_s, second_look)
 
 
 def _check_plan(path: Path, camera: SurveyCamera) -> None:

@@ -1,0 +1,116 @@
+"""Searches photographs, one by one or whole folders, and plans nearer ones of the cracks."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+from inspection_tools.errors import SurveyError
+from inspection_tools.findings.candidates import candidates_in
+from inspection_tools.findings.findings_file import DISMISSED
+from inspection_tools.findings.merging import Finding, merged
+from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.placing import MeshSurface, Placed, PosedPhotograph
+from inspection_tools.findings.remembered import Remembered
+from inspection_tools.findings.second_look import without_refuted
+from inspection_tools.photographs.folder import (
+    PhotographError,
+    photographs_in,
+    read_camera,
+    read_photograph,
+    read_record,
+)
+from inspection_tools.survey.closer import Closer, closer_plan
+from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools.survey.surface.mesh_file import Mesh, read_mesh
+from inspection_tools.survey.surface.reading import Surface
+
+CLOSER_MM, CLOSER_SEED = 0.3, 1
+"""Of the surface per pixel of a nearer photograph. Cracks that are shown half as fine need none."""
+
+
+class PhotographSearch:
+    """Collects what photographs show of one mesh.
+
+    Args:
+        mesh: in the map's frame. first: folder from which photographs of others are named.
+    """
+
+    def __init__(self, mesh: Mesh, parameters: FindingParameters, first: Path) -> None:
+        self._surface, self._p, self._first = MeshSurface(mesh.triangles_m), parameters, first
+        self._remembered = Remembered(mesh.triangles_m, parameters)
+        self._placed: list[Placed] = []
+        self._near: list[PosedPhotograph] = []
+
+    def add(self, path: Path) -> None:
+        """Search a photograph.
+
+        Raises:
+            PhotographError: it is damaged, or its folder's calibration cannot be read.
+        """
+        camera, record = read_camera(path.parent / "calibration.yaml"), read_record(path.with_suffix(".json"))
+        posed = PosedPhotograph(self._surface, camera, record, self._p, os.path.relpath(path, self._first))
+        sight, found = posed.sight, self._remembered.read(path)
+        if found is None:
+            picture, _ = read_photograph(path)
+            found = candidates_in(picture, self._p, sight.judged, sight.detail_mm)
+            self._remembered.write(path, found)
+        if sight.finest_mm <= self._p.crack_closer:
+            self._near.append(posed)
+        self._placed += [each for each in map(posed.place, found) if each is not None]
+
+    def findings(self) -> list[Finding]:
+        """Return what all photographs show together."""
+        return merged(without_refuted(self._placed, self._near, self._p), self._p.apart)
+
+
+def find(folders: Sequence[Path], mesh: Path | Mesh, parameters: FindingParameters) -> list[Finding]:
+    """Return the findings in folders of photographs. A photograph that is damaged is named and left out.
+
+    Photographs of other folders than the first are named by their way from there.
+
+    Raises:
+        SurveyError: a folder has no photograph, or the mesh cannot be read.
+        PhotographError: a calibration cannot be read.
+    """
+    listed = [(folder, photographs_in(folder)) for folder in folders]
+    for folder, paths in listed:
+        if not paths:
+            raise SurveyError(f"{folder}: there is no photograph with a JSON beside it.")
+        read_camera(folder / "calibration.yaml")
+    known = read_mesh(mesh) if isinstance(mesh, Path) else mesh
+    search = PhotographSearch(known, parameters, folders[0])
+    for path in (each for _, paths in listed for each in paths):
+        try:
+            search.add(path)
+        except PhotographError as error:
+            print(f"findings: left out: {error}", file=sys.stderr)
+    return search.findings()
+
+
+class Nearer(NamedTuple):
+    """closer: None: no crack needs a nearer photograph. hidden: numbers of findings that none can show."""
+
+    closer: Closer | None
+    hidden: tuple[int, ...] = ()
+
+
+def plan_nearer(plan: SurveyPlan, surface: Surface, findings: Sequence[Finding]) -> Nearer:
+    """Return a plan of nearer photographs of the cracks that no photograph shows well enough.
+
+    plan: that was flown. surface: of its mesh.
+
+    Raises:
+        SurveyError: the UAV gets near none of the cracks.
+    """
+    coarse = 2.0 * CLOSER_MM
+    open_ = [e for e in findings if e.kind == "crack" and e.status != DISMISSED and not e.detail_mm <= coarse]
+    if not open_:
+        return Nearer(None)
+    rng = np.random.default_rng(CLOSER_SEED)
+    closer = closer_plan(plan, open_, surface.room, surface.ranges_m, CLOSER_MM, rng)
+    return Nearer(closer, tuple(open_[k].id for k in closer.hidden))

@@ -1,0 +1,81 @@
+"""What the photographs of a survey show so far, patch by patch, for a live picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from inspection_tools.photographs.folder import PhotographRecord
+from inspection_tools.survey.coverage import shown_by
+from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools.survey.poses import Taken
+from inspection_tools.survey.surface.reading import read_surface
+
+OFF_SURFACE_M = 0.02
+"""A patch is drawn so far before the surface, so that the map's voxels do not hide it."""
+FILLED = 0.92
+"""Of a patch's side that is drawn."""
+
+
+@dataclass(frozen=True)
+class CoverageSoFar:
+    """Shares of a surface in m2. planned_m2: that all photographs of the plan show, or those taken do."""
+
+    shown_m2: float
+    planned_m2: float
+
+
+class LiveCoverage:
+    """Follows one survey.
+
+    Args:
+        plan: that is flown; its mesh is read. photographs: only the first so many are flown; 0: all.
+
+    Attributes:
+        shown: (n,) patches that a photograph has shown. planned: (n,) that those of the plan show.
+
+    Raises:
+        SurveyError: the mesh cannot be used.
+    """
+
+    def __init__(self, plan: SurveyPlan, photographs: int = 0) -> None:
+        self._camera, self._asked = plan.camera, plan.asked
+        surface = read_surface(Path(plan.source), plan.asked, plan.home_m)
+        self._mesh, self.patches = surface.mesh, surface.patches
+        self.planned = self._shown_by([Taken.of_view(v) for v in plan.views[: photographs or None]])
+        self.shown = np.zeros(len(self.patches), bool)
+
+    def take(self, record: PhotographRecord) -> None:
+        """Take a photograph that was stored."""
+        self.shown |= self._shown_by([_taken(record)])
+
+    def _shown_by(self, taken: list[Taken]) -> np.ndarray:
+        return shown_by(taken, self._mesh, self.patches, self._camera, self._asked)
+
+    @property
+    def so_far(self) -> CoverageSoFar:
+        """The areas."""
+        areas_m2 = self.patches.areas_m2
+        planned = self.planned | self.shown
+        return CoverageSoFar(float(areas_m2[self.shown].sum()), float(areas_m2[planned].sum()))
+
+    def squares_m(self) -> np.ndarray:
+        """Return (n, 4, 3) corners of a square for each patch, as large as it is, just before the surface."""
+        p = self.patches
+        half = 0.5 * FILLED * np.sqrt(np.minimum(p.areas_m2, p.grid.side_m**2))
+        axis = np.eye(3)[np.argmin(np.abs(p.normals), axis=1)]
+        aside = np.cross(p.normals, axis)
+        aside *= (half / np.linalg.norm(aside, axis=1))[:, None]
+        up = np.cross(p.normals, aside)
+        middle = p.points_m + OFF_SURFACE_M * p.normals
+        return np.stack(
+            (middle - aside - up, middle + aside - up, middle + aside + up, middle - aside + up), 1
+        )
+
+
+def _taken(record: PhotographRecord) -> Taken:
+    turn = Rotation.from_quat(record.orientation_xyzw)
+    return Taken(np.array(record.position_m), turn.as_matrix(), record.blur_px)

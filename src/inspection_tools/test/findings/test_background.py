@@ -1,0 +1,136 @@
+"""A search in another process answers with nearer photographs, and what was searched is remembered."""
+
+import time
+
+import numpy as np
+import pytest
+import trimesh
+from drawn_wall import CAMERA, wall_picture
+from scipy.spatial.transform import Rotation
+
+from inspection_tools.errors import SurveyError
+from inspection_tools.findings import search as searching
+from inspection_tools.findings.background import BackgroundSearch
+from inspection_tools.findings.follower import follow
+from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.search import find
+from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord, photographs_in
+from inspection_tools.survey.camera import SurveyCamera, optical_axes
+from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
+from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
+from inspection_tools.survey.plan_file import read_plan, write_plan
+from inspection_tools.survey.views.candidates import View
+
+PLACE_M = (0.8, 0.0, 1.5)
+
+
+@pytest.fixture
+def survey(tmp_path):
+    """A room with a photograph of its wall, and the plan, whose camera could look from 1 m away."""
+    store = PhotographFolder(tmp_path / "shots", CAMERA)
+    turn = tuple(Rotation.from_matrix(optical_axes(0.0, 0.0)).as_quat())
+    store.save(wall_picture(), PhotographRecord(0.0, PLACE_M, turn, 0.002, 100.0, 100.0))
+    room = trimesh.creation.box((3.0, 4.0, 3.0))
+    room.apply_translation((0.0, 0.0, 1.5))
+    room.export(tmp_path / "room.stl")
+    view, asked = PlannedView(View(PLACE_M, 0.0, 0.0)), SurveyParameters(voxel=0.2, radius=0.2)
+    camera = SurveyCamera(4000, 3000, 60.0)
+    plan = SurveyPlan(
+        str(tmp_path / "room.stl"),
+        (0.0, 0.0, 1.5),
+        camera,
+        asked,
+        FlightParameters(),
+        (Flight((view,), 9.0, 1.0),),
+    )
+    write_plan(tmp_path / "plan.yaml", plan)
+    return tmp_path
+
+
+def answered(search, longest_s=60.0):
+    until = time.monotonic() + longest_s
+    while search.answer is None and time.monotonic() < until:
+        time.sleep(0.05)
+    search.close()
+    assert search.answer is not None
+    return search.answer
+
+
+def test_a_photograph_is_searched_in_another_process(survey):
+    search = BackgroundSearch(survey / "plan.yaml", survey / "closer.yaml")
+    for path in photographs_in(survey / "shots"):
+        search.add(path)
+    search.ask()
+    answer = answered(search)
+    (view,) = answer.views
+    assert "1 rust spots and 1 cracks" in answer.says
+    crack_m = -(500.5 - CAMERA.centre_px[0]) * 0.7 / CAMERA.focal_px
+    assert abs(view.place_m[1] - crack_m) < 0.2
+    (stored,) = read_plan(survey / "closer.yaml").views
+    assert np.allclose(stored.place_m, view.place_m, atol=1e-3)
+
+
+def test_a_plan_that_cannot_be_read_is_answered_with_its_sentence(survey):
+    search = BackgroundSearch(survey / "nowhere.yaml", survey / "closer.yaml")
+    search.ask()
+    answer = answered(search)
+    assert answer.views == ()
+    assert "nowhere.yaml" in answer.says
+
+
+def test_a_process_that_dies_is_an_answer(survey):
+    search = BackgroundSearch(survey / "plan.yaml", survey / "closer.yaml")
+    search._process.kill()
+    answer = answered(search)
+    assert answer.views == ()
+    assert "has ended" in answer.says
+    search.add(survey / "late.jpg")  # nobody listens, and nothing is raised
+
+
+def test_nobody_asks_and_nothing_is_answered(survey):
+    paths = [f"{path}\n" for path in photographs_in(survey / "shots")]
+    assert follow(survey / "plan.yaml", survey / "closer.yaml", paths) is None
+    assert not (survey / "closer.yaml").exists()
+
+
+def test_a_damaged_photograph_is_left_out_and_told(survey):
+    (path,) = photographs_in(survey / "shots")
+    path.write_bytes(path.read_bytes()[:5000])
+    answer = follow(survey / "plan.yaml", survey / "closer.yaml", [f"{path}\n", "\n"])
+    assert answer["views"] == []
+    assert "1 photographs are damaged" in answer["says"]
+
+
+def test_what_was_searched_is_remembered_until_something_changes(survey, monkeypatch):
+    searched = []
+
+    def counted(*given):
+        searched.append(1)
+        return original(*given)
+
+    original = searching.candidates_in
+    monkeypatch.setattr(searching, "candidates_in", counted)
+    given = [survey / "shots"], survey / "room.stl"
+    first = find(*given, FindingParameters())
+    assert find(*given, FindingParameters()) == first
+    assert len(searched) == 1
+    # When a limit, the pose or the mesh is another one, then it is searched again
+    find(*given, FindingParameters(crack_contrast=0.2))
+    record = survey / "shots" / "0.000000.json"
+    record.write_text(record.read_text().replace("0.8,", "0.81,"))
+    find(*given, FindingParameters(crack_contrast=0.2))
+    room = trimesh.load(survey / "room.stl")
+    room.apply_translation((0.01, 0.0, 0.0))
+    room.export(survey / "room.stl")
+    find(*given, FindingParameters(crack_contrast=0.2))
+    assert len(searched) == 4
+    # When the file is cut, then it is searched again
+    (kept,) = (survey / "shots").glob("*.candidates.npz")
+    kept.write_bytes(kept.read_bytes()[:100])
+    find(*given, FindingParameters(crack_contrast=0.2))
+    assert len(searched) == 5
+
+
+def test_an_empty_folder_is_refused(tmp_path):
+    with pytest.raises(SurveyError, match="no photograph"):
+        find([tmp_path], tmp_path / "no.stl", FindingParameters())

@@ -1,0 +1,81 @@
+"""The page before the flight tells flights, energy and what cannot be photographed, and prints."""
+
+import shutil
+import subprocess
+from dataclasses import replace
+
+import pytest
+import yaml
+from drawn_inspection import SHIP, mesh, ship
+from page_words import words
+
+from inspection_tools.errors import ReportError
+from inspection_tools.report.command import main
+from inspection_tools.report.plan_page import flight_rows, write_plan_page
+from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
+from inspection_tools.survey.plan import Flight, Leftover, PlannedView, SurveyPlan
+from inspection_tools.survey.plan_file import write_plan
+from inspection_tools.survey.views.candidates import View
+
+BROWSER = shutil.which("chromium-headless-shell") or shutil.which("chromium")
+VIEWS = tuple(PlannedView(View((0.5 * k, 0.0, 1.0), 1.57, 0.0)) for k in range(3))
+FLYING = FlightParameters(battery=50.0, endurance=500.0)
+PLAN = SurveyPlan(
+    "box.stl", (0.0, 0.0, 1.0), SurveyCamera(800, 600, 60.0), SurveyParameters(radius=0.2, voxel=0.1), FLYING,
+    (Flight(VIEWS[:2], 250.0, 30.0), Flight(VIEWS[2:], 100.0, 12.0)),
+    {"share": 0.984, "reachable_m2": 40.0}, {"geometry_0": 0.984},
+    (Leftover("deep_corner", "no room for the UAV", 1.5, (1.0, 1.5, 0.5)),
+     Leftover("deep_corner", "no room for the UAV", 0.5, (0.0, 1.5, 0.5))),
+)  # fmt: skip
+
+
+def test_a_flight_takes_the_energy_of_its_time_in_the_air():
+    first, second = flight_rows(PLAN, ship())
+    assert (first["photographs"], first["numbers"], second["numbers"]) == (2, "1 to 2", "3")
+    assert first["battery"] == pytest.approx(250.0 / 500.0)
+    assert first["energy_wh"] == pytest.approx(25.0)
+    assert second["energy_wh"] == pytest.approx(10.0)
+
+
+def test_the_page_tells_flights_and_what_is_left_out(tmp_path):
+    write_plan_page(tmp_path / "plan.html", PLAN, None, ship())
+    text = words(tmp_path / "plan.html")
+    assert "Photographs 3 in 2 flights" in text
+    assert "98.4 % of 40 m² within reach" in text
+    assert "35 Wh batteries of 50 Wh" in text
+    assert "deep corner no room for the UAV 2.0" in text  # both together
+    assert ship().tell((1.0, 1.5, 0.5)) in text  # where the larger one is
+    assert "there is no picture" in text
+
+
+def test_a_plan_without_figures_or_leftovers_has_a_page_too(tmp_path):
+    edited = replace(PLAN, figures={}, shares={}, leftovers=(), flights=())
+    write_plan_page(tmp_path / "plan.html", edited, None)
+    text = words(tmp_path / "plan.html")
+    assert "not computed" in text
+    assert "All of the surface within the space can be photographed." in text
+
+
+def test_a_page_that_cannot_be_written_is_one_sentence(tmp_path):
+    with pytest.raises(ReportError, match="cannot be written"):
+        write_plan_page(tmp_path / "no" / "plan.html", PLAN, None)
+
+
+def test_the_command_draws_the_picture_and_the_page_prints(tmp_path, capsys):
+    source = mesh(tmp_path / "box.stl")
+    (tmp_path / "ship.yaml").write_text(yaml.safe_dump(SHIP))
+    write_plan(tmp_path / "plan.yaml", replace(PLAN, source=str(source)))
+    page = tmp_path / "plan.html"
+    assert main([str(tmp_path / "plan.yaml"), "--ship", str(tmp_path / "ship.yaml")]) == 0
+    assert f"written: {page}" in capsys.readouterr().out
+    assert "data:image/png;base64," in page.read_text()
+    assert "Fr." in words(page)
+    if BROWSER is None:
+        pytest.skip("no chromium is installed (apt-get install chromium-headless-shell)")
+    command = [BROWSER, "--headless", "--no-sandbox", f"--user-data-dir={tmp_path / 'profile'}"]
+    command += [f"--print-to-pdf={tmp_path / 'plan.pdf'}", f"file://{page}"]
+    subprocess.run(command, capture_output=True, timeout=60, check=True)
+    printed = (tmp_path / "plan.pdf").read_bytes()
+    assert printed.startswith(b"%PDF")
+    assert len(printed) < 2e6

@@ -1,0 +1,63 @@
+"""The plan of an inspection is made from a world, a mesh, or the map of an exploration."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from gridslam.volume import Board, VolumeParameters, VoxelMap
+from gridslam.volume.octree.files import write_octree
+from gridslam.volume.octree.stream import stream_of
+from master_thesis.errors import ScenarioError
+from master_thesis.inspecting.planning import provide_plan
+from master_thesis.inspecting.request import read
+
+WORLDS = Path(__file__).resolve().parents[2] / "worlds"
+SIZE_M, VOXEL_M = np.array((5.0, 4.0, 4.0)), 0.1
+ASKED = {
+    "experiment": "inspection", "world": str(WORLDS / "empty.world"), "start": "2.5 2 0 0", "lidar": "puck",
+    "algorithm": "dynamic", "pose_source": "slam", "gnss": False, "photographs": 2, "detail": 2.0,
+}  # fmt: skip
+
+
+def box_map(path):
+    """A map of a box whose corner is the origin, seen from its middle."""
+    axes = [np.arange(VOXEL_M / 2, side, VOXEL_M) for side in SIZE_M]
+    centres = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    shell = centres[(np.minimum(centres, SIZE_M - centres) < VOXEL_M).any(axis=1)]
+    voxels = VoxelMap(VolumeParameters(resolution_m=VOXEL_M))
+    voxels.insert(voxels.rays(SIZE_M / 2 + 0.01, shell), Board())
+    write_octree(path, stream_of(voxels, is_binary=True), VOXEL_M)
+    return path
+
+
+def box_mesh(path):
+    box = trimesh.creation.box(SIZE_M)
+    box.apply_translation(SIZE_M / 2)
+    box.export(path)
+    return path
+
+
+@pytest.mark.parametrize(("name", "drawn"), [("map.bt", box_map), ("box.stl", box_mesh)])
+def test_a_plan_is_made_from_a_map_or_a_mesh_with_a_page_beside_it(tmp_path, name, drawn):
+    out, said = tmp_path / "run" / "plan.yaml", []
+    out.parent.mkdir()
+    request = read({**ASKED, "drawing": str(drawn(tmp_path / name)), "second_look": True}, 0.5)
+    plan = provide_plan(request, out, 1, said.append)
+    assert request.second_look
+    assert name in said[0]
+    inner = SIZE_M - 2 * VOXEL_M if name == "map.bt" else SIZE_M
+    area_m2 = 2 * (inner[0] * inner[1] + inner[1] * inner[2] + inner[0] * inner[2])
+    assert plan.figures["area_m2"] == pytest.approx(area_m2, rel=0.05)
+    assert Path(plan.source).is_file()
+    places = np.array([view.place_m for view in plan.views])
+    assert len(places)
+    assert (places > 0.5).all()
+    assert (places < SIZE_M - 0.5).all()
+    assert "Survey plan, before the flight" in out.with_suffix(".html").read_text()
+
+
+def test_a_drawing_that_is_missing_is_named():
+    with pytest.raises(ScenarioError, match="no such drawing"):
+        read({**ASKED, "drawing": "nowhere.stl"}, 0.5)
