@@ -1,4 +1,4 @@
-"""Exploration without GNSS and without ROS by a Puck: the hold, rooms, bug traps.
+"""Exploration without GNSS and without ROS by a Puck: the hold, the tank, rooms, bug traps.
 
 Odometry by clouds, the map of voxels, planner and explorer, flown with dynamics. A flight depends on its
 place and its seed alone. Times count from the first setpoint after the hover. `time_99_s` is when 99 % of the
@@ -88,7 +88,8 @@ def fly(row: str, seed: int, time_s: float) -> dict:
 def _fly(place: Place, world: Path, seed: int, time_s: float) -> dict:
     simulation = SimulationParameters(
         str(world),
-        lidar="puck",
+        model=place.uav.model,
+        lidar=place.uav.lidar,
         sensors=("range_finder", "range_finder_up"),
         gnss=False,
         seed=seed,
@@ -97,7 +98,8 @@ def _fly(place: Place, world: Path, seed: int, time_s: float) -> dict:
     parameters = ClosedLoopParameters(
         simulation,
         goal_xyz_m=None,
-        algorithm="dynamic",
+        algorithm=place.uav.algorithm,
+        cepa=place.uav.cepa,
         range_finders=True,
         pose_source="odometry",
         limits=PhaseLimits(flight_timeout_s=2.0 * TIME_S),

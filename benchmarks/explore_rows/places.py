@@ -8,13 +8,18 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.gnss_rows.climbs import START_XYZ_M, WORLD
+from benchmarks.shared.results import ROOT
+from cepa import CepaParameters
 from gridslam.volume import VolumeParameters
 from inspection_tools.exploration import ExplorerParameters
 from inspection_tools.planning import PlannerParameters
+from master_thesis.flight.parameters import CEPA
+from master_thesis.worlds.ballast_tank import THICK_M, BallastTankParameters
 from master_thesis.worlds.drawn.rooms import TRAPS, Rooms, rooms_world, trap_world
 
-HOLD, ROOMS = "hold_3d", "rooms"
-ROWS = (HOLD, ROOMS, *TRAPS)
+HOLD, ROOMS, TANK = "hold_3d", "rooms", "ballast_tank"
+ROWS = (HOLD, TANK, ROOMS, *TRAPS)
+TANK_START_M = (0.0, 0.375, 0.0)
 SPEED_M_S = 1.5
 PLANNER = PlannerParameters(radius=0.35, margin=0.15)
 EXPLORER = ExplorerParameters(
@@ -23,6 +28,28 @@ EXPLORER = ExplorerParameters(
 SMALL_EXPLORER = replace(EXPLORER, spacing=0.4)
 SMALL_PLANNER = replace(PLANNER, margin=0.1)
 """For rooms, whose doors are a few voxels wide: half a voxel less than the judge asks for."""
+
+
+@dataclass(frozen=True)
+class Uav:
+    """model: of the UAV. lidar: on it. algorithm: of CEPA. cepa: its parameters."""
+
+    model: str = "iris"
+    lidar: str = "puck"
+    algorithm: str = "dynamic"
+    cepa: CepaParameters = CEPA
+
+
+TANK_RADIUS_M = 0.2
+TANK_UAV = Uav(
+    "small_quad",
+    "near_puck",
+    "improved",
+    replace(CEPA, body_radius=TANK_RADIUS_M, r_lb=0.22, r_ub=0.4, emergency_lookahead=0.4),
+)
+"""As exploring.launch has it for this radius."""
+TANK_PLANNER = PlannerParameters(radius=TANK_RADIUS_M, margin=0.0, closed_radius=0.5)
+TANK_EXPLORER = replace(EXPLORER, speed=0.8, spacing=0.4, way_spacing=0.2)
 
 
 @dataclass(frozen=True)
@@ -40,6 +67,7 @@ class Place:
     planner: PlannerParameters = PLANNER
     explorer: ExplorerParameters = EXPLORER
     clearance_m: float = PLANNER.clearance_m
+    uav: Uav = Uav()
 
     def written_to(self, folder: Path) -> Path:
         """Return the path of the world's file, which is written if need be."""
@@ -58,8 +86,20 @@ def place_of(row: str, seed: int) -> Place:
         return Place(
             WORLD, START_XYZ_M, box_m, VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=0.46)
         )
+    fine = VolumeParameters(resolution_m=0.1, max_range_m=20.0, miss=0.46)
+    if row == TANK:
+        return _ballast_tank(fine)
     rng = np.random.default_rng(seed)
     drawn: Rooms = rooms_world(rng) if row == ROOMS else trap_world(rng, row)
-    start_m = (0.0, 0.0, START_XYZ_M[2])
-    fine = VolumeParameters(resolution_m=0.1, max_range_m=20.0, miss=0.46)
+    start_m = (0.0, 0.0, 0.0)
     return Place(drawn.sdf, start_m, (drawn.low_m, drawn.high_m), fine, SMALL_PLANNER, SMALL_EXPLORER)
+
+
+def _ballast_tank(volume: VolumeParameters) -> Place:
+    tank, world = BallastTankParameters(), ROOT / "src/master_thesis/worlds/ballast_tank.world"
+    x_m, y_m = tank.length_m / 2 + THICK_M, tank.breadth_m / 2 + THICK_M
+    box_m = (-x_m, -y_m, -THICK_M), (x_m, y_m, tank.height_m + THICK_M)
+    clearance_m = TANK_PLANNER.clearance_m
+    return Place(
+        world, TANK_START_M, box_m, volume, TANK_PLANNER, TANK_EXPLORER, clearance_m, TANK_UAV
+    )

@@ -23,7 +23,7 @@ from simulation_tools.simulation import SimulationParameters
 from simulation_tools.world.rays import RayScene
 
 WORLD = ROOT / "src/master_thesis/worlds/hold_3d.world"
-START_XYZ_M = (-9.0, 5.0, 0.12)
+START_XYZ_M = (-9.0, 5.0, 0.0)
 LOWEST_XYZ_M, HIGHEST_XYZ_M = (-12.5, -7.5, 0.6), (12.5, 7.5, 8.6)
 ROOM_M, STEP_M = 1.3, 0.4
 """Nothing is nearer to the way than this; it is looked at every so far."""

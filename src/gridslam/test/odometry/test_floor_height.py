@@ -67,6 +67,27 @@ def test_a_box_shows_as_another_floor():
     assert floor.floor_m == pytest.approx(0.5, abs=0.04)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_an_edge_whose_readings_slide_past_other_floors_is_no_climb(seed):
+    """The beam of a tilted UAV slides down the side of a sill of 0.8 m, past the height of a stiffener."""
+    rng = np.random.default_rng(seed)
+    slide_m = np.sort(rng.uniform(0.02, 0.7, 4))[::-1]
+
+    def height_at(t: float) -> float:
+        return 1.36 - 0.1 * math.sin(1.3 * t)
+
+    def floor_at(t: float) -> float:
+        past = int((t - 6.2) / (RANGE_EVERY * IMU_S))
+        if t >= 6.2:
+            return float(slide_m[past]) if past < len(slide_m) else 0.0
+        return 0.8 if t >= 6.0 else 0.14 * (3.0 <= t < 4.0)
+
+    rows, floor = fly(height_at, floor_at, 9.0, seed=seed)
+    after = rows[rows[:, 0] > 6.5]
+    assert np.abs(after[:, 1] - after[:, 3]).max() < 0.05
+    assert floor.floor_m == pytest.approx(0.0, abs=0.03)
+
+
 def over_stiffeners(t: float, h: float) -> float:
     """Return the least of three beams that cross stiffeners of 0.15 x 0.03 m every 0.75 m, at 0.6 m/s."""
     beams_m = [0.6 * t + 0.375 + math.tan(math.radians(angle)) * h for angle in (-1.0, 0.0, 1.0)]
