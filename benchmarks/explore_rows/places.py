@@ -100,6 +100,4 @@ def _ballast_tank(volume: VolumeParameters) -> Place:
     x_m, y_m = tank.length_m / 2 + THICK_M, tank.breadth_m / 2 + THICK_M
     box_m = (-x_m, -y_m, -THICK_M), (x_m, y_m, tank.height_m + THICK_M)
     clearance_m = TANK_PLANNER.clearance_m
-    return Place(
-        world, TANK_START_M, box_m, volume, TANK_PLANNER, TANK_EXPLORER, clearance_m, TANK_UAV
-    )
+    return Place(world, TANK_START_M, box_m, volume, TANK_PLANNER, TANK_EXPLORER, clearance_m, TANK_UAV)

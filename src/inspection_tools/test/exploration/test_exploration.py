@@ -1,8 +1,12 @@
 """What leads an exploration, without a flight."""
 
-import numpy as np
+import math
 
-from inspection_tools.exploration import End, Exploration, ExplorationParameters, Explorer
+import numpy as np
+from voxel_room import Flight, room
+
+from inspection_tools.exploration import End, Exploration, ExplorationParameters, Explorer, ExplorerParameters
+from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.way import Way
 from inspection_tools.planning import FREE, PathPlanner, PlannerParameters, parse_limits
 
@@ -97,6 +101,35 @@ def test_a_uav_that_is_kept_off_its_way_gives_the_goal_up():
             tried.add(tuple(exploration.rest_m[-1].round(3)) if exploration.rest_m else None)
     tried -= {tuple(HOVER_M), None}
     assert len(tried) > 2
+
+
+def test_what_lies_behind_a_door_that_cepa_does_not_fly_is_named_in_the_end():
+    wall = [((3.0, 0.0, 0.0), (3.2, 2.0, 2.4)), ((3.0, 3.2, 0.0), (3.2, 4.6, 2.4))]
+    flight = Flight(room((6.2, 4.6, 2.4), wall), (1.3, 1.3, 1.2))
+    explorer = Explorer(ExplorerParameters(spacing=0.4, reach=8.0))
+    asked = ExplorationParameters(first_sink=0.0, patience=4.0)
+    exploration = Exploration(flight.planner, explorer, asked)
+    exploration.begin(0.0, flight.place_m)
+    refusals, was_held = 0, False
+    for stamp_s in np.arange(0.0, 900.0, 0.5):
+        if exploration.follow(float(stamp_s), flight.place_m):
+            exploration.look(float(stamp_s), flight.place_m)
+        if exploration.told.end is not None:
+            break
+        # When CEPA lets nothing come to x > 2.3 m, then the UAV stays before the door
+        away_m = exploration.setpoint_m - flight.place_m
+        there_m = flight.place_m + away_m * min(1.0, 0.5 / max(math.hypot(*away_m), 1e-9))
+        is_held = there_m[0] > 2.3
+        refusals += is_held and not was_held
+        was_held = is_held
+        if not is_held:
+            flight.place_m = there_m
+            flight.look()
+    # Then it tries again, but not for ever, and says why the rest is unknown
+    assert exploration.told.end is End.EXPLORED
+    assert refusals >= 3
+    assert exploration.told.left_m2(Why.REFUSED) > 0.5
+    assert "CEPA refused" in exploration.told.reason
 
 
 def test_a_uav_that_is_kept_off_its_home_lands_beside_it():

@@ -11,7 +11,7 @@ from voxel_room import PLANNER, SIDE_M, TILE, Flight, beams, room
 
 from inspection_tools.errors import ParameterError
 from inspection_tools.exploration import Explorer, ExplorerParameters
-from inspection_tools.exploration.explorer import Why
+from inspection_tools.exploration.leftovers import Why
 from inspection_tools.planning import FREE, UNKNOWN
 
 LIDAR = {"spacing": 0.4, "reach": 8.0}

@@ -158,6 +158,29 @@ def test_a_closed_way_is_avoided_for_its_time():
     )  # a clock that jumps back
 
 
+def test_a_place_that_is_refused_again_stays_closed_for_longer_and_opens_at_last_when_asked():
+    planner = planner_on(block(12, 12, 30), dataclasses.replace(SLIM, closed_radius=1.0, closed_time=10.0))
+    here_m, refused_m, other_m = np.array(((3.0, 5.5, 5.5), (8.5, 5.5, 5.5), (8.5, 8.5, 5.5)))
+
+    def closed_at(stamp_s):
+        return len(planner.space(stamp_s, here_m).closed)
+
+    # When CEPA refuses it once, then it is closed for its time; the second time for twice as long
+    planner.close(refused_m, stamp_s=100.0)
+    assert (closed_at(109.9), closed_at(110.1)) == (1, 0)
+    planner.close(refused_m + 0.5, stamp_s=120.0)
+    assert (closed_at(139.9), closed_at(140.1)) == (1, 0)
+    # And another place is closed for its own time
+    planner.close(other_m, stamp_s=150.0)
+    assert (closed_at(159.9), closed_at(160.1)) == (1, 0)
+    # When all is to be tried again, then only what was refused too often stays closed
+    planner.close(refused_m, stamp_s=200.0)
+    planner.close(other_m, stamp_s=200.0)
+    assert planner.reopen(201.0, times_max=2)
+    assert closed_at(201.0) == 1
+    assert not planner.reopen(201.0, times_max=2)
+
+
 def test_a_closed_place_around_the_uav_does_not_hold_it():
     planner = planner_on(block(12, 12, 30), dataclasses.replace(SLIM, closed_radius=3.0))
     planner.close((8.5, 5.5, 5.5), stamp_s=0.0)

@@ -41,6 +41,9 @@ class Newest:
 
 
 class ExploreTest(unittest.TestCase):
+    jumped_s = 0.0
+    """By which the clock has jumped."""
+
     @classmethod
     def setUpClass(cls):
         cls.setpoints = Newest("/pos_setpoint", Pose)
@@ -59,9 +62,10 @@ class ExploreTest(unittest.TestCase):
 
     def be(self, place, charge=0.9):
         """Be at a place, with a charge, now."""
-        self.poses.send(odometry_of(rospy.Time.now(), place, frame="map"))
+        now = rospy.Time.now() + rospy.Duration(self.jumped_s)
+        self.poses.send(odometry_of(now, place, frame="map"))
         battery = BatteryState(percentage=charge, voltage=12.0, current=-10.0)
-        battery.header.stamp = rospy.Time.now()
+        battery.header.stamp = now
         self.batteries.send(battery)
 
     def send_goal(self, name):
@@ -75,7 +79,8 @@ class ExploreTest(unittest.TestCase):
         kinds[:, :, 40:] = 0
         tiles, voxels = tiles_of(kinds, SIDE)
         message = tiles_class()()
-        message.header.frame_id, message.header.stamp = "map", rospy.Time.now()
+        message.header.frame_id = "map"
+        message.header.stamp = rospy.Time.now() + rospy.Duration(self.jumped_s)
         message.resolution, message.side = RESOLUTION_M, SIDE
         message.tiles, message.voxels = tiles.ravel().tolist(), voxels.tobytes()
         self.maps.send(message)
@@ -128,6 +133,20 @@ class ExploreTest(unittest.TestCase):
         self.assertTrue(self.services["abort"]().success)
         self.fly(lambda: self.results.last.status.goal_id.id == "go on")
         self.assertEqual(self.results.last.result.end, "aborted")
+        self.assertTrue(self.results.last.result.is_home)
+
+    def test_4_after_the_clock_jumped_back_the_battery_still_counts(self):
+        # Given a UAV that explores; when the clock jumps back, then it goes on
+        self.be(START)
+        rospy.sleep(0.5)
+        self.send_goal("jump")
+        self.fly(lambda: self.feedback.last.status.goal_id.id == "jump")
+        type(self).jumped_s = -100.0
+        self.fly(lambda: self.feedback.last.feedback.phase == "exploring")
+        # When the charge is down at the reserve, then it comes home
+        self.fly(lambda: self.results.last.status.goal_id.id == "jump", charge=0.1)
+        self.assertEqual(self.results.last.result.end, "battery")
+        self.assertIn("reserve", self.results.last.result.reason)
         self.assertTrue(self.results.last.result.is_home)
 
 

@@ -67,8 +67,8 @@ class LidarOdometryParameters:
     range_noise_m: float = 0.02
     """m: standard deviation of the height by the range finder."""
     climb_noise: float = 0.05
-    """m/s/sqrt(s): white noise of the vertical acceleration. In flights of the simulator it is 0.02 to 0.03. With
-    0.2 the readings at the edge of a box passed for a climb."""
+    """m/s/sqrt(s): white noise of the vertical acceleration: 0.02 to 0.03 in the simulator's flights.
+    With 0.2, readings at the edge of a box pass for a climb."""
     floor_step_m: float = 0.06
     """m: if the height below differs by more than this from the expected one, the floor has a step."""
 

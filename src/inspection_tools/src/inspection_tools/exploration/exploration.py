@@ -14,7 +14,8 @@ import numpy as np
 
 from inspection_tools.energy import EnergyWatch, Verdict, WayHome
 from inspection_tools.errors import NoPathError
-from inspection_tools.exploration.explorer import Explorer
+from inspection_tools.exploration.explorer import Decision, Explorer
+from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.parameters import ExplorationParameters
 from inspection_tools.exploration.told import End, Explored
 from inspection_tools.exploration.way import Progress, Stay, Way, without_loops
@@ -24,6 +25,8 @@ BACK_S = 15.0
 """A UAV that fits nowhere flies back the way it came for so long, before that ends the exploration."""
 BEEN_M = 0.05
 """Between the places where the UAV was, around which its own radius is free."""
+TRIES = 3
+"""A way that CEPA refused so often is left, when nothing else is to be seen."""
 FIRST_WAY_S = 10.0
 """CEPA may hold the UAV above the first place. After this time it explores from where it is."""
 
@@ -78,6 +81,14 @@ class Exploration:
         self._way, self._stay = Way([self._home_m]), Stay()
         if self._energy is not None:
             self._energy.take_off()
+
+    def restart_clock(self, stamp_s: float) -> None:
+        """Go on after the clock jumped back: what was timed begins anew, what is known stays."""
+        self._began_s, self._look_s = stamp_s, -math.inf
+        self._home_planned_s, self._shut_in_s = -math.inf, None
+        self._progress, self._stay = Progress(), Stay()
+        if self._energy is not None:
+            self._energy.restart_clock(stamp_s)
 
     def pause(self, here_m: np.ndarray) -> None:
         """Hover at a place (x, y, z) until `resume`, `abort`, or until the energy says to come home."""
@@ -225,16 +236,26 @@ class Exploration:
         if not decision.is_shut_in:
             self._shut_in_s = None
         if decision.goal_m is None:
-            self.told.leftovers = decision.leftovers
-            if decision.is_shut_in:
-                self._end(End.SHUT_IN, f"The UAV fits nowhere: {self._why_shut_in(stamp_s, here_m)}")
+            if self._planner.reopen(stamp_s, TRIES - 1):
+                self._set_out(Way([here_m]))  # what CEPA has refused may hide behind it what is unknown
             else:
-                self._end(End.EXPLORED, "No place that the UAV can reach shows anything unknown.")
+                self._end_without_goal(stamp_s, here_m, decision)
             return
         goal_m = np.array(decision.goal_m)
         if not self._plan(here_m, goal_m, stamp_s):
             self._planner.close(goal_m, stamp_s)
             self._set_out(Way([here_m]))
+
+    def _end_without_goal(self, stamp_s: float, here_m: np.ndarray, decision: Decision) -> None:
+        if decision.is_shut_in:
+            self._end(End.SHUT_IN, f"The UAV fits nowhere: {self._why_shut_in(stamp_s, here_m)}")
+            return
+        opened = self._planner.space(stamp_s, here_m, with_closed=False)
+        self.told.leftovers = self._explorer.with_refused(decision.leftovers, opened, here_m)
+        reason = "No place that the UAV can reach shows anything unknown."
+        if self.told.left_m2(Why.REFUSED) > 0.0:
+            reason += f" CEPA refused {TRIES} times to fly to more."
+        self._end(End.EXPLORED, reason)
 
     def _backs_out(self, stamp_s: float) -> bool:
         """Fly back the way it came, for a while. CEPA may have evaded to where the planner lets nobody be."""

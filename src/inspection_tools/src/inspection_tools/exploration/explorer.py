@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import Enum
+from typing import Sequence
 
 import numpy as np
 
 from inspection_tools.exploration.beyond import is_near_room
 from inspection_tools.exploration.frontiers import Frontiers, frontier_voxels, in_cells
-from inspection_tools.exploration.kernels.views import best_view, mark_seen, seen_from
+from inspection_tools.exploration.kernels.views import best_view, seen_from
+from inspection_tools.exploration.leftovers import Leftover, Sight, leftovers_of, with_refused
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.planning.space import Space
@@ -31,27 +32,6 @@ VIEWS_M = 1.2
 NODES_VOXELS_MIN = 2
 ROOM_CELL = 0.5
 """Side of a cell with the border of room for the UAV, as a share of `cell`: so that no small door is lost."""
-
-
-class Why(Enum):
-    """Why a part of the border stays unknown."""
-
-    SMALL = "too small to matter for its way"
-    IN_VAIN = "looked at, but no beam told what is there"
-    NO_BEAM = "no beam of the lidar points there from where the UAV fits"
-    NO_ROOM = "no place with enough room for the UAV sees it"
-
-
-@dataclass(frozen=True)
-class Leftover:
-    """A part of the border that stays unknown.
-
-    place_m: (x, y, z) in the map's frame. area_m2: of its voxels' faces.
-    """
-
-    place_m: tuple[float, float, float]
-    area_m2: float
-    why: Why
 
 
 @dataclass(frozen=True)
@@ -105,8 +85,7 @@ class Explorer:
         kinds = np.pad(space.grid.kinds, 1)
         border = frontier_voxels(kinds)
         everything = self._cells(space, border, self._p.cell)
-        spacing = self._p.way_spacing or self._p.spacing
-        roadmap = Roadmap(space, place_m, self._voxels(space, spacing, NODES_VOXELS_MIN))
+        roadmap = self._roadmap(space, place_m)
         if not len(roadmap.nodes):
             self._goal_m = None
             return Decision(None, is_shut_in=True)
@@ -134,11 +113,31 @@ class Explorer:
             )
         if chosen is None:
             self._goal_m = None
-            return Decision(None, leftovers=self._leftovers(space, kinds, roadmap.nodes, everything, is_left))
+            sight = self._sight(space)
+            return Decision(
+                None, leftovers=leftovers_of(space, kinds, roadmap.nodes, everything, is_left, sight)
+            )
         goal, gain = chosen
         self._goal_m = roadmap.place_m(goal)
         x, y, z = self._goal_m.tolist()
         return Decision((x, y, z), float(roadmap.ways_m[goal]), gain * space.grid.resolution_m**2)
+
+    def with_refused(
+        self, leftovers: Sequence[Leftover], opened: Space, place_m: np.ndarray
+    ) -> tuple[Leftover, ...]:
+        """Return leftovers with those named that only closed ways keep unknown.
+
+        opened: the space without what is closed. place_m: (x, y, z) of the UAV.
+        """
+        nodes = self._roadmap(opened, place_m).nodes
+        return with_refused(leftovers, opened, nodes, self._sight(opened)) if len(nodes) else tuple(leftovers)
+
+    def _roadmap(self, space: Space, place_m: np.ndarray) -> Roadmap:
+        spacing = self._p.way_spacing or self._p.spacing
+        return Roadmap(space, place_m, self._voxels(space, spacing, NODES_VOXELS_MIN))
+
+    def _sight(self, space: Space) -> Sight:
+        return Sight(self._slopes, self._reaches(space))
 
     def _least(self, space: Space) -> tuple[float, float]:
         """Return the voxels, and voxels a second, that a view must show."""
@@ -280,25 +279,3 @@ class Explorer:
         """Return what nodes (n, 3) of the map show of cells, by kinds with a layer around the map."""
         gains: np.ndarray = seen_from(kinds, nodes + 1, *cells, self._slopes, self._reaches(space), is_seen)
         return gains
-
-    def _leftovers(
-        self, space: Space, kinds: np.ndarray, nodes: np.ndarray, cells: Frontiers, is_left: np.ndarray
-    ) -> tuple[Leftover, ...]:
-        by_beam, in_sight = np.zeros(len(cells.counts), bool), np.zeros(len(cells.counts), bool)
-        reaches = self._reaches(space)
-        mark_seen(kinds, nodes + 1, cells.places, self._slopes, reaches, by_beam)
-        hidden = ~by_beam
-        seen = in_sight[hidden]
-        mark_seen(kinds, nodes + 1, cells.places[hidden], (-1e9, 1e9), (0.0, reaches[1]), seen)
-        in_sight[hidden] = seen
-        where = space.grid.centres_m(cells.places - 1)
-        areas = cells.counts * space.grid.resolution_m**2
-        found = []
-        for place, area_m2, left, beam, sight in zip(
-            where.tolist(), areas.tolist(), is_left, by_beam, in_sight
-        ):
-            why = Why.NO_BEAM if sight else Why.NO_ROOM
-            if beam:
-                why = Why.IN_VAIN if left else Why.SMALL
-            found.append(Leftover(tuple(place), area_m2, why))
-        return tuple(sorted(found, key=lambda leftover: -leftover.area_m2))

@@ -10,24 +10,37 @@ import numpy as np
 from inspection_tools.checks import check_number
 from inspection_tools.errors import PoseError
 
+LONGEST = 64
+"""A place is closed for this multiple of the first time at most."""
+
 
 @dataclass(frozen=True)
 class Closure:
-    """A ball that no path enters up to a stamp. place_m: (x, y, z) of its centre, in the map's frame."""
+    """A ball that no path enters up to a stamp.
+
+    place_m: (x, y, z) of its centre, in the map's frame. times: so often it was closed.
+    """
 
     place_m: tuple[float, float, float]
     radius_m: float
     until_s: float
+    times: int = 1
 
 
 class Closures:
-    """All that are closed. A clock that jumps back opens none of them early, but none stays for ever."""
+    """All that are closed. A clock that jumps back opens none of them early, but none stays for ever.
+
+    A place that is closed again stays so for twice the time. So a UAV between two ways that CEPA does not
+    fly does not try them by turns for ever.
+    """
 
     def __init__(self) -> None:
         self._closed: list[tuple[Closure, float]] = []
+        self._times: list[tuple[np.ndarray, int]] = []
+        """Places, and how often each was closed."""
 
     def close(self, place_m: np.ndarray, radius_m: float, seconds: float, stamp_s: float) -> None:
-        """Close a ball around a place (x, y, z) for so many seconds from a stamp on.
+        """Close a ball around a place (x, y, z) from a stamp on, the first time for so many seconds.
 
         Raises:
             PoseError: the place is not finite.
@@ -37,10 +50,26 @@ class Closures:
             raise PoseError("The place to close is not finite.")
         check_number("radius", radius_m, 1e-3, 1e3)
         check_number("time", seconds, 0.0, 1e6)
-        closure = Closure(
-            (float(place_m[0]), float(place_m[1]), float(place_m[2])), radius_m, stamp_s + seconds
-        )
-        self._closed.append((closure, seconds))
+        times = self._count(np.array(place_m, float), radius_m)
+        seconds *= min(2 ** (times - 1), LONGEST)
+        x, y, z = (float(each) for each in place_m)
+        self._closed.append((Closure((x, y, z), radius_m, stamp_s + seconds, times), seconds))
+
+    def _count(self, place_m: np.ndarray, radius_m: float) -> int:
+        """Return how often a place, or one within the radius of it, has been closed, with this time."""
+        for number, (known_m, times) in enumerate(self._times):
+            if math.dist(known_m, place_m) <= radius_m:
+                self._times[number] = known_m, times + 1
+                return times + 1
+        self._times.append((place_m, 1))
+        return 1
+
+    def reopen(self, times_max: int) -> bool:
+        """Open what was closed at most so often. Return whether anything was."""
+        kept = [(closure, seconds) for closure, seconds in self._closed if closure.times > times_max]
+        is_opened = len(kept) < len(self._closed)
+        self._closed = kept
+        return is_opened
 
     def at(self, stamp_s: float) -> list[Closure]:
         """Return what is closed at a stamp; forget what is open again, or whose clock has jumped back."""

@@ -110,12 +110,16 @@ class PathPlanner:
         self._map = None
 
     def close(self, place_m: np.ndarray, stamp_s: float) -> None:
-        """Close a place (x, y, z) that CEPA did not fly, for `closed_time`.
+        """Close a place (x, y, z) that CEPA did not fly, for `closed_time`; each time for twice as long.
 
         Raises:
             PoseError: the place is not finite.
         """
         self._closures.close(place_m, self._parameters.closed_radius, self._parameters.closed_time, stamp_s)
+
+    def reopen(self, stamp_s: float, times_max: int) -> bool:
+        """Open what is closed at a stamp and was so at most so often. Return whether anything was."""
+        return bool(self._closures.at(stamp_s)) and self._closures.reopen(times_max)
 
     def plan(self, start_m: np.ndarray, goal_m: np.ndarray, stamp_s: float = 0.0) -> Plan:
         """Return the path from a start to a goal, each (x, y, z) in the map's frame.
@@ -151,18 +155,21 @@ class PathPlanner:
         reach = min(math.ceil(reach_m / grid.resolution_m) + 1, REACH_MAX)
         return ClearanceMap(grid, reach, self._limits.boxes)
 
-    def space(self, stamp_s: float, start_m: np.ndarray) -> Space:
-        """Return what the UAV may fly through from a start (x, y, z); raises NoPathError without a map."""
+    def space(self, stamp_s: float, start_m: np.ndarray, with_closed: bool = True) -> Space:
+        """Return what the UAV may fly through from a start (x, y, z); raises NoPathError without a map.
+
+        with_closed: whether what is closed counts.
+        """
         if self._map is None:
             raise NoPathError("There is no map yet.")
-        grid = self._map.grid
-        closed = tuple(_ahead_of(closure, start_m, grid) for closure in self._closures.at(stamp_s))
+        grid, closures = self._map.grid, self._closures.at(stamp_s) if with_closed else []
+        closed = tuple(_ahead_of(closure, start_m, grid) for closure in closures)
         return Space.of(grid, self._map.squares(), self._parameters, self._limits, closed, start_m[2])
 
     def _why(self, space: Space, came: np.ndarray, start_m: np.ndarray, goal_m: np.ndarray) -> str:
         """Return the sentence that says what blocks the way."""
         if space.closed and self._map is not None:
-            opened = Space.of(space.grid, self._map.squares(), self._parameters, self._limits, (), start_m[2])
+            opened = self.space(0.0, start_m, with_closed=False)
             if math.isfinite(_search(opened, start_m, goal_m)[0]):
                 return refusals.closed_ways(space)
         return refusals.no_way(space, came, goal_m)

@@ -1,0 +1,96 @@
+"""What stays unknown when an exploration ends, and why."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+from inspection_tools.exploration.frontiers import Frontiers
+from inspection_tools.exploration.kernels.views import mark_seen
+from inspection_tools.planning.space import Space
+
+ANY_SLOPE = (-1e9, 1e9)
+
+
+class Why(Enum):
+    """Why a part of the border stays unknown."""
+
+    SMALL = "too small to matter for its way"
+    IN_VAIN = "looked at, but no beam told what is there"
+    NO_BEAM = "no beam of the lidar points there from where the UAV fits"
+    NO_ROOM = "no place with enough room for the UAV sees it"
+    REFUSED = "CEPA does not fly the way to where it is seen"
+
+
+@dataclass(frozen=True)
+class Leftover:
+    """A part of the border that stays unknown.
+
+    place_m: (x, y, z) in the map's frame. area_m2: of its voxels' faces.
+    """
+
+    place_m: tuple[float, float, float]
+    area_m2: float
+    why: Why
+
+
+class Sight(NamedTuple):
+    """What the lidar sees: slopes of its lowest and highest beam; nearest and farthest distance in voxels."""
+
+    slopes: tuple[float, float]
+    reaches: tuple[float, float]
+
+
+def leftovers_of(
+    space: Space, kinds: np.ndarray, nodes: np.ndarray, cells: Frontiers, is_left: np.ndarray, sight: Sight
+) -> tuple[Leftover, ...]:
+    """Return what cells of the border stay unknown, the largest first.
+
+    Args:
+        space: what the UAV may fly through.
+        kinds: of the voxels, with a layer around the map.
+        nodes: (n, 3) voxels of the map where the UAV can be.
+        cells: of the border.
+        is_left: (m,) whether each was looked at often enough.
+        sight: of the lidar.
+    """
+    by_beam, in_sight = np.zeros(len(cells.counts), bool), np.zeros(len(cells.counts), bool)
+    mark_seen(kinds, nodes + 1, cells.places, sight.slopes, sight.reaches, by_beam)
+    hidden = ~by_beam
+    seen = in_sight[hidden]
+    mark_seen(kinds, nodes + 1, cells.places[hidden], ANY_SLOPE, (0.0, sight.reaches[1]), seen)
+    in_sight[hidden] = seen
+    where = space.grid.centres_m(cells.places - 1)
+    areas = cells.counts * space.grid.resolution_m**2
+    found = []
+    for place, area_m2, left, beam, is_seen in zip(
+        where.tolist(), areas.tolist(), is_left, by_beam, in_sight
+    ):
+        why = Why.NO_BEAM if is_seen else Why.NO_ROOM
+        if beam:
+            why = Why.IN_VAIN if left else Why.SMALL
+        found.append(Leftover(tuple(place), area_m2, why))
+    return tuple(sorted(found, key=lambda leftover: -leftover.area_m2))
+
+
+def with_refused(
+    leftovers: Sequence[Leftover], opened: Space, nodes: np.ndarray, sight: Sight
+) -> tuple[Leftover, ...]:
+    """Return leftovers; those that the UAV would see if no way was closed are named so.
+
+    opened: the space without what is closed. nodes: (n, 3) voxels of the map where the UAV could be then.
+    """
+    unseen = [number for number, left in enumerate(leftovers) if left.why in (Why.NO_BEAM, Why.NO_ROOM)]
+    places = [opened.grid.index_of(np.array(leftovers[number].place_m)) for number in unseen]
+    inside = [(number, place) for number, place in zip(unseen, places) if place is not None]
+    told = list(leftovers)
+    if inside:
+        is_seen = np.zeros(len(inside), bool)
+        cells = np.array([place for _, place in inside]) + 1
+        mark_seen(np.pad(opened.grid.kinds, 1), nodes + 1, cells, sight.slopes, sight.reaches, is_seen)
+        for (number, _), seen in zip(inside, is_seen):
+            told[number] = replace(told[number], why=Why.REFUSED) if seen else told[number]
+    return tuple(told)
