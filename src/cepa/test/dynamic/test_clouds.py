@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from planar_flight import Scene
 from spatial_flight import HEIGHT_M, NO_SCAN, Boxes, fly_along_x, motion_at
 
-from cepa import CepaParameters, Cloud, Dynamic, LaserScan2D, ParameterError, Reason
+from cepa import CepaParameters, Cloud, Dynamic, LaserScan2D, ParameterError, Ranging, Reason
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
 from cepa.dynamic.constants.distance_fields import HEIGHT_ERROR_M, LAYER_M, LAYERS
 from cepa.dynamic.constants.response import AT_REST_M_S, AT_REST_M_S2, CLIMB_LAG_S, PATH_STEP_S
@@ -61,6 +61,23 @@ def test_the_vertical_disturbance_moves_it_by_at_most_the_height_error():
     straying_m = CLIMB_ERROR_M_S2 * lag_s * (1.0 - lag_s * (1.0 - math.exp(-1.0 / lag_s)))
     assert state[2, 0] == pytest.approx(straying_m, rel=0.01)
     assert straying_m <= HEIGHT_ERROR_M
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_where_nothing_is_it_climbs_and_sinks_as_fast_as_climb_max(sign):
+    # The reference asks for more. Range finders show that nothing is above and below
+    steering, height_m, climb = Dynamic(), 20.0, 0.0
+    ways = [Ranging((0.0, 0.0, 0.0), (0.0, 0.0, up), 12.0, 0.1, 12.0) for up in (1.0, -1.0)]
+    climbs = []
+    for number in range(40):
+        position = np.array([0.0, 0.0, height_m])
+        motion = motion_at(0.1 * number, position, (0.0, 0.0, climb), climb_ref=sign)
+        steering.take_ranges(ways)
+        decision = steering.steer(NO_SCAN, (0.0, 0.0), (0.0, 0.0), motion, NOTHING.cloud(position))
+        climb += (decision.climb_m_s - climb) * (1.0 - math.exp(-0.1 / CLIMB_LAG_S))
+        height_m += 0.1 * climb
+        climbs.append(decision.climb_m_s)
+    assert climbs[10:] == pytest.approx([sign * steering.parameters.climb_max] * 30)
 
 
 def test_a_mover_that_the_scan_shows_counts_at_all_heights():

@@ -216,8 +216,8 @@ def test_the_body_was_seen_if_an_earlier_scan_reached_beyond_it(seen_m, is_seen)
 
 def test_memory_keeps_what_is_hidden_and_forgets_what_is_seen_free_or_old():
     cells = memory_cells()
-    remember(np.array([[3.0, 0.0], [0.0, 3.0], [-3.0, 0.0]]), 100.0, 50.0, 1.0, 0.1, *cells)
-    remember(np.array([[0.0, -3.0]]), 100.0, 50.0, 0.0, 0.1, *cells)
+    remember(np.array([[3.0, 0.0, 0.0], [0.0, 3.0, 0.0], [-3.0, 0.0, 0.0]]), 100.0, 50.0, 1.0, 0.1, *cells)
+    remember(np.array([[0.0, -3.0, 0.0]]), 100.0, 50.0, 0.0, 0.1, *cells)
     bins = np.full(360, 8.0)
     bins[85:96], bins[175:186] = 2.0, -1.0  # something stands before the second; nobody looks at the third
     for _ in range(TRUST):
@@ -242,7 +242,7 @@ def test_what_was_seen_more_often_is_forgotten_later_when_seen_free(scans):
     """TRUST for each scan that saw it, MOST_TRUST at most. Until then it counts, though scans see past it."""
     cells, bins = memory_cells(), np.full(360, 8.0)
     for scan in range(scans):
-        twice = np.array([[3.0, 0.01], [3.0, 0.02]])  # two points in one cell count once
+        twice = np.array([[3.0, 0.01, 0.5], [3.0, 0.02, 0.5]])  # two points in one cell count once
         remember(twice, 100.0, 50.0, 1.0 + 0.025 * scan, 0.1, *cells)
     past = min(TRUST * scans, MOST_TRUST)
     for _ in range(past - 1):
@@ -250,13 +250,31 @@ def test_what_was_seen_more_often_is_forgotten_later_when_seen_free(scans):
         assert len(kept) == 1
         assert hidden.all()
     assert recalled(bins, cells)[0] == []
-    remember(np.array([[3.0, 0.0]]), 100.0, 50.0, 9.0, 0.1, *cells)
+    remember(np.array([[3.0, 0.0, 0.0]]), 100.0, 50.0, 9.0, 0.1, *cells)
     assert recalled(bins, cells, patience=1)[0] == []
+
+
+@pytest.mark.parametrize("height_m", [-0.8, 0.8])
+def test_what_a_leaning_lidar_saw_far_from_its_height_is_forgotten_by_one_scan_past_it(height_m):
+    cells, bins = memory_cells(), np.full(360, 8.0)
+    for scan in range(5):
+        remember(np.array([[3.0, 0.0, height_m]]), 100.0, 50.0, 1.0 + 0.025 * scan, 0.1, *cells)
+    assert recalled(np.full(360, 2.0), cells)[0] == [(3.0, 0.0)]  # something stands before it
+    assert recalled(bins, cells)[0] == []
+
+
+def test_a_place_that_was_trusted_stays_so_when_a_leaning_lidar_meets_it():
+    cells, bins = memory_cells(), np.full(360, 8.0)
+    for scan, height_m in enumerate((0.0, -0.8)):
+        remember(np.array([[3.0, 0.0, height_m]]), 100.0, 50.0, 1.0 + 0.025 * scan, 0.1, *cells)
+    for _ in range(TRUST - 1):
+        assert recalled(bins, cells)[0] == [(3.0, 0.0)]
+    assert recalled(bins, cells)[0] == []
 
 
 def test_memory_knows_what_is_near_a_straight_way():
     cells = memory_cells()
-    remember(np.array([[3.0, 1.0]]), 100.0, 50.0, 1.0, 0.1, *cells)
+    remember(np.array([[3.0, 1.0, 0.0]]), 100.0, 50.0, 1.0, 0.1, *cells)
     xy, stamps, _ = cells
 
     def near(end_x, end_y, distance_m, oldest_s=0.5):

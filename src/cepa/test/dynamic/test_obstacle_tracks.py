@@ -27,10 +27,10 @@ def bins_of(angles, ranges):
     return np.where(np.isinf(bins), -1.0, bins)
 
 
-def free_as(bins, shown_m=math.inf):
-    """Return what a lidar sees that is level, or that shows nothing beyond ``shown_m`` because it leans."""
+def free_as(bins, shown_m=math.inf, slope=(0.0, 0.0)):
+    """Return what a lidar sees whose plane falls by ``slope``; it shows nothing beyond ``shown_m``."""
     level_m = np.full(bins.size, math.inf)
-    return SimpleNamespace(free_m=bins, level_m=level_m, shown_m=np.minimum(bins, shown_m))
+    return SimpleNamespace(free_m=bins, level_m=level_m, shown_m=np.minimum(bins, shown_m), slope=slope)
 
 
 class World:
@@ -194,9 +194,15 @@ def test_of_posts_that_come_into_sight_near_a_lost_thing_at_most_one_moves_on():
     assert all(count == 0 for t, count in counts if 4.0 < t < 5.0)  # then the person comes into sight again
 
 
-@pytest.mark.parametrize(("climb_m_s", "moves"), [(0.8, False), (0.0, True)])
-def test_posts_that_lean_stand_while_the_uav_climbs(climb_m_s, moves):
-    """In each scan they are farther away, as something that moves is to a UAV that stays at its height."""
+@pytest.mark.parametrize(
+    ("climb_m_s", "rise_m_s", "are_upright", "moves"),
+    [(0.8, 0.0, True, False), (0.0, 0.0, False, True), (0.0, 0.8, False, False), (0.0, 0.8, True, True)],
+)
+def test_posts_that_slope_stand_while_the_uav_climbs_or_leans(climb_m_s, rise_m_s, are_upright, moves):
+    """In each scan they are farther away, as something that moves is to a UAV that stays as it is.
+
+    rise_m_s: so fast the lidar's plane rises 3 m ahead, because the UAV leans back.
+    """
     movers, bins, sets = ObstacleTracker(), np.full(360, 9.6), []
     angles = np.radians(np.arange(-3.0, 3.5, 0.5))
     for k in range(80):
@@ -205,7 +211,8 @@ def test_posts_that_lean_stand_while_the_uav_climbs(climb_m_s, moves):
         bins = np.full(360, 9.6)
         bins[[*range(-4, 5)]] = x
         height_m = 2.0 + climb_m_s * k * SCAN_S
-        sets.append(movers.update(k * SCAN_S, points, (0.0, 0.0), free_as(bins), height_m=height_m))
+        free = free_as(bins, slope=(-rise_m_s * k * SCAN_S / 3.0, 0.0))
+        sets.append(movers.update(k * SCAN_S, points, (0.0, 0.0), free, None, height_m, are_upright))
     assert any(len(moving.radii) for moving in sets) == moves
 
 

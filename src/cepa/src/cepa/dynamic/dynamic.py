@@ -32,7 +32,7 @@ from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, LaserScan2D
 
-NOTHING = np.empty((0, 2))
+NOTHING = np.empty((0, 3))
 
 
 class Step(NamedTuple):
@@ -183,10 +183,11 @@ class Dynamic(Algorithm):
         cloud: Cloud | None,
     ) -> Observation:
         """Tell what moves from what stands; return it with all that came with the scan."""
-        scan = self._moving.take_in(beams, now, age_s, range_max)
+        are_upright = self._space is None or not self._space.has_clouds
+        scan = self._moving.take_in(beams, now, age_s, range_max, are_upright)
         standing = NOTHING
         if len(scan.points):
-            standing = scan.points[~scan.is_moving, :2] if len(scan.movers) else scan.points[:, :2].copy()
+            standing = scan.points[~scan.is_moving] if len(scan.movers) else scan.points.copy()
         rangings, self._rangings = self._rangings, ()
         return Observation(
             motion=now,

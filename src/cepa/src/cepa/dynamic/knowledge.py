@@ -36,7 +36,7 @@ class Observation(NamedTuple):
     is_moving: np.ndarray
     """(n,) bool: which of them belong to what moves."""
     standing: np.ndarray
-    """(m, 2) m: the others."""
+    """(m, 3) m: the others."""
     free: FreeRanges
     """How far each direction is free."""
     movers: np.ndarray

@@ -49,7 +49,7 @@ class PlaneKnowledge(Knowledge):
     def take_in(self, observed: Observation) -> Snapshot:
         """Take in what came with a scan."""
         self._memory.keep(observed.standing, observed.free, observed.motion)
-        return Snapshot(observed, observed.standing, observed.state)
+        return Snapshot(observed, observed.standing[:, :2], observed.state)
 
     def lidar_plane(self, observed: Observation) -> LidarPlane:
         """Take in what came with a scan; return what the lidar's plane shows, for `SpaceKnowledge`.

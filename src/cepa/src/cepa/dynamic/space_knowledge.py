@@ -12,6 +12,7 @@ from cepa.dynamic.constants.cost_to_go import HEIGHT_GAIN_S, OPEN_AHEAD_M, OPEN_
 from cepa.dynamic.constants.distance_fields import FIELD_CELL_M, FIELD_WINDOW_M, LAYER_M, LAYERS
 from cepa.dynamic.constants.free_space import SEEN_CELL_M
 from cepa.dynamic.constants.remembered import MOST_POINTS
+from cepa.dynamic.constants.response import CLIMB_LAG_S
 from cepa.dynamic.cost_to_go.course import Course, Reference
 from cepa.dynamic.cost_to_go.height_search import HeightSearch
 from cepa.dynamic.cost_to_go.search import CostToGoSearch, Found, Layers
@@ -27,7 +28,7 @@ from cepa.dynamic.kernels.surroundings import (
 from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
 from cepa.dynamic.plane_knowledge import PlaneKnowledge, is_leading_away
 from cepa.dynamic.remembered.space_memory import NO_POINTS, RecalledSpace, SpaceMemory
-from cepa.dynamic.rollouts import Rollouts
+from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.motion import Motion
 from cepa.parameters import CepaParameters
 
@@ -83,6 +84,11 @@ class SpaceKnowledge(Knowledge):
         )
 
     @property
+    def has_clouds(self) -> bool:
+        """Whether clouds come that look all around: then what stands need not be the same at all heights."""
+        return not self._needs_plane
+
+    @property
     def _needs_plane(self) -> bool:
         """Whether the planar scan counts: clouds stay away, or do not look all around."""
         return self._clouds.is_silent or not self._clouds.looks_all_around
@@ -130,7 +136,7 @@ class SpaceKnowledge(Knowledge):
             remembered=space.points,
             is_hidden=space.is_hidden,
             climb_m_s=height_m / HEIGHT_GAIN_S,
-            height_m=height_m - space.middle_m,
+            height_m=self._aimed_m(snapshot, reference, height_m) - space.middle_m,
             search_climb=climb,
         )
 
@@ -158,6 +164,18 @@ class SpaceKnowledge(Knowledge):
         """Return the height, m above the lidar, at which the way straight ahead is open."""
         ahead_m = max(OPEN_AHEAD_M, OPEN_AHEAD_S * reference.speed)
         return space.open_height_m(reference.direction, ahead_m, self._p.r_lb)
+
+    def _aimed_m(self, snapshot: Snapshot, reference: Reference, open_m: float) -> float:
+        """Return the height, m above the lidar, at which the horizon of the cost is to end.
+
+        It is where the reference's climb leads by then if the height that it asks for is open. That height
+        itself is nearer, and the UAV would climb more slowly than it is asked to.
+        """
+        if open_m != _space(snapshot).asked_m:
+            return open_m
+        climb = min(max(reference.velocity[2], -self._p.climb_max), self._p.climb_max)
+        late_m = CLIMB_LAG_S * (climb - snapshot.state[2, 1])
+        return float(climb * cost_horizon_s(self._p) - late_m)
 
     def _layers(self, space: RecalledSpace) -> Layers:
         """Return the layers that ways lead through.

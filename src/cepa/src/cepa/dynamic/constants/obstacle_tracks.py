@@ -81,8 +81,8 @@ EVIDENCE_PERIOD_S = 0.1
 EVIDENCE_YOUNGEST_S = 0.15
 """s: Least age of such a scan. Source: chosen. Greater: motion is found later."""
 EVIDENCE_HEIGHT_M = 0.15
-"""m: A scan from a height that differs by more tells nothing: sloping walls seem to move. Source: chosen.
-Greater: motion is found sooner while the UAV climbs."""
+"""m: A scan that looks so much higher or lower tells nothing: what slopes or ends seems to move. Source:
+chosen. Greater: motion is found sooner while the UAV climbs, or leans in space."""
 EVIDENCE_SAMPLES = 12
 """1: Points of a thing that are looked at. Source: grid. Greater: more time."""
 EVIDENCE_MAX_S = 0.5

@@ -22,7 +22,13 @@ def falls(rotation: np.ndarray) -> np.ndarray:
 
     rotation (3, 3): of the lidar's frame into the odometry's.
     """
-    return rotation[:2, 2] @ DIRECTIONS / rotation[2, 2]
+    return slope_of(rotation) @ DIRECTIONS
+
+
+def slope_of(rotation: np.ndarray) -> np.ndarray:
+    """Return by how much (2,) a lidar's plane falls for each metre along x and y. rotation: as in `falls`."""
+    slope: np.ndarray = rotation[:2, 2] / rotation[2, 2]
+    return slope
 
 
 class FreeRanges:
@@ -43,6 +49,11 @@ class FreeRanges:
         geometry = beams.ranges, beams.seen, beams.angle_0, beams.increment, self._rotation
         bins_of(*geometry, self._range_max - RANGE_MARGIN_M, free_m)
         return free_m
+
+    @cached_property
+    def slope(self) -> np.ndarray:
+        """(2,): by how much the lidar's plane falls for each metre along x and y."""
+        return slope_of(self._rotation)
 
     @cached_property
     def _falls(self) -> np.ndarray:

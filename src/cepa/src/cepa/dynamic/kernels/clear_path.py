@@ -32,10 +32,10 @@ def is_clear(
     """Whether nothing is within ``distance`` of flying ``command`` (3,) on, nor of braking after the commit.
 
     All of both paths must lie in sight of the scan. Every ``stride``-th step is looked at. commit, brake,
-    cost: see Horizon. points (n, 2): the ends of the beams, m. ranges, seen (N,): a full turn of beams.
-    angle_0: direction of beam 0, rad. increment: rad. farthest: beyond it nothing counts as seen, m. radius:
-    of the body. The arguments are loose, because numba takes microseconds to unpack a named tuple, and in
-    the open this is most of what an answer needs.
+    cost: see Horizon. points (n, 2 or 3): the ends of the beams, m; their height does not count. ranges, seen
+    (N,): a full turn of beams. angle_0: direction of beam 0, rad. increment: rad. farthest: beyond it nothing
+    counts as seen, m. radius: of the body. The arguments are loose, because numba takes microseconds to
+    unpack a named tuple, and in the open this is most of what an answer needs.
     """
     law = law_of(response)
     path, count = np.empty((cost + commit + brake, 2)), 0
@@ -59,7 +59,7 @@ def is_clear(
 
 @njit(cache=True)
 def _is_near(path: np.ndarray, points: np.ndarray, distance: float) -> bool:
-    """Whether any of ``points`` (n, 2) is within ``distance`` of any place of ``path`` (m, 2)."""
+    """Whether any of ``points`` (n, 2 or 3) is within ``distance`` of any place of ``path`` (m, 2)."""
     low_x, high_x = path[:, 0].min() - distance, path[:, 0].max() + distance
     low_y, high_y = path[:, 1].min() - distance, path[:, 1].max() + distance
     for j in range(points.shape[0]):

@@ -43,6 +43,18 @@ def clearance_of_standing(
 
 
 @njit(cache=True, inline="always")
+def clearance_as_known(
+    distance: np.ndarray, cell_m: float, layer_m: float, far: float, state: State
+) -> float:
+    """Return the same, but beyond the layers that of the outermost one: nothing else is known there."""
+    count = distance.shape[0]
+    layer = 0
+    if count > 1:
+        layer = min(max(math.floor(state[2][0] / layer_m + 0.5) + count // 2, 0), count - 1)
+    return interpolated(distance, layer, cell_m, state[0][0], state[1][0], far)
+
+
+@njit(cache=True, inline="always")
 def clearance_of_moving(movers: np.ndarray, state: State, t: float) -> float:
     """Return the distance to the nearest of what moves, m, after t s."""
     x, y = state[0][0], state[1][0]

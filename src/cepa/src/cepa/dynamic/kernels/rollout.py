@@ -9,7 +9,11 @@ import numpy as np
 from cepa.dynamic.constants.choice import DEEPER_M
 from cepa.dynamic.constants.cost_to_go import WAY_SLOPE_LEAST, WAY_SLOPE_MOST
 from cepa.dynamic.kernels.admissible import is_admissible
-from cepa.dynamic.kernels.clearance import clearance_of_moving, clearance_of_standing
+from cepa.dynamic.kernels.clearance import (
+    clearance_as_known,
+    clearance_of_moving,
+    clearance_of_standing,
+)
 from cepa.dynamic.kernels.progress import cost_to_go_at, slope_at
 from cepa.dynamic.kernels.response import Law, State, advance, law_of, state_of
 from cepa.dynamic.kernels.surroundings import Braking, Cushions, Horizon, Surroundings
@@ -34,7 +38,8 @@ def fly_on(
 ) -> None:
     """Fly u, m/s, for the whole horizon; fill ``outcome`` (5,): see ``roll_out``.
 
-    After the first steps (``hold``) it flies along the way out. The first contact ends the flight.
+    After the first steps (``hold``) it flies along the way out. The first contact ends the flight. A fast
+    climb leaves the layers before the end; that alone costs nothing, for `is_admissible` keeps within them.
     """
     distance, cell_m, layer_m, far = around.field
     movers = around.movers
@@ -58,7 +63,7 @@ def fly_on(
                 share = min(1.0, slowing * left / max(math.sqrt(ux * ux + uy * uy), 1e-9))
                 ux, uy = share * ux, share * uy
         state = advance(state, law, ux, uy, uz)
-        d = clearance_of_standing(distance, cell_m, layer_m, far, state)
+        d = clearance_as_known(distance, cell_m, layer_m, far, state)
         d_of_movers = clearance_of_moving(movers, state, (k + 1) * law[-1])
         if d < least or d_of_movers < least_of_movers:
             state = before[0], before[1], state[2]

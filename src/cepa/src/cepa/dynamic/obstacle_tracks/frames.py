@@ -9,7 +9,7 @@ from typing import Callable, NamedTuple, Sequence
 import numpy as np
 
 from cepa.dynamic.constants.free_space import RANGE_BINS
-from cepa.dynamic.constants.obstacle_tracks import EVIDENCE_HEIGHT_M, EVIDENCE_PERIOD_S, EVIDENCE_SCANS
+from cepa.dynamic.constants.obstacle_tracks import EVIDENCE_PERIOD_S, EVIDENCE_SCANS
 from cepa.dynamic.free_space.free_ranges import FreeRanges
 
 
@@ -27,8 +27,9 @@ class Frames:
     def __init__(self) -> None:
         self.poses = np.zeros((EVIDENCE_SCANS, 3))
         """x, y in m and the turn in rad of each scan."""
+        self.planes = np.zeros((EVIDENCE_SCANS, 3))
+        """The plane of each scan: the lidar's height in m, and its falls per metre along x and y."""
         self._stamps_s = np.full(EVIDENCE_SCANS, -math.inf)
-        self._heights_m = np.zeros(EVIDENCE_SCANS)
         self._shown_m = np.full((EVIDENCE_SCANS, RANGE_BINS), -1.0)
         self._unread: dict[int, FreeRanges] = {}
         """Of scans whose ranges nobody has asked for so far."""
@@ -64,13 +65,9 @@ class Frames:
         self._unread.clear()
         return self._shown_m
 
-    def ages_s(self, stamp_s: float, height_m: float) -> np.ndarray:
-        """Return the ages (EVIDENCE_SCANS,) at a scan; -inf for scans from another height.
-
-        A wall that slopes comes nearer, or goes, when the lidar climbs.
-        """
-        is_level = np.abs(self._heights_m - height_m) <= EVIDENCE_HEIGHT_M
-        return np.where(is_level, stamp_s - self._stamps_s, -math.inf)
+    def ages_s(self, stamp_s: float) -> np.ndarray:
+        """Return the ages (EVIDENCE_SCANS,) at a scan; inf where there is none."""
+        return stamp_s - self._stamps_s
 
     def _take_place(self, stamp_s: float) -> int:
         frame, self._last_s = self._next, stamp_s
@@ -78,5 +75,10 @@ class Frames:
         return frame
 
     def _write(self, frame: int, stamp_s: float, height_m: float, pose: np.ndarray, free: FreeRanges) -> None:
-        self._stamps_s[frame], self._heights_m[frame] = stamp_s, height_m
+        self._stamps_s[frame], self.planes[frame] = stamp_s, plane_of(height_m, free)
         self.poses[frame], self._unread[frame] = pose, free
+
+
+def plane_of(height_m: float, free: FreeRanges) -> np.ndarray:
+    """Return a scan's plane (3,): see `Frames.planes`."""
+    return np.array([height_m, *free.slope])

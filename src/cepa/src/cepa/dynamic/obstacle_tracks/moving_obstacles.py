@@ -55,20 +55,22 @@ class MovingObstacles:
         """Take in what odometry tells at a scan; return the turn since that pose, rad (see `LateScans`)."""
         return self._late.tell(motion)
 
-    def take_in(self, beams: Beams, motion: Motion, age_s: float, range_max: float) -> SegmentedScan:
+    def take_in(
+        self, beams: Beams, motion: Motion, age_s: float, range_max: float, are_upright: bool = True
+    ) -> SegmentedScan:
         """Return what a scan shows.
 
         motion: at the scan's stamp, as far as it is known. age_s: how much older odometry is. If odometry is
         late, what moves is that of the newest scan that was ready, moved on. While odometry tells nothing,
         it moves on until it would be forgotten out of sight. So a thing that moves stays one, and nothing
-        that stands seems to move.
+        that stands seems to move. are_upright: see `ObstacleTracker.update`.
         """
         for held, then in self._late.ready():
-            self._follow(*self._beam_ends.of(held, then, range_max), then)
+            self._follow(*self._beam_ends.of(held, then, range_max), then, are_upright)
         points, free = self._beam_ends.of(beams, motion, range_max)
         in_time = age_s <= LATE_S
         if in_time:
-            self._follow(points, free, motion)
+            self._follow(points, free, motion, are_upright)
         else:
             self._late.hold(beams, motion.stamp_s)
         since_s = motion.stamp_s - self._moving_s
@@ -78,11 +80,12 @@ class MovingObstacles:
         is_moving = self._moving.is_moving if in_time else _are_in(_moved_on(movers, since_s), points)
         return SegmentedScan(points, free, is_moving, _moved_on(movers, since_s + self._p.response.delay_s))
 
-    def _follow(self, points: np.ndarray, free: FreeRanges, motion: Motion) -> None:
+    def _follow(self, points: np.ndarray, free: FreeRanges, motion: Motion, are_upright: bool) -> None:
         x, y, z = motion.position_m
         floor_m, ceiling_m = self._p.floor_height - z, self._p.ceiling_height - z
         is_level = self._tracker.clear_of_floor(points, floor_m, ceiling_m) if len(points) else NO_POINTS
-        self._moving = self._tracker.update(motion.stamp_s, points, (x, y), free, is_level, z)
+        scan = points, (x, y), free, is_level, z
+        self._moving = self._tracker.update(motion.stamp_s, *scan, are_upright)
         self._moving_s = motion.stamp_s
 
 

@@ -28,13 +28,16 @@ from cepa.dynamic.constants.obstacle_tracks import (
 )
 from cepa.dynamic.free_space.free_ranges import FreeRanges
 from cepa.dynamic.free_space.kernels.beams import clear_of
-from cepa.dynamic.obstacle_tracks.frames import Frames
+from cepa.dynamic.obstacle_tracks.frames import Frames, plane_of
 from cepa.dynamic.obstacle_tracks.kernels import columns
 from cepa.dynamic.obstacle_tracks.kernels.clusters import placed, segment
 from cepa.dynamic.obstacle_tracks.kernels.drift import align
 from cepa.dynamic.obstacle_tracks.kernels.evidence import are_free, have_moved
 from cepa.dynamic.obstacle_tracks.kernels.tracks import are_fast, associate, correct, predict, weigh
 from cepa.dynamic.obstacle_tracks.tracks import MovingTracks, TrackerParameters, nothing_moves
+
+UPRIGHT = np.array([1.0, 0.0, 0.0])
+"""Times a scan's plane: only the lidar's height is left."""
 
 
 class ObstacleTracker:
@@ -76,6 +79,7 @@ class ObstacleTracker:
         free: FreeRanges,
         is_level: np.ndarray | None = None,
         height_m: float = 0.0,
+        are_upright: bool = True,
     ) -> MovingTracks:
         """Return what moves at a scan.
 
@@ -84,8 +88,9 @@ class ObstacleTracker:
         odometry's frame. free: how far the scan sees free, and how far its beams stay near the lidar's
         height. A beam that passes over a thing shows neither that it is gone, nor that it was not there, nor
         how wide it is. is_level: (n,) bool, which points belong neither to floor nor ceiling
-        (`clear_of_floor`); None: all. height_m: of the lidar in the odometry's frame. After a clock that went
-        back, or LONGEST_SCAN_GAP_S without a scan, everything is forgotten.
+        (`clear_of_floor`); None: all. height_m: of the lidar in the odometry's frame. are_upright: things
+        are taken to be the same at all heights, so an earlier scan that leant otherwise tells, too. After a
+        clock that went back, or LONGEST_SCAN_GAP_S without a scan, everything is forgotten.
         """
         dt_s = stamp_s - self._stamp_s
         if not 0.0 < dt_s <= LONGEST_SCAN_GAP_S:
@@ -111,7 +116,9 @@ class ObstacleTracker:
         owners = np.empty(len(self._tracks), np.int64)
         associate(clusters, self._tracks, p.gate_m, matches, owners)
         self._align(dt_s, points, pose, clusters, owners)
-        self._learn(dt_s, points, pose, height_m, free, clusters, owners)
+        plane = plane_of(height_m, free) * (UPRIGHT if are_upright else 1.0)
+        planes = self._frames.planes * (UPRIGHT if are_upright else 1.0)
+        self._learn(dt_s, points, pose, (plane, planes), free, clusters, owners)
         owners = self._forget(pose, np.minimum(sight_m, level_m), owners)
         owners = self._begin(clusters, matches, owners)
         if self._moving.any():
@@ -146,11 +153,12 @@ class ObstacleTracker:
         dt_s: float,
         points: np.ndarray,
         pose: np.ndarray,
-        height_m: float,
+        planes: tuple[np.ndarray, np.ndarray],
         free: FreeRanges,
         clusters: np.ndarray,
         owners: np.ndarray,
     ) -> None:
+        """Take in the clusters; planes: of this scan (3,) and of the frames, see `Frames.planes`."""
         p = self.parameters
         shares = math.exp(-dt_s / RADIUS_MEMORY_S), 1.0 - math.exp(-dt_s / SIDES_LEARNING_S)
         scan = clusters, owners, points, pose
@@ -161,10 +169,11 @@ class ObstacleTracker:
         if is_fast.any():
             larger = np.maximum(1.0, tracks[:, columns.RADIUS] / LONG_M)
             things = points, clusters[:, : columns.MIDDLE_X], larger, owners, self._surfaces
-            frames = self._frames.poses, self._frames.shown_m, self._frames.ages_s(self._stamp_s, height_m)
+            frames = self._frames.poses, planes[1], self._frames.shown_m, self._frames.ages_s(self._stamp_s)
             have_moved(
                 *things,
                 pose,
+                planes[0],
                 free.shown_m,
                 *frames,
                 EVIDENCE_YOUNGEST_S,

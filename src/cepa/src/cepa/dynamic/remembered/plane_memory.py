@@ -74,7 +74,7 @@ class PlaneMemory:
         self._blind_way = earlier._blind_way
 
     def keep(self, standing: np.ndarray, free: FreeRanges, motion: Motion) -> None:
-        """Keep what stands still (n, 2), m, and what a scan sees free.
+        """Keep what stands still (n, 3), m, and what a scan sees free.
 
         It waits until somebody asks for the memory, which nobody does in the open.
         """
@@ -116,7 +116,7 @@ class PlaneMemory:
         forgets: bool = True,
         patience: int = MOST_TRUST,
     ) -> RecalledPlane:
-        """Return what is known: what stands still (n, 2) in the scan, m, what it sees free, and the memory.
+        """Return what is known: what stands still (n, 3) in the scan, m, what it sees free, and the memory.
 
         forgets: what is seen free or too old leaves the memory. Otherwise nothing changes. patience: so many
         scans at most may see past a point before it is forgotten.
@@ -133,7 +133,7 @@ class PlaneMemory:
         window = x, y, motion.stamp_s - p.memory_s, 0.5 * self._window_m
         found = recall(*window, free_m, SEEN_PAST_M, patience, *cells, self._recalled, self._hidden)
         remembered, is_hidden = self._recalled[:found], self._hidden[:found]
-        obstacles = np.concatenate((standing, remembered[is_hidden]))
+        obstacles = np.concatenate((standing[:, :2], remembered[is_hidden]))
         blind_way = self._follow_blind_way(free_m, motion, forgets)
         self._earlier.fill(free_m, x, y, p.body_radius + OWN_PLACE_M)
         reach_m = np.empty(RANGE_BINS)

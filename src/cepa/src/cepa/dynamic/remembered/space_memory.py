@@ -63,8 +63,12 @@ class RecalledSpace(NamedTuple):
         if not is_open.any():
             return self.asked_m
         amid = is_open & np.append(is_open[1:], True) & np.append(True, is_open[:-1])
+        choice = amid if amid.any() else is_open
+        asked = int(np.argmin(self.detours_m))
+        if choice[asked] and self.detours_m[asked] <= 0.5 * LAYER_M + 1e-6:
+            return self.asked_m
         cost = self.detours_m + STAY_SHARE * np.abs(self.heights_m)
-        best = float(self.heights_m[np.argmin(np.where(amid if amid.any() else is_open, cost, math.inf))])
+        best = float(self.heights_m[np.argmin(np.where(choice, cost, math.inf))])
         return self.asked_m if abs(best - self.asked_m) <= 0.5 * LAYER_M else best
 
 

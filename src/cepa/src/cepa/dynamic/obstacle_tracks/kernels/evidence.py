@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from cepa.dynamic.constants.obstacle_tracks import HEADING_ERROR_RAD
+from cepa.dynamic.constants.obstacle_tracks import EVIDENCE_HEIGHT_M, HEADING_ERROR_RAD
 from kernel_cache.compiler import njit
 
 
@@ -41,14 +41,22 @@ def are_free(places: np.ndarray, pose: np.ndarray, bins: np.ndarray, gap: float,
 
 
 @njit(cache=True)
+def _height(x: float, y: float, pose: np.ndarray, plane: np.ndarray) -> float:
+    """Return the height of a scan's plane at (x, y), m. plane (3,): the lidar's height, and its falls."""
+    return plane[0] - plane[1] * (x - pose[0]) - plane[2] * (y - pose[1])
+
+
+@njit(cache=True)
 def _has_moved(
     points: np.ndarray,
     first: int,
     end: int,
     surfaces: np.ndarray,
     pose: np.ndarray,
+    plane: np.ndarray,
     bins: np.ndarray,
     frames: np.ndarray,
+    planes: np.ndarray,
     frames_bins: np.ndarray,
     ages: np.ndarray,
     youngest: float,
@@ -59,15 +67,20 @@ def _has_moved(
     """Whether points ``first`` to ``end`` are where scans saw nothing, or gone from where they were.
 
     surfaces (f, 2): the thing's middle point in earlier scans, NaN where it was not seen. frames (f, 3: x, y,
-    turn of the bins), frames_bins (f, m), ages (f,): those scans; younger than ``youngest`` s they do not
-    count. pose (3,), bins (m,): the scan's own. ``share`` of ``samples`` points must be in the free, each in
-    two earlier scans.
+    turn of the bins), planes (f, 3: the lidar's height, and its plane's falls), frames_bins (f, m), ages
+    (f,): those scans. They do not count if they are younger than ``youngest`` s, nor where they look more
+    than EVIDENCE_HEIGHT_M higher or lower: there a beam passes under a deck girder, or a wall that slopes is
+    elsewhere. pose (3,), plane (3,), bins (m,): the scan's own. ``share`` of ``samples`` points must be in
+    the free, each in two earlier scans.
     """
     vacated = 0
     for f in range(ages.size):
         if ages[f] < youngest or math.isnan(surfaces[f, 0]):
             continue
-        if _is_free(surfaces[f, 0], surfaces[f, 1], pose[0], pose[1], pose[2], bins, gap):
+        x, y = surfaces[f, 0], surfaces[f, 1]
+        if abs(_height(x, y, frames[f], planes[f]) - _height(x, y, pose, plane)) > EVIDENCE_HEIGHT_M:
+            continue
+        if _is_free(x, y, pose[0], pose[1], pose[2], bins, gap):
             vacated += 1
     if vacated >= 2:
         return True
@@ -77,15 +90,16 @@ def _has_moved(
     entered = 0
     for s in range(taken):
         k = (first + (s * size + size // 2) // taken) % n
-        times = 0
+        x, y, times = points[k, 0], points[k, 1], 0
+        height = _height(x, y, pose, plane)
         for f in range(ages.size):
-            if ages[f] >= youngest:
-                x, y, turn = frames[f, 0], frames[f, 1], frames[f, 2]
-                if _is_free(points[k, 0], points[k, 1], x, y, turn, frames_bins[f], gap):
-                    times += 1
-                    if times == 2:
-                        entered += 1
-                        break
+            if ages[f] < youngest or abs(_height(x, y, frames[f], planes[f]) - height) > EVIDENCE_HEIGHT_M:
+                continue
+            if _is_free(x, y, frames[f, 0], frames[f, 1], frames[f, 2], frames_bins[f], gap):
+                times += 1
+                if times == 2:
+                    entered += 1
+                    break
     return entered >= max(2.0, share * taken)
 
 
@@ -97,8 +111,10 @@ def have_moved(
     owners: np.ndarray,
     surfaces: np.ndarray,
     pose: np.ndarray,
+    plane: np.ndarray,
     bins: np.ndarray,
     frames: np.ndarray,
+    planes: np.ndarray,
     frames_bins: np.ndarray,
     ages: np.ndarray,
     youngest: float,
@@ -116,6 +132,6 @@ def have_moved(
     for t in range(moved.size):
         if moved[t]:
             span = spans[owners[t]]
-            scans = pose, bins, frames, frames_bins, ages
+            scans = pose, plane, bins, frames, planes, frames_bins, ages
             limits = youngest, gap, share / larger[t], math.ceil(larger[t] * samples)
             moved[t] = _has_moved(points, int(span[0]), int(span[1]), surfaces[t], *scans, *limits)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from cepa.dynamic.constants.free_space import LEVEL_RANGE_M
 from cepa.dynamic.constants.remembered import MOST_TRUST, TRUST
 from kernel_cache.compiler import njit
 
@@ -21,11 +22,12 @@ def remember(
     stamps: np.ndarray,
     trust: np.ndarray,
 ) -> None:
-    """Write ``points`` (n, 2), relative to (x, y), into the cells they lie in.
+    """Write ``points`` (n, 3), relative to the lidar at (x, y), into the cells they lie in.
 
     xy (n, n, 2): the newest point in each cell, m; stamps (n, n): s; trust (n, n): how many scans may see
-    past it before it is forgotten. The grid repeats itself: a point's cell is its index modulo n, so that the
-    window follows the UAV without a copy.
+    past it before it is forgotten. A point that is more than LEVEL_RANGE_M above or below the lidar gains no
+    trust: a lidar that leans meets the floor, and one scan that sees past it tells better. The grid repeats
+    itself: a point's cell is its index modulo n, so that the window follows the UAV without a copy.
     """
     n = stamps.shape[0]
     for k in range(points.shape[0]):
@@ -33,7 +35,8 @@ def remember(
         i, j = math.floor(py / cell) % n, math.floor(px / cell) % n
         if stamps[i, j] != stamp:
             known = trust[i, j] if stamps[i, j] > -math.inf else 0
-            trust[i, j] = min(known + TRUST, MOST_TRUST)
+            is_level = abs(points[k, 2]) <= LEVEL_RANGE_M
+            trust[i, j] = min(known + TRUST, MOST_TRUST) if is_level else max(known, 1)
         xy[i, j, 0], xy[i, j, 1], stamps[i, j] = px, py, stamp
 
 
