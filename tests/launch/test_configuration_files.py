@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib.util
 import json
+import math
 import os
 import re
 import shutil
@@ -120,6 +121,37 @@ def test_every_launch_file_that_flies_can_hold_the_worlds_models(file):
     for value in (False, True):
         config = loaded(path, f"static_models:={str(value).lower()}")
         assert config.params["/gazebo/static_models"].value is value
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(("file", "leader"), [("explore", "explore"), ("inspection", "inspect")])
+def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, leader):
+    path = ROOT / f"src/master_thesis/launch/{file}.launch"
+    for world, radius_m, manhole_m in (("hold_3d", 0.35, math.inf), ("ballast_tank", 0.2, 0.6)):
+        params = {key: each.value for key, each in loaded(path, f"world:={world}").params.items()}
+        assert params["/cepa/body_radius"] == params[f"/{leader}/planner/radius"] == radius_m
+        clearance_m = radius_m + params[f"/{leader}/planner/margin"]
+        assert radius_m <= clearance_m <= params["/cepa/r_lb"] < params["/cepa/r_ub"]
+        assert 2.0 * params["/cepa/r_lb"] < manhole_m
+        waits_for = set(params["/gazebo/lockstep_participants"].split())
+        assert waits_for == {
+            f"/{node}/processed" for node in ("experiment", leader, "gridslam", "slam_octomap")
+        }
+    assert loaded(path, "lockstep:=false").params["/gazebo/lockstep_participants"].value == ""
+
+
+@pytest.mark.ros
+def test_an_inspection_is_planned_from_the_worlds_shapes_or_from_a_given_drawing():
+    path = ROOT / "src/master_thesis/launch/inspection.launch"
+    world = str(ROOT / "src/master_thesis/worlds/hold_3d.world")
+    for given, planned, read_at_start in (
+        ("", world, world),
+        ("/maps/hold.stl", "/maps/hold.stl", "/maps/hold.stl"),
+        ("/maps/map.bt", "/maps/map.bt", ""),
+    ):
+        params = loaded(path, *[f"drawing:={given}"] * bool(given)).params
+        assert Path(params["/experiment/drawing"].value) == Path(planned)
+        assert params["/inspect/drawing"].value == read_at_start
 
 
 @pytest.mark.parametrize("path", LAUNCH + ROSTESTS, ids=name)

@@ -1,6 +1,7 @@
 """Given a folder of photographs, what is stored can be read, and a failure loses nothing."""
 
 import errno
+import json
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from inspection_tools.photographs.folder import (
     PhotographFolder,
     PhotographRecord,
     read_photograph,
+    read_record,
 )
 from inspection_tools.survey.camera import SurveyCamera
 
@@ -75,3 +77,14 @@ def test_a_picture_that_is_cut_is_named(tmp_path):
     path.write_bytes(path.read_bytes()[:300])
     with pytest.raises(PhotographError, match="cut or damaged"):
         read_photograph(path)
+
+
+def test_a_record_of_a_newer_program_is_read_and_one_that_lacks_a_key_is_named(tmp_path):
+    path = PhotographFolder(tmp_path, CAMERA).save(PICTURE, record(1.0)).with_suffix(".json")
+    values = json.loads(path.read_text())
+    path.write_text(json.dumps({**values, "weather": "dusty"}))
+    assert read_record(path) == record(1.0)
+    del values["lux"]
+    path.write_text(json.dumps(values))
+    with pytest.raises(PhotographError, match="lux"):
+        read_record(path)

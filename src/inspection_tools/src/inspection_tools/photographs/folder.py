@@ -10,7 +10,7 @@ import errno
 import json
 import math
 import os
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +52,9 @@ class PhotographRecord:
     covariance: tuple[float, ...] = (0.0,) * 36
     patches: tuple[int, ...] = ()
     view: int = 0
+
+
+KEYS = frozenset(each.name for each in fields(PhotographRecord))
 
 
 class PhotographFolder:
@@ -166,13 +169,18 @@ def read_photograph(path: Path) -> tuple[np.ndarray, PhotographRecord]:
 
 
 def read_record(path: Path) -> PhotographRecord:
-    """Return what a photograph's JSON tells; raises PhotographError if it is missing or damaged."""
+    """Return what a photograph's JSON tells; raises PhotographError if it is missing or damaged.
+
+    Keys that are not known here are ignored: a newer program may have written the folder.
+    """
     try:
         values = json.loads(path.read_text(encoding="utf-8"))
-        fields: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, list) else value for name, value in values.items()
+        known: dict[str, Any] = {
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in values.items()
+            if name in KEYS
         }
-        return PhotographRecord(**fields)
+        return PhotographRecord(**known)
     except (OSError, ValueError, TypeError, AttributeError) as error:
         raise PhotographError(f"{path}: cannot be read ({error}).") from None
 

@@ -14,7 +14,7 @@ def headline(content: dict) -> str:
             f"{told['taken']} of {told['asked']} taken with {told['shots']} shots, {told['open']} open, "
             f"{len(told['left_out'])} left out"
         )
-        rows["second look"] = f"{told['closer']} closer photographs"
+        rows["second look"] = f"{told.get('closer', 0)} closer photographs"
         rows["batteries"] = f"{told['swaps'] + 1}, {told['flight_s'] / 60.0:.1f} min of flight"
     for each in told.get("left_out", [])[:5]:
         rows[f"photograph {each['photograph']}"] = each["why"]
