@@ -27,7 +27,7 @@ from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
 from gridslam.evaluation.volume.lidars import VIEWS
 from inspection_tools import PositionControllerParameters
-from inspection_tools.exploration import End, Why
+from inspection_tools.exploration import End, ExplorationParameters, Why
 from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.exploring.judge import judge_map
 from master_thesis.flight.closed_loop import ClosedLoop
@@ -106,7 +106,8 @@ def _fly(place: Place, world: Path, seed: int, time_s: float) -> dict:
         position_controller=PositionControllerParameters(max_speed=place.explorer.speed),
     )
     with ClosedLoop(parameters) as loop:
-        flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, time_s)
+        asked = ExplorationParameters(time_max=time_s, arrived=place.arrived_m)
+        flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, asked)
         told = flight.run()
         outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")
     began_s = outcome.times_s[Phase.FLYING]

@@ -49,6 +49,7 @@ TANK_UAV = Uav(
 )
 """As exploring.launch has it for this radius."""
 TANK_PLANNER = PlannerParameters(radius=TANK_RADIUS_M, margin=0.0, closed_radius=0.5)
+TANK_ARRIVED_M = 0.15
 TANK_EXPLORER = replace(EXPLORER, speed=0.8, spacing=0.4, way_spacing=0.2)
 
 
@@ -57,7 +58,7 @@ class Place:
     """A world, where the UAV starts in it, and how it explores.
 
     world: the text of its file, or its path. box_m: lowest and highest corner of what is judged. clearance_m:
-    of what the judge counts as reachable.
+    of what the judge counts as reachable. arrived_m: see ExplorationParameters.
     """
 
     world: str | Path
@@ -68,6 +69,7 @@ class Place:
     explorer: ExplorerParameters = EXPLORER
     clearance_m: float = PLANNER.clearance_m
     uav: Uav = Uav()
+    arrived_m: float = 0.3
 
     def written_to(self, folder: Path) -> Path:
         """Return the path of the world's file, which is written if need be."""
@@ -99,5 +101,14 @@ def _ballast_tank(volume: VolumeParameters) -> Place:
     tank, world = BallastTankParameters(), ROOT / "src/master_thesis/worlds/ballast_tank.world"
     x_m, y_m = tank.length_m / 2 + THICK_M, tank.breadth_m / 2 + THICK_M
     box_m = (-x_m, -y_m, -THICK_M), (x_m, y_m, tank.height_m + THICK_M)
-    clearance_m = TANK_PLANNER.clearance_m
-    return Place(world, TANK_START_M, box_m, volume, TANK_PLANNER, TANK_EXPLORER, clearance_m, TANK_UAV)
+    return Place(
+        world,
+        TANK_START_M,
+        box_m,
+        volume,
+        TANK_PLANNER,
+        TANK_EXPLORER,
+        TANK_PLANNER.clearance_m,
+        TANK_UAV,
+        TANK_ARRIVED_M,
+    )

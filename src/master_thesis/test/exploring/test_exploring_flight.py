@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gridslam.volume import VolumeParameters
-from inspection_tools.exploration import End, ExplorerParameters
+from inspection_tools.exploration import End, ExplorationParameters, ExplorerParameters
 from inspection_tools.planning import PlannerParameters
 from master_thesis.errors import FlightError
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
@@ -34,7 +34,7 @@ def parameters(lidar, gnss=False):
 
 def test_it_knows_more_and_more_and_lands_at_home_when_its_time_is_over():
     with ClosedLoop(parameters("puck")) as loop:
-        told = ExploringFlight(loop, *SETTINGS, time_s=6.0).run()
+        told = ExploringFlight(loop, *SETTINGS, ExplorationParameters(time_max=6.0)).run()
         outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m")
     assert told.end is End.TIME
     assert outcome.landed

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from gridslam.odometry import OdometryEstimate
@@ -28,7 +26,7 @@ class ExploringFlight:
     Args:
         loop: a flight without GNSS, with a lidar that has clouds, and without a goal.
         planner, explorer, volume: their parameters.
-        time_s: of simulation; after that the UAV flies home.
+        parameters: of the exploration.
 
     Raises:
         FlightError: the UAV has no clouds or flies by GNSS.
@@ -40,13 +38,11 @@ class ExploringFlight:
         planner: PlannerParameters,
         explorer: ExplorerParameters,
         volume: VolumeParameters,
-        time_s: float = math.inf,
+        parameters: ExplorationParameters | None = None,
     ) -> None:
         self._loop = loop
         self.volume = VolumeOfFlight(PathPlanner(planner), volume)
-        self.exploration = Exploration(
-            self.volume.planner, Explorer(explorer), ExplorationParameters(time_max=time_s)
-        )
+        self.exploration = Exploration(self.volume.planner, Explorer(explorer), parameters)
         self._clouds = FlownClouds(loop, self.volume, "Exploration")
         self._setpoint_m: np.ndarray | None = None
 
