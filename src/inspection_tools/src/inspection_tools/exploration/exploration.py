@@ -270,10 +270,12 @@ class Exploration:
         self._stay.note(stamp_s, here_m)
         if math.dist(here_m, self._home_m) < (5 if is_held_off else 2) * self._p.arrived:
             self.is_home = True
-        elif self._stay.lasts(stamp_s, self._p.stranded):
+        elif self._stay.lasts(stamp_s, self._p.stranded) and not self.must_land:
             self.must_land = True
             self.told.reason += f" On its way home it stood still for {self._p.stranded:g} s."
-        elif not self._plan(here_m, self._home_m, stamp_s):
+        elif not self._plan(here_m, self._home_m, stamp_s) and not (
+            self._planner.reopen(stamp_s) and self._plan(here_m, self._home_m, stamp_s)
+        ):
             self._set_out(Way(self._way_back_m))
 
     def _plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float) -> bool:

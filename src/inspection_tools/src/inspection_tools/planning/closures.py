@@ -64,7 +64,7 @@ class Closures:
         self._times.append((place_m, 1))
         return 1
 
-    def reopen(self, times_max: int) -> bool:
+    def reopen(self, times_max: float) -> bool:
         """Open what was closed at most so often. Return whether anything was."""
         kept = [(closure, seconds) for closure, seconds in self._closed if closure.times > times_max]
         is_opened = len(kept) < len(self._closed)

@@ -117,7 +117,7 @@ class PathPlanner:
         """
         self._closures.close(place_m, self._parameters.closed_radius, self._parameters.closed_time, stamp_s)
 
-    def reopen(self, stamp_s: float, times_max: int) -> bool:
+    def reopen(self, stamp_s: float, times_max: float = math.inf) -> bool:
         """Open what is closed at a stamp and was so at most so often. Return whether anything was."""
         return bool(self._closures.at(stamp_s)) and self._closures.reopen(times_max)
 
