@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import shutil
 import socket
 import subprocess
 from pathlib import Path
 
 import pytest
+import yaml
 
 from master_thesis.graph.free_ports import free_ports
 from simulation_tools.launch_check.launch_files import arguments_of
@@ -219,6 +221,17 @@ def test_every_launch_file_can_be_flown_as_it_is(path, capsys):
     if path.stem != "real":  # it has no simulated flight controller
         needed += free_mavlink_ports()
     assert request.main([str(path), *needed]) == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["experiment_1", "experiment_2", "experiment_4", "explore", "teleop"])
+def test_cepa_knows_how_ardupilot_follows(name):
+    words = ["autopilot:=ardupilot", f"ardupilot:={shutil.which('true')}", *free_mavlink_ports()]
+    words.append(f"simulator_port:={free_ports(1)[0]}")
+    command = ["roslaunch", "--dump-params", str(LAUNCH / f"{name}.launch"), *words]
+    dumped = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    found = yaml.safe_load(dumped)
+    told = yaml.safe_load((ROOT / "src/cepa/config/ardupilot.yaml").read_text())
+    assert {key: found[f"/cepa/{key}"] for key in told} == told
 
 
 def free_mavlink_ports() -> list[str]:

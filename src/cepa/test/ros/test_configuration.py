@@ -62,3 +62,10 @@ def test_the_yaml_file_explains_every_default_and_has_slower_detours():
     assert config["algorithm"] in ALGORITHMS
     lines = [line for line in path.read_text().splitlines() if line.split("#")[0].strip()]
     assert all("Default" in line or "default" in line for line in lines), lines
+
+
+def test_the_response_by_ardupilot_replaces_parameters_that_exist():
+    replaced = yaml.safe_load((PACKAGE / "config/ardupilot.yaml").read_text())
+    assert all(name.startswith("response_") for name in replaced)
+    found = dataclasses.replace(CepaParameters(), **replaced)
+    assert found.response_delay > CepaParameters().response_delay
