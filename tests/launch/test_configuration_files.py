@@ -124,34 +124,63 @@ def test_every_launch_file_that_flies_can_hold_the_worlds_models(file):
 
 
 @pytest.mark.ros
-@pytest.mark.parametrize(("file", "leader"), [("explore", "explore"), ("inspection", "inspect")])
-def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, leader):
+@pytest.mark.parametrize(
+    ("file", "given", "leaders"),
+    [
+        ("explore", [], {"explore"}),
+        ("inspection", [], {"explore", "inspect"}),
+        ("inspection", ["explore:=false"], {"inspect"}),
+    ],
+)
+def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, given, leaders):
     path = ROOT / f"src/master_thesis/launch/{file}.launch"
     for world, radius_m, manhole_m in (("hold_3d", 0.35, math.inf), ("ballast_tank", 0.2, 0.6)):
-        params = {key: each.value for key, each in loaded(path, f"world:={world}").params.items()}
-        assert params["/cepa/body_radius"] == params[f"/{leader}/planner/radius"] == radius_m
-        clearance_m = radius_m + params[f"/{leader}/planner/margin"]
-        assert radius_m <= clearance_m <= params["/cepa/r_lb"] < params["/cepa/r_ub"]
+        config = loaded(path, f"world:={world}", *given)
+        params = {key: each.value for key, each in config.params.items()}
+        assert {node.name for node in config.nodes} & {"explore", "inspect"} == leaders
+        for leader in leaders:
+            assert params["/cepa/body_radius"] == params[f"/{leader}/planner/radius"] == radius_m
+            clearance_m = radius_m + params[f"/{leader}/planner/margin"]
+            assert radius_m <= clearance_m <= params["/cepa/r_lb"] < params["/cepa/r_ub"]
         assert 2.0 * params["/cepa/r_lb"] < manhole_m
         waits_for = set(params["/gazebo/lockstep_participants"].split())
         assert waits_for == {
-            f"/{node}/processed" for node in ("experiment", leader, "gridslam", "slam_octomap")
+            f"/{node}/processed" for node in ("experiment", *leaders, "gridslam", "slam_octomap")
         }
     assert loaded(path, "lockstep:=false").params["/gazebo/lockstep_participants"].value == ""
 
 
 @pytest.mark.ros
-def test_an_inspection_is_planned_from_the_worlds_shapes_or_from_a_given_drawing():
+def test_an_inspection_explores_unless_it_gets_a_plan_or_a_drawing():
     path = ROOT / "src/master_thesis/launch/inspection.launch"
     world = str(ROOT / "src/master_thesis/worlds/hold_3d.world")
-    for given, planned, read_at_start in (
-        ("", world, world),
-        ("/maps/hold.stl", "/maps/hold.stl", "/maps/hold.stl"),
-        ("/maps/map.bt", "/maps/map.bt", ""),
+    for given, explores, planned, read_at_start in (
+        (None, True, "", ""),
+        ("explore:=false", False, world, world),
+        ("plan:=/plan.yaml", False, world, world),
+        ("drawing:=/maps/hold.stl", False, "/maps/hold.stl", "/maps/hold.stl"),
+        ("drawing:=/maps/map.bt", False, "/maps/map.bt", ""),
     ):
-        params = loaded(path, *[f"drawing:={given}"] * bool(given)).params
-        assert Path(params["/experiment/drawing"].value) == Path(planned)
-        assert params["/inspect/drawing"].value == read_at_start
+        params = {key: each.value for key, each in loaded(path, *([given] if given else [])).params.items()}
+        assert params["/experiment/explore"] is explores
+        assert params["/inspect/use_drawing"] is not explores
+        assert os.path.normpath(params["/experiment/drawing"]) == os.path.normpath(planned)
+        assert params["/inspect/drawing"] == read_at_start
+
+
+@pytest.mark.ros
+def test_an_inspection_explores_as_explore_launch_does():
+    folder = ROOT / "src/master_thesis/launch"
+    for world in ("hold_3d", "ballast_tank"):
+        explored, inspected = (
+            {
+                key: each.value
+                for key, each in loaded(folder / f"{file}.launch", f"world:={world}").params.items()
+                if key.startswith("/explore/")
+            }
+            for file in ("explore", "inspection")
+        )
+        assert inspected == explored
 
 
 @pytest.mark.parametrize("path", LAUNCH + ROSTESTS, ids=name)

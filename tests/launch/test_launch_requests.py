@@ -60,6 +60,7 @@ REFUSED = {
     ),
     "sensors": ("experiment_1", ["sensors:=nose"], "nose"),
     "survey plan": ("inspection", ["plan:=/no/plan.yaml"], "The plan /no/plan.yaml cannot be read: No such"),
+    "two maps": ("inspection", ["explore:=true", "drawing:=/map.bt"], "leave out plan:= and drawing:=."),
     "package": (
         "experiment_1",
         ["avoidance:=nopkg nonode"],

@@ -90,6 +90,10 @@ def folder(path):
     (path / "coverage.json").write_text(json.dumps(record))
     write_surface_record(path / "coverage.npz", side_walls(lambda points: points[:, 1] > 0.0))
     flight = {"photographs": 2, "time_s": 120.0, "way_m": 8.0, "battery_start": 1.0, "battery_end": 0.4}
-    (path / "result.json").write_text(json.dumps({"seed": 3, "flights": [flight]}))
+    mapping = {"purpose": "mapping", "time_s": 90.0, "battery_start": 1.0, "battery_end": 0.7}
+    unknown = [{"place_m": [0.0, 0.0, 0.0], "border_m2": 0.5, "why": "too narrow"}] * 3
+    explored = {"known_m3": 1234.4, "home_s": 90.0, "unknown": unknown}
+    result = {"seed": 3, "exploration": explored, "flights": [mapping, flight]}
+    (path / "result.json").write_text(json.dumps(result))
     (path / "ship.yaml").write_text(yaml.safe_dump(SHIP))
     return path

@@ -7,7 +7,13 @@ from gridslam.volume.octree.files import write_octree
 from gridslam.volume.octree.stream import stream_of
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.surface.reading import read_surface
-from master_thesis.photographing.map_mesh import FREE, OCCUPIED, UNKNOWN, borders, mesh_of_map
+from master_thesis.photographing.map_mesh import FREE, OCCUPIED, UNKNOWN, borders, mesh_of_map, smoothed
+
+
+def facing(corners, quads):
+    """Area vectors of quads."""
+    a, b, _, d = (corners[quads[:, k]] for k in range(4))
+    return np.cross(b - a, d - a)
 
 
 def test_borders_of_a_box_face_into_it_and_have_its_area():
@@ -15,12 +21,64 @@ def test_borders_of_a_box_face_into_it_and_have_its_area():
     kinds[1:7, 1:8, 1:9] = OCCUPIED
     kinds[2:6, 2:7, 2:8] = FREE
     kinds[2, 2, 1] = UNKNOWN  # a voxel of the floor was never seen
-    quads = np.concatenate(list(borders(kinds, OCCUPIED)))
-    across = np.cross(quads[:, 1] - quads[:, 0], quads[:, 3] - quads[:, 0])
-    assert np.abs(across).sum() == 2 * (4 * 5 + 5 * 6 + 4 * 6) - 1
-    inwards = np.array((4.0, 4.5, 5.0)) - quads.mean(axis=1)
+    corners, quads, of = borders(kinds)
+    across = facing(corners, quads)
+    assert np.abs(across[of == OCCUPIED]).sum() == 2 * (4 * 5 + 5 * 6 + 4 * 6) - 1
+    inwards = np.array((4.0, 4.5, 5.0)) - corners[quads].mean(axis=1)
     assert ((across * inwards).sum(axis=1) > 0).all()
-    assert len(np.concatenate(list(borders(kinds, UNKNOWN)))) == 1
+    assert (of == UNKNOWN).sum() == 1
+
+
+def air_above(height):
+    """Borders of voxels (30, 30, 20) that are free above a height (x, y), but for the frame."""
+    x, y, z = np.meshgrid(*(np.arange(size) + 0.5 for size in (30, 30, 20)), indexing="ij")
+    kinds = np.where(z > height(x, y), FREE, OCCUPIED).astype(np.int8)
+    kinds[[0, -1]] = kinds[:, [0, -1]] = kinds[:, :, [0, -1]] = OCCUPIED
+    return borders(kinds)
+
+
+def inner(corners):
+    """Which corners are far from the frame."""
+    return (np.abs(corners - (15.0, 15.0, 10.0)) < (9.0, 9.0, 8.0)).all(axis=1)
+
+
+def test_steps_of_a_wall_across_the_voxels_are_smoothed():
+    corners, quads, _ = air_above(lambda x, y: 3.0 + 0.37 * x + 0.11 * y)
+    smooth = smoothed(corners, quads)
+    assert np.abs(smooth - corners).max() <= 0.5
+    normal = np.array((-0.37, -0.11, 1.0)) / np.linalg.norm((-0.37, -0.11, 1.0))
+    kept = inner(corners)
+    whole = quads[kept[quads].all(axis=1)]
+
+    def off(places):
+        """Mean sine between the quads and the wall, by area."""
+        across = facing(places, whole)
+        return np.linalg.norm(np.cross(across, normal), axis=1).sum() / np.linalg.norm(across, axis=1).sum()
+
+    assert off(smooth) < 0.6 * off(corners)
+    heights = smooth[kept] @ normal - 3.0 * normal[2]
+    assert abs(heights.mean()) < 0.1
+    assert heights.std() < 0.5 * (corners[kept] @ normal).std()
+
+
+def test_an_even_wall_stays_and_one_wrong_voxel_gets_flatter():
+    corners, quads, _ = air_above(lambda x, y: 8.0 + 0.0 * x)
+    smooth = smoothed(corners, quads)
+    kept = inner(corners)
+    assert np.abs(smooth[kept] - corners[kept]).max() < 0.05
+    corners, quads, _ = air_above(lambda x, y: 8.0 + ((x // 1 == 15) & (y // 1 == 15)))
+    heights = smoothed(corners, quads)[inner(corners), 2] - 8.0
+    assert 0.0 < heights.max() < 0.8
+
+
+def test_a_thin_bar_stays():
+    kinds = np.full((12, 12, 30), FREE, np.int8)
+    kinds[[0, -1]] = kinds[:, [0, -1]] = kinds[:, :, [0, -1]] = UNKNOWN
+    kinds[5, 6, 1:-1] = OCCUPIED
+    corners, quads, of = borders(kinds)
+    bar = smoothed(corners, quads)[np.unique(quads[of == OCCUPIED])]
+    middle = bar[(bar[:, 2] > 5) & (bar[:, 2] < 25)]
+    assert (np.ptp(middle[:, :2], axis=0) > 0.5).all()
 
 
 def test_a_survey_finds_the_surface_of_a_map_and_leaves_the_unknown_out(tmp_path):

@@ -16,11 +16,13 @@ PACKAGES = ("numpy", "scipy", "embreex", "pillow", "trimesh")
 def flights(inspection: Inspection) -> dict[str, Any]:
     """Return the flights of result.json, or else those of the plan.
 
-    result.json: flights: [{photographs, time_s, way_m, battery_start, battery_end}], charges 0..1; or
-    inspection: {taken, asked, shots, swaps, flight_s, reason}.
+    result.json: flights: [{photographs or purpose, time_s, way_m, battery_start, battery_end}], charges 0..1;
+    exploration: {known_m3, home_s, unknown: [{border_m2, why}]}; or inspection: {taken, asked, shots, swaps,
+    flight_s, reason}.
     """
     result, told = inspection.result or {}, []
     flown, whole = result.get("flights"), result.get("inspection")
+    told += _explored(result.get("exploration"))
     if isinstance(whole, Mapping):
         told += _flown(whole)
     if isinstance(flown, list) and flown and all(isinstance(each, Mapping) for each in flown):
@@ -40,6 +42,22 @@ def flights(inspection: Inspection) -> dict[str, Any]:
             "rows": [_flight_row(number, each) for number, each in enumerate(planned, start=1)],
         }
     return {"told": told or ["The flights are not recorded."], "rows": []}
+
+
+def _explored(whole: object) -> list[str]:
+    """Return in words what the record tells of the flight before the photographs, which mapped the space."""
+    if not isinstance(whole, Mapping) or not isinstance(whole.get("known_m3"), (int, float)):
+        return []
+    words = f"Before the photographs, {whole['known_m3']:,.0f} m³ of the space were mapped in flight"
+    if isinstance(whole.get("home_s"), (int, float)):
+        words += f", in {whole['home_s'] / 60.0:.1f} min"
+    areas: dict[str, float] = {}
+    for each in whole.get("unknown") or ():
+        areas[str(each["why"])] = areas.get(str(each["why"]), 0.0) + float(each["border_m2"])
+    left = "; ".join(f"{area:.1f} m²: {why}" for why, area in areas.items())
+    return [
+        f"{words}. Openings into what stays unknown: {left}." if left else f"{words}. All of it is known."
+    ]
 
 
 def _flown(whole: Mapping[str, Any]) -> list[str]:
@@ -72,7 +90,9 @@ def _flight_row(number: int, given: Mapping[str, Any]) -> dict[str, Any]:
     photographs = given.get("photographs")
     return {
         "number": number,
-        "photographs": len(photographs) if isinstance(photographs, list) else photographs,
+        "photographs": len(photographs)
+        if isinstance(photographs, list)
+        else photographs or given.get("purpose"),
         "time_min": value("time_s", 1.0 / 60.0),
         "way_m": value("way_m"),
         "battery_start": value("battery_start"),

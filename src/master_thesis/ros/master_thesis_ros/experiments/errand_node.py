@@ -1,20 +1,29 @@
-"""The node of a flight that another node leads by an action: it swaps the battery between, and lands."""
+"""The node of a flight that other nodes lead by actions: it swaps the battery between, and lands."""
 
 from __future__ import annotations
 
+import functools
+import math
 import threading
 import time
 from enum import Enum
-from typing import Iterable, Sequence
+from typing import Any, Iterable, Sequence
 
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from mavros_msgs.msg import State
+from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
 
+from gridslam import SlamError
+from inspection_tools import InspectionToolsError
+from master_thesis.errors import MasterThesisError
+from master_thesis.exploring.errand import Errand, Next
 from master_thesis.flight.monitor import Monitor
 from master_thesis_ros.experiments.flight_node import FlightNode
+from master_thesis_ros.experiments.part import Flown, Part
+from master_thesis_ros.experiments.simulator_services import set_pace, slow_down
 
 SWAP_TRIES = 20
 AGAIN_S = 0.5
@@ -22,70 +31,111 @@ AGAIN_S = 0.5
 
 
 class ErrandNode(FlightNode):
-    """Lets another node fly to the end, with fresh batteries between. A subclass sends its goal.
+    """Lets other nodes fly one part after the other, with fresh batteries between.
 
+    Subscribes, besides every `FlightNode`'s topics: mavros/battery (sensor_msgs/BatteryState), and the result
+        of each part.
     Calls, besides what `FlightNode` does: gazebo/swap_battery, mavros_publisher/restart (std_srvs/Trigger).
-
-    Attributes:
-        swapped: batteries that were swapped.
     """
 
-    def __init__(self, monitor: Monitor, swaps: int, lockstep: bool) -> None:
-        """swaps: of the battery, at most."""
-        self._swaps, self.swapped = swaps, 0
-        self._swaps_now = self._must_send = self._is_ready = False
+    def __init__(self, monitor: Monitor, errand: Errand, parts: Sequence[Part], lockstep: bool) -> None:
+        self._errand, self._parts = errand, parts
+        self._is_between = self._must_send = self._is_ready = False
+        self._began, self._charge = (math.nan, math.nan), math.nan
         super().__init__(monitor, lockstep)
+        self.subscribe("/mavros/battery", BatteryState, self._on_battery)
+        for part in parts:
+            take = functools.partial(self._on_result, part)
+            self.subscribe(f"{part.action}/result", part.result_class, take)
+            for topic in part.listens:
+                self.subscribe(*topic)
 
-    def _on_end(self, status: GoalStatus, end: str, is_home: bool, reason: str) -> Iterable[Enum]:
-        """Take the action's result: swap the battery, or end the flight."""
-        if status.status != GoalStatus.SUCCEEDED:
-            return self._monitor.abort(f"The flight was refused: {status.text}")
-        if end == "battery" and is_home and self.swapped < self._swaps:
-            self.swapped += 1
-            self._swaps_now = self._monitor.course.lands_between = True
-            rospy.loginfo("The UAV lands at home for a full battery.")
+    def send_goal(self) -> None:
+        """Begin the part, or go on with it."""
+        self._began = self._monitor.now_s, self._charge
+        self._parts[self._errand.part].send_goal()
+
+    def _on_battery(self, message: BatteryState) -> None:
+        self._charge = message.percentage
+
+    def _on_result(self, part: Part, message: Any) -> Iterable[Enum]:
+        """Take the result of an action: land between, or end the flight."""
+        if part is not self._parts[self._errand.part]:
+            return ()
+        if message.status.status != GoalStatus.SUCCEEDED:
+            return self._monitor.abort(f"The flight was refused: {message.status.text}")
+        result, (began_s, began_charge) = message.result, self._began
+        part.note(result, Flown(began_s, self._monitor.now_s, began_charge, self._charge))
+        follows = self._errand.after(result.end, result.is_home)
+        if follows is Next.LOST:
+            self._monitor.land_here(f"The UAV did not come home: {result.reason}")
+        elif follows is Next.OVER:
+            self._monitor.on_goal_reached(True)
+        else:
+            self._is_between = self._monitor.course.lands_between = True
+            self._must_prepare = follows is Next.NEXT_PART
+            rospy.loginfo(
+                "The UAV lands at home, %s.",
+                "for the next part" if self._must_prepare else "for a full battery",
+            )
             threading.Thread(target=self._land, daemon=True).start()
-            return ()
-        if not is_home:
-            self._monitor.land_here(f"The UAV did not come home: {reason}")
-            return ()
-        self._monitor.on_goal_reached(True)
         return ()
 
     def _on_state(self, message: State) -> Iterable[Enum]:
-        if not self._swaps_now:
+        if not self._is_between:
             return super()._on_state(message)
         if message.connected and not message.armed and self._armed:
-            threading.Thread(target=self._swap, daemon=True).start()
+            threading.Thread(target=self._go_on, daemon=True).start()
         self._armed = message.armed if message.connected else None
         return ()
 
     def _decisions(self) -> Sequence[Enum]:
-        if self._swaps_now:
+        if self._is_between:
             return self._monitor.decide()
         return super()._decisions()
 
-    def _swap(self) -> None:
-        """Put in a full battery and take off again."""
-        for name in ("/gazebo/swap_battery", "/mavros_publisher/restart"):
-            for _ in range(SWAP_TRIES):
-                try:
-                    answer = rospy.ServiceProxy(name, Trigger)()
-                    if answer.success:
-                        break
-                    why = answer.message
-                except rospy.ServiceException as error:
-                    why = str(error)
-                time.sleep(AGAIN_S)
-            else:
-                rospy.logerr(f"The battery was not swapped: {name} says: {why}")
-                return
-        rospy.loginfo("The UAV has a full battery and takes off again.")
-        self._must_send = True
+    def _go_on(self) -> None:
+        """On the ground: prepare the next part, put in a full battery, and take off again."""
+        if self._must_prepare and not self._prepare():
+            return
+        if self._errand.take_battery() and not _call("/gazebo/swap_battery"):
+            return
+        if _call("/mavros_publisher/restart"):
+            rospy.loginfo("The UAV takes off again.")
+            self._must_send = True
+
+    def _prepare(self) -> bool:
+        """Return whether the next part can be flown. Simulated time passes slowly meanwhile."""
+        pace = float(rospy.get_param("/gazebo/real_time_factor", 1.0))  # before it changes
+        slow_down()
+        try:
+            self._parts[self._errand.part].prepare()
+        except (InspectionToolsError, MasterThesisError, SlamError) as error:
+            with self._lock:
+                self._take(self._monitor.abort(str(error)))
+            return False
+        finally:
+            set_pace(pace)
+        return True
 
     def _on_ready(self, message: Bool) -> None:
         self._is_ready = message.data
         super()._on_ready(message)
         if self._must_send and self._is_ready and self._armed:
-            self._must_send = self._swaps_now = self._monitor.course.lands_between = False
+            self._must_send = self._is_between = self._monitor.course.lands_between = False
             self.send_goal()
+
+
+def _call(name: str) -> bool:
+    """Call a service until it succeeds; return whether it did."""
+    for _ in range(SWAP_TRIES):
+        try:
+            answer = rospy.ServiceProxy(name, Trigger)()
+            if answer.success:
+                return True
+            why = answer.message
+        except rospy.ServiceException as error:
+            why = str(error)
+        time.sleep(AGAIN_S)
+    rospy.logerr(f"The UAV does not take off again: {name} says: {why}")
+    return False

@@ -53,15 +53,20 @@ class SimulatorServices:
 def slow_down() -> None:
     """Let simulated time pass slowly. Else the simulation slows down the work on the results of its flight.
 
-    If time stood still, MAVROS would miss heartbeats. A simulator that hangs or is gone is not waited for.
+    If time stood still, MAVROS would miss heartbeats.
     """
+    set_pace(SLOW)
+
+
+def set_pace(real_time_factor: float) -> None:
+    """Set the simulator's pace. One that hangs or is gone is not waited for."""
 
     def ask() -> None:
-        pace = Config(doubles=[DoubleParameter("real_time_factor", SLOW)])
+        pace = Config(doubles=[DoubleParameter("real_time_factor", real_time_factor)])
         with contextlib.suppress(rospy.ServiceException, rospy.ROSException):
             rospy.ServiceProxy("gazebo/set_parameters", Reconfigure)(pace)
 
-    threading.Thread(target=ask, name="slow_down", daemon=True).start()
+    threading.Thread(target=ask, name="set_pace", daemon=True).start()
 
 
 def pose_of(message: PoseMessage) -> Pose:

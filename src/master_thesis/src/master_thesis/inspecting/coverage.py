@@ -49,9 +49,11 @@ class Judged:
 
 
 def judge_photographs(
-    folder: Path, plan_file: Path, plan: SurveyPlan, truths: Mapping[float, TruePose], views: int
+    folder: Path, plan_file: Path, plan: SurveyPlan, truths: Mapping[float, TruePose], views: int, world: Path
 ) -> Judged | None:
     """Write coverage.json and coverage_truth.json beside the photographs' folder; None: it has none.
+
+    The first is on the surface that the plan was made from, the second on the world's own.
 
     truths: by the stamp of the photograph, in seconds with six decimals. views: photographs to be flown.
 
@@ -69,10 +71,13 @@ def judge_photographs(
         true.append(Taken(np.array(place_m), Rotation.from_quat(turn).as_matrix(), record.blur_px))
     planned = read_taken(plan_file, plan.camera)[0][:views]
     source = Path(plan.source)
-    by_slam, by_truth, by_plan = judge_each(source, (told, true, planned), camera, plan.asked, plan.home_m)
+    by_slam, by_plan, *more = judge_each(
+        source, (told, planned, *((true,) if source == world else ())), camera, plan.asked, plan.home_m
+    )
+    (by_truth,) = more or judge_each(world, (true,), camera, plan.asked, plan.home_m)
     write_coverage(folder.parent / "coverage.json", by_slam, plan.source, str(folder), len(told), plan.asked)
     written = write_coverage(
-        folder.parent / "coverage_truth.json", by_truth, plan.source, "truth", len(true), plan.asked
+        folder.parent / "coverage_truth.json", by_truth, str(world), "truth", len(true), plan.asked
     )
     off_m = [float(np.linalg.norm(np.array(r.position_m) - t.place_m)) for r, t in zip(kept, true)]
     turns = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Mapping
 
@@ -25,7 +25,8 @@ class InspectingRequest:
 
     flight: as of an exploration. plan: file of it; None: it is made from a drawing (SDF world, mesh, or map
     of voxels) for `camera` and `asked`, with so much CPU time of search. photographs: only the first so many;
-    0: all. second_look: take nearer photographs of cracks.
+    0: all. second_look: take nearer photographs of cracks. explore_s: explore first, for so long at most, and
+    plan on the map of that; None: do not.
     """
 
     flight: ExploringRequest
@@ -36,6 +37,7 @@ class InspectingRequest:
     asked: SurveyParameters
     search_s: float
     second_look: bool
+    explore_s: float | None = None
 
 
 def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
@@ -49,6 +51,14 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
     search_s = scenario.number("search", asked.get("search", 20.0), 0.0, 86_400.0)
     path = str(asked.get("plan", "")).strip()
     drawing = str(asked.get("drawing", "")).strip()
+    explore_s = _explore_s(asked)
+    if explore_s is not None:
+        if path or drawing:
+            raise ScenarioError(
+                "explore:=true plans on the map of the exploration; leave out plan:= and drawing:=."
+            )
+        longer_s = flight.limits.flight_timeout_s + explore_s
+        flight = replace(flight, limits=replace(flight.limits, flight_timeout_s=longer_s))
     source = Path(drawing) if drawing else flight.description.scenario.world_path
     if not source.is_file():
         raise ScenarioError(f"{source}: there is no such drawing. Give a mesh, a world, or a map.bt.")
@@ -70,7 +80,14 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
     except InspectionToolsError as error:
         raise ScenarioError(str(error)) from None
     given = Path(path) if path else None
-    return InspectingRequest(flight, given, source, photographs, camera, wanted, search_s, second_look)
+    return InspectingRequest(
+        flight, given, source, photographs, camera, wanted, search_s, second_look, explore_s
+    )
+
+
+def _explore_s(asked: Mapping[str, Any]) -> float | None:
+    time_s = scenario.number("explore_time", asked.get("explore_time", 600.0), 1.0, exploring.LONGEST_S)
+    return time_s if str(asked.get("explore", False)).lower() == "true" else None
 
 
 def _check_plan(path: Path, camera: SurveyCamera) -> None:

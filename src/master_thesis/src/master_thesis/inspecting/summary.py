@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from master_thesis.exploring.summary import rows_of
 from master_thesis.results import run_summary
 
 
 def headline(content: dict) -> str:
     """Return the figures of an inspection in a few lines for a terminal."""
     told = content["inspection"]
-    rows = {"end": told["end"] or "-", "because": told["reason"]}
+    rows = _explored(content["exploration"]) if "exploration" in content else {}
+    rows |= {"end": told["end"] or "-", "because": told["reason"]}
     if "taken" in told:
         rows["photographs"] = (
             f"{told['taken']} of {told['asked']} taken with {told['shots']} shots, {told['open']} open, "
@@ -33,3 +35,7 @@ def headline(content: dict) -> str:
         )
     lines = [run_summary.headline(content)]
     return "\n".join([*lines, *(f"  {name:<22} {value}" for name, value in rows.items())])
+
+
+def _explored(told: dict) -> dict[str, str]:
+    return {"explored": f"{told['end'] or '-'}: {told['reason']}", **rows_of(told)}

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Iterator
 
 import numpy as np
 import trimesh
+from scipy.sparse import coo_matrix
 
 from gridslam.volume.octree.files import read_octree
 from inspection_tools.survey.surface.of_mesh import NOT_SURVEYED
@@ -15,10 +15,12 @@ from master_thesis.errors import ScenarioError
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 NAMES = {OCCUPIED: "surface", UNKNOWN: NOT_SURVEYED}
 """What free voxels border on. The unknown closes the space, and is no surface to photograph."""
+PASSES, SHRINK, SWELL = 10, 0.5, -0.53
+"""Of Taubin's filter: how often, and its factors, of which the second outweighs the first."""
 
 
 def mesh_of_map(path: Path) -> trimesh.Scene:
-    """Return the borders of the free voxels of a .bt or .ot file, in the map, m, facing the free side.
+    """Return the borders of the free voxels of a .bt or .ot file in the map, m, smoothed, facing the air.
 
     Raises:
         MapError: the file cannot be read.
@@ -29,14 +31,16 @@ def mesh_of_map(path: Path) -> trimesh.Scene:
     values = np.pad(voxels.values(box), 1, constant_values=np.nan).T  # x, y, z
     kinds = np.where(np.isnan(values), UNKNOWN, np.where(values > 0.0, OCCUPIED, FREE)).astype(np.int8)
     low_m = (np.asarray(box.low) - 1) * voxels.resolution_m
+    corners, quads, of = borders(kinds)
+    corners_m = smoothed(corners, quads) * voxels.resolution_m + low_m
     scene = trimesh.Scene()
     for kind, name in NAMES.items():
-        quads = np.concatenate(list(borders(kinds, kind)))
-        if len(quads):
-            corners = (quads.reshape(-1, 3) * voxels.resolution_m + low_m).astype(float)
-            first = 4 * np.arange(len(quads))[:, None]
-            faces = np.concatenate((first + np.array((0, 1, 2)), first + np.array((0, 2, 3))))
-            scene.add_geometry(trimesh.Trimesh(corners, faces, process=False), node_name=name)
+        mine = quads[of == kind]
+        if len(mine):
+            faces = np.concatenate((mine[:, [0, 1, 2]], mine[:, [0, 2, 3]]))
+            mesh = trimesh.Trimesh(corners_m, faces, process=False)
+            mesh.remove_unreferenced_vertices()
+            scene.add_geometry(mesh, node_name=name)
     if NAMES[OCCUPIED] not in scene.graph.nodes_geometry:
         raise ScenarioError(
             f"{path}: no free voxel lies beside an occupied one, so there is no surface in it."
@@ -44,27 +48,48 @@ def mesh_of_map(path: Path) -> trimesh.Scene:
     return scene
 
 
-def borders(kinds: np.ndarray, kind: int) -> Iterator[np.ndarray]:
-    """Yield quads (n, 4, 3), in voxels, between free voxels and those of a kind (x, y, z), merged in rows.
+def borders(kinds: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the faces between free voxels and others, which face the free side.
 
-    The border of the array must be unknown.
+    The border of the array (x, y, z) must not be free.
+
+    Returns: corners (n, 3), in voxels; quads (m, 4) of their numbers; (m,) the kind behind each.
     """
-    free = kinds == FREE
+    quads, of = [], []
     for axis in range(3):
-        along = 0 if axis else 1
-        aside = 3 - axis - along
+        first, second = np.eye(3, dtype=np.int64)[[(axis + 1) % 3, (axis + 2) % 3]]
         for sign in (1, -1):
-            wall = free & (np.roll(kinds, -sign, axis) == kind)
-            rows = np.moveaxis(wall, along, 2).astype(np.int8)
-            changes = np.diff(rows, axis=2, prepend=0, append=0)
-            begins, ends = np.argwhere(changes > 0), np.argwhere(changes < 0)[:, 2]
-            corner = np.empty((len(begins), 3))
-            others = [each for each in range(3) if each != along]
-            corner[:, others], corner[:, along] = begins[:, :2], begins[:, 2]
-            corner[:, axis] += sign > 0
-            length = (ends - begins[:, 2])[:, None] * np.eye(3)[along]
-            width = np.broadcast_to(np.eye(3)[aside], length.shape)
-            towards = -sign * np.eye(3)[axis]
-            if np.cross(np.eye(3)[along], np.eye(3)[aside]) @ towards < 0:
-                length, width = width, length
-            yield np.stack((corner, corner + length, corner + length + width, corner + width), axis=1)
+            behind = np.roll(kinds, -sign, axis)
+            free = np.argwhere((kinds == FREE) & (behind != FREE))
+            corner = free + (sign > 0) * np.eye(3, dtype=np.int64)[axis]
+            around = (
+                (0 * first, second, first + second, first)
+                if sign > 0
+                else (0 * first, first, first + second, second)
+            )
+            quads.append(corner[:, None] + np.array(around))
+            of.append(behind[tuple(free.T)])
+    places = np.concatenate(quads)
+    x, y, z = places.reshape(-1, 3).T
+    shape = tuple(size + 1 for size in kinds.shape)
+    kept, number_of = np.unique(np.ravel_multi_index((x, y, z), shape), return_inverse=True)
+    corners = np.column_stack(np.unravel_index(kept, shape))
+    return corners.astype(float), number_of.reshape(-1, 4), np.concatenate(of)
+
+
+def smoothed(corners: np.ndarray, quads: np.ndarray) -> np.ndarray:
+    """Return the corners (n, 3) without the steps of the voxels: each moves by half a voxel at most.
+
+    A wall across the voxels becomes even. By Taubin's filter ("A signal processing approach to fair surface
+    design", 1995), which shrinks no shape that is larger than some voxels; the bound is Gibson's
+    ("Constrained elastic surface nets", 1998).
+    """
+    edges = np.unique(np.sort(np.concatenate([quads[:, [k, (k + 1) % 4]] for k in range(4)]), axis=1), axis=0)
+    ends = np.concatenate((edges, edges[:, ::-1]))
+    count = len(corners)
+    joined = coo_matrix((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(count, count)).tocsr()
+    degree = np.bincount(ends[:, 0], minlength=count)[:, None]
+    moved = corners
+    for factor in (SHRINK, SWELL) * PASSES:
+        moved = moved + factor * (joined @ moved / degree - moved)
+    return corners + np.clip(moved - corners, -0.5, 0.5)

@@ -1,0 +1,105 @@
+"""The photographs as a part of an errand: the node `inspect` takes them."""
+
+from __future__ import annotations
+
+import uuid
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Callable
+
+import rospy
+from geometry_msgs.msg import PoseStamped
+
+from inspection_tools.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
+from inspection_tools.survey.plan import SurveyPlan
+from master_thesis.inspecting.coverage import TruePose
+from master_thesis.inspecting.request import InspectingRequest
+from master_thesis_ros.experiments.messages import pose_values, stamp_s
+from master_thesis_ros.experiments.part import Flown, Part
+
+MakePlan = Callable[[], SurveyPlan]
+"""Writes plan.yaml into the run's folder; raises an error of the libraries."""
+
+
+@dataclass
+class Photographed:
+    """What was told. flights: photographs of each, first. truths: of the camera, by a photograph's stamp."""
+
+    result: SurveyResult | None = None
+    flights: list[tuple[int, Flown]] = field(default_factory=list)
+    truths: dict[float, TruePose] = field(default_factory=dict)
+
+    @property
+    def flight_s(self) -> float:
+        """Of all flights, each from its goal to its result."""
+        return sum(flown.time_s for _, flown in self.flights)
+
+
+class SurveyPart(Part):
+    """Lets the node `inspect` take all photographs.
+
+    Listens: /camera/ground_truth (geometry_msgs/PoseStamped).
+    Publishes: /inspect/survey/goal (inspection_tools/SurveyActionGoal, latched).
+
+    Args:
+        request: see there. folder: of the run. make_plan: see there.
+
+    Attributes:
+        photographed: what was told. plan: that is flown; None: it is not made yet.
+    """
+
+    action, result_class = "/inspect/survey", SurveyActionResult
+
+    def __init__(self, request: InspectingRequest, folder: Path, make_plan: MakePlan) -> None:
+        self._request, self._folder, self._make_plan = request, folder, make_plan
+        self.photographed = Photographed()
+        self.plan: SurveyPlan | None = None
+        self._goal = rospy.Publisher(f"{self.action}/goal", SurveyActionGoal, queue_size=1, latch=True)
+        self.listens = (("/camera/ground_truth", PoseStamped, self._on_camera),)
+
+    def prepare(self) -> None:
+        """Make the plan."""
+        self.plan = self._make_plan()
+
+    def send_goal(self) -> None:
+        """Begin the survey, or go on with what its folder lacks."""
+        message = SurveyActionGoal()
+        message.goal_id.id = f"the survey {uuid.uuid4()}"
+        goal = message.goal
+        goal.plan, goal.folder = str(self._folder / "plan.yaml"), str(self._folder / "photographs")
+        goal.second_look = self._request.second_look
+        goal.photographs, goal.time_max = self._request.photographs, self._request.flight.time_s
+        self._goal.publish(message)
+        rospy.loginfo("The UAV hovers and begins to take photographs.")
+
+    def note(self, result: SurveyResult, flown: Flown) -> None:
+        """Take the result."""
+        told = self.photographed
+        told.result = result
+        before = sum(photographs for photographs, _ in told.flights)
+        told.flights.append((result.taken + result.closer - before, flown))
+
+    def _on_camera(self, message: PoseStamped) -> None:
+        x, y, z, qx, qy, qz, qw = pose_values(message.pose)
+        self.photographed.truths[round(stamp_s(message), 6)] = (x, y, z), (qx, qy, qz, qw)
+
+
+def figures(told: Photographed, asked: int, swaps: int) -> dict[str, Any]:
+    """Return them for result.json. asked: photographs that were to be taken."""
+    result = told.result
+    if result is None:
+        return {"end": "", "reason": "The survey told no result."}
+    left = zip(result.left_out, result.left_out_reasons)
+    return {
+        "end": result.end,
+        "reason": result.reason,
+        "is_home": result.is_home,
+        "asked": asked,
+        "taken": result.taken,
+        "open": result.open,
+        "closer": result.closer,
+        "shots": result.shots,
+        "left_out": [{"photograph": number, "why": why} for number, why in left],
+        "swaps": swaps,
+        "flight_s": told.flight_s,
+    }
