@@ -9,7 +9,7 @@ from drawn_voxels import tiles_of
 from voxel_room import PLANNER, SIDE_M
 
 from inspection_tools.energy import EnergyParameters, EnergyWatch
-from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Todo
+from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Task, Todo
 from inspection_tools.inspection.leg import Motion, PhotographLeg
 from inspection_tools.inspection.places import body_place_m
 from inspection_tools.inspection.second_look import SecondLook
@@ -121,6 +121,34 @@ def test_a_bad_photograph_is_shot_again_and_then_left_out(shot, word):
     assert lead.todo.done == {1, 3}
     assert word in lead.todo.left_out[2]
     assert lead.is_home
+
+
+def test_a_photograph_that_failed_twice_waits_for_the_others():
+    lead = inspection(parameters=replace(QUICK, tries=3))
+    uav = Uav(lead)
+    uav.faults[2] = BLURRED
+    uav.fly()
+    assert [task.number for task in uav.asked] == [1, 2, 2, 3, 2]
+    assert set(lead.todo.left_out) == {2}
+
+
+def test_after_a_failure_the_uav_rests_more_before_the_shutter_opens():
+    task, p = Task(1, VIEWS[0]), InspectionParameters()
+    place_m = np.array((1.0, 2.0, 3.0))
+
+    def shoots(failures, speed):
+        leg = PhotographLeg(task, place_m, 0.0, 0.0, 0.0, p, failures)
+        for stamp_s in np.arange(0.0, p.settle + 0.5, 0.1):
+            motion = Motion(stamp_s, place_m, VIEWS[0].yaw_rad, speed)
+            leg.follow(motion)
+            if leg.opens_shutter(motion):
+                return True
+        return False
+
+    assert shoots(0, 0.9 * p.still)
+    assert not shoots(1, 0.9 * p.still)
+    assert shoots(1, 0.45 * p.still)
+    assert not shoots(2, 0.45 * p.still)
 
 
 def test_a_uav_that_is_kept_off_a_little_shoots_where_it_comes_to_rest():

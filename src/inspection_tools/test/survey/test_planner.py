@@ -20,7 +20,7 @@ from inspection_tools.survey.kernels.tours import (
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.planner import SurveyPlanner
 from inspection_tools.survey.surface.reading import read_surface
-from inspection_tools.survey.views.candidates import lens_of
+from inspection_tools.survey.views.candidates import Candidates, lattice, lens_of
 
 ASKED = SurveyParameters(spacing=1.0, patch=0.5, voxel=0.2, share=0.95, class_share=0.0)
 SIZE_M = np.array((6.0, 4.0, 3.0))
@@ -72,6 +72,28 @@ def shown(plan, surface, camera, asked):
             if surface.ranges_m(np.array([view.place_m]), way[None])[0] >= distance - 0.02:
                 found[m] = True
     return found
+
+
+def test_places_near_a_surface_are_left_out_unless_they_show_what_no_other_place_does(room_file):
+    surface = read_surface(room_file, ASKED)
+    places_m = lattice(surface.room, 0.6)
+    every = Candidates(surface.patches, places_m, SurveyCamera(), ASKED, surface.ranges_m)
+    wall_m = np.min(np.hstack((places_m - (-3.0, -2.0, 0.0), (3.0, 2.0, 3.0) - places_m)), axis=1)
+    pillar_m = np.linalg.norm(np.maximum(np.abs(places_m[:, :2] - (1.0, 0.0)) - 0.2, 0.0), axis=1)
+    clearances_m = surface.room.clearances_m(places_m)
+    np.testing.assert_allclose(clearances_m, np.minimum(wall_m, pillar_m), atol=2.0 * ASKED.voxel)
+    preferred = clearances_m >= 0.9
+    fewer = every.preferring(preferred)
+    assert preferred.sum() <= len(fewer.places_m) < len(places_m)
+    alone = Candidates(surface.patches, places_m[preferred], SurveyCamera(), ASKED, surface.ranges_m)
+    found = np.zeros(len(surface.patches), bool)
+    for place, at_m in enumerate(fewer.places_m):
+        k = int(np.flatnonzero((places_m == at_m).all(axis=1))[0])
+        mine = fewer.seen[fewer.begins[place] : fewer.begins[place + 1]]
+        np.testing.assert_array_equal(mine, every.seen[every.begins[k] : every.begins[k + 1]])
+        assert preferred[k] or (every.reachable & ~alone.reachable)[mine].any()
+        found[mine] = True
+    assert found[every.reachable].all()
 
 
 def test_an_independent_check_shows_at_least_what_the_plan_tells(planned):

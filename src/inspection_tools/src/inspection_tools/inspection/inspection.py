@@ -271,7 +271,8 @@ class Inspection:
             place_m = near_m
         length_m = float(np.linalg.norm(np.diff(way_m, axis=0), axis=1).sum())
         tilt_rad = task.view.tilt_rad - self.tilt_rad
-        leg = PhotographLeg(task, place_m, stamp_s, length_m, tilt_rad, self._p)
+        failures = self.todo.failures_of(task)
+        leg = PhotographLeg(task, place_m, stamp_s, length_m, tilt_rad, self._p, failures)
         with self._lock:
             if self._is_paused or self.end is not None:
                 return ""

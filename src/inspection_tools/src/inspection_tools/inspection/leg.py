@@ -33,7 +33,8 @@ class PhotographLeg:
 
     Args:
         task: the photograph. place_m: of the UAV there. stamp_s: now. way_m: length of its way.
-        tilt_rad: that the gimbal has to turn. parameters: see there.
+        tilt_rad: that the gimbal has to turn. parameters: see there. failures: of this photograph before;
+            the UAV rests more each time.
 
     Attributes:
         is_shot: the shutter has opened.
@@ -47,9 +48,11 @@ class PhotographLeg:
         way_m: float,
         tilt_rad: float,
         parameters: InspectionParameters,
+        failures: int = 0,
     ) -> None:
         self.task, self.is_shot, self._place_m, self._p = task, False, place_m, parameters
-        self._still = parameters.still_closer if task.number < 0 else parameters.still
+        still = parameters.still_closer if task.number < 0 else parameters.still
+        self._still, self._still_turn = still / (1 + failures), parameters.still_turn / (1 + failures)
         self._until_s = stamp_s + SLOW * way_m / self._p.speed + LEG_S
         self._tilted_s = stamp_s + abs(math.degrees(tilt_rad)) / self._p.tilt_rate + self._p.settle
         self._arrived_s: float | None = None
@@ -94,7 +97,7 @@ class PhotographLeg:
     def _rests(self, motion: Motion, times: float = 1.0) -> bool:
         """Return whether the UAV moves and turns slower than allowed, so many times."""
         is_slow = motion.speed <= times * self._still
-        return is_slow and abs(motion.turn_rate) <= times * self._p.still_turn
+        return is_slow and abs(motion.turn_rate) <= times * self._still_turn
 
 
 def _since(before_s: float | None, holds: bool, stamp_s: float) -> float | None:

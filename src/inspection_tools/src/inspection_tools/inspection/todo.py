@@ -85,7 +85,7 @@ class Todo:
         self.left_out.pop(task.number, None)
 
     def note_failure(self, task: Task, why: str, at_once: bool = False) -> None:
-        """It failed. It comes again at the end, or at once; after some failures it is left out.
+        """It failed. It comes again at the end, or once at once; after some failures it is left out.
 
         A task that counts as done is open again: its picture was lost.
         """
@@ -94,10 +94,14 @@ class Todo:
         failures = self._failures[task.number] = self._failures.get(task.number, 0) + 1
         if failures >= self._tries:
             self.left_out[task.number] = why
-        elif at_once:
+        elif at_once and failures == 1:
             self._open.appendleft(task)
         else:
             self._open.append(task)
+
+    def failures_of(self, task: Task) -> int:
+        """Return how often it has failed."""
+        return self._failures.get(task.number, 0)
 
     def look_closer(self, view: View) -> Task:
         """Put a photograph before all others, and return it."""

@@ -23,6 +23,7 @@ class SurveyParameters:
         spacing: Of the lattice of places from which photographs are tried, m.
         radius: Of the UAV, rotors included, m.
         margin: Beyond the radius, m.
+        comfort: Beyond the radius, m. Nearer places are tried only if they show what no other does.
         pointing_error: Of the camera, deg; the picture's edge counts as this much narrower.
         around: The UAV may fly so far outside the box around a mesh, m.
 
@@ -39,6 +40,7 @@ class SurveyParameters:
     spacing: float = 0.7
     radius: float = 0.35
     margin: float = 0.15
+    comfort: float = 0.0
     pointing_error: float = 0.5
     around: float = 0.0
 
@@ -52,6 +54,7 @@ class SurveyParameters:
         check_number("spacing", self.spacing, 0.1, 10.0)
         check_number("radius", self.radius, 0.05, 5.0)
         check_number("margin", self.margin, 0.0, 5.0)
+        check_number("comfort", self.comfort, 0.0, 5.0)
         check_number("pointing_error", self.pointing_error, 0.0, 10.0)
         check_number("around", self.around, 0.0, 100.0)
 

@@ -102,7 +102,11 @@ class SurveyPlanner:
     def _candidates(self, spacing_m: float) -> Candidates:
         places_m = lattice(self._room, spacing_m)
         speed_m_s = self._flying.shooting_speed
-        return Candidates(self._patches, places_m, self._camera, self._asked, self._ranges_m, speed_m_s)
+        asked = self._asked
+        found = Candidates(self._patches, places_m, self._camera, asked, self._ranges_m, speed_m_s)
+        if asked.comfort <= asked.margin:
+            return found
+        return found.preferring(self._room.clearances_m(places_m) >= asked.radius + asked.comfort)
 
     def _plan(self, candidates: Candidates, cover: Cover, rng: np.random.Generator, tries: int) -> SurveyPlan:
         views = [

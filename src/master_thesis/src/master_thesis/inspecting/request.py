@@ -17,6 +17,8 @@ from master_thesis.worlds import scenario
 
 PLAN_MARGIN_M = 0.25
 """Beyond the UAV's radius, in a plan that is made here: the flight's map is coarser than the drawing."""
+COMFORT_M = 0.85
+"""Beyond the radius. Nearer than this is within CEPA's r_ub; a small UAV's is less than the plan's margin."""
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
             resolution=scenario.number("detail", asked.get("detail", 1.0), 0.01, 100.0),
             radius=scenario.number("radius", asked.get("radius", 0.35), 0.05, 5.0),
             margin=PLAN_MARGIN_M,
+            comfort=0.0 if flight.description.model == "small_quad" else COMFORT_M,
             voxel=0.05 if flight.description.model == "small_quad" else 0.1,
         )
         if path:

@@ -52,6 +52,10 @@ class Room:
         found[inside] = values[tuple(index[inside].T)]
         return found
 
+    def clearances_m(self, places_m: np.ndarray) -> np.ndarray:
+        """Return how far places (n, 3) in the air are from what is none, m, to a voxel; 0 elsewhere."""
+        return self.at(self.voxel_m * ndimage.distance_transform_edt(self.air == AIR), places_m)
+
 
 def room_of(
     blocked: np.ndarray, corner_m: np.ndarray, voxel_m: float, clearance_m: float, home_m: np.ndarray | None

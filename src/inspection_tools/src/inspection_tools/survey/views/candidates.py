@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from dataclasses import dataclass
 from typing import Callable
@@ -107,15 +108,38 @@ class Candidates:
             is_seen[part] = ranges_m(origins, way / apart[:, None]) >= apart - OFF_SURFACE_M
         return is_seen
 
+    @property
+    def _of(self) -> np.ndarray:
+        """The place (n,) of each pair of place and patch."""
+        return np.repeat(np.arange(len(self.places_m)), np.diff(self.begins))
+
+    def _are_drawn(self) -> np.ndarray:
+        """Return for which pairs (n,) a photograph draws the patch if it looks straight at it."""
+        way = self.patches.points_m[self.seen] - self.places_m[self._of]
+        apart = np.linalg.norm(way, axis=1)
+        cosine = -(way * self.patches.normals[self.seen]).sum(axis=1) / apart
+        return np.hypot(apart, self.lens[3]) <= self.lens[2] * cosine
+
     def _reachable(self) -> np.ndarray:
         """Return which patches (n,) some photograph draws that looks straight at them."""
         found = np.zeros(len(self.patches), bool)
-        of = np.repeat(np.arange(len(self.places_m)), np.diff(self.begins))
-        way = self.patches.points_m[self.seen] - self.places_m[of]
-        apart = np.linalg.norm(way, axis=1)
-        cosine = -(way * self.patches.normals[self.seen]).sum(axis=1) / apart
-        found[self.seen[np.hypot(apart, self.lens[3]) <= self.lens[2] * cosine]] = True
+        found[self.seen[self._are_drawn()]] = True
         return found
+
+    def preferring(self, preferred: np.ndarray) -> Candidates:
+        """Return the preferred places (n,), and those that show what no preferred one does.
+
+        All that was reachable still is.
+        """
+        of, drawn = self._of, self._are_drawn()
+        by_preferred = np.zeros(len(self.patches), bool)
+        by_preferred[self.seen[drawn & preferred[of]]] = True
+        kept = preferred.copy()
+        kept[of[drawn & ~by_preferred[self.seen]]] = True
+        fewer, pairs = copy.copy(self), kept[of]
+        fewer.places_m, fewer.seen, fewer.bins = self.places_m[kept], self.seen[pairs], self.bins[pairs]
+        fewer.begins = np.concatenate(([0], np.cumsum(np.diff(self.begins)[kept]))).astype(np.int64)
+        return fewer
 
     def best(self, chosen: np.ndarray, worth: np.ndarray) -> np.ndarray:
         """Return (k, 3) gain, yaw and tilt, rad, of the best photograph from each chosen place."""
