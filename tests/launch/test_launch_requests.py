@@ -226,13 +226,25 @@ def test_every_launch_file_can_be_flown_as_it_is(path, capsys):
 
 @pytest.mark.parametrize("name", ["experiment_1", "experiment_2", "experiment_4", "explore", "teleop"])
 def test_cepa_knows_how_ardupilot_follows(name):
-    words = ["autopilot:=ardupilot", f"ardupilot:={shutil.which('true')}", *free_mavlink_ports()]
-    words.append(f"simulator_port:={free_ports(1)[0]}")
-    command = ["roslaunch", "--dump-params", str(LAUNCH / f"{name}.launch"), *words]
-    dumped = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-    found = yaml.safe_load(dumped)
+    found = dumped(name, "ardupilot")
     told = yaml.safe_load((ROOT / "src/cepa/config/ardupilot.yaml").read_text())
     assert {key: found[f"/cepa/{key}"] for key in told} == told
+
+
+@pytest.mark.parametrize("name", ["explore", "inspection"])
+def test_lockstep_is_not_asked_of_a_flight_controller_that_has_none(name):
+    """gazebo refuses it: such a launch would end at once."""
+    assert dumped(name, "standin")["/gazebo/lockstep"] is True
+    assert dumped(name, "ardupilot")["/gazebo/lockstep"] is False
+    assert dumped(name, "px4")["/gazebo/lockstep"] is False
+
+
+def dumped(name: str, autopilot: str) -> dict:
+    """Return the parameters that a launch file sets for an autopilot."""
+    words = [f"autopilot:={autopilot}", f"ardupilot:={shutil.which('true')}", *free_mavlink_ports()]
+    words.append(f"simulator_port:={free_ports(1)[0]}")
+    command = ["roslaunch", "--dump-params", str(LAUNCH / f"{name}.launch"), *words]
+    return yaml.safe_load(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
 
 
 def free_mavlink_ports() -> list[str]:

@@ -192,6 +192,20 @@ def test_the_world_goes_on_when_ardupilot_ends_and_it_is_started_again(start):
     assert "The rotors stop, and it is started again" in said[0]
 
 
+def test_after_a_reset_the_new_program_is_heard_and_not_the_old_one(start):
+    """The new one's frames would count as old ones, for its numbers begin again."""
+    autopilot = start(FAKE_LAST_WORD=1)
+    for _ in range(2):
+        said = []
+        autopilot.on_warning = said.append
+        wait_until_ready(autopilot)
+        for step in range(20):
+            autopilot.step(state(4000 * step))
+        assert said == []
+        assert autopilot._told_us == 4000 * 19
+        autopilot.reset()
+
+
 def test_a_program_that_ends_at_once_is_an_error_with_its_last_words(start):
     autopilot = start(FAKE_EXIT=1, FAKE_SAYS="Vehicle model (JSON) not found")
     with pytest.raises(AutopilotError, match=r"exit status 1.*Vehicle model .JSON. not found.*4\.6"):

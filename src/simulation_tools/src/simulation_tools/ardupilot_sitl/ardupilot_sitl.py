@@ -159,6 +159,8 @@ class ArduPilotSitl:
 
     def reset(self) -> None:
         """Start ArduPilot again; simulated time begins at 0."""
+        if self._program is not None:
+            self._program.stop()  # first: it asks once more while it ends, and that must be forgotten
         self._forget()
         self._before, self._told_us, self._restart_s = VehicleState(0), 0, math.inf
         if self._program is not None:

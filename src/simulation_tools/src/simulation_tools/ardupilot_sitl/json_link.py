@@ -42,7 +42,9 @@ class JsonLink:
         self.forget()
 
     def forget(self) -> None:
-        """Let another ArduPilot come."""
+        """Let another ArduPilot come. What the last one has sent is thrown away."""
+        for _ in receive_all(self._socket):
+            pass
         self._peer: Address | None = None
         self._newest = -1
         self._waiting.clear()
