@@ -1,14 +1,14 @@
-"""ArduPilot Copter beside the PX4 stand-in: step responses, Experiments 1 and 4, with and without GNSS.
+"""ArduPilot Copter beside the PX4 stand-in, with and without GNSS: step responses, flights by CEPA.
 
 Both fly `iris` in the same simulator. The steps are those of `bench px4`, flown without ROS, in lockstep; the
 table has medians over the seeds. Without GNSS, poses have 1 cm of noise, come 30 times a second and 50 ms
-late. The experiments are flown in the ROS graph. You build ArduPilot yourself
-(simulation_tools/doc/ardupilot.md) and name its program by --ardupilot or ARDUPILOT_COPTER; without it
-nothing is flown.
+late. The flights are Experiment 1 in forest and hallway, and Experiment 4 in the hold, in the ROS graph. You
+build ArduPilot yourself (simulation_tools/doc/ardupilot.md) and name its program by --ardupilot or
+ARDUPILOT_COPTER; without it nothing is flown.
 
 Keys: ardupilot.steps.{gnss, poses}.{ardupilot, standin}.MANOEUVRE.{rise_s, delay_s, overshoot_percent, ...},
 ardupilot.hover_cm.{gnss, poses}.{ardupilot, standin}.{north, east, down} and
-ardupilot.flights.{experiment_1, experiment_4}.{gnss, poses}.{ardupilot, standin}.SEED.
+ardupilot.flights.{forest, hallway, hold}.{gnss, poses}.{ardupilot, standin}.SEED.
 """
 
 from __future__ import annotations
@@ -91,13 +91,13 @@ def _measure(given: argparse.Namespace, results: Results) -> None:
             print(f"\n{hover_table(place, {pilot: hover_cm(f) for pilot, f in flown.items()})}\n")
     if "flights" in given.parts:
         rows = []
-        kinds = list(product(ardupilot_flights.EXPERIMENTS, PLACES, PILOTS, seeds))
-        for experiment, place, pilot, seed in tqdm(kinds, "flights"):
+        kinds = list(product(ardupilot_flights.FLIGHTS, PLACES, PILOTS, seeds))
+        for flight, place, pilot, seed in tqdm(kinds, "flights"):
             result = ardupilot_flights.fly(
-                experiment, pilot, given.ardupilot, place == "gnss", seed, given.real_time_factor
+                flight, pilot, given.ardupilot, place == "gnss", seed, given.real_time_factor
             )
-            results.add(f"ardupilot.flights.{experiment}.{place}.{pilot}.{seed}", result)
-            rows.append(ardupilot_flights.row(experiment, BY[place], pilot, seed, result))
+            results.add(f"ardupilot.flights.{flight}.{place}.{pilot}.{seed}", result)
+            rows.append(ardupilot_flights.row(flight, BY[place], pilot, seed, result))
         print(f"\n{table(ardupilot_flights.HEADER, rows)}")
 
 

@@ -1,4 +1,4 @@
-"""Experiments 1 and 4 in the ROS graph, flown by ArduPilot or by the stand-in."""
+"""Experiment 1 in two worlds and Experiment 4 in the ROS graph, flown by ArduPilot or by the stand-in."""
 
 from __future__ import annotations
 
@@ -13,7 +13,11 @@ from master_thesis.graph.launched_graph import LaunchedGraph
 
 PATIENCE_S = 1500.0
 """Wall time of a flight on a busy machine."""
-EXPERIMENTS = {"experiment_1": ("scenario:=forest",), "experiment_4": ()}
+FLIGHTS = {
+    "forest": ("experiment_1.launch", "scenario:=forest"),
+    "hallway": ("experiment_1.launch", "scenario:=hallway"),
+    "hold": ("experiment_4.launch",),
+}
 HEADER = (
     "flight",
     "end",
@@ -28,9 +32,9 @@ PORTS = ("simulator_port", "offboard_port", "gcs_port")
 
 
 def fly(
-    experiment: str, autopilot: str, path: str, gnss: bool, seed: int, real_time_factor: float
+    flight: str, autopilot: str, path: str, gnss: bool, seed: int, real_time_factor: float
 ) -> dict[str, Any]:
-    """Fly once; return what the driver judged. path: of arducopter.
+    """Fly one of FLIGHTS; return what the driver judged. path: of arducopter.
 
     Raises GraphError: the flight left no result.
     """
@@ -39,7 +43,7 @@ def fly(
         ports = (f"{port}:={number}" for port, number in zip(PORTS, free_ports(3)))
         graph = LaunchedGraph(
             folder,
-            *("master_thesis", f"{experiment}.launch", *EXPERIMENTS[experiment], "headless:=true"),
+            *("master_thesis", *FLIGHTS[flight], "headless:=true"),
             *(f"autopilot:={autopilot}", f"ardupilot:={path}", f"gnss:={str(gnss).lower()}"),
             *(
                 f"seed:={seed}",
@@ -58,10 +62,10 @@ def fly(
             graph.close()
 
 
-def row(experiment: str, place: str, autopilot: str, seed: int, result: dict[str, Any]) -> tuple[str, ...]:
+def row(flight: str, place: str, autopilot: str, seed: int, result: dict[str, Any]) -> tuple[str, ...]:
     """Return a flight's line in the table of HEADER."""
     return (
-        f"{experiment} {place}, {autopilot}, seed {seed}",
+        f"{flight} {place}, {autopilot}, seed {seed}",
         "success" if result["success"] else result["failure"] or "failed",
         "contact" if result["collision"] else "none",
         *(

@@ -118,3 +118,22 @@ def test_when_external_poses_end_it_gets_zeros_then_lands():
     assert not bench.of(RequestMode)
     bench.run(3.0)
     assert bench.of(RequestMode)[0] == RequestMode("LAND")
+
+
+def test_when_a_pose_was_late_before_it_left_the_ground_it_is_told_to_take_off_again():
+    """It obeys no position on the ground, and would disarm there."""
+    bench = bench_of(needs_home=False, needs_vision=True)
+    bench.vision = bench.home = True
+    bench.run(0.5)
+    bench.set("GUIDED", landed=GROUND).run(1.0)
+    assert bench.of(RequestTakeoff)
+    bench.vision = False
+    bench.run(1.0)
+    assert bench.publisher.phase is Phase.BLIND
+    bench.vision = True
+    bench.run(2.0)
+    assert bench.publisher.phase is Phase.TAKING_OFF
+    assert bench.of(RequestTakeoff)
+    bench.pose = Pose((1.0, 2.0, 2.0))
+    bench.set("GUIDED", landed=AIR).run(1.0)
+    assert bench.publisher.phase is Phase.FLYING

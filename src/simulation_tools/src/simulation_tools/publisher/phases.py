@@ -98,7 +98,7 @@ class Phases:
         elif self.phase is Phase.FLYING:
             actions = self._fly(now_ns, pose, state, p)
         elif self.phase is Phase.RETURNING:
-            actions = self._return(now_ns, pose, state, poses_missing, p)
+            actions = self._return(now_ns, pose, state, is_flying, poses_missing, p)
         elif self.phase is Phase.YIELDED:
             actions = self._yield(pose, state, p)
         self._was_failsafe = state.failsafe(p.family) or (self._was_failsafe and not state.armed)
@@ -166,7 +166,13 @@ class Phases:
         return [] if state.mode == p.family.guided else self._enter_yielded(state, p)
 
     def _return(
-        self, now_ns: int, pose: Pose, state: FcuState, poses_missing: bool, p: PublisherParameters
+        self,
+        now_ns: int,
+        pose: Pose,
+        state: FcuState,
+        is_flying: bool,
+        poses_missing: bool,
+        p: PublisherParameters,
     ) -> list[Action]:
         if not state.armed:
             return self._end_flight()
@@ -175,6 +181,10 @@ class Phases:
             return self._request(now_ns, p, RequestMode(p.family.guided))
         if state.mode != p.family.guided:
             return self._enter_yielded(state, p)
+        if p.family.takes_off_by_command and not is_flying:  # a setpoint does not lift it
+            self.phase = Phase.TAKING_OFF
+            self._aim_over(pose, p)
+            return []
         if poses_missing or not self._hover.reached(now_ns, p):
             return []
         return self._enter_flying(None, "hovering again, ready.")
