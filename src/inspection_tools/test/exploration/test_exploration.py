@@ -90,6 +90,37 @@ def test_a_uav_that_cannot_reach_the_first_place_explores_from_where_it_is():
     assert exploration.told.views == 1
 
 
+def test_a_lidar_that_sees_only_where_the_uav_hovers_gets_its_time_before_each_decision():
+    # Given a lidar that needs 10 s to look around, in a room with more to see
+    flight = Flight(room((8.0, 4.6, 2.4), [((3.0, 0.0, 0.0), (3.2, 2.6, 2.4))]), (1.3, 1.3, 1.2))
+    explorer = Explorer(ExplorerParameters(spacing=0.4, reach=4.0))
+    exploration = Exploration(flight.planner, explorer, ExplorationParameters(first_sink=0.0, sweep=10.0))
+    exploration.begin(0.0, flight.place_m)
+    hovers_since_s, decided = 0.0, []
+    for stamp_s in np.arange(0.0, 200.0, 0.5):
+        views = exploration.told.views
+        if exploration.follow(float(stamp_s), flight.place_m):
+            exploration.look(float(stamp_s), flight.place_m)
+        if exploration.told.end is not None:
+            break
+        if exploration.told.views > views:
+            decided.append(stamp_s - hovers_since_s)
+        # When the UAV flies, then nothing is decided until it has hovered so long
+        away_m = exploration.setpoint_m - flight.place_m
+        far_m = math.hypot(*away_m)
+        if far_m > 0.0:
+            flight.place_m = flight.place_m + away_m * min(1.0, 0.5 / far_m)
+            hovers_since_s = stamp_s
+        if far_m <= 0.5:
+            flight.look()
+    assert len(decided) > 2
+    assert min(decided) >= 9.5
+    # And the way home needs no sweeps
+    assert exploration.told.end is End.EXPLORED
+    exploration.look(float(stamp_s) + 0.5, flight.place_m)
+    assert exploration.is_home or exploration.rest_m
+
+
 def test_a_uav_that_is_kept_off_its_way_gives_the_goal_up():
     """CEPA may not let it come nearer. It does not wait for ever, nor does it choose the same place again."""
     exploration = Exploration(open_box(), Explorer(), ExplorationParameters(first_sink=0.0, patience=6.0))

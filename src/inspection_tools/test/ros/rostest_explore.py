@@ -2,9 +2,12 @@
 """What the node explore promises: an action with feedback, pause, resume, abort, and a way home in time."""
 
 import math
+import os
+import signal
 import sys
 import unittest
 from pathlib import Path
+from xmlrpc.client import ServerProxy
 
 import rospy
 import rostest
@@ -17,7 +20,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from inspection_tools.msg import ExploreActionFeedback, ExploreActionGoal, ExploreActionResult
-from node_tools.testing import Input, wait_until
+from node_tools.testing import Input, address_of, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -40,6 +43,13 @@ class Newest:
         self.last = message
 
 
+def kill_and_wait():
+    """Kill the node, and wait until roslaunch has started it again."""
+    old = address_of(NODE)
+    os.kill(ServerProxy(old).getPid("/explore_probe")[2], signal.SIGKILL)
+    wait_until(lambda: address_of(NODE) not in (None, old), "the node's new start", 60.0)
+
+
 class ExploreTest(unittest.TestCase):
     jumped_s = 0.0
     """By which the clock has jumped."""
@@ -53,7 +63,7 @@ class ExploreTest(unittest.TestCase):
         cls.maps = Input("/updates", tiles_class())
         cls.poses = Input("/ground_truth", Odometry)
         cls.batteries = Input("/battery", BatteryState)
-        cls.goals = Input(NODE + "/explore/goal", ExploreActionGoal)
+        cls.goals = Input(NODE + "/explore/goal", ExploreActionGoal, latch=True)
         cls.services = {
             name: rospy.ServiceProxy(f"{NODE}/{name}", Trigger) for name in ("pause", "resume", "abort")
         }
@@ -148,6 +158,38 @@ class ExploreTest(unittest.TestCase):
         self.assertEqual(self.results.last.result.end, "battery")
         self.assertIn("reserve", self.results.last.result.reason)
         self.assertTrue(self.results.last.result.is_home)
+
+    def test_5_killed_in_flight_it_goes_on_and_comes_home_to_the_same_place(self):
+        # Given a UAV that explores away from where it began; when the node is killed and starts again
+        self.be(START)
+        rospy.sleep(0.5)
+        self.send_goal("killed")
+        self.fly(lambda: self.feedback.last.status.goal_id.id == "killed")
+        self.fly(lambda: self.target_m() is not None and math.dist(self.target_m(), START) > 2.0)
+        began = rospy.get_param(NODE + "/begun")
+        kill_and_wait()
+        self.feedback.last = None
+        # Then it flies the same goal, which is latched, with the same home
+        self.fly(lambda: self.feedback.last is not None, seconds=60.0)
+        self.assertEqual(self.feedback.last.status.goal_id.id, "killed")
+        self.assertEqual(rospy.get_param(NODE + "/begun"), began)
+        self.fly(lambda: self.results.last.status.goal_id.id == "killed", charge=0.1)
+        self.assertEqual(self.results.last.result.end, "battery")
+        self.assertLess(math.dist(self.target_m(), began["home"]), 0.01)
+        # When it is killed after the end, then it does not fly the goal again
+        self.results.last = self.feedback.last = None
+        kill_and_wait()
+        self.services["pause"].wait_for_service(60.0)
+        for _ in range(20):
+            self.be(START)
+            rospy.sleep(0.1)
+        self.assertIsNone(self.results.last)
+        self.assertIsNone(self.feedback.last)
+
+    def target_m(self):
+        """Return where the node sends the UAV."""
+        target = self.setpoints.last
+        return None if target is None else (target.position.x, target.position.y, target.position.z)
 
 
 if __name__ == "__main__":

@@ -47,3 +47,9 @@ def test_the_defaults_and_a_flight_that_does_not_nod_pass():
 def test_what_cannot_be_flown_is_refused(asked, sentence):
     with pytest.raises((MasterThesisError, SimulationToolsError), match=re.escape(sentence)):
         nodding.check({**ASKED, **asked})
+
+
+def test_an_exploration_may_nod_in_lockstep_but_not_with_a_cloud():
+    nodding.check_lidar({**ASKED, "lockstep": "true"})
+    with pytest.raises(MasterThesisError, match="lidar:=m8 need not nod"):
+        nodding.check_lidar({**ASKED, "lidar": "m8"})

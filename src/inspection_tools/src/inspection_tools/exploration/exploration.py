@@ -63,6 +63,8 @@ class Exploration:
         self._track_m: list[np.ndarray] = []
         self._been_m: list[np.ndarray] = []
         """Since the last look."""
+        self._hovers_s: float | None = None
+        """Since when it has been at the end of its way; None: it is on the way."""
         self._lock = threading.Lock()  # of the way and of the pause
         self._is_paused = False
         self.is_home = self.must_land = False
@@ -72,13 +74,17 @@ class Exploration:
         """Since when; None: it is not."""
         self.told = Explored()
 
-    def begin(self, stamp_s: float, here_m: np.ndarray) -> None:
-        """Begin at a hover (x, y, z) in the map's frame, or go on. Home is the place below the first one."""
+    def begin(self, stamp_s: float, here_m: np.ndarray, home_m: np.ndarray | None = None) -> None:
+        """Begin at a hover (x, y, z) in the map's frame, or go on. Home is the place below the first one.
+
+        home_m: home of an exploration that was lost in flight, which this one goes on with.
+        """
         self._began_s, self.is_home, self.must_land, self._is_paused = stamp_s, False, False, False
         if self._home_m is None:
-            self._home_m = here_m - (0.0, 0.0, self._p.first_sink)
+            self._home_m = here_m - (0.0, 0.0, self._p.first_sink) if home_m is None else home_m
+            self._planner.lower_ceiling(self._home_m[2] + self._p.first_sink + self._p.climb_max)
         self.told.end, self.told.reason = None, ""
-        self._way, self._stay = Way([self._home_m]), Stay()
+        self._way, self._stay = Way([self._home_m if home_m is None else here_m]), Stay()
         if self._energy is not None:
             self._energy.take_off()
 
@@ -86,7 +92,7 @@ class Exploration:
         """Go on after the clock jumped back: what was timed begins anew, what is known stays."""
         self._began_s, self._look_s = stamp_s, -math.inf
         self._home_planned_s, self._shut_in_s = -math.inf, None
-        self._progress, self._stay = Progress(), Stay()
+        self._progress, self._stay, self._hovers_s = Progress(), Stay(), None
         if self._energy is not None:
             self._energy.restart_clock(stamp_s)
 
@@ -124,6 +130,12 @@ class Exploration:
         return without_loops(self._track_m[::-1], self._planner.parameters.radius)
 
     @property
+    def home_m(self) -> np.ndarray:
+        """The place (x, y, z) that it comes home to."""
+        assert self._home_m is not None, "begin first"
+        return self._home_m
+
+    @property
     def has_begun(self) -> bool:
         """Whether `begin` was called."""
         return self._home_m is not None
@@ -149,7 +161,12 @@ class Exploration:
             self._track_m.append(here_m)
         self._way.follow(here_m, self._p.arrived)
         self._progress.note(stamp_s, here_m, self._way.rest_m)
-        pause_s = self._p.look_period if self._way.is_left else self._p.rest
+        if self._way.is_left:
+            self._hovers_s = None
+        elif self._hovers_s is None:
+            self._hovers_s = stamp_s
+        is_at_view = not self._way.is_left and not self._must_sweep(stamp_s)
+        pause_s = self._p.rest if is_at_view else self._p.look_period
         return not self.is_home and stamp_s >= self._look_s + pause_s
 
     def look(self, stamp_s: float, here_m: np.ndarray) -> None:
@@ -162,8 +179,18 @@ class Exploration:
             self._planner.take_as_free(place_m, self._planner.parameters.radius)
         self._know_the_way_home(stamp_s, here_m)
         self._mind_the_energy(stamp_s)
-        if not self._goes_on(stamp_s, here_m):
+        if self._goes_on(stamp_s, here_m):
+            return
+        if not self._must_sweep(stamp_s):
             self._decide(stamp_s, here_m)
+        elif self._way.is_left:
+            self._set_out(Way([here_m]))
+
+    def _must_sweep(self, stamp_s: float) -> bool:
+        """Return whether the lidar needs more time to see all around, before the next view is decided."""
+        if self._p.sweep == 0.0 or self.told.end is not None:
+            return False
+        return self._hovers_s is None or stamp_s < self._hovers_s + self._p.sweep
 
     def _know_the_way_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Plan the way home again, if the energy counts and the last plan is old."""
@@ -196,7 +223,7 @@ class Exploration:
     def _set_out(self, way: Way) -> None:
         with self._lock:
             if not self._is_paused:
-                self._way = way
+                self._way, self._hovers_s = way, None
 
     def _goes_on(self, stamp_s: float, here_m: np.ndarray) -> bool:
         """Return whether the UAV keeps to its way, without a decision."""
@@ -212,7 +239,7 @@ class Exploration:
             self._planner.close(rest_m[0], stamp_s)  # CEPA does not let it go there
             self._explorer.give_up_goal()
             return False
-        is_decided = self.told.end is not None or len(rest_m) > 1
+        is_decided = self.told.end is not None or self._p.sweep > 0.0 or len(rest_m) > 1
         return is_decided and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)
 
     def _decide(self, stamp_s: float, here_m: np.ndarray) -> None:

@@ -76,12 +76,16 @@ class ExplorationParameters:
         time_max: After this time the UAV flies home, s.
         look_period: The way is checked, and the next view is decided anew, so often, s.
         rest: At a view, so that clouds come before the next decision, s.
+        sweep: A lidar that nods where the UAV hovers needs so long to see all around, s. Then the UAV decides
+            only after it has hovered so long. 0: the lidar sees all the time.
         arrived: The UAV has arrived if it is nearer than this, m.
         patience: A place that the UAV comes no nearer to for so long is closed for a while, and its view is
             given up, s. CEPA may keep the UAV off.
         stranded: On its way home, a UAV that stays where it is for so long must land there, s.
         track_spacing: Between the places that it remembers, to come back the way it came, m.
         first_sink: The hover's height is the border of what the climb has shown: home is this much below, m.
+        climb_max: The UAV stays lower than its first hover plus this, m. A planar lidar knows its place only
+            near the height of its map.
         home_speed: Mean speed on the way home, turns included, m/s.
         home_period: The way home is planned anew so often, s.
 
@@ -92,11 +96,13 @@ class ExplorationParameters:
     time_max: float = math.inf
     look_period: float = 1.0
     rest: float = 0.3
+    sweep: float = 0.0
     arrived: float = 0.3
     patience: float = 6.0
     stranded: float = 60.0
     track_spacing: float = 0.5
     first_sink: float = 0.7
+    climb_max: float = math.inf
     home_speed: float = 0.7
     home_period: float = 5.0
 
@@ -105,10 +111,13 @@ class ExplorationParameters:
             raise ParameterError(f"time_max is {self.time_max}; it must be a positive number of seconds.")
         check_number("look_period", self.look_period, 0.1, 60.0)
         check_number("rest", self.rest, 0.0, 60.0)
+        check_number("sweep", self.sweep, 0.0, 60.0)
         check_number("arrived", self.arrived, 0.05, 5.0)
         check_number("patience", self.patience, 1.0, 600.0)
         check_number("stranded", self.stranded, 1.0, 600.0)
         check_number("track_spacing", self.track_spacing, 0.1, 10.0)
         check_number("first_sink", self.first_sink, 0.0, 5.0)
+        if not self.climb_max >= 0.0:
+            raise ParameterError(f"climb_max is {self.climb_max}; it must be a height in metres, 0 or more.")
         check_number("home_speed", self.home_speed, 0.01, 20.0)
         check_number("home_period", self.home_period, 0.5, 60.0)

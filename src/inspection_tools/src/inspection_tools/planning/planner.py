@@ -68,6 +68,10 @@ class PathPlanner:
         if self._map is not None:
             self._map = self._clearances_on(self._map.grid)
 
+    def lower_ceiling(self, height_m: float) -> None:
+        """Let the UAV's centre come no higher than this in the map's frame, nor than the limits say."""
+        self._limits = replace(self._limits, ceiling_m=min(self._limits.ceiling_m, height_m))
+
     @property
     def has_map(self) -> bool:
         """Whether it knows anything."""

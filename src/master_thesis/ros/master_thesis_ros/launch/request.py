@@ -146,6 +146,8 @@ def _exploration(asked: Mapping[str, str]) -> None:
     from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
 
     exploration.read(asked, cepa_keeps_m({}))
+    if nodding.is_true(asked, "nod"):
+        nodding.check_lidar(asked)
     slam_arguments.check_file(Path(asked["slam_config"]))
 
 

@@ -11,48 +11,51 @@ from simulation_tools.vehicle.nod import Nod
 
 WITH_CLOUD = ("puck", "near_puck", "m8")
 MOST_SWEEPS = 100
-MODEL = "iris"
 
 
 def check(asked: Mapping[str, Any]) -> None:
-    """Check `nod` and what goes with it.
+    """Check `nod` of a mission, and what goes with it.
 
     Raises:
         ScenarioError, SimulationToolsError: one sentence.
     """
-    if not _is_true(asked, "nod"):
+    if not is_true(asked, "nod"):
         return
-    lidar = str(asked["lidar"])
-    if lidar in WITH_CLOUD:
-        raise ScenarioError(f"lidar:={lidar} need not nod, because it has a cloud; leave out nod:=true.")
-    if not _is_true(asked, "volume"):
+    check_lidar(asked)
+    if not is_true(asked, "volume"):
         raise ScenarioError("A lidar nods for the map in three dimensions; add volume:=true to nod:=true.")
-    if _is_true(asked, "level_lidar"):
-        raise ScenarioError("The gimbal either levels the lidar or nods; leave out level_lidar:=true.")
-    if _is_true(asked, "lockstep"):
+    if is_true(asked, "lockstep"):
         raise ScenarioError(
             "When the lidar nods depends on the machine's speed, so the flight would not repeat; leave out "
             "lockstep:=true."
         )
-    _check_gimbal(
-        Nod(
-            values.number("nod_amplitude", asked["nod_amplitude"], 0.0),
-            values.number("nod_period", asked["nod_period"], 0.0),
-            scenario.whole_number("nod_sweeps", asked["nod_sweeps"], 1, MOST_SWEEPS),
-        )
-    )
 
 
-def _check_gimbal(nod: Nod) -> None:
-    """Ask the gimbal of the UAV that flies whether it can follow."""
+def check_lidar(asked: Mapping[str, Any]) -> None:
+    """Check that a lidar may nod, and that the gimbal of the UAV can follow.
+
+    Raises:
+        ScenarioError, SimulationToolsError: one sentence.
+    """
     from simulation_tools.vehicle.gimbal import Gimbal
     from simulation_tools.vehicle.uav import load_uav
 
-    gimbal = Gimbal.from_sdf(load_uav(MODEL).model)
+    lidar, model = str(asked["lidar"]), str(asked.get("model", "iris"))
+    if lidar in WITH_CLOUD:
+        raise ScenarioError(f"lidar:={lidar} need not nod, because it has a cloud; leave out nod:=true.")
+    if is_true(asked, "level_lidar"):
+        raise ScenarioError("The gimbal either levels the lidar or nods; leave out level_lidar:=true.")
+    nod = Nod(
+        values.number("nod_amplitude", asked["nod_amplitude"], 0.0),
+        values.number("nod_period", asked["nod_period"], 0.0),
+        scenario.whole_number("nod_sweeps", asked["nod_sweeps"], 1, MOST_SWEEPS),
+    )
+    gimbal = Gimbal.from_sdf(load_uav(model).model)
     if gimbal is None:
-        raise ScenarioError(f"The model {MODEL} has no gimbal, so its lidar cannot nod.")
+        raise ScenarioError(f"The model {model} has no gimbal, so its lidar cannot nod.")
     gimbal.start_nod(nod)
 
 
-def _is_true(asked: Mapping[str, Any], name: str) -> bool:
+def is_true(asked: Mapping[str, Any], name: str) -> bool:
+    """Return whether a flag is set; one that is not there is not."""
     return str(asked.get(name, "false")).lower() == "true"
