@@ -106,7 +106,7 @@ def _fly(place: Place, world: Path, seed: int, time_s: float) -> dict:
         position_controller=PositionControllerParameters(max_speed=place.explorer.speed),
     )
     with ClosedLoop(parameters) as loop:
-        asked = ExplorationParameters(time_max=time_s, arrived=place.arrived_m)
+        asked = ExplorationParameters(time_max=time_s, arrived=place.arrived_m, steep=True)
         flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, asked)
         told = flight.run()
         outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")

@@ -3,12 +3,13 @@
 import math
 
 import numpy as np
-from voxel_room import Flight, room
+import pytest
+from voxel_room import SIDE_M, Flight, beams, room
 
 from inspection_tools.exploration import End, Exploration, ExplorationParameters, Explorer, ExplorerParameters
 from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.way import Way
-from inspection_tools.planning import FREE, PathPlanner, PlannerParameters, parse_limits
+from inspection_tools.planning import FREE, UNKNOWN, PathPlanner, PlannerParameters, parse_limits
 
 HOVER_M = np.array((1.0, 2.0, 3.0))
 
@@ -119,6 +120,45 @@ def test_a_lidar_that_sees_only_where_the_uav_hovers_gets_its_time_before_each_d
     assert exploration.told.end is End.EXPLORED
     exploration.look(float(stamp_s) + 0.5, flight.place_m)
     assert exploration.is_home or exploration.rest_m
+
+
+@pytest.mark.parametrize("steep", [False, True])
+def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_allowed(steep):
+    # Given a level lidar, whose beams do not lead through a hole above, and a room on the deck
+    slab = [
+        ((0.2, 0.2, 2.2), (2.6, 3.2, 2.4)),
+        ((4.2, 0.2, 2.2), (4.8, 3.2, 2.4)),
+        ((2.6, 0.2, 2.2), (4.2, 0.8, 2.4)),
+        ((2.6, 2.4, 2.2), (4.2, 3.2, 2.4)),
+    ]
+    straight = np.array([(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)])  # what range finders see
+    directions = np.concatenate((beams(around=60), straight))
+    flight = Flight(room((5.0, 3.4, 4.4), slab), (1.3, 1.3, 1.2), directions)
+    explorer = Explorer(ExplorerParameters(spacing=0.4, reach=8.0))
+    asked = ExplorationParameters(first_sink=0.0, steep=steep)
+    exploration = Exploration(flight.planner, explorer, asked)
+    exploration.begin(0.0, flight.place_m)
+    occupied_m = SIDE_M * (np.argwhere(flight.filled)[:, ::-1] + 0.5)
+    nearest_m = math.inf
+    for stamp_s in np.arange(0.0, 900.0, 0.5):
+        if exploration.follow(float(stamp_s), flight.place_m):
+            exploration.look(float(stamp_s), flight.place_m)
+        if exploration.told.end is not None:
+            break
+        away_m = exploration.setpoint_m - flight.place_m
+        there_m = flight.place_m + away_m * min(1.0, 0.3 / max(math.hypot(*away_m), 1e-9))
+        ahead = (there_m + np.array((0.0, 0.0, math.copysign(0.4, away_m[2])))) / SIDE_M
+        if flight.filled[tuple(ahead.astype(int)[::-1])]:
+            continue  # a range finder sees that, and CEPA does not fly there
+        flight.place_m = there_m
+        flight.look()
+        nearest_m = min(nearest_m, float(np.linalg.norm(occupied_m - flight.place_m, axis=1).min()))
+    assert exploration.told.end is End.EXPLORED
+    above = flight.kinds[12:21, 1:16, 1:24]
+    known = np.count_nonzero(above != UNKNOWN) / above.size
+    assert (known > 0.95) if steep else (known < 0.5)
+    # And it kept away from what is there, though no beam had told of it
+    assert nearest_m > 0.3
 
 
 def test_a_uav_that_is_kept_off_its_way_gives_the_goal_up():

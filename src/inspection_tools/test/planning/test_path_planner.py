@@ -282,6 +282,22 @@ def test_what_is_taken_as_free_opens_the_unknown_but_no_obstacle():
         planner.plan(*ends)
 
 
+def test_a_venture_is_free_only_where_the_uav_has_been():
+    planner = planner_on(np.pad(block(8, 8, 8), ((0, 8), (0, 8), (0, 8))), SLIM)
+    start, above, beside = (3.5, 3.5, 3.5), np.array((3.5, 3.5, 10.5)), np.array((10.5, 3.5, 3.5))
+    # Given two ways into what is unknown, of which the first was flown
+    planner.venture(np.array([(3.5, 3.5, 8.5), above, (8.5, 3.5, 3.5), beside]), 3.0)
+    assert planner.plan(start, above).length_m == pytest.approx(7.0)
+    assert planner.plan(start, beside).length_m == pytest.approx(7.0)
+    planner.settle([True, True, False, False])
+    assert planner.plan(start, above).length_m == pytest.approx(7.0)
+    with pytest.raises(NoPathError):
+        planner.plan(start, beside)
+    # And what is settled stays so
+    planner.settle([])
+    assert planner.plan(start, above).length_m == pytest.approx(7.0)
+
+
 def test_a_ball_that_is_taken_as_free_may_lie_beyond_the_map():
     planner = planner_on(block(8, 8, 8), SLIM)
     planner.take_as_free((-6.0, 4.0, 4.0), 4.0)

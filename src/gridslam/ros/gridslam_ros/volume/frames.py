@@ -56,6 +56,10 @@ class CloudFrames:
                 return self._in_map(odom, sensor, base, stamp)
         return None
 
+    def between(self, parent: str, frame: str, stamp: rospy.Time) -> Pose | None:
+        """Return a frame's pose in another one at a stamp; None: TF does not know it (yet)."""
+        return self._pose(parent.lstrip("/"), frame.lstrip("/"), stamp)
+
     def _in_map(
         self, odom: str, sensor: Pose, base: Pose, stamp: rospy.Time
     ) -> tuple[Pose, Pose, Pose] | None:

@@ -8,6 +8,7 @@ from gridslam.volume.octree.files import read_octree, write_octree
 from gridslam.volume.octree.stream import OctreeStream, map_from, stream_of
 from gridslam.volume.parameters import VolumeParameters
 from gridslam.volume.planning_layers import DistanceField, Frontiers
+from gridslam.volume.range_points import RangePoints
 from gridslam.volume.rebuilding import Rebuilding
 from gridslam.volume.scans.gathering import PlacedCloud, ScanGathering
 from gridslam.volume.scans.scan_points import points_of_scan
@@ -30,6 +31,7 @@ __all__ = [
     "OctreeStream",
     "PlacedCloud",
     "Pose",
+    "RangePoints",
     "Rays",
     "Rebuilding",
     "ScanGathering",

@@ -23,20 +23,37 @@ def is_near_room(space: Space, nodes: np.ndarray, least_m3: float) -> np.ndarray
     a way leads to. least_m3: less room in one piece does not count.
     """
     reach = math.isqrt(space.need - 1) + 1
-    fits = squared_clearances(_blocked(space), reach) >= space.need
-    if math.isfinite(space.limits.ceiling_m):
-        highest = math.floor(space.limits.ceiling_m / space.grid.resolution_m - 0.5)
-        fits[max(highest - int(space.grid.corner[2]) + 1, 0) :] = False
+    fits = clearances_if_free(space, reach) >= space.need
     is_unclear = space.squares < space.need
-    is_unknown = space.grid.kinds == UNKNOWN
-    room = _large(_joined(fits, nodes) & is_unknown & is_unclear, least_m3 / space.grid.resolution_m**3)
+    room = unknown_room(space, fits, nodes, least_m3)
     if not room.any():
         return room
-    known = _joined(fits & ~is_unknown, nodes)
+    known = _joined(fits & (space.grid.kinds != UNKNOWN), nodes)
     gates = room & ndimage.binary_dilation(known, TOUCHING)
     ways = gates | _joined(known & is_unclear | gates, np.argwhere(gates))
     near: np.ndarray = squared_clearances(ways, reach) < reach * reach
     return near
+
+
+def clearances_if_free(space: Space, reach: int) -> np.ndarray:
+    """Return (d, h, w) squared clearances, at most reach**2 voxels, if all that is unknown were free.
+
+    0: above the ceiling.
+    """
+    squares: np.ndarray = squared_clearances(_blocked(space), reach)
+    if math.isfinite(space.limits.ceiling_m):
+        highest = math.floor(space.limits.ceiling_m / space.grid.resolution_m - 0.5)
+        squares[max(highest - int(space.grid.corner[2]) + 1, 0) :] = 0
+    return squares
+
+
+def unknown_room(space: Space, fits: np.ndarray, nodes: np.ndarray, least_m3: float) -> np.ndarray:
+    """Return (d, h, w) where the UAV's centre could be in what is unknown; see `is_near_room`.
+
+    fits: (d, h, w) where it could be if all that is unknown were free.
+    """
+    is_unknown = (space.grid.kinds == UNKNOWN) & (space.squares < space.need)
+    return _large(_joined(fits, nodes) & is_unknown, least_m3 / space.grid.resolution_m**3)
 
 
 def _large(marked: np.ndarray, voxels_min: float) -> np.ndarray:

@@ -17,6 +17,7 @@ from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.explorer import Decision, Explorer
 from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.parameters import ExplorationParameters
+from inspection_tools.exploration.steep import SteepSteps
 from inspection_tools.exploration.told import End, Explored
 from inspection_tools.exploration.way import Progress, Stay, Way, without_loops
 from inspection_tools.planning import PathPlanner
@@ -57,6 +58,7 @@ class Exploration:
     ) -> None:
         self._planner, self._explorer, self._energy = planner, explorer, energy
         self._p = parameters or ExplorationParameters()
+        self._steep = SteepSteps(planner, explorer.steep_steps, explorer.parameters.spacing)
         self._began_s, self._look_s = math.nan, -math.inf
         self._way, self._progress, self._stay = Way(), Progress(), Stay()
         self._home_m: np.ndarray | None = None
@@ -177,6 +179,7 @@ class Exploration:
         been_m, self._been_m = self._been_m, []
         for place_m in (*been_m, here_m):
             self._planner.take_as_free(place_m, self._planner.parameters.radius)
+            self._steep.note(place_m)
         self._know_the_way_home(stamp_s, here_m)
         self._mind_the_energy(stamp_s)
         if self._goes_on(stamp_s, here_m):
@@ -256,6 +259,7 @@ class Exploration:
         if stamp_s - self._began_s > self._p.time_max:
             self._end(End.TIME, f"The time of {self._p.time_max:g} s is over.")
             return
+        self._steep.settle()
         decision = self._explorer.decide(self._planner.space(stamp_s, here_m), here_m)
         self.told.views += 1
         if decision.is_shut_in and self._backs_out(stamp_s):
@@ -263,6 +267,8 @@ class Exploration:
         if not decision.is_shut_in:
             self._shut_in_s = None
         if decision.goal_m is None:
+            if self._takes_steep_step(stamp_s, here_m):
+                return
             if self._planner.reopen(stamp_s, TRIES - 1):
                 self._set_out(Way([here_m]))  # what CEPA has refused may hide behind it what is unknown
             else:
@@ -272,6 +278,15 @@ class Exploration:
         if not self._plan(here_m, goal_m, stamp_s):
             self._planner.close(goal_m, stamp_s)
             self._set_out(Way([here_m]))
+
+    def _takes_steep_step(self, stamp_s: float, here_m: np.ndarray) -> bool:
+        """Set out straight up or down where the lidar does not look; CEPA flies it if range finders do."""
+        end_m = self._steep.begin(stamp_s, here_m) if self._p.steep else None
+        if end_m is None:
+            return False
+        if not self._plan(here_m, end_m, stamp_s):
+            self._set_out(Way([here_m]))
+        return True
 
     def _end_without_goal(self, stamp_s: float, here_m: np.ndarray, decision: Decision) -> None:
         if decision.is_shut_in:

@@ -17,6 +17,7 @@ from inspection_tools.exploration.kernels.views import best_view, seen_from
 from inspection_tools.exploration.leftovers import Leftover, Sight, leftovers_of, with_refused
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
+from inspection_tools.exploration.steep import steep_steps
 from inspection_tools.planning.space import Space
 
 NEAR, FAR = 1.0, 0.5
@@ -69,6 +70,11 @@ class Explorer:
         """Voxels of the map when all views were looked at last."""
         self._tried: dict[tuple[float, ...], tuple[int, float]] = {}
         """By cell: its frontier voxels when it was looked at, and what the views in vain count."""
+
+    @property
+    def parameters(self) -> ExplorerParameters:
+        """As given."""
+        return self._p
 
     def give_up_goal(self) -> None:
         """The UAV comes no nearer to its goal: for the next decision it looks from where it is."""
@@ -131,6 +137,14 @@ class Explorer:
         """
         nodes = self._roadmap(opened, place_m).nodes
         return with_refused(leftovers, opened, nodes, self._sight(opened)) if len(nodes) else tuple(leftovers)
+
+    def steep_steps(self, space: Space, place_m: np.ndarray) -> np.ndarray:
+        """Return (n, k, 3) steps straight up or down from a place (x, y, z) of the UAV; see `steep_steps`.
+
+        Ask when no view shows more. The lidar does not see whether a step is free; range finders do.
+        """
+        roadmap = self._roadmap(space, place_m)
+        return steep_steps(space, roadmap, self._p.room_min) if len(roadmap.nodes) else np.zeros((0, 1, 3))
 
     def _roadmap(self, space: Space, place_m: np.ndarray) -> Roadmap:
         spacing = self._p.way_spacing or self._p.spacing

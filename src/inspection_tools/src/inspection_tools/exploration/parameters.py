@@ -84,6 +84,8 @@ class ExplorationParameters:
         stranded: On its way home, a UAV that stays where it is for so long must land there, s.
         track_spacing: Between the places that it remembers, to come back the way it came, m.
         first_sink: The hover's height is the border of what the climb has shown: home is this much below, m.
+        steep: When no view shows more, the UAV goes straight up and down by small steps into what is unknown.
+            It needs range finders up and down, and CEPA that flies only into what they have seen.
         climb_max: The UAV stays lower than its first hover plus this, m. A planar lidar knows its place only
             near the height of its map.
         home_speed: Mean speed on the way home, turns included, m/s.
@@ -102,6 +104,7 @@ class ExplorationParameters:
     stranded: float = 60.0
     track_spacing: float = 0.5
     first_sink: float = 0.7
+    steep: bool = False
     climb_max: float = math.inf
     home_speed: float = 0.7
     home_period: float = 5.0

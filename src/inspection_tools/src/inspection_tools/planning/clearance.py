@@ -8,7 +8,7 @@ import numpy as np
 
 from inspection_tools.planning.kernels.distances import squared_clearances
 from inspection_tools.planning.limits import KeepOut
-from inspection_tools.planning.voxel_grid import VoxelGrid, placed
+from inspection_tools.planning.voxel_grid import Taken, VoxelGrid, placed
 
 BLOCK = 64
 """Voxels along the side of a block that is computed at once."""
@@ -36,11 +36,17 @@ class ClearanceMap:
         side = self.grid.side
         self._changed += [(tile * side, (tile + 1) * side) for tile in np.asarray(tiles, np.int64)]
 
-    def take_as_free(self, place_m: np.ndarray, radius_m: float) -> None:
+    def take_as_free(self, place_m: np.ndarray, radius_m: float) -> Taken | None:
         """See `VoxelGrid.take_as_free`."""
-        changed = self.grid.take_as_free(place_m, radius_m)
-        if changed is not None:
-            self._changed.append(changed)
+        taken = self.grid.take_as_free(place_m, radius_m)
+        if taken is not None:
+            self._changed.append((taken.low, taken.high))
+        return taken
+
+    def take_back(self, taken: Taken) -> None:
+        """See `VoxelGrid.take_back`."""
+        self.grid.take_back(taken)
+        self._changed.append((taken.low, taken.high))
 
     def squares(self) -> np.ndarray:
         """Return the squared distances (d, h, w), z first, uint16, at most reach**2; 0: blocked."""

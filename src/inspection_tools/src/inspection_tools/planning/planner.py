@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Sequence
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from inspection_tools.planning.kernels.search import DONE, START, UNREACHED, sea
 from inspection_tools.planning.limits import Limits
 from inspection_tools.planning.parameters import PlannerParameters
 from inspection_tools.planning.space import Space
-from inspection_tools.planning.voxel_grid import VoxelGrid
+from inspection_tools.planning.voxel_grid import Taken, VoxelGrid
 
 WINDOW = 150
 """Voxels of a path that one leg may skip."""
@@ -56,6 +57,7 @@ class PathPlanner:
         self._parameters, self._limits = parameters or PlannerParameters(), limits or Limits()
         self._map: ClearanceMap | None = None
         self._closures = Closures()
+        self._ventured: list[Taken | None] = []
 
     @property
     def parameters(self) -> PlannerParameters:
@@ -95,7 +97,7 @@ class PathPlanner:
             return
         grid = VoxelGrid(resolution_m, side)
         grid.update(tiles, voxels)
-        self._map = self._clearances_on(grid)
+        self._map, self._ventured = self._clearances_on(grid), []
 
     def take_as_free(self, place_m: np.ndarray, radius_m: float) -> None:
         """Let what is unknown around a place (x, y, z) count as free: where the UAV is, or takes off.
@@ -109,9 +111,26 @@ class PathPlanner:
         if self._map is not None:
             self._map.take_as_free(_place("place", place_m), radius_m)
 
+    def venture(self, places_m: np.ndarray, radius_m: float) -> None:
+        """Take what is unknown around places (n, 3) as free, until `settle` tells where the UAV has been.
+
+        Raises:
+            PoseError, MapError: as `take_as_free`.
+        """
+        if self._map is not None:
+            grid = self._map
+            self._ventured = [grid.take_as_free(_place("place", place_m), radius_m) for place_m in places_m]
+
+    def settle(self, is_flown: Sequence[bool]) -> None:
+        """Take nothing more as free around those places of `venture` that were not flown to."""
+        ventured, self._ventured = self._ventured, []
+        for taken, was_there in zip(ventured, is_flown):
+            if self._map is not None and taken is not None and not was_there:
+                self._map.take_back(taken)
+
     def clear_map(self) -> None:
         """Forget the map, but not what is closed."""
-        self._map = None
+        self._map, self._ventured = None, []
 
     def close(self, place_m: np.ndarray, stamp_s: float) -> None:
         """Close a place (x, y, z) that CEPA did not fly, for `closed_time`; each time for twice as long.

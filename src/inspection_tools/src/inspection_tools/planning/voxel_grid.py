@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from inspection_tools.errors import MapError
@@ -10,6 +12,18 @@ UNKNOWN, FREE, OCCUPIED = 0, 1, 2
 MOST_VOXELS = 200_000_000
 """Of the box around all tiles."""
 FARTHEST_TILE = 1_000_000
+
+
+@dataclass(frozen=True)
+class Taken:
+    """Voxels that were taken as free.
+
+    low, high: (3,) x, y, z, from and before. is_new: (d, h, w), z first.
+    """
+
+    low: np.ndarray
+    high: np.ndarray
+    is_new: np.ndarray
 
 
 class VoxelGrid:
@@ -78,11 +92,11 @@ class VoxelGrid:
         kinds[old], is_taken_as_free[old] = self.kinds, self.is_taken_as_free
         self.corner, self.kinds, self.is_taken_as_free = low, kinds, is_taken_as_free
 
-    def take_as_free(self, place_m: np.ndarray, radius_m: float) -> tuple[np.ndarray, np.ndarray] | None:
+    def take_as_free(self, place_m: np.ndarray, radius_m: float) -> Taken | None:
         """Let unknown voxels count as free whose centres are in a ball around a place (x, y, z).
 
         Returns:
-            The voxels x, y, z from which and before which something may have changed; None if nothing has.
+            What is new; None if nothing is.
         """
         centre = np.asarray(place_m) / self.resolution_m
         reach = radius_m / self.resolution_m
@@ -91,10 +105,15 @@ class VoxelGrid:
         part = placed(low - self.corner, tuple((high - low)[::-1]))
         axes = [(np.arange(a, b) + 0.5 - c) ** 2 for a, b, c in zip(low, high, centre)][::-1]
         is_inside = axes[0][:, None, None] + axes[1][:, None] + axes[2] <= reach**2
-        if not (is_inside & ~self.is_taken_as_free[part]).any():
+        is_new = is_inside & ~self.is_taken_as_free[part]
+        if not is_new.any():
             return None
-        self.is_taken_as_free[part] |= is_inside
-        return low, high
+        self.is_taken_as_free[part] |= is_new
+        return Taken(low, high, is_new)
+
+    def take_back(self, taken: Taken) -> None:
+        """Let voxels that were taken as free count as what they are."""
+        self.is_taken_as_free[placed(taken.low - self.corner, taken.is_new.shape)] &= ~taken.is_new
 
     def is_free(self, part: tuple[slice, ...] | tuple[int, int, int]) -> np.ndarray:
         """Return which voxels of a part (z, y, x) are free, or taken as free."""

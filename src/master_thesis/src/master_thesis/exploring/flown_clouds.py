@@ -9,12 +9,13 @@ import numpy as np
 from gridslam.errors import SlamError
 from gridslam.inputs.attitude import matrix_of_quaternion
 from gridslam.odometry import OdometryEstimate
-from gridslam.volume import Pose
+from gridslam.volume import Pose, RangePoints
 from master_thesis.errors import FlightError
 from master_thesis.exploring.volume_of_flight import VolumeOfFlight
 from master_thesis.flight.closed_loop import ClosedLoop
 from simulation_tools.geometry import quaternion_from_rpy
 from simulation_tools.sensors.cloud import Cloud, CloudLidar
+from simulation_tools.sensors.range_finder import RangeFinder
 from simulation_tools.simulation import StepOutput
 
 CLOUD_S = 0.2
@@ -34,8 +35,13 @@ class FlownClouds:
         if not lidars or loop.own_odometry is None:
             raise FlightError(f"{errand} needs a lidar with clouds and a flight without GNSS.")
         self._own, self._lidar, self._volume = loop.own_odometry, lidars[0], volume
-        mount = self._lidar.mount.pose
-        self._lidar_in_base = Pose(mount.rotation, np.array(mount.position_m))
+        in_base = {
+            sensor.name: Pose(sensor.mount.pose.rotation, np.array(sensor.mount.pose.position_m))
+            for sensor in loop.simulation.payload
+        }
+        self._lidar_in_base = in_base[self._lidar.name]
+        self._in_lidar = {name: self._lidar_in_base.inverse() @ pose for name, pose in in_base.items()}
+        self._ranges = RangePoints()
         self._clouds: dict[int, np.ndarray] = {}
         self._seen, self._cloud_s = 0, -math.inf
 
@@ -46,10 +52,17 @@ class FlownClouds:
 
     def take(self, output: StepOutput) -> None:
         """Take what a step of the simulation gave."""
+        for sensor in output.payload:
+            if isinstance(sensor.device, RangeFinder):
+                limits = sensor.device.range_min, sensor.device.range_max
+                reading = sensor.shared()
+                assert isinstance(reading, float)
+                self._ranges.take(sensor.name, 1e-6 * output.time_us, reading, *limits)
         if self._lidar in output.payload:
             cloud = self._lidar.shared()
             assert isinstance(cloud, Cloud)
-            self._clouds[output.time_us] = cloud.points_m
+            stamp_s = 1e-6 * output.time_us
+            self._clouds[output.time_us] = self._ranges.added_to(cloud.points_m, stamp_s, self._in_lidar.get)
         for estimate in self._own.estimates[self._seen :]:
             self._map(estimate)
         self._seen = len(self._own.estimates)
