@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from cepa import Cloud, Decision, Dynamic, LaserScan2D, Motion
+from cepa import Cloud, Decision, Dynamic, LaserScan2D, Motion, Ranging
 from cepa.dynamic.kernels.response import fly
 from cepa.dynamic.observer import response_of
 
@@ -85,6 +85,34 @@ def motion_at(
 ) -> Motion:
     """Return the motion of a level UAV that looks along x."""
     return Motion(stamp_s, tuple(map(float, position)), LEVEL, tuple(map(float, velocity)), climb_ref)
+
+
+def fly_up(
+    steering: Dynamic, boxes: Boxes, start: np.ndarray, goal: np.ndarray, sign: float, patience_s: float
+) -> Flight:
+    """Fly straight up (sign 1) or down (-1) to a goal, by clouds and the range finder that looks there."""
+    model = steering.parameters.response
+    response = response_of(model, STEP_S)
+    position, state, flight, command = start.copy(), np.zeros((3, 4)), Flight(), np.zeros(3)
+    ahead = np.array([(1e-3, 0.0, sign)])
+    for number in range(round(patience_s / PERIOD_S)):
+        reference = np.clip(0.5 * (goal - position), -0.7, 0.7)
+        motion = motion_at(number * PERIOD_S, position, state[:, 1], float(reference[2]))
+        range_m = float(boxes.ranges(position, ahead)[0])
+        steering.take_ranges([Ranging((0.0, 0.0, 0.0), (0.0, 0.0, sign), range_m, 0.05, 12.0)])
+        asked, own = tuple(reference[:2].tolist()), tuple(state[:2, 1].tolist())
+        decision = steering.steer(NO_SCAN, asked, own, motion, boxes.cloud(position))
+        flight.decisions.append(decision)
+        late, command = command, np.array([*decision.velocity_xy, decision.climb_m_s])
+        state[:, 0] = 0.0
+        commands = np.array([[0.0, 9.0, *late], [model.delay_s, 9.0, *command]])
+        fly(state, commands, 0, 2, 0.0, PERIOD_S, response)
+        position = position + state[:, 0]
+        flight.positions.append(position)
+        flight.clearances_m.append(boxes.clearance(position, 0.35, 0.3, 0.15))
+        if sign * (goal[2] - position[2]) < 0.3:
+            break
+    return flight
 
 
 def fly_along_x(

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from planar_flight import Scene
-from spatial_flight import HEIGHT_M, NO_SCAN, Boxes, fly_along_x, motion_at
+from spatial_flight import HEIGHT_M, NO_SCAN, Boxes, fly_along_x, fly_up, motion_at
 
 from cepa import CepaParameters, Cloud, Dynamic, LaserScan2D, ParameterError, Ranging, Reason
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
@@ -49,6 +49,25 @@ def test_flies_over_a_wall_and_under_an_overhang_and_back_to_its_height(boxes, o
     passing = path[np.abs(path[:, 0] - 6.15) < 0.5, 2]
     assert (passing > 2.2).all() if over else (passing < 1.9).all()
     assert path[-1, 2] == pytest.approx(HEIGHT_M, abs=0.15)
+
+
+@pytest.mark.parametrize("hole_m", [1.6, 1.4])
+@pytest.mark.parametrize(("start_m", "goal_m"), [(1.3, 4.4), (1.3, 3.2), (4.4, 1.3), (4.4, 2.6)])
+def test_it_climbs_and_sinks_through_a_hole_in_a_deck(start_m, goal_m, hole_m):
+    # A deck in a room of 5.6 m, with a square hole; the reference leads nearly straight through it
+    half, far = 0.5 * hole_m, 3.0
+    deck = [
+        ((-far, -far, 2.8), (-half, far, 2.95)),
+        ((half, -far, 2.8), (far, far, 2.95)),
+        ((-half, -far, 2.8), (half, -half, 2.95)),
+        ((-half, half, 2.8), (half, far, 2.95)),
+    ]
+    boxes = Boxes(np.array([*deck, ((-far, -far, 5.6), (far, far, 5.8))]))
+    steering = Dynamic(CepaParameters(r_lb=0.5, r_ub=1.2))
+    start, goal = np.array([-0.3, 0.1, start_m]), np.array([0.05, 0.0, goal_m])
+    flight = fly_up(steering, boxes, start, goal, math.copysign(1.0, goal_m - start_m), 20.0)
+    assert flight.positions[-1][2] == pytest.approx(goal_m, abs=0.31)
+    assert min(flight.clearances_m) > 0.05
 
 
 def test_the_vertical_disturbance_moves_it_by_at_most_the_height_error():

@@ -50,11 +50,15 @@ class Cost:
         return flight + self._of_discomfort * discomfort + COST_OF_LOSS * lost + COST_OF_BEING_HIT * hit
 
     def of_height(
-        self, commands: np.ndarray, outcomes: np.ndarray, last: np.ndarray, height_m: float
+        self, commands: np.ndarray, outcomes: np.ndarray, last: np.ndarray, height_m: float, is_steep: bool
     ) -> np.ndarray:
-        """Return the further cost (n,) of each command, for the height ``height_m`` that it misses."""
+        """Return the further cost (n,) of each command, for the height ``height_m`` that it misses.
+
+        is_steep: the reference leads up or down, so height is progress.
+        """
         change = np.abs(commands[:, 2] - last[2])
-        return COST_OF_HEIGHT_1_M * np.abs(outcomes[:, HEIGHT] - height_m) + COST_OF_CLIMB_CHANGE_S_M * change
+        of_height = self._of_progress / SLOWEST_SCALE_M_S if is_steep else COST_OF_HEIGHT_1_M
+        return of_height * np.abs(outcomes[:, HEIGHT] - height_m) + COST_OF_CLIMB_CHANGE_S_M * change
 
     def of_leaving(
         self, commands: np.ndarray, outcomes: np.ndarray, last: np.ndarray, has_direction: bool

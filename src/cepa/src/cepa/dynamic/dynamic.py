@@ -226,7 +226,8 @@ class Dynamic(Algorithm):
         own_speed = math.hypot(state[0, 1], state[1, 1])
         cost = self._cost.of(commands, outcomes, self._command, reference.speed, own_speed)  # 7 cost
         if outlook.height_m is not None:
-            cost += self._cost.of_height(commands, outcomes, self._command, outlook.height_m)
+            missed = outcomes, self._command, outlook.height_m
+            cost += self._cost.of_height(commands, *missed, reference.is_steep)
         cost[~is_admissible] = math.inf
         best = int(np.argmin(cost)) if outlook.has_way and np.isfinite(cost).any() else STANDSTILL
         considered = Considered(

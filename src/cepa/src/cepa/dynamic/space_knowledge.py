@@ -161,8 +161,13 @@ class SpaceKnowledge(Knowledge):
         return Surroundings(field, free_space, snapshot.observed.movers, cost_to_go)
 
     def _open_height_m(self, space: RecalledSpace, reference: Reference) -> float:
-        """Return the height, m above the lidar, at which the way straight ahead is open."""
-        ahead_m = max(OPEN_AHEAD_M, OPEN_AHEAD_S * reference.speed)
+        """Return the height, m above the lidar, at which the way straight ahead is open.
+
+        Where the reference leads up or down, so much ahead need not be open: a hole in a deck is a way.
+        """
+        ahead_m = OPEN_AHEAD_S * reference.speed
+        if not reference.is_steep:
+            ahead_m = max(OPEN_AHEAD_M, ahead_m)
         return space.open_height_m(reference.direction, ahead_m, self._p.r_lb)
 
     def _aimed_m(self, snapshot: Snapshot, reference: Reference, open_m: float) -> float:

@@ -56,6 +56,8 @@ class SteepSteps:
         """Open the best step that was not tried often; return its end (x, y, z). None: there is none."""
         space = self._planner.space(stamp_s, here_m)
         for step_m in self._steps_of(space, here_m):
+            if any(math.dist(step_m[-1], closure.place_m) < closure.radius_m for closure in space.closed):
+                continue
             cell = tuple(np.floor(step_m[-1] / self._spacing_m).astype(int).tolist())
             if self._tried[cell] < TRIES:
                 self._tried[cell] += 1

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cepa.dynamic.constants.choice import END_HORIZONS
+from cepa.dynamic.constants.choice import END_HORIZONS, LEVEL_CLIMB_M_S
 
 NO_END = np.full(2, math.inf)
 
@@ -24,6 +24,11 @@ class Reference(NamedTuple):
     def direction(self) -> np.ndarray:
         """(2,) unit vector; zeros for a speed of zero."""
         return self.velocity[:2] / self.speed if self.speed else np.zeros(2)
+
+    @property
+    def is_steep(self) -> bool:
+        """Whether it leads up or down rather than ahead."""
+        return abs(self.velocity[2]) > max(self.speed, LEVEL_CLIMB_M_S)
 
 
 class Course(NamedTuple):
