@@ -16,7 +16,7 @@ from nav_msgs.msg import OccupancyGrid
 from nav_msgs.msg import Path as PathMessage
 from octomap_msgs.msg import Octomap
 from octomap_msgs.srv import BoundingBoxQuery, GetOctomap
-from sensor_msgs.msg import LaserScan, PointCloud2, PointField
+from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
 from std_msgs.msg import Header
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
@@ -69,6 +69,7 @@ class OctomapTest(unittest.TestCase):
         cls.warned = Warned(NODE)
         cls.clouds = Input("cloud_in", PointCloud2)
         cls.scans = Input("scan_in", LaserScan)
+        cls.ranges_up = Input("range_up_in", Range)
         cls.paths = Input("path", PathMessage)
         cls.tf = Input("/tf", TFMessage)
         cls.static = Input("/tf_static", TFMessage, latch=True)
@@ -129,6 +130,20 @@ class OctomapTest(unittest.TestCase):
         scan.header.stamp, scan.time_increment = cls.stamp, -1.0
         self.scans.send(scan)
         self.warned.wait_for("time_increment")
+
+    def test_a_range_finder_shows_what_no_beam_of_the_lidar_meets(self):
+        """It looks up from 0.1 m above the base, and meets a ceiling 2 m above itself."""
+        up = transform("base_link", "range_up", rospy.Time(0))
+        up.transforms[0].transform.translation = Vector3(0.1, 0.1, 0.1)
+        up.transforms[0].transform.rotation = Quaternion(0.0, -math.sqrt(0.5), 0.0, math.sqrt(0.5))
+        self.static.send(up)
+        told = Range(range=2.0, min_range=0.1, max_range=10.0)
+        told.header.frame_id, told.header.stamp = "range_up", type(self).stamp + rospy.Duration(2.0)
+        self.ranges_up.send(told)
+        rospy.rostime.wallsleep(0.3)  # ranges and clouds come by different ways
+        self.send()
+        seen = {tuple(np.round(centre, 3).tolist()) for centre in (*WALL, (0.1, 0.1, 2.1))}
+        wait_until(lambda: occupied(self.call("/octomap_binary").map) == seen, "wall and ceiling")
 
     def test_topics_hold_what_the_cloud_saw(self):
         self.walls()
