@@ -21,6 +21,7 @@ NUMBERS = {
     "occupancy_max_z": math.inf,
     "publish_period": 1.0,
     "cloud_period": 0.0,
+    "keep_period": 0.0,
     "node_distance": 0.25,
     "node_angle": math.radians(5.0),
     "node_period": 1.0,
@@ -64,8 +65,9 @@ class OctomapParameters:
                 raise ParameterError(f"{name} must be a number, not {value}.")
         if given["publish_period"] <= 0.0:
             raise ParameterError(f"publish_period must be above 0 s, not {given['publish_period']}.")
-        if not 0.0 <= given["cloud_period"] < math.inf:
-            raise ParameterError(f"cloud_period must be 0 s or more, not {given['cloud_period']}.")
+        for name in ("cloud_period", "keep_period"):
+            if not 0.0 <= given[name] < math.inf:
+                raise ParameterError(f"{name} must be 0 s or more, not {given[name]}.")
         for name in ("frame_id", "base_frame_id", "odom_frame"):
             if not self.texts[name].strip("/ "):
                 raise ParameterError(f"{name} must be a frame's name, and not empty.")

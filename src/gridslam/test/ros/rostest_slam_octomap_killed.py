@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+"""A map outlives its node: what roslaunch starts again goes on with the copy that was kept."""
+
+import os
+import signal
+import sys
+import unittest
+from pathlib import Path
+from xmlrpc.client import ServerProxy
+
+import numpy as np
+import rospy
+import rostest
+from octomap_msgs.msg import Octomap
+from sensor_msgs.msg import PointCloud2
+from tf2_msgs.msg import TFMessage
+
+from node_tools.testing import Input, Output, address_of, wait_until
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from rostest_slam_octomap import NODE, WALL, cloud, occupied
+from slam_probe import transform
+
+POST = [(1.1, 1.1, z) for z in np.arange(0.1, 1.0, 0.2)]
+"""Centres of the voxels of a post, away from the ways to the wall."""
+
+
+class KilledTest(unittest.TestCase):
+    def setUp(self):
+        self.full = Output("/octomap_full", Octomap)
+        self.clouds, self.tf = Input("cloud_in", PointCloud2), Input("/tf", TFMessage)
+        self.static = Input("/tf_static", TFMessage, latch=True)
+        self.static.send(transform("base_link", "lidar", rospy.Time(0)))
+        self.stamp = rospy.Time(1000)
+
+    def send(self, points):
+        self.stamp += rospy.Duration(2.0)
+        self.tf.send(transform("map", "odom", self.stamp))
+        self.tf.send(transform("odom", "base_link", self.stamp))
+        self.clouds.send(cloud(points, self.stamp))
+
+    def test_a_node_that_is_killed_goes_on_with_its_map(self):
+        wall, post = ({tuple(np.round(at, 3).tolist()) for at in centres} for centres in (WALL, POST))
+        self.send(WALL)
+        self.full.last(lambda m: occupied(m) == wall, "the wall")
+        wait_until(lambda: rospy.has_param(NODE + "/kept"), "a copy of the map")
+        old = address_of(NODE)
+        os.kill(ServerProxy(old).getPid("/killed_probe")[2], signal.SIGKILL)
+        wait_until(lambda: address_of(NODE) not in (None, old), "the node that was started again", 60.0)
+        self.full.last(lambda m: occupied(m) == wall, "the wall, without another cloud")
+
+        def has_both():
+            self.send(POST)  # again and again: the new node may not have subscribed yet
+            return occupied(self.full.messages[-1]) == wall | post
+
+        wait_until(has_both, "the wall and the post")
+
+
+if __name__ == "__main__":
+    rospy.init_node("killed_probe", disable_signals=True)
+    rostest.rosrun("gridslam", "slam_octomap_killed", KilledTest)
