@@ -124,6 +124,16 @@ def test_a_port_in_use_is_named(link):
         JsonLink(port=link.port)
 
 
+def test_a_line_tells_the_range_below_twenty_times_a_second():
+    given = iter([1.5, math.inf, -math.inf])
+    told = sensors()
+    assert "rng_1" not in json.loads(told.line(state(0), state(1000), 1000))
+    told.look_down = lambda: next(given)
+    ranges = [json.loads(told.line(state(0), state(t), t))["rng_1"] for t in range(1000, 150_000, 10_000)]
+    # Five answers for each reading: it meets something, then nothing, then it is too close
+    assert ranges == [1.5] * 5 + [1000.0] * 5 + [0.0] * 5
+
+
 def test_a_line_tells_the_state_in_ned_and_frd():
     yaw_rad = 0.3  # from east, counter-clockwise
     before = state(0, pose=Pose.from_xyz_rpy(1.0, 2.0, 3.0, yaw=yaw_rad))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Callable
 
 import numpy as np
 import rospy
@@ -23,8 +24,12 @@ from simulation_tools.px4_sitl.simulator_link import DEFAULT_PORT, SimulatorLink
 from simulation_tools.running.pacing import PacingParameters
 from simulation_tools.running.run_loop import Link
 from simulation_tools.simulation import Simulation, SimulationParameters
+from simulation_tools.simulation.payload import PayloadSensor
 from simulation_tools.values import AUTOPILOTS, ParameterError, choice, mavlink_ports
 from simulation_tools_ros.gazebo.parameters import number, port
+
+DOWN = "range_finder"
+"""Name of the range finder that looks down, in the UAV's SDF."""
 
 
 def simulation_with_autopilot(
@@ -83,7 +88,18 @@ def _with_ardupilot(parameters: SimulationParameters) -> Simulation:
     autopilot = ArduPilotSitl(link, sensors, Program(program, link.port), patience_s)
     autopilot.on_warning = rospy.logwarn
     rospy.loginfo(f"ArduPilot starts: {program.path}")
-    return Simulation(parameters, autopilot)
+    simulation = Simulation(parameters, autopilot)
+    sensors.look_down = next((_reader(each) for each in simulation.payload if each.name == DOWN), None)
+    return simulation
+
+
+def _reader(range_finder: PayloadSensor) -> Callable[[], float]:
+    def read() -> float:
+        range_m = range_finder.read()
+        assert isinstance(range_m, float)
+        return range_m
+
+    return read
 
 
 def _with_real_px4(parameters: SimulationParameters) -> Simulation:

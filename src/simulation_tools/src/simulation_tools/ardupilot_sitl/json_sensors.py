@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Callable
 
 import numpy as np
 
@@ -21,9 +22,13 @@ _STRETCH = 1.0 + 1e-7
 _LINE = (
     '\n{"timestamp":%.12f,"imu":{"gyro":[%.9g, %.9g, %.9g],"accel_body":[%.9g, %.9g, %.9g]},'
     '"position":[%.9g, %.9g, %.9g],"quaternion":[%.9g, %.9g, %.9g, %.9g],'
-    '"velocity":[%.9g, %.9g, %.9g],"no_time_sync":1}\n'
+    '"velocity":[%.9g, %.9g, %.9g],%s"no_time_sync":1}\n'
 )
 """no_time_sync: the simulator alone keeps ArduPilot in time with the wall clock. It must be a number."""
+RANGE_US = 50_000
+"""Between two readings of the range finder."""
+NOTHING_MET_M = 1000.0
+"""Is told where the range finder meets nothing: ArduPilot knows no inf."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +49,11 @@ class JsonSensorParameters:
 
 
 class JsonSensors:
-    """Writes the answers for one vehicle. rng: source of all noise."""
+    """Writes the answers for one vehicle. rng: source of all noise.
+
+    Attributes:
+        look_down: returns the range, m, of a range finder that looks down, by REP-117; None: there is none.
+    """
 
     def __init__(self, parameters: JsonSensorParameters, rng: np.random.Generator) -> None:
         self._deviations = np.repeat(
@@ -52,9 +61,12 @@ class JsonSensors:
         )
         self._impacts = ImpactLimiter(parameters.accelerometer_limit_m_s2)
         self._rng = rng
+        self.look_down: Callable[[], float] | None = None
+        self._range, self._range_us = "", -RANGE_US
 
     def restart(self) -> None:
         """Forget what was measured."""
+        self._range_us = -RANGE_US
         self._impacts.restart()
 
     def line(self, before: VehicleState, now: VehicleState, time_us: int) -> bytes:
@@ -78,8 +90,16 @@ class JsonSensors:
                 *enu_to_ned(_between(before.pose.position_m, now.pose.position_m, share)),
                 *quaternion,
                 *enu_to_ned(_between(before.velocity_world_m_s, now.velocity_world_m_s, share)),
+                self._range_at(time_us),
             )
         ).encode("ascii")
+
+    def _range_at(self, time_us: int) -> str:
+        """Return the part of the answer with the range; it changes when a new reading is due."""
+        if self.look_down is not None and time_us >= self._range_us + RANGE_US:
+            range_m = min(max(self.look_down(), 0.0), NOTHING_MET_M)
+            self._range, self._range_us = f'"rng_1":{range_m:.4f},', time_us
+        return self._range
 
 
 def _between(before: tuple[float, ...], now: tuple[float, ...], share: float) -> tuple[float, ...]:
