@@ -41,6 +41,9 @@ class FlownClouds:
         }
         self._lidar_in_base = in_base[self._lidar.name]
         self._in_lidar = {name: self._lidar_in_base.inverse() @ pose for name, pose in in_base.items()}
+        # As for CEPA, range finders count in pairs: one that looks up and one that looks down
+        finders = [each for each in loop.simulation.payload if isinstance(each.device, RangeFinder)]
+        self._finders = finders if len(finders) > 1 else []
         self._ranges = RangePoints()
         self._clouds: dict[int, np.ndarray] = {}
         self._seen, self._cloud_s = 0, -math.inf
@@ -53,7 +56,7 @@ class FlownClouds:
     def take(self, output: StepOutput) -> None:
         """Take what a step of the simulation gave."""
         for sensor in output.payload:
-            if isinstance(sensor.device, RangeFinder):
+            if sensor in self._finders and isinstance(sensor.device, RangeFinder):
                 limits = sensor.device.range_min, sensor.device.range_max
                 reading = sensor.shared()
                 assert isinstance(reading, float)
