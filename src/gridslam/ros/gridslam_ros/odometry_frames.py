@@ -31,6 +31,10 @@ class FrameError(SlamError):
     """TF does not know a transform."""
 
 
+class EarlyScanError(FrameError):
+    """Odometry begins after the scan, as it may when nodes start one after the other."""
+
+
 class OdometryFrames:
     """The received transforms between the odometry's, the base's and the lidar's frame.
 
@@ -54,6 +58,7 @@ class OdometryFrames:
     def _forget(self) -> None:
         self._last_ns: dict[str, int] = {}
         self._held: deque = deque(maxlen=HELD_MAX)
+        self._first_ns: int | None = None
         self.newest_ns: int | None = None
         """The newest stamp of odometry."""
         self.doubtful_ns: int | None = None
@@ -98,6 +103,7 @@ class OdometryFrames:
             self._held.clear()
             self.doubtful_ns = None
         stamp_ns = _stamp_ns(odometry[-1])
+        self._first_ns = stamp_ns if self._first_ns is None else self._first_ns
         self.newest_ns = stamp_ns if self.newest_ns is None else max(self.newest_ns, stamp_ns)
         return stamp_ns
 
@@ -139,6 +145,7 @@ class OdometryFrames:
 
         Raises:
             FrameError: TF does not know them at that time.
+            EarlyScanError: it knows odometry since later only.
         """
         stamp, lidar_frame = scan.header.stamp, scan.header.frame_id.lstrip("/")
         base_in_odom = self._pose(self.odom_frame, self.base_frame, stamp)
@@ -148,7 +155,8 @@ class OdometryFrames:
         try:
             found = self._buffer.lookup_transform_core(target, source, stamp).transform
         except tf2_py.TransformException:
-            raise FrameError(
+            is_early = self._first_ns is not None and stamp.to_nsec() < self._first_ns
+            raise (EarlyScanError if is_early else FrameError)(
                 f'TF knows no transform from "{source}" to "{target}" at {stamp.to_sec():.3f} s.'
             ) from None
         return xyz(found.translation), xyzw(found.rotation)

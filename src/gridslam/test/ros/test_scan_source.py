@@ -6,7 +6,7 @@ rospy = pytest.importorskip("rospy", reason="needs ROS")
 scan_source = pytest.importorskip(
     "gridslam_ros.scan_source", reason="the workspace is not built, or not sourced"
 )
-from gridslam_ros.odometry_frames import OdometryFrames  # noqa: E402
+from gridslam_ros.odometry_frames import EarlyScanError, FrameError, OdometryFrames  # noqa: E402
 from slam_probe import room_scan, transform  # noqa: E402
 
 
@@ -33,3 +33,14 @@ def test_another_lidar_is_told_once():
 def test_two_lidars_on_one_topic_are_told_as_such():
     said = said_of([("front", 360), ("rear", 360)] * 4)
     assert 'Scans of 360 beams in "front" and of 360 beams in "rear" come in turns' in said[-1]
+
+
+def test_a_scan_before_all_odometry_is_told_apart_from_one_that_odometry_leaves_out():
+    frames = OdometryFrames("odom", "base_link", lambda sentence: None)
+    frames.add(transform("base_link", "lidar", rospy.Time(0)).transforms, static=True)
+    frames.add(transform("odom", "base_link", rospy.Time(10)).transforms)
+    with pytest.raises(EarlyScanError):
+        frames.look_up(room_scan(rospy.Time(9.97), (0.0, 0.0, 0.0), frame="lidar"))
+    with pytest.raises(FrameError) as late:
+        frames.look_up(room_scan(rospy.Time(11), (0.0, 0.0, 0.0), frame="lidar"))
+    assert not isinstance(late.value, EarlyScanError)
