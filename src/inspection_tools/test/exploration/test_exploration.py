@@ -122,6 +122,17 @@ def test_a_lidar_that_sees_only_where_the_uav_hovers_gets_its_time_before_each_d
     assert exploration.is_home or exploration.rest_m
 
 
+def next_places(exploration, flight, step_m):
+    """Yield where the UAV would be half a second later, until the exploration ends."""
+    for stamp_s in np.arange(0.0, 900.0, 0.5):
+        if exploration.follow(float(stamp_s), flight.place_m):
+            exploration.look(float(stamp_s), flight.place_m)
+        if exploration.told.end is not None:
+            return
+        away_m = exploration.setpoint_m - flight.place_m
+        yield flight.place_m + away_m * min(1.0, step_m / max(math.hypot(*away_m), 1e-9))
+
+
 @pytest.mark.parametrize("steep", [False, True])
 def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_allowed(steep):
     # Given a level lidar, whose beams do not lead through a hole above, and a room on the deck
@@ -140,14 +151,9 @@ def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_all
     exploration.begin(0.0, flight.place_m)
     occupied_m = SIDE_M * (np.argwhere(flight.filled)[:, ::-1] + 0.5)
     nearest_m = math.inf
-    for stamp_s in np.arange(0.0, 900.0, 0.5):
-        if exploration.follow(float(stamp_s), flight.place_m):
-            exploration.look(float(stamp_s), flight.place_m)
-        if exploration.told.end is not None:
-            break
-        away_m = exploration.setpoint_m - flight.place_m
-        there_m = flight.place_m + away_m * min(1.0, 0.3 / max(math.hypot(*away_m), 1e-9))
-        ahead = (there_m + np.array((0.0, 0.0, math.copysign(0.4, away_m[2])))) / SIDE_M
+    for there_m in next_places(exploration, flight, 0.3):
+        climb_m = there_m[2] - flight.place_m[2]
+        ahead = (there_m + np.array((0.0, 0.0, math.copysign(0.4, climb_m)))) / SIDE_M
         if flight.filled[tuple(ahead.astype(int)[::-1])]:
             continue  # a range finder sees that, and CEPA does not fly there
         flight.place_m = there_m
@@ -182,14 +188,8 @@ def test_what_lies_behind_a_door_that_cepa_does_not_fly_is_named_in_the_end():
     exploration = Exploration(flight.planner, explorer, asked)
     exploration.begin(0.0, flight.place_m)
     refusals, was_held = 0, False
-    for stamp_s in np.arange(0.0, 900.0, 0.5):
-        if exploration.follow(float(stamp_s), flight.place_m):
-            exploration.look(float(stamp_s), flight.place_m)
-        if exploration.told.end is not None:
-            break
+    for there_m in next_places(exploration, flight, 0.5):
         # When CEPA lets nothing come to x > 2.3 m, then the UAV stays before the door
-        away_m = exploration.setpoint_m - flight.place_m
-        there_m = flight.place_m + away_m * min(1.0, 0.5 / max(math.hypot(*away_m), 1e-9))
         is_held = there_m[0] > 2.3
         refusals += is_held and not was_held
         was_held = is_held

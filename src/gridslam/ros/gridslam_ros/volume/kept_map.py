@@ -31,7 +31,8 @@ class KeptMap:
         """Path of the copy to begin with; empty: there is none."""
         if period_s > 0.0:
             for old in folder.glob(f"{name}_[0-9]*.ot"):
-                if not _is_running(int(old.stem.rpartition("_")[2])):
+                launch = old.stem.rpartition("_")[2]
+                if launch.isdecimal() and not _is_running(int(launch)):
                     old.unlink(missing_ok=True)
 
     def is_due(self, now_s: float) -> bool:
@@ -45,7 +46,6 @@ class KeptMap:
             MapError: it cannot be written; the older copy stays.
         """
         self._kept_s = now_s
-        self._path.parent.mkdir(parents=True, exist_ok=True)
         write_octree(self._path, octree, resolution_m)
         rospy.set_param("~kept", {"file": str(self._path), "launch": self._launch})
 
