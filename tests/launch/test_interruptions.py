@@ -53,6 +53,7 @@ def test_a_node_that_works_takes_leave_of_the_master(ros_master):
     deadline = time.monotonic() + 60.0
     while "/cepa/set_parameters" not in services():
         assert time.monotonic() < deadline, "it never came up"
+        time.sleep(0.1)
     node.send_signal(signal.SIGINT)
     _, said = node.communicate(timeout=60.0)
     assert node.returncode == 0, said

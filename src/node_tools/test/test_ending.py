@@ -100,7 +100,7 @@ def test_a_main_thread_may_first_take_its_time_then_leave_it_to_the_signal():
 ending.main_thread_closes(within_s=None)
 while not ending.wait(0.1):
     pass
-time.sleep(1.0)  # longer than CLOSING_S
+time.sleep(2.2)  # longer than CLOSING_S
 leave(3, lambda: print("written"))
 """
     assert end([sys.executable, "-c", BEGIN + body], line="begun", after_s=0.2)[:2] == (3, "written\n")

@@ -26,7 +26,7 @@ _LAUNCHER.load_manifest = lambda _: None  # type: ignore[attr-defined]
 sys.modules.setdefault("roslib.launcher", _LAUNCHER)
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
-CLOSING_S = 0.8
+CLOSING_S = 2.0
 """Wall time after which the process ends, even if closing is not finished."""
 STARTING = 50_000
 """Number of new objects after which Python collects garbage while a node starts: it imports, and loads
