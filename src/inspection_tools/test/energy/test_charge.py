@@ -67,6 +67,15 @@ def test_an_old_reading_does_not_count():
     assert sentences[1] == "The battery's reading is older than one before it, so it does not count."
 
 
+def test_a_reading_from_before_a_jump_of_the_clock_does_not_shut_out_those_after_it():
+    charge, _ = told((100.0, 0.5))
+    charge.restart_clock(0.0)
+    sentences = [charge.offer(stamp_s, value) for stamp_s, value in ((100.5, 0.5), (0.5, 0.5), (1.0, 0.1))]
+    assert sentences == ["", "", ""]
+    assert charge.at(1.0) == 0.1
+    assert charge.heard_s == 1.0
+
+
 @given(st.lists(st.tuples(st.floats(0.0, 20.0), ANY), max_size=60))
 def test_the_charge_never_exceeds_a_reading_that_is_believed(steps):
     charge, now_s, least = Charge(P), 0.0, 1.0

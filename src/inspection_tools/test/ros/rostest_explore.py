@@ -152,7 +152,8 @@ class ExploreTest(unittest.TestCase):
         self.send_goal("jump")
         self.fly(lambda: self.feedback.last.status.goal_id.id == "jump")
         type(self).jumped_s = -100.0
-        self.fly(lambda: self.feedback.last.feedback.phase == "exploring")
+        self.feedback.last = None
+        self.fly(lambda: self.feedback.last is not None and self.feedback.last.feedback.phase == "exploring")
         # When the charge is down at the reserve, then it comes home
         self.fly(lambda: self.results.last.status.goal_id.id == "jump", charge=0.1)
         self.assertEqual(self.results.last.result.end, "battery")

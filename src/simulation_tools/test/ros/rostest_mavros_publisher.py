@@ -230,9 +230,10 @@ class TestMavrosPublisher(MavrosTestCase):
             rosnode.kill_nodes(["/mavros_publisher"])
             self.assertTrue(self.eventually(lambda: True in self.ready[seen:], 30.0))
             self.assertTrue(self.eventually(lambda: self.state.mode == "OFFBOARD"))
+        taken_over = self.place
         self.assert_hovers()
         self.assertTrue(self.state.armed)
-        self.assertLess(math.dist(where[:2], self.place[:2]), 4.0)
+        self.assertLess(math.dist(taken_over[:2], self.place[:2]), 1.5)
         self.assertLess(self.highest, where[2] + 0.3)  # no second take-off
 
     def test_g_mavros_killed_leads_to_landing_and_back_to_the_hover_height(self):

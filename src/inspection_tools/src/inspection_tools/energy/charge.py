@@ -13,6 +13,9 @@ from inspection_tools.energy.parameters import EnergyParameters
 LEAST_SHARE_OF_RATE = 0.5
 """A UAV in flight draws at least this share of what `endurance` says."""
 
+LATEST_S = 2.0
+"""A reading that is older than the last one by more comes from a clock that jumped back."""
+
 
 class Charge:
     """The charge and the rate at which it sinks, since the last `reset`. Times in s, charges 0..1."""
@@ -39,6 +42,9 @@ class Charge:
             self.heard_s = stamp_s
             self._sunk.append((stamp_s, charge))
             return ""
+        if stamp_s < self._sunk[-1][0] - LATEST_S:
+            # Also after `restart_clock`: a reading from before the jump may arrive after it.
+            self.restart_clock(stamp_s)
         lowest = self._sunk[-1][1]
         if stamp_s < self._sunk[-1][0]:
             return "The battery's reading is older than one before it, so it does not count."
