@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import os
 import select
 import socket
-import subprocess
 import time
 from pathlib import Path
 from typing import Callable, Mapping, Sequence
@@ -14,6 +12,7 @@ from typing import Callable, Mapping, Sequence
 import numpy as np
 from pymavlink.dialects.v20 import common
 
+from benchmarks.simulator.px4_process import end_px4, start_px4
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.px4.modes import Mode, Result
 from simulation_tools.px4.setpoint import Setpoint
@@ -32,7 +31,7 @@ class RealPx4:
     """An `Autopilot`, and what a `Pilot` commands. PX4's answers come in later steps; a refusal raises.
 
     messages: what arrives at PX4 at a state. PX4 has read each message before time goes on, so a flight does
-    not depend on the machine's load. GNSS is not simulated.
+    not depend on the machine's load.
     """
 
     def __init__(
@@ -43,10 +42,14 @@ class RealPx4:
         parameters: Mapping[str, float],
         seed: int,
         messages: Callable[[VehicleState], Sequence[common.MAVLink_message]],
+        gnss: bool = False,
     ) -> None:
-        """build: PX4's build/px4_sitl_default. folder: an empty one, where PX4 keeps its files."""
+        """build: PX4's build/px4_sitl_default. folder: an empty one, where PX4 keeps its files.
+
+        gnss: whether PX4 gets GPS.
+        """
         rng = np.random.default_rng([seed, DEFAULT_PORT])
-        self._sitl = Px4Sitl(SimulatorLink(DEFAULT_PORT + instance), HilParameters(gnss=False), rng, _START_S)
+        self._sitl = Px4Sitl(SimulatorLink(DEFAULT_PORT + instance), HilParameters(gnss=gnss), rng, _START_S)
         self._instance, self._messages = instance, messages
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind((_HERE, _OUR_PORT + instance))
@@ -55,21 +58,7 @@ class RealPx4:
         self._up = False
         self._synced = 0
         self._time_us, self._valid_us = 0, -_VALID_US
-        # PX4's start script reads this file, because its folder comes first.
-        (folder / "px4-rc.params").write_text("".join(f"param set {k} {v}\n" for k, v in parameters.items()))
-        with open(folder / "px4.log", "w", encoding="utf-8") as log:
-            self._process = subprocess.Popen(
-                [build / "bin/px4", "-i", str(instance), "-d", build / "etc", "-s", "etc/init.d-posix/rcS"],
-                cwd=folder,
-                env={
-                    **os.environ,
-                    "PATH": f"{folder}:{build / 'bin'}:{os.environ['PATH']}",
-                    "PX4_SIM_MODEL": "iris",
-                },
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=log,
-            )
+        self._process = start_px4(build, instance, folder, parameters)
 
     # An Autopilot
 
@@ -98,8 +87,7 @@ class RealPx4:
         """End PX4 and close the ports."""
         self._sitl.close()
         self._socket.close()
-        self._process.terminate()
-        self._process.wait(10.0)
+        end_px4(self._process)
 
     # What a pilot needs
 

@@ -31,6 +31,12 @@ def test_a_program_that_is_not_there_ends_it_in_one_sentence(tmp_path, capsys):
     assert "/no/arducopter is not there" in capsys.readouterr().err
 
 
+def test_a_px4_that_is_not_there_ends_it_in_one_sentence(tmp_path, capsys):
+    with pytest.raises(SystemExit):
+        ardupilot.main(["--ardupilot", "/no/arducopter", "--px4", "/no/px4", "--results", str(tmp_path)])
+    assert "there is no /no/px4/bin/px4" in capsys.readouterr().err
+
+
 def test_a_hover_spreads_about_its_own_mean():
     turns = np.linspace(0.0, 2.0 * np.pi, 1000, endpoint=False)
     rows = np.zeros((1000, len(COLUMNS)))
