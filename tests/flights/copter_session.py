@@ -150,7 +150,7 @@ class Session:
 
     def come_home(self) -> dict[str, Any]:
         """Wait until the flight controller has landed at home."""
-        highest = self.place_m[2]
+        highest, from_m = self.place_m[2], math.hypot(*self.place_m[:2])
 
         def has_landed() -> bool:
             nonlocal highest
@@ -158,7 +158,12 @@ class Session:
             return not self.state.armed
 
         landed_s = self.until(has_landed, HOME_S)
-        return {"landed_s": landed_s, "highest_m": highest, "off_m": math.hypot(*self.place_m[:2])}
+        return {
+            "landed_s": landed_s,
+            "from_m": from_m,
+            "highest_m": highest,
+            "off_m": math.hypot(*self.place_m[:2]),
+        }
 
     def breach(self, radius_m: float) -> dict[str, Any]:
         """Fly against a fence round home."""
