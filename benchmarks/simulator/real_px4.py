@@ -24,7 +24,8 @@ _HERE = "127.0.0.1"
 _OUR_PORT, _PX4_PORT = 14540, 14580  # plus the instance
 _START_S, _ANSWER_S = 60.0, 1.0  # wall time
 _VALID_US = 500_000  # LOCAL_POSITION_NED comes 30 times a second
-_NO_YAW_RATE, _NO_ACCELERATION, _NO_VELOCITY, _NO_POSITION = 1 << 11, 0b111 << 6, 0b111 << 3, 0b111
+_NO_YAW, _NO_YAW_RATE, _NO_ACCELERATION = 1 << 10, 1 << 11, 0b111 << 6
+_NO_VELOCITY, _NO_POSITION = 0b111 << 3, 0b111
 
 
 class RealPx4:
@@ -97,16 +98,19 @@ class RealPx4:
         return self._time_us - self._valid_us < _VALID_US
 
     def offer_setpoint(self, setpoint: Setpoint) -> bool:
-        """Send an offboard setpoint of position or velocity, and heading."""
+        """Send an offboard setpoint of position or velocity, and heading or its rate."""
         position, velocity = setpoint.position, setpoint.velocity
-        ignored = _NO_YAW_RATE | _NO_ACCELERATION
+        ignored = _NO_ACCELERATION
         ignored |= _NO_POSITION if np.isnan(position).any() else 0
         ignored |= _NO_VELOCITY if np.isnan(velocity).any() else 0
+        ignored |= _NO_YAW if math.isnan(setpoint.yaw) else 0
+        ignored |= _NO_YAW_RATE if math.isnan(setpoint.yaw_rate) else 0
         frame = common.MAV_FRAME_LOCAL_NED
         where = np.nan_to_num([*position, *velocity]).tolist()
+        yaw = np.nan_to_num([setpoint.yaw, setpoint.yaw_rate]).tolist()
         self._send(
             common.MAVLink_set_position_target_local_ned_message(
-                self._time_us // 1000, 1 + self._instance, 1, frame, ignored, *where, 0, 0, 0, setpoint.yaw, 0
+                self._time_us // 1000, 1 + self._instance, 1, frame, ignored, *where, 0, 0, 0, *yaw
             )
         )
         return True
