@@ -19,8 +19,9 @@ from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.parameters import ExplorationParameters
 from inspection_tools.exploration.steep import SteepSteps
 from inspection_tools.exploration.told import End, Explored
-from inspection_tools.exploration.way import Progress, Stay, Way, without_loops
+from inspection_tools.exploration.way import Progress, Stay, Way
 from inspection_tools.planning import PathPlanner
+from inspection_tools.way_back import WayBack
 
 BACK_S = 15.0
 """A UAV that fits nowhere flies back the way it came for so long, before that ends the exploration."""
@@ -46,7 +47,6 @@ class Exploration:
     Attributes:
         told: what it did so far. is_home: it has ended, and the UAV is where it may land.
         must_land: the energy does not take the UAV home, or CEPA holds it, so it must land where it is.
-        home_way_m: (n, 3) the way home as it was planned last; None: none is known.
     """
 
     def __init__(
@@ -56,13 +56,12 @@ class Exploration:
         parameters: ExplorationParameters | None = None,
         energy: EnergyWatch | None = None,
     ) -> None:
-        self._planner, self._explorer, self._energy = planner, explorer, energy
+        self._planner, self._explorer = planner, explorer
         self._p = parameters or ExplorationParameters()
+        self._back = WayBack(planner, energy, self._p)
         self._steep = SteepSteps(planner, explorer.steep_steps, explorer.parameters.spacing)
         self._began_s, self._look_s = math.nan, -math.inf
         self._way, self._progress, self._stay = Way(), Progress(), Stay()
-        self._home_m: np.ndarray | None = None
-        self._track_m: list[np.ndarray] = []
         self._been_m: list[np.ndarray] = []
         """Since the last look."""
         self._hovers_s: float | None = None
@@ -70,8 +69,6 @@ class Exploration:
         self._lock = threading.Lock()  # of the way and of the pause
         self._is_paused = False
         self.is_home = self.must_land = False
-        self.home_way_m: np.ndarray | None = None
-        self._home_planned_s = -math.inf
         self._shut_in_s: float | None = None
         """Since when; None: it is not."""
         self.told = Explored()
@@ -82,21 +79,19 @@ class Exploration:
         home_m: home of an exploration that was lost in flight, which this one goes on with.
         """
         self._began_s, self.is_home, self.must_land, self._is_paused = stamp_s, False, False, False
-        if self._home_m is None:
-            self._home_m = here_m - (0.0, 0.0, self._p.first_sink) if home_m is None else home_m
-            self._planner.lower_ceiling(self._home_m[2] + self._p.first_sink + self._p.climb_max)
+        is_first = not self.has_begun
+        self._back.begin(here_m - (0.0, 0.0, self._p.first_sink) if home_m is None else home_m)
+        if is_first:
+            self._planner.lower_ceiling(self.home_m[2] + self._p.first_sink + self._p.climb_max)
         self.told.end, self.told.reason = None, ""
-        self._way, self._stay = Way([self._home_m if home_m is None else here_m]), Stay()
-        if self._energy is not None:
-            self._energy.take_off()
+        self._way, self._stay = Way([self.home_m if home_m is None else here_m]), Stay()
 
     def restart_clock(self, stamp_s: float) -> None:
         """Go on after the clock jumped back: what was timed begins anew, what is known stays."""
         self._began_s, self._look_s = stamp_s, -math.inf
-        self._home_planned_s, self._shut_in_s = -math.inf, None
+        self._shut_in_s = None
         self._progress, self._stay, self._hovers_s = Progress(), Stay(), None
-        if self._energy is not None:
-            self._energy.restart_clock(stamp_s)
+        self._back.restart_clock(stamp_s)
 
     def pause(self, here_m: np.ndarray) -> None:
         """Hover at a place (x, y, z) until `resume`, `abort`, or until the energy says to come home."""
@@ -121,26 +116,23 @@ class Exploration:
     @property
     def way_home(self) -> WayHome | None:
         """Length and time of the way home, as it was planned last; None: none is known."""
-        if self.home_way_m is None:
-            return None
-        length_m = float(np.linalg.norm(np.diff(self.home_way_m, axis=0), axis=1).sum())
-        return WayHome(length_m / self._p.home_speed, length_m)
+        return self._back.way
 
     @property
-    def _way_back_m(self) -> list[np.ndarray]:
-        """The way it came, without loops: that is free."""
-        return without_loops(self._track_m[::-1], self._planner.parameters.radius)
+    def home_way_m(self) -> np.ndarray | None:
+        """The way home (n, 3), as it was planned last; None: none is known."""
+        return self._back.way_m
 
     @property
     def home_m(self) -> np.ndarray:
         """The place (x, y, z) that it comes home to."""
-        assert self._home_m is not None, "begin first"
-        return self._home_m
+        assert self._back.home_m is not None, "begin first"
+        return self._back.home_m
 
     @property
     def has_begun(self) -> bool:
         """Whether `begin` was called."""
-        return self._home_m is not None
+        return self._back.home_m is not None
 
     @property
     def setpoint_m(self) -> np.ndarray | None:
@@ -159,8 +151,7 @@ class Exploration:
             been_m.append(here_m)
         if not self.has_begun:
             return False
-        if not self._track_m or math.dist(here_m, self._track_m[-1]) > self._p.track_spacing:
-            self._track_m.append(here_m)
+        self._back.note(here_m)
         self._way.follow(here_m, self._p.arrived)
         self._progress.note(stamp_s, here_m, self._way.rest_m)
         if self._way.is_left:
@@ -180,8 +171,7 @@ class Exploration:
         for place_m in (*been_m, here_m):
             self._planner.take_as_free(place_m, self._planner.parameters.radius)
             self._steep.note(place_m)
-        self._know_the_way_home(stamp_s, here_m)
-        self._mind_the_energy(stamp_s)
+        self._mind_the_energy(stamp_s, here_m)
         if self._goes_on(stamp_s, here_m):
             return
         if not self._must_sweep(stamp_s):
@@ -195,21 +185,10 @@ class Exploration:
             return False
         return self._hovers_s is None or stamp_s < self._hovers_s + self._p.sweep
 
-    def _know_the_way_home(self, stamp_s: float, here_m: np.ndarray) -> None:
-        """Plan the way home again, if the energy counts and the last plan is old."""
-        assert self._home_m is not None
-        if self._energy is None or stamp_s < self._home_planned_s + self._p.home_period:
+    def _mind_the_energy(self, stamp_s: float, here_m: np.ndarray) -> None:
+        decision = self._back.decide(stamp_s, here_m)
+        if decision is None:
             return
-        self._home_planned_s = stamp_s
-        try:
-            self.home_way_m = self._planner.plan(here_m, self._home_m, stamp_s).points_m
-        except NoPathError:
-            self.home_way_m = np.array([here_m, *self._way_back_m])
-
-    def _mind_the_energy(self, stamp_s: float) -> None:
-        if self._energy is None:
-            return
-        decision = self._energy.decide(stamp_s, self.way_home)
         if decision.verdict is Verdict.LAND:
             self.must_land = True
         if decision.verdict is not Verdict.GO_ON:
@@ -303,22 +282,21 @@ class Exploration:
         """Fly back the way it came, for a while. CEPA may have evaded to where the planner lets nobody be."""
         if self._shut_in_s is None:
             self._shut_in_s = stamp_s
-            self._set_out(Way(self._way_back_m))
+            self._set_out(Way(self._back.track_back_m))
         return stamp_s < self._shut_in_s + BACK_S
 
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
-        assert self._home_m is not None
         is_held_off = self._progress.is_held_off(stamp_s, self._p.patience)
         self._stay.note(stamp_s, here_m)
-        if math.dist(here_m, self._home_m) < (5 if is_held_off else 2) * self._p.arrived:
+        if math.dist(here_m, self.home_m) < (5 if is_held_off else 2) * self._p.arrived:
             self.is_home = True
         elif self._stay.lasts(stamp_s, self._p.stranded) and not self.must_land:
             self.must_land = True
             self.told.reason += f" On its way home it stood still for {self._p.stranded:g} s."
-        elif not self._plan(here_m, self._home_m, stamp_s) and not (
-            self._planner.reopen(stamp_s) and self._plan(here_m, self._home_m, stamp_s)
+        elif not self._plan(here_m, self.home_m, stamp_s) and not (
+            self._planner.reopen(stamp_s) and self._plan(here_m, self.home_m, stamp_s)
         ):
-            self._set_out(Way(self._way_back_m))
+            self._set_out(Way(self._back.track_back_m))
 
     def _plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float) -> bool:
         """Set out for a goal; return whether there is a way."""
@@ -330,9 +308,8 @@ class Exploration:
 
     def _why_shut_in(self, stamp_s: float, here_m: np.ndarray) -> str:
         """Return the planner's sentence."""
-        assert self._home_m is not None
         try:
-            self._planner.plan(here_m, self._home_m, stamp_s)
+            self._planner.plan(here_m, self.home_m, stamp_s)
         except NoPathError as error:
             return str(error)
         return "no place around it keeps the clearance."

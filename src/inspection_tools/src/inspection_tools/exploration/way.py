@@ -15,23 +15,6 @@ SAME_M = 0.3
 """Ways whose ends are nearer than this have the same goal."""
 
 
-def without_loops(places_m: Sequence[np.ndarray], reach_m: float) -> list[np.ndarray]:
-    """Return a way (x, y, z each) that goes on at once from where it comes back to the same place later.
-
-    reach_m: places that are not farther apart are the same. Choose the radius that was free around each, so
-    that the short cut between them was free, too.
-    """
-    if not places_m:
-        return []
-    all_m, kept = np.array(places_m), [0]
-    while kept[-1] < len(all_m) - 1:
-        at = kept[-1]
-        apart_m = np.linalg.norm(all_m[at + 1 :] - all_m[at], axis=1)
-        again = np.flatnonzero(apart_m <= reach_m)
-        kept.append(at + 1 + (int(again[-1]) if again.size else 0))
-    return [places_m[index] for index in kept]
-
-
 class Progress:
     """Whether a UAV comes nearer to its goal, whichever way it takes."""
 

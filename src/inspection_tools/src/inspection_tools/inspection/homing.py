@@ -1,4 +1,4 @@
-"""The way home, planned again and again, and whether the energy still takes the UAV there."""
+"""How a UAV comes home from an inspection, also where the planner knows no way or CEPA flies none."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
-from inspection_tools.energy import Decision, EnergyWatch, WayHome
+from inspection_tools.energy import EnergyWatch
 from inspection_tools.errors import NoPathError
 from inspection_tools.inspection.parameters import InspectionParameters
 from inspection_tools.planning import PathPlanner
+from inspection_tools.way_back import WayBack
 
 STUCK_M, STUCK_S = 0.8, 8.0
 """A UAV that moves less in this time does not get on: CEPA does not fly to where it is sent."""
@@ -17,43 +18,29 @@ CLOSED_M = 1.2
 """So far ahead of it a place is closed then."""
 
 
-class Homing:
-    """Knows the way home of one UAV.
+class Homing(WayBack):
+    """Leads one UAV home.
 
     Attributes:
-        home_m: (x, y, z) in the map's frame; None: not known yet.
-        way_m: (n, 3) from where the UAV was; None: none was planned.
         is_by_track: the UAV comes back the way it came, for the planner knows none. why: its sentence.
     """
 
     def __init__(
         self, planner: PathPlanner, energy: EnergyWatch | None, parameters: InspectionParameters
     ) -> None:
-        self._planner, self._energy, self._p = planner, energy, parameters
-        self.home_m: np.ndarray | None = None
-        self.way_m: np.ndarray | None = None
-        self._track_m: list[np.ndarray] = []
-        self._planned_s = -math.inf
+        super().__init__(planner, energy, parameters)
         self.is_by_track, self.why = False, ""
         self._moved: tuple[float, np.ndarray] | None = None
 
     def begin(self, home_m: np.ndarray) -> None:
         """Begin a flight. Only the first one's home counts."""
-        self.home_m = home_m if self.home_m is None else self.home_m
+        super().begin(home_m)
         self.is_by_track, self._moved = False, None
-        if self._energy is not None:
-            self._energy.take_off()
 
     def restart_clock(self, stamp_s: float) -> None:
         """Plan at once: the clock jumped back to this time."""
-        self._planned_s, self._moved = -math.inf, None
-        if self._energy is not None:
-            self._energy.restart_clock(stamp_s)
-
-    def note(self, here_m: np.ndarray) -> None:
-        """Remember where the UAV (x, y, z) was: the way it came is free."""
-        if not self._track_m or math.dist(here_m, self._track_m[-1]) > self._p.track_spacing:
-            self._track_m.append(here_m)
+        super().restart_clock(stamp_s)
+        self._moved = None
 
     def is_stuck(self, stamp_s: float, here_m: np.ndarray) -> bool:
         """Return whether the UAV, which is to come home, stays where it is."""
@@ -86,29 +73,6 @@ class Homing:
             self.is_by_track, self.why = True, str(error)
             if is_stuck:
                 self._track_m = [each for each in self._track_m if math.dist(each, here_m) > STUCK_M]
-            return [*self._track_m[::-1], self.home_m]
+            return [*self.track_back_m, self.home_m]
         self.is_by_track = False
         return list(points_m[1:])
-
-    @property
-    def way(self) -> WayHome | None:
-        """Length and time of the way home, as it was planned last; None: none was."""
-        if self.way_m is None:
-            return None
-        length_m = float(np.linalg.norm(np.diff(self.way_m, axis=0), axis=1).sum())
-        return WayHome(length_m / self._p.home_speed, length_m)
-
-    def decide(self, stamp_s: float, here_m: np.ndarray) -> Decision | None:
-        """Plan the way home if the last plan is old. Return what the energy allows.
-
-        None: it does not count.
-        """
-        if self._energy is None or self.home_m is None:
-            return None
-        if stamp_s >= self._planned_s + self._p.home_period:
-            self._planned_s = stamp_s
-            try:
-                self.way_m = self._planner.plan(here_m, self.home_m, stamp_s).points_m
-            except NoPathError:
-                self.way_m = np.array([here_m, *self._track_m[::-1], self.home_m])
-        return self._energy.decide(stamp_s, self.way)

@@ -1,0 +1,108 @@
+"""The way home, planned again and again, and whether the energy still takes the UAV there."""
+
+from __future__ import annotations
+
+import math
+from typing import Protocol, Sequence
+
+import numpy as np
+
+from inspection_tools.energy import Decision, EnergyWatch, WayHome
+from inspection_tools.errors import NoPathError
+from inspection_tools.planning import PathPlanner
+
+
+class WayBackParameters(Protocol):
+    """What an exploration and an inspection are both led by."""
+
+    @property
+    def track_spacing(self) -> float:
+        """Between the places that the UAV remembers, m."""
+
+    @property
+    def home_speed(self) -> float:
+        """Mean speed on the way home, turns included, m/s."""
+
+    @property
+    def home_period(self) -> float:
+        """The way home is planned anew so often, s."""
+
+
+class WayBack:
+    """Knows the way home of one UAV: by the map, and else the way it came.
+
+    Attributes:
+        home_m: (x, y, z) in the map's frame; None: not known yet.
+        way_m: (n, 3) from where the UAV was; None: none was planned.
+    """
+
+    def __init__(
+        self, planner: PathPlanner, energy: EnergyWatch | None, parameters: WayBackParameters
+    ) -> None:
+        self._planner, self._energy, self._p = planner, energy, parameters
+        self.home_m: np.ndarray | None = None
+        self.way_m: np.ndarray | None = None
+        self._track_m: list[np.ndarray] = []
+        self._planned_s = -math.inf
+
+    def begin(self, home_m: np.ndarray) -> None:
+        """Begin a flight. Only the first one's home counts."""
+        self.home_m = home_m if self.home_m is None else self.home_m
+        if self._energy is not None:
+            self._energy.take_off()
+
+    def restart_clock(self, stamp_s: float) -> None:
+        """Plan at once: the clock jumped back to this time."""
+        self._planned_s = -math.inf
+        if self._energy is not None:
+            self._energy.restart_clock(stamp_s)
+
+    def note(self, here_m: np.ndarray) -> None:
+        """Remember where the UAV (x, y, z) was: the way it came is free."""
+        if not self._track_m or math.dist(here_m, self._track_m[-1]) > self._p.track_spacing:
+            self._track_m.append(here_m)
+
+    @property
+    def track_back_m(self) -> list[np.ndarray]:
+        """The places of the way it came, back to its beginning, without loops."""
+        return without_loops(self._track_m[::-1], self._planner.parameters.radius)
+
+    @property
+    def way(self) -> WayHome | None:
+        """Length and time of the way home, as it was planned last; None: none was."""
+        if self.way_m is None:
+            return None
+        length_m = float(np.linalg.norm(np.diff(self.way_m, axis=0), axis=1).sum())
+        return WayHome(length_m / self._p.home_speed, length_m)
+
+    def decide(self, stamp_s: float, here_m: np.ndarray) -> Decision | None:
+        """Plan the way home if the last plan is old. Return what the energy allows.
+
+        None: it does not count.
+        """
+        if self._energy is None or self.home_m is None:
+            return None
+        if stamp_s >= self._planned_s + self._p.home_period:
+            self._planned_s = stamp_s
+            try:
+                self.way_m = self._planner.plan(here_m, self.home_m, stamp_s).points_m
+            except NoPathError:
+                self.way_m = np.array([here_m, *self.track_back_m, self.home_m])
+        return self._energy.decide(stamp_s, self.way)
+
+
+def without_loops(places_m: Sequence[np.ndarray], reach_m: float) -> list[np.ndarray]:
+    """Return a way (x, y, z each) that goes on at once from where it comes back to the same place later.
+
+    reach_m: places that are not farther apart are the same. Choose the radius that was free around each, so
+    that the short cut between them was free, too.
+    """
+    if not places_m:
+        return []
+    all_m, kept = np.array(places_m), [0]
+    while kept[-1] < len(all_m) - 1:
+        at = kept[-1]
+        apart_m = np.linalg.norm(all_m[at + 1 :] - all_m[at], axis=1)
+        again = np.flatnonzero(apart_m <= reach_m)
+        kept.append(at + 1 + (int(again[-1]) if again.size else 0))
+    return [places_m[index] for index in kept]
