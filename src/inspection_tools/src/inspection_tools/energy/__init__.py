@@ -3,5 +3,15 @@
 from inspection_tools.energy.charge import Charge
 from inspection_tools.energy.decision import Decision, EnergyWatch, Verdict, WayHome
 from inspection_tools.energy.parameters import EnergyParameters
+from inspection_tools.energy.way_back import WayBack, without_loops
 
-__all__ = ["Charge", "Decision", "EnergyParameters", "EnergyWatch", "Verdict", "WayHome"]
+__all__ = [
+    "Charge",
+    "Decision",
+    "EnergyParameters",
+    "EnergyWatch",
+    "Verdict",
+    "WayBack",
+    "WayHome",
+    "without_loops",
+]

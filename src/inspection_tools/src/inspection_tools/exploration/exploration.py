@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from inspection_tools.energy import EnergyWatch, Verdict, WayHome
+from inspection_tools.energy import EnergyWatch, Verdict, WayBack, WayHome
 from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.explorer import Decision, Explorer
 from inspection_tools.exploration.leftovers import Why
@@ -21,7 +21,6 @@ from inspection_tools.exploration.steep import SteepSteps
 from inspection_tools.exploration.told import End, Explored
 from inspection_tools.exploration.way import Progress, Stay, Way
 from inspection_tools.planning import PathPlanner
-from inspection_tools.way_back import WayBack
 
 BACK_S = 15.0
 """A UAV that fits nowhere flies back the way it came for so long, before that ends the exploration."""

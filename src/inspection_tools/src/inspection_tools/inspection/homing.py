@@ -6,11 +6,10 @@ import math
 
 import numpy as np
 
-from inspection_tools.energy import EnergyWatch
+from inspection_tools.energy import EnergyWatch, WayBack
 from inspection_tools.errors import NoPathError
 from inspection_tools.inspection.parameters import InspectionParameters
 from inspection_tools.planning import PathPlanner
-from inspection_tools.way_back import WayBack
 
 STUCK_M, STUCK_S = 0.8, 8.0
 """A UAV that moves less in this time does not get on: CEPA does not fly to where it is sent."""

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from inspection_tools.way_back import without_loops
+from inspection_tools.energy import without_loops
 
 COORDINATES = st.integers(-4, 4)
 

@@ -7,7 +7,7 @@ from typing import Protocol, Sequence
 
 import numpy as np
 
-from inspection_tools.energy import Decision, EnergyWatch, WayHome
+from inspection_tools.energy.decision import Decision, EnergyWatch, WayHome
 from inspection_tools.errors import NoPathError
 from inspection_tools.planning import PathPlanner
 
