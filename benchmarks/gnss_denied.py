@@ -13,7 +13,8 @@ gnss_denied.killed.PART.{briefly, for_good}: parts of the chain die in flight.
 gnss_denied.stops.{LIDAR, urg_after_lost_scan}.{stops, median_s, worst_s, ...}: it loses its pose and stops.
 gnss_denied.boxes: boxes of 0.5 m lie under the way.
 gnss_denied.restart.{closure, restart}: SLAM closes the loop, or begins a new map, in flight.
-gnss_denied.climbs.{puck, m8, ust}: climbs between the bottom and the deck of `hold_3d`, by odometry alone.
+gnss_denied.climbs.WORLD.{puck, m8, ust}: climbs in `hold_3d` and `ballast_tank`, by odometry alone;
+--beside: with other libraries on the same clouds.
 """
 
 from __future__ import annotations
@@ -27,6 +28,8 @@ from typing import Sequence
 import numpy as np
 
 from benchmarks.gnss_rows import boxes, climbs, corrections, killed, stops
+from benchmarks.gnss_rows.beside import NAMES
+from benchmarks.gnss_rows.climb_places import CLIMBS
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_all, run_crossed, trial_options
 from master_thesis.experiments_3_4.without_gnss.flight import fly_without_gnss, parameters_without_gnss
@@ -43,7 +46,8 @@ BRIEF_CLIMB_MIN = 0.5
 KILLS, BRIEF_KILLS = 50, 2
 STOP_SEEDS = (5,)
 """The stop's constants were chosen in flights with the seeds 1 to 3."""
-CLIMBS_LIDARS, CLIMBS_SEEDS = ("puck", "m8", "ust"), tuple(range(11, 21))
+CLIMBS_LIDARS = {"hold_3d": ("puck", "m8", "ust"), "ballast_tank": ("puck",)}
+CLIMBS_SEEDS = tuple(range(11, 21))
 """The cloud odometry was developed in flights with the seeds 1 and 2."""
 METRICS = {
     "landed_off_m": "landed off the start [m]",
@@ -62,6 +66,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--kills", type=count, default=None, help="of each part, for a while and for good")
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
     parser.add_argument("--climb-minutes", type=float, default=10.0, help="length of a flight with climbs")
+    parser.add_argument("--climb-worlds", nargs="+", default=tuple(CLIMBS), choices=tuple(CLIMBS))
+    parser.add_argument("--beside", nargs="+", default=(), choices=NAMES, help="libraries beside the climbs")
     parser.add_argument("--worlds", nargs="+", default=WORLDS, choices=WORLDS)
     parser.add_argument("--lidars", nargs="+", default=LIDARS, choices=LIDARS)
     given = parser.parse_args(arguments)
@@ -131,13 +137,24 @@ def _stop(given: argparse.Namespace, results: Results) -> None:
 
 def _climb(given: argparse.Namespace, results: Results) -> None:
     seeds = given.seeds or (BRIEF_SEEDS if given.brief else CLIMBS_SEEDS)
-    lidars = [lidar for lidar in CLIMBS_LIDARS if lidar in given.lidars]
     minutes = BRIEF_CLIMB_MIN if given.brief else given.climb_minutes
-    found = run_crossed("gnss_denied_climbs", climbs.fly, given, lidar=lidars, seed=seeds, minutes=[minutes])
-    for lidar in lidars:
-        numbers = climbs.summary([found[lidar, seed, minutes] for seed in seeds])
-        results.add(f"gnss_denied.climbs.{lidar}", numbers)
-        print(lidar, json.dumps(numbers))
+    cases = {
+        f"{world}.{lidar}": {"world": world, "lidar": lidar}
+        for world in given.climb_worlds
+        for lidar in CLIMBS_LIDARS[world]
+        if lidar in given.lidars
+    }
+    rest = {"minutes": minutes, "beside": list(given.beside)}
+    trials = [
+        Trial(f"{name} {seed}", climbs.fly, {**case, **rest, "seed": seed})
+        for name, case in cases.items()
+        for seed in seeds
+    ]
+    found = run_all("gnss_denied_climbs", trials, given)
+    for number, name in enumerate(cases):
+        numbers = climbs.summary(found[number * len(seeds) : (number + 1) * len(seeds)])
+        results.add(f"gnss_denied.climbs.{name}", numbers)
+        print(name, json.dumps(numbers))
 
 
 def _fly_seeds(

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.gnss_rows.climbs import START_XYZ_M, WORLD
-from benchmarks.shared.results import ROOT
+from benchmarks.gnss_rows.climb_places import START_XYZ_M, TANK_CEPA, TANK_RADIUS_M, TANK_START_M, WORLDS
 from cepa import CepaParameters
 from gridslam.volume import VolumeParameters
 from inspection_tools.exploration import ExplorerParameters
@@ -19,7 +18,6 @@ from master_thesis.worlds.drawn.rooms import TRAPS, Rooms, rooms_world, trap_wor
 
 HOLD, ROOMS, TANK = "hold_3d", "rooms", "ballast_tank"
 ROWS = (HOLD, TANK, ROOMS, *TRAPS)
-TANK_START_M = (0.0, 0.375, 0.0)
 SPEED_M_S = 1.5
 PLANNER = PlannerParameters(radius=0.35, margin=0.15)
 EXPLORER = ExplorerParameters(
@@ -40,14 +38,7 @@ class Uav:
     cepa: CepaParameters = CEPA
 
 
-TANK_RADIUS_M = 0.2
-TANK_UAV = Uav(
-    "small_quad",
-    "near_puck",
-    "improved",
-    replace(CEPA, body_radius=TANK_RADIUS_M, r_lb=0.22, r_ub=0.4, emergency_lookahead=0.4),
-)
-"""As exploring.launch has it for this radius."""
+TANK_UAV = Uav("small_quad", "near_puck", "improved", TANK_CEPA)
 TANK_PLANNER = PlannerParameters(radius=TANK_RADIUS_M, margin=0.0, closed_radius=0.5)
 TANK_ARRIVED_M = 0.15
 TANK_EXPLORER = replace(EXPLORER, speed=0.8, spacing=0.4, way_spacing=0.2)
@@ -86,7 +77,10 @@ def place_of(row: str, seed: int) -> Place:
         # With its coaming
         box_m = (-15.3, -10.3, -0.3), (15.3, 10.3, 11.4)
         return Place(
-            WORLD, START_XYZ_M, box_m, VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=0.46)
+            WORLDS / "hold_3d.world",
+            START_XYZ_M,
+            box_m,
+            VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=0.46),
         )
     fine = VolumeParameters(resolution_m=0.1, max_range_m=20.0, miss=0.46)
     if row == TANK:
@@ -98,7 +92,7 @@ def place_of(row: str, seed: int) -> Place:
 
 
 def _ballast_tank(volume: VolumeParameters) -> Place:
-    tank, world = BallastTankParameters(), ROOT / "src/master_thesis/worlds/ballast_tank.world"
+    tank, world = BallastTankParameters(), WORLDS / "ballast_tank.world"
     x_m, y_m = tank.length_m / 2 + THICK_M, tank.breadth_m / 2 + THICK_M
     box_m = (-x_m, -y_m, -THICK_M), (x_m, y_m, tank.height_m + THICK_M)
     return Place(
