@@ -18,7 +18,7 @@ from octomap_msgs.msg import Octomap
 from octomap_msgs.srv import BoundingBoxQuery, GetOctomap
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
 from std_msgs.msg import Header
-from std_srvs.srv import Empty
+from std_srvs.srv import Empty, Trigger
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
@@ -55,6 +55,18 @@ def occupied(message):
     return {tuple(row) for row in np.round((np.stack((x, y, z), axis=1) + box.low + 0.5) * SIDE, 3).tolist()}
 
 
+def path_of(places):
+    """SLAM's path through places: stamp, x and y."""
+    path = PathMessage()
+    for stamp, x, y in places:
+        pose = PoseStamped()
+        pose.header.stamp = stamp
+        pose.pose.position.x, pose.pose.position.y = x, y
+        pose.pose.orientation.w = 1.0
+        path.poses.append(pose)
+    return path
+
+
 class OctomapTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -84,6 +96,8 @@ class OctomapTest(unittest.TestCase):
                 (NODE + "/reset", Empty),
                 (NODE + "/distances", GetDistances),
                 (NODE + "/frontiers", GetFrontiers),
+                (NODE + "/save_state", Trigger),
+                (NODE + "/load_state", Trigger),
             )
         }
         for service in cls.services.values():
@@ -205,14 +219,10 @@ class OctomapTest(unittest.TestCase):
         wait_until(
             lambda: self.call("/octomap_binary").map.header.stamp >= self.stamp, "the clouds in the map"
         )
-        path = PathMessage()
-        for k, x in enumerate((0.0, 1.0, 2.0)):
-            pose = PoseStamped()
-            pose.header.stamp = self.stamp - rospy.Duration(2.0 * (2 - k))
-            pose.pose.position.x, pose.pose.position.y = x, 0.6  # SLAM finds that all was 0.6 m to the left
-            pose.pose.orientation.w = 1.0
-            path.poses.append(pose)
-        self.paths.send(path)
+        # SLAM finds that all was 0.6 m to the left
+        self.paths.send(
+            path_of([(self.stamp - rospy.Duration(2.0 * (2 - k)), float(k), 0.6) for k in range(3)])
+        )
         moved = {tuple(np.round((x, y + 0.6, z), 3).tolist()) for x, y, z in WALL}
         wait_until(
             lambda: occupied(self.call("/octomap_binary").map) == moved, "the wall where the path says"
@@ -240,6 +250,7 @@ class OctomapTest(unittest.TestCase):
         cases = {
             "no fields x, y and z": {"names": "abc"},
             "no point with finite": {"points": np.full((4, 3), np.nan)},
+            "A cloud has no point": {"points": np.zeros((0, 3))},
             "too large": {"points": np.zeros((10_000_000, 3))},
             "older than the map": {"wait_s": -8.0},
         }
@@ -255,6 +266,26 @@ class OctomapTest(unittest.TestCase):
         with self.assertRaises(rospy.ServiceException):
             self.call(NODE + "/distances", Point(-1e5, -1e5, -1e5), Point(1e5, 1e5, 1e5))
         self.assertEqual(occupied(self.call("/octomap_binary").map), before)
+
+    def test_a_saved_state_brings_the_map_back(self):
+        self.walls()
+        before = occupied(self.call("/octomap_binary").map)
+        with tempfile.TemporaryDirectory() as folder:
+            rospy.set_param(NODE + "/state_file", f"{folder}/map.volume")
+            self.assertFalse(self.call(NODE + "/load_state").success)
+            answer = self.call(NODE + "/save_state")
+            self.assertTrue(answer.success, answer.message)
+            self.call(NODE + "/reset")
+            self.assertEqual(occupied(self.call("/octomap_binary").map), set())
+            self.assertTrue(self.call(NODE + "/load_state").success)
+            self.assertEqual(occupied(self.call("/octomap_binary").map), before)
+            Path(folder, "map.volume").write_bytes(b"no state")
+            answer = self.call(NODE + "/load_state")
+            self.assertFalse(answer.success)
+            self.assertIn("cannot be read", answer.message)
+        self.assertEqual(occupied(self.call("/octomap_binary").map), before)
+        rospy.delete_param(NODE + "/state_file")
+        self.assertIn("state_file", self.call(NODE + "/save_state").message)
 
     def test_octomap_saver_writes_files(self):
         self.walls()

@@ -11,14 +11,16 @@ from xmlrpc.client import ServerProxy
 import numpy as np
 import rospy
 import rostest
+from nav_msgs.msg import Path as PathMessage
 from octomap_msgs.msg import Octomap
 from sensor_msgs.msg import PointCloud2
 from tf2_msgs.msg import TFMessage
 
+from gridslam.volume.saved.saved_map import read_volume
 from node_tools.testing import Input, Output, address_of, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from rostest_slam_octomap import NODE, WALL, cloud, occupied
+from rostest_slam_octomap import NODE, WALL, cloud, occupied, path_of
 from slam_probe import transform
 
 POST = [(1.1, 1.1, z) for z in np.arange(0.1, 1.0, 0.2)]
@@ -31,27 +33,42 @@ class KilledTest(unittest.TestCase):
         self.clouds, self.tf = Input("cloud_in", PointCloud2), Input("/tf", TFMessage)
         self.static = Input("/tf_static", TFMessage, latch=True)
         self.static.send(transform("base_link", "lidar", rospy.Time(0)))
+        self.paths = Input("path", PathMessage)
         self.stamp = rospy.Time(1000)
 
-    def send(self, points):
+    def send(self, points, x=0.0):
         self.stamp += rospy.Duration(2.0)
         self.tf.send(transform("map", "odom", self.stamp))
-        self.tf.send(transform("odom", "base_link", self.stamp))
+        self.tf.send(transform("odom", "base_link", self.stamp, (x, 0.0, 0.0)))
         self.clouds.send(cloud(points, self.stamp))
 
-    def test_a_node_that_is_killed_goes_on_with_its_map(self):
+    def kept(self):
+        """How many clouds the copy holds."""
+        told = rospy.get_param(NODE + "/kept", None)
+        return len(read_volume(told["file"]).corrected.nodes) if told else 0
+
+    def test_a_node_that_is_killed_goes_on_with_its_map_and_loops_still_move_it(self):
         wall, post = ({tuple(np.round(at, 3).tolist()) for at in centres} for centres in (WALL, POST))
-        self.send(WALL)
+        for number in range(3):
+            self.send(np.array(WALL) - (number, 0.0, 0.0), x=float(number))
+            wait_until(lambda: self.kept() == number + 1, "a copy with the cloud")  # noqa: B023
         self.full.last(lambda m: occupied(m) == wall, "the wall")
-        wait_until(lambda: rospy.has_param(NODE + "/kept"), "a copy of the map")
         old = address_of(NODE)
         os.kill(ServerProxy(old).getPid("/killed_probe")[2], signal.SIGKILL)
         wait_until(lambda: address_of(NODE) not in (None, old), "the node that was started again", 60.0)
         self.full.last(lambda m: occupied(m) == wall, "the wall, without another cloud")
+        path = path_of([(self.stamp - rospy.Duration(2.0 * (2 - k)), float(k), 0.6) for k in range(3)])
+        moved = {tuple(np.round((x, y + 0.6, z), 3).tolist()) for x, y, z in wall}
+
+        def has_moved():
+            self.paths.send(path)  # again and again: the new node may not have subscribed yet
+            return occupied(self.full.messages[-1]) == moved
+
+        wait_until(has_moved, "the wall where the path says")
 
         def has_both():
-            self.send(POST)  # again and again: the new node may not have subscribed yet
-            return occupied(self.full.messages[-1]) == wall | post
+            self.send(np.array(POST) - (2.0, 0.0, 0.0), x=2.0)
+            return occupied(self.full.messages[-1]) == moved | post
 
         wait_until(has_both, "the wall and the post")
 

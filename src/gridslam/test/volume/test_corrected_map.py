@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from flown_volumes import PARAMETERS, assert_equal, cloud_at, flown, fresh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_volume import body_of
-from room_clouds import puck_directions, ranges_in_hold
 
 from gridslam import ParameterError, ScanError
 from gridslam.volume import (
@@ -17,15 +17,11 @@ from gridslam.volume import (
     NodeSpacing,
     Pose,
     Rebuilding,
-    VolumeParameters,
     VoxelMap,
     stream_of,
 )
 from gridslam.volume.corrected_map import insert_event
 
-EVERY = NodeSpacing(period_s=1e-9)
-PARAMETERS = VolumeParameters(resolution_m=0.4)
-DIRECTIONS = puck_directions(40)
 small = st.floats(-0.6, 0.6)
 places = st.lists(
     st.tuples(st.floats(3.0, 27.0), st.floats(3.0, 17.0), st.floats(1.0, 9.0), st.floats(-3.1, 3.1)),
@@ -33,40 +29,6 @@ places = st.lists(
     max_size=7,
 )
 shifts = st.lists(st.one_of(st.just((0.0, 0.0, 0.0)), st.tuples(small, small, small)), min_size=7, max_size=7)
-
-
-def cloud_at(x, y, z, yaw, seed=0):
-    """A cloud in the sensor's frame, and the sensor's pose."""
-    pose = Pose(Pose.planar(0.0, 0.0, yaw).rotation, np.array((x, y, z)))
-    beams = DIRECTIONS @ pose.rotation.T
-    return DIRECTIONS * ranges_in_hold(pose.translation, beams, seed=seed)[:, None], pose
-
-
-def flown(path, spacing=EVERY, base=None):
-    corrected = CorrectedMap(PARAMETERS, spacing, base)
-    for number, place in enumerate(path):
-        points, pose = cloud_at(*place, seed=number)
-        corrected.add(float(number), points, pose, Pose.identity())
-    return corrected
-
-
-def fresh(corrected):
-    """The map of the same clouds at the poses that they have now."""
-    voxels = CorrectedMap(PARAMETERS, base=corrected.base).voxels
-    for node in corrected.nodes:
-        pose = node.sensor_in_map
-        voxels.insert(voxels.rays(pose.translation, pose.of_points(node.cloud.points())), Board())
-    return voxels
-
-
-def union(*maps):
-    boxes = [each.box() for each in maps]
-    return Box(np.min([box.low for box in boxes], axis=0), np.max([box.high for box in boxes], axis=0))
-
-
-def assert_equal(one, other):
-    box = union(one, other)
-    np.testing.assert_array_equal(one.values(box), other.values(box))
 
 
 @settings(max_examples=15, deadline=None)

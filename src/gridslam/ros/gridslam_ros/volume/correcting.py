@@ -11,8 +11,9 @@ import rospy
 from nav_msgs.msg import Path
 
 from gridslam import PoseError
-from gridslam.volume import CorrectedMap, Rebuilding
-from gridslam.volume.path_poses import OdometryHistory, odom_in_map
+from gridslam.volume import Rebuilding
+from gridslam.volume.path_poses import odom_in_map
+from gridslam_ros.volume.map_in_service import MapInService
 from node_tools.conversions import yaw_of
 
 LAST_EVENTS = 3
@@ -23,9 +24,8 @@ class Correcting:
     """Rebuilds the map when a path moves its nodes. A path that comes meanwhile is the next one.
 
     Args:
-        corrected: the map.
-        history: of odometry.
-        lock: held while the map or the history is read or changed.
+        served: the map.
+        lock: held while it is read or changed.
         changed: is called when a corrected map is in service.
         say: is called with a sentence about a path that cannot be used.
         failed: is called with an unexpected error.
@@ -33,14 +33,13 @@ class Correcting:
 
     def __init__(
         self,
-        corrected: CorrectedMap,
-        history: OdometryHistory,
+        served: MapInService,
         lock: Any,
         changed: Callable[[], None],
         say: Callable[[str], None],
         failed: Callable[[Exception], None],
     ):
-        self._corrected, self._history, self._lock = corrected, history, lock
+        self._served, self._lock = served, lock
         self._changed, self._say, self._failed = changed, say, failed
         self._path: Path | None = None
         self._has_come = threading.Event()
@@ -72,17 +71,18 @@ class Correcting:
             [(p.pose.position.x, p.pose.position.y, yaw_of(p.pose.orientation)) for p in path.poses]
         ).reshape(-1, 3)
         with self._lock:
-            nodes = self._corrected.nodes
+            served, nodes = self._served, self._served.corrected.nodes
             if not nodes:
                 return
+            are_known, path_s, since_s = served.time.of_path(stamps_s)
             times_s = np.array([node.stamp_s for node in nodes])
-            in_map = odom_in_map(stamps_s, poses, self._history, times_s)
-            # A node after the path's end keeps the correction with which it came
+            in_map = odom_in_map(path_s, poses[are_known], served.history, times_s)
+            # A node after the path's end, or of a flight that the path does not know, stays where it is
             sensors = [
-                odom @ node.sensor_in_odom if node.stamp_s <= stamps_s[-1] else node.sensor_in_map
+                odom @ node.sensor_in_odom if since_s <= node.stamp_s <= path_s[-1] else node.sensor_in_map
                 for odom, node in zip(in_map, nodes)
             ]
-            rebuilding = Rebuilding(self._corrected, sensors)
+            rebuilding = Rebuilding(served.corrected, sensors)
         if not rebuilding.moved:
             return
         began_s = time.monotonic()

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import os
+import time
 from pathlib import Path
 
 import rospkg
 import rospy
 
-from gridslam.volume import OctreeStream, write_octree
+from gridslam.volume.saved.saved_map import VolumeState, write_volume
+
+PAUSES = 50.0
+"""The copies take one part in so many of the wall time at most: a long flight's map is large."""
+ENDING = ".volume"
 
 
 class KeptMap:
@@ -24,29 +30,32 @@ class KeptMap:
         self._period_s, self._launch, self._kept_s = period_s, os.getppid(), 0.0
         name = rospy.get_name().strip("/").replace("/", "_")
         folder = Path(rospkg.get_ros_home())
-        self._path = folder / f"{name}_{self._launch}.ot"
+        self._path = folder / f"{name}_{self._launch}{ENDING}"
+        self._rests_until_s = -math.inf
         kept = rospy.get_param("~kept", {})
         is_ours = period_s > 0.0 and kept.get("launch") == self._launch and Path(kept["file"]).is_file()
         self.found = str(kept["file"]) if is_ours else ""
         """Path of the copy to begin with; empty: there is none."""
         if period_s > 0.0:
-            for old in folder.glob(f"{name}_[0-9]*.ot"):
+            for old in folder.glob(f"{name}_[0-9]*{ENDING}"):
                 launch = old.stem.rpartition("_")[2]
                 if launch.isdecimal() and not _is_running(int(launch)):
                     old.unlink(missing_ok=True)
 
     def is_due(self, now_s: float) -> bool:
         """Return whether the period is over, by a stamp."""
-        return self._period_s > 0.0 and not 0.0 <= now_s - self._kept_s < self._period_s
+        is_over = not 0.0 <= now_s - self._kept_s < self._period_s
+        return self._period_s > 0.0 and is_over and time.monotonic() >= self._rests_until_s
 
-    def keep(self, now_s: float, octree: OctreeStream, resolution_m: float) -> None:
+    def keep(self, now_s: float, state: VolumeState) -> None:
         """Replace the copy.
 
         Raises:
-            MapError: it cannot be written; the older copy stays.
+            StateError: it cannot be written; the older copy stays.
         """
-        self._kept_s = now_s
-        write_octree(self._path, octree, resolution_m)
+        self._kept_s, began_s = now_s, time.monotonic()
+        write_volume(state, self._path)
+        self._rests_until_s = time.monotonic() + PAUSES * (time.monotonic() - began_s)
         rospy.set_param("~kept", {"file": str(self._path), "launch": self._launch})
 
 

@@ -29,8 +29,14 @@ NUMBERS = {
     **{name: -math.inf if "_min_" in name else math.inf for name in RANGES},
 }
 """m, s, rad and probabilities."""
-TEXTS = {"frame_id": "map", "base_frame_id": "base_link", "odom_frame": "odom", "map_file": ""}
-FLAGS = {"publish_free_space": False}
+TEXTS = {
+    "frame_id": "map",
+    "base_frame_id": "base_link",
+    "odom_frame": "odom",
+    "map_file": "",
+    "state_file": "",
+}
+FLAGS = {"publish_free_space": False, "continue_from_state": False}
 WITHOUT_EFFECT = {
     "latch": "topics are always latched, and made only while somebody listens",
     "compress_map": "the map is always pruned",
@@ -71,6 +77,8 @@ class OctomapParameters:
         for name in ("frame_id", "base_frame_id", "odom_frame"):
             if not self.texts[name].strip("/ "):
                 raise ParameterError(f"{name} must be a frame's name, and not empty.")
+        if self.flags["continue_from_state"] and not self.texts["state_file"].strip():
+            raise ParameterError("continue_from_state needs state_file, the path of a saved state.")
         volume = VolumeParameters(
             given["resolution"],
             given["sensor_model/max_range"],

@@ -7,7 +7,7 @@ import os
 import zipfile
 import zlib
 from pathlib import Path
-from typing import Any, Callable, TypeVar
+from typing import Any, Callable, Sequence, TypeVar
 
 import numpy as np
 
@@ -38,28 +38,33 @@ DAMAGE = (
 Built = TypeVar("Built")
 
 
-def write(state: Any, path: str | Path) -> None:
-    """Write a state: a `FilterState`, or a `SessionState`. A kill leaves the old file or the new one.
+def write(state: Any, path: str | Path, is_packed: bool = False) -> None:
+    """Write a state: a `FilterState`, a `SessionState`, or a `VolumeState`.
+
+    A kill leaves the old file or the new one. is_packed: most of the state is compressed already.
 
     Raises:
         StateError: the file cannot be written.
     """
     content = io.BytesIO()
-    np.savez_compressed(content, **{VERSION: np.array(FORMAT)}, **pack(state))
+    save = np.savez if is_packed else np.savez_compressed
+    save(content, **{VERSION: np.array(FORMAT)}, **pack(state))
     try:
         replace_file(path, content.getvalue())
     except OSError as error:
         raise StateError(f"The state cannot be written to {path}: {error.strerror}.") from None
 
 
-def read(path: str | Path, build: Callable[[Any], Built]) -> Built:
+def read(path: str | Path, build: Callable[[Any], Built], classes: Sequence[type] | None = None) -> Built:
     """Return what ``build`` makes of the state in a file. Whatever is damaged in it becomes a StateError.
+
+    classes: that it may hold; None: those of a filter and a session.
 
     Raises:
         StateError: the file cannot be read, or holds no state.
     """
     try:
-        return build(unpack(_arrays(path), _classes()))
+        return build(unpack(_arrays(path), _classes() if classes is None else classes))
     except _OtherVersionError as error:
         raise StateError(
             f"{path} is of another version ({error}) of gridslam, which reads {FORMAT}: begin anew, or give "

@@ -123,6 +123,19 @@ class CorrectedMap:
         self.events, self._last = [], None
         self.generation += 1
 
+    def go_on(self, voxels: VoxelMap, events: Sequence[Event]) -> None:
+        """Go on with events and the voxels that they gave on the base."""
+        self.voxels, self.events = voxels, list(events)
+        nodes = self.nodes
+        self._last = nodes[-1] if nodes else None
+
+    def take_over(self, other: CorrectedMap) -> None:
+        """Become another map of the same parameters, which nobody uses from now on."""
+        self.base, self.voxels, self.settled = other.base, other.voxels, other.settled
+        self.spacing, self.events, self._last = other.spacing, other.events, other._last
+        self.transient.forget()
+        self.generation += 1
+
     def moved(self, poses: Sequence[Pose]) -> np.ndarray:
         """Return which nodes (n,) must move to reach the poses (n,) of their sensors in the map."""
         limit_m = MOVED_VOXELS * self.parameters.resolution_m

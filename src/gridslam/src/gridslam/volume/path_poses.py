@@ -26,6 +26,26 @@ class OdometryHistory:
             self._stamps_s.append(stamp_s)
             self._poses.append((float(x), float(y), float(np.arctan2(rotation[1, 0], rotation[0, 0]))))
 
+    @classmethod
+    def of(cls, stamps_s: np.ndarray, poses: np.ndarray) -> OdometryHistory:
+        """Return the history of stamps (n,) and poses (n, 3); raises ValueError if they make no sense."""
+        if poses.shape != (len(stamps_s), 3) or not (np.diff(stamps_s) > 0.0).all():
+            raise ValueError("the odometry's history makes no sense")
+        if not (np.isfinite(stamps_s).all() and np.isfinite(poses).all()):
+            raise ValueError("the odometry's history is not finite")
+        history = cls()
+        history._stamps_s = stamps_s.tolist()
+        history._poses = [(x, y, yaw) for x, y, yaw in poses.tolist()]
+        return history
+
+    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the stamps (n,) and the poses (n, 3)."""
+        return np.array(self._stamps_s, float), np.array(self._poses, float).reshape(-1, 3)
+
+    def take_over(self, other: OdometryHistory) -> None:
+        """Become another history."""
+        self._stamps_s, self._poses = other._stamps_s, other._poses
+
     def clear(self) -> None:
         """Forget all poses, as after a clock that jumped back."""
         self._stamps_s, self._poses = [], []

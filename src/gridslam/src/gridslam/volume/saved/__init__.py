@@ -1,0 +1,1 @@
+"""The complete state of a map of voxels, to go on with it, also in another flight."""
