@@ -63,8 +63,8 @@ launch() {
   shift
   for argument in "$@"; do
     case $argument in # nodes run in another folder
-      world:=hold_3d | world:=ballast_tank) ;; # names of ours, not files
-      world:=?* | results:=?* | mission:=?* | limits:=?* | plan:=?* | starting_map:=?* | slam_config:=?*)
+      world:=hold_3d | world:=hold_3d_cargo | world:=ballast_tank) ;; # names of ours, not files
+      world:=?* | results:=?* | mission:=?* | limits:=?* | plan:=?* | drawing:=?* | defects:=?* | starting_map:=?* | slam_config:=?*)
         argument=${argument%%:=*}:=$(absolute "${argument#*:=}")
         ;;
     esac

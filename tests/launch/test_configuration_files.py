@@ -134,7 +134,11 @@ def test_every_launch_file_that_flies_can_hold_the_worlds_models(file):
 )
 def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, given, leaders):
     path = ROOT / f"src/master_thesis/launch/{file}.launch"
-    for world, radius_m, manhole_m in (("hold_3d", 0.35, math.inf), ("ballast_tank", 0.2, 0.6)):
+    for world, radius_m, manhole_m in (
+        ("hold_3d", 0.35, math.inf),
+        ("hold_3d_cargo", 0.35, math.inf),
+        ("ballast_tank", 0.2, 0.6),
+    ):
         config = loaded(path, f"world:={world}", *given)
         params = {key: each.value for key, each in config.params.items()}
         assert {node.name for node in config.nodes} & {"explore", "inspect"} == leaders
@@ -171,7 +175,7 @@ def test_an_inspection_explores_unless_it_gets_a_plan_or_a_drawing():
 @pytest.mark.ros
 def test_an_inspection_explores_as_explore_launch_does():
     folder = ROOT / "src/master_thesis/launch"
-    for world in ("hold_3d", "ballast_tank"):
+    for world in ("hold_3d", "hold_3d_cargo", "ballast_tank"):
         explored, inspected = (
             {
                 key: each.value

@@ -18,7 +18,7 @@ from snippets import ROOT, Call
 
 FILE_ARGUMENTS = {"world", "bag", "mission"}
 """Arguments of launch files that name a file."""
-WORLDS = {"hold_3d", "ballast_tank"}
+WORLDS = {"hold_3d", "hold_3d_cargo", "ballast_tank"}
 """Names that explore.launch takes in place of a world file."""
 SUBCOMMANDS = {"test", "bench", "report", "setup"}
 UPSTREAM = {"rqt_reconfigure", "mavros"}

@@ -14,6 +14,7 @@ SHIPS = Path(__file__).resolve().parents[1] / "config/ships"
     ("name", "half", "told"),
     [
         ("hold_3d", (15.0, 10.0, 10.0), {(0.3, -9.9, 5.0): "Fr. 60 + 300, strake C, S"}),
+        ("hold_3d_cargo", (15.0, 10.0, 10.0), {}),
         ("ballast_tank", (10.0, 1.5, 5.0), {(2.1, 1.5, 2.5): "Fr. 75 + 100, strake B, P"}),
     ],
 )

@@ -9,6 +9,8 @@ import pytest
 from inspection_tools.photographs.folder import read_photograph
 from inspection_tools.survey.plan_file import read_plan
 from master_thesis.photographing.command import photograph, poses_of
+from master_thesis.worlds import floor_plan
+from master_thesis.worlds.cargo import NAMES as NAMES_OF_CARGO
 from master_thesis.worlds.defects import NUMBERS, write_defects
 from simulation_tools.camera.defects import beside, decals_of, read_defects
 from simulation_tools.camera.surfaces import surfaces_of
@@ -17,7 +19,7 @@ from simulation_tools.sdf.parser import load_world
 WORLDS = Path(__file__).resolve().parents[1] / "worlds"
 
 
-@pytest.mark.parametrize("name", ["hold_3d", "ballast_tank"])
+@pytest.mark.parametrize("name", ["hold_3d", "hold_3d_cargo", "ballast_tank"])
 def test_the_shipped_file_is_the_generators(name, tmp_path):
     world = WORLDS / f"{name}.world"
     written = write_defects(world, tmp_path / "d.yaml", seed=1)
@@ -29,6 +31,20 @@ def test_the_shipped_file_is_the_generators(name, tmp_path):
     for defect in marks.defects:
         assert defect.kind != "rust" or 0.03 <= defect.length_m <= 0.30
         assert defect.kind != "crack" or (0.2 <= defect.length_m <= 1.0 and 0.0003 <= defect.width_m <= 0.002)
+
+
+def test_no_defect_is_on_cargo():
+    world = load_world(str(WORLDS / "hold_3d_cargo.world"))
+    boxes = [each for each in floor_plan.outlines(world) if each.name.split("::")[0] in NAMES_OF_CARGO]
+    for defect in read_defects(WORLDS / "hold_3d_cargo.defects.yaml").defects:
+        for each in boxes:
+            low, high = each.outline_xy.min(axis=0) - 0.01, each.outline_xy.max(axis=0) + 0.01
+            beside = (np.array(defect.position_m[:2]) < low).any() or (
+                np.array(defect.position_m[:2]) > high
+            ).any()
+            turned = each.name.startswith(("stray_container", "crates"))  # their boxes hold free floor, too
+            on_floor = defect.position_m[2] < 0.01
+            assert beside or defect.position_m[2] > each.top_m + 0.01 or (turned and on_floor)
 
 
 PLAN = """home: [0, 0, 1]

@@ -4,14 +4,17 @@ import numpy as np
 import pytest
 
 from master_thesis.errors import ScenarioError
-from master_thesis.worlds import generator
+from master_thesis.worlds import floor_plan, generator
 from master_thesis.worlds.ballast_tank import BallastTankParameters, ballast_tank
-from master_thesis.worlds.hold_3d import Hold3DParameters, hold_3d
+from master_thesis.worlds.cargo import NAMES
+from master_thesis.worlds.hold_3d import Hold3DParameters, hold_3d, hold_3d_cargo
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.world.rays import RayScene
 from simulation_tools.world.shapes.meshes import joined, mesh_of
 
 FAR_M = 100.0
+START = (-9.0, 5.0)
+"""Of explore.launch and inspection.launch in the hold."""
 
 
 def world_of(text, folder):
@@ -42,6 +45,7 @@ def worlds(tmp_path_factory):
     folder = tmp_path_factory.mktemp("worlds")
     return {
         "hold_3d": world_of(hold_3d(), folder),
+        "hold_3d_cargo": world_of(hold_3d_cargo(), folder),
         "ballast_tank": world_of(ballast_tank(), folder),
         "wide tank": world_of(ballast_tank(BallastTankParameters(2, 5.0, 4.0, 4.0)), folder),
         "small hold": world_of(hold_3d(Hold3DParameters(16.0, 12.0, 6.0, hatch_length_m=6.0)), folder),
@@ -50,7 +54,12 @@ def worlds(tmp_path_factory):
 
 @pytest.mark.parametrize(
     ("name", "size_m"),
-    [("hold_3d", (30.0, 20.0, 11.2)), ("ballast_tank", (20.0, 3.0, 5.2)), ("wide tank", (10.0, 4.0, 4.2))],
+    [
+        ("hold_3d", (30.0, 20.0, 11.2)),
+        ("hold_3d_cargo", (30.0, 20.0, 11.2)),
+        ("ballast_tank", (20.0, 3.0, 5.2)),
+        ("wide tank", (10.0, 4.0, 4.2)),
+    ],
 )
 def test_nothing_leaves_it_and_it_has_its_size(worlds, name, size_m):
     """Seen from near the middle in 20,000 directions, by Embree."""
@@ -84,6 +93,34 @@ def test_the_hold_has_webs_every_3_m_a_coaming_a_ladder_and_three_stanchions(wor
     web_m, flange_m = 0.5, 0.05
     assert cast((0.0, 0.0, 5.0), [(0.0, 1.0, 0.0)])[0] == pytest.approx(10.0 - web_m - flange_m)
     assert cast((1.0, 0.0, 5.0), [(0.0, 1.0, 0.0)])[0] == pytest.approx(10.0)
+
+
+def test_cargo_hides_a_part_of_the_hold_and_leaves_ways_around_it(worlds):
+    cast = rays_into(worlds["hold_3d_cargo"])
+    # Two containers of 2.591 m, 2.438 m wide, stand with their middle at y = 7.25 m, between two frames
+    for height_m, away_m in ((1.0, 7.25 - 1.219), (5.1, 7.25 - 1.219), (5.3, 10.0)):
+        assert cast((5.0, 0.0, height_m), [(0.0, 1.0, 0.0)])[0] == pytest.approx(away_m, abs=1e-3)
+
+
+def test_a_uav_gets_around_the_cargo(worlds):
+    groups = {}
+    for each in floor_plan.outlines(worlds["hold_3d_cargo"]):
+        if each.blocks(0.5):
+            model = each.name.split("::")[0]
+            groups.setdefault(model if model in NAMES else "ship", []).append(along(each.outline_xy))
+    assert groups.keys() == {"ship", *NAMES}
+    places = {name: np.concatenate(parts) for name, parts in groups.items()}
+    for name in NAMES:
+        others = np.concatenate([own for other, own in places.items() if other != name])
+        apart_m = np.linalg.norm(places[name][:, None] - others, axis=2).min()
+        assert apart_m > 0.9, name
+        assert np.linalg.norm(places[name] - START, axis=1).min() > 1.5
+
+
+def along(corners, step_m=0.1):
+    """Places along the outline of corners (n, 2)."""
+    ends = zip(corners, np.roll(corners, -1, axis=0))
+    return np.concatenate([np.linspace(a, b, 2 + int(np.linalg.norm(b - a) / step_m)) for a, b in ends])
 
 
 @pytest.mark.parametrize("bulkhead", range(4))

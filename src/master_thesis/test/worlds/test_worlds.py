@@ -40,7 +40,7 @@ def test_there_are_the_four_of_table_8_1():
 
 
 def test_an_unknown_world_is_refused_with_the_choices():
-    choices = "empty, sparse, forest, hallway, room, hold, hold_3d, ballast_tank"
+    choices = "empty, sparse, forest, hallway, room, hold, hold_3d, hold_3d_cargo, ballast_tank"
     with pytest.raises(ScenarioError, match=f"no world 'jungle'; choose one of {choices}"):
         generator.make("jungle")
 

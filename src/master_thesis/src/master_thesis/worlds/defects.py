@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import yaml
 
 from master_thesis.errors import ScenarioError
+from master_thesis.worlds.cargo import NAMES as CARGO
 from simulation_tools.camera.surfaces import Surfaces, surfaces_of
 from simulation_tools.sdf.parser import load_world
 
@@ -35,7 +37,8 @@ def write_defects(world: Path, target: Path, seed: int) -> Path:
     """
     description = load_world(str(world))
     rng = np.random.default_rng(seed)
-    placer = _Placer(surfaces_of(description, COATINGS), rng)
+    ship = replace(description, models=tuple(each for each in description.models if each.name not in CARGO))
+    placer = _Placer(surfaces_of(description, COATINGS), surfaces_of(ship), rng)
     defects = [placer.one(kind) for kind, number in NUMBERS.items() for _ in range(number)]
     content = {"world": world.name, "seed": seed, "coatings": _plain(COATINGS), "defects": defects}
     target.write_text(yaml.safe_dump(content, sort_keys=False, default_flow_style=None), encoding="utf-8")
@@ -47,10 +50,13 @@ def _plain(coatings: dict) -> dict:
 
 
 class _Placer:
-    """Finds free places by rays from points inside the world: what is hit can be seen."""
+    """Finds free places by rays from points inside the world: what is hit can be seen.
 
-    def __init__(self, surfaces: Surfaces, rng: np.random.Generator) -> None:
-        self._surfaces, self._rng = surfaces, rng
+    ship: the surfaces without cargo, which gets no marks.
+    """
+
+    def __init__(self, surfaces: Surfaces, ship: Surfaces, rng: np.random.Generator) -> None:
+        self._surfaces, self._ship, self._rng = surfaces, ship, rng
         self._taken: list[tuple[np.ndarray, float]] = []
         self._inside = self._bounds()
 
@@ -95,6 +101,8 @@ class _Placer:
         face, distance = int(faces[0]), float(distances[0])
         if face < 0 or not 0.5 < distance < 12.0:
             return None
+        if not np.isclose(self._ship.nearest(eye[None], direction[None])[1][0], distance):
+            return None  # on cargo
         normal = surfaces.normals[face]
         if -(normal @ direction) < 0.5:
             return None

@@ -11,13 +11,14 @@ import numpy as np
 from master_thesis.errors import ScenarioError
 from master_thesis.worlds import experiment_1, experiments_3_4
 from master_thesis.worlds.ballast_tank import BallastTankParameters, ballast_tank
-from master_thesis.worlds.hold_3d import Hold3DParameters, hold_3d
+from master_thesis.worlds.hold_3d import Hold3DParameters, hold_3d, hold_3d_cargo
 
 SEED = 8  # of the sparse field and the forest; flights have their own seeds
 MAKERS: dict[str, Callable[[np.random.Generator], str]] = {
     **experiment_1.MAKERS,
     **experiments_3_4.MAKERS,
     "hold_3d": lambda rng: hold_3d(),
+    "hold_3d_cargo": lambda rng: hold_3d_cargo(),
     "ballast_tank": lambda rng: ballast_tank(),
 }
 _SIZED: dict[str, tuple[Callable, type]] = {

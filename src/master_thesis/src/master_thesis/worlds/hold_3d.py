@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from master_thesis.errors import ScenarioError
+from master_thesis.worlds.cargo import cargo
 from master_thesis.worlds.steel import FITTING, FRAME, SHELL, box, places
 from master_thesis.worlds.writer import Colour, Cylinder, Part, Prop, Surroundings, write_world
 
@@ -55,11 +56,24 @@ class Hold3DParameters:
 def hold_3d(parameters: Hold3DParameters | None = None) -> str:
     """Return the hold as the text of a world file."""
     p = parameters or Hold3DParameters()
-    comment = (
+    return write_world("hold_3d", f"{_comment(p)}.", _FLOOR, _props(p))
+
+
+def hold_3d_cargo() -> str:
+    """Return the hold of the default sizes with cargo left in it."""
+    p = Hold3DParameters()
+    return write_world("hold_3d_cargo", f"{_comment(p)}, and cargo left in it.", _FLOOR, _props(p) + cargo())
+
+
+def _comment(p: Hold3DParameters) -> str:
+    return (
         f"A cargo hold, {p.length_m:g} x {p.breadth_m:g} x {p.height_m:g} m, with frames every "
-        f"{p.frame_spacing_m:g} m, deck beams, hatch coaming, ladder and stanchions."
+        f"{p.frame_spacing_m:g} m, deck beams, hatch coaming, ladder and stanchions"
     )
-    props = tuple(
+
+
+def _props(p: Hold3DParameters) -> tuple[Prop, ...]:
+    return tuple(
         Prop(name, 0.0, 0.0, parts)
         for name, parts in (
             ("shell", _shell(p)),
@@ -70,7 +84,6 @@ def hold_3d(parameters: Hold3DParameters | None = None) -> str:
             ("stanchions", _stanchions(p)),
         )
     )
-    return write_world("hold_3d", comment, _FLOOR, props)
 
 
 def _shell(p: Hold3DParameters) -> tuple[Part, ...]:
