@@ -52,7 +52,7 @@ class CameraLink:
         self._tilts = rospy.Publisher("camera/tilt", Float64, queue_size=1, latch=True)
         self._lock = threading.Lock()
         self._waiting: dict[int, Waiting] = {}
-        self._early: dict[int, np.ndarray] = {}
+        self._early: dict[int, np.ndarray | None] = {}
         self._subscriber = rospy.Subscriber(
             "camera/image_raw", Image, self._on_image, queue_size=4, buff_size=1 << 27
         )
@@ -77,12 +77,13 @@ class CameraLink:
         if not told.success:
             raise CameraError(f"The camera took no photograph: {told.status_message}")
         waiting = Waiting(what(told), time.monotonic())
+        key = told.stamp.to_nsec()
         with self._lock:
-            picture = self._early.pop(told.stamp.to_nsec(), None)
-            if picture is None:
-                self._waiting[told.stamp.to_nsec()] = waiting
-        if picture is not None:
-            self._on_picture(waiting.what, picture)
+            is_there, picture = key in self._early, self._early.pop(key, None)
+            if not is_there:
+                self._waiting[key] = waiting
+        if is_there:
+            self._take(waiting, picture)
         return waiting.what
 
     @property
@@ -100,17 +101,26 @@ class CameraLink:
             self._on_lost(waiting.what)
 
     def _on_image(self, image: Image) -> None:
-        if image.encoding != "rgb8" or len(image.data) != image.height * image.width * 3:
+        picture = None
+        if image.encoding == "rgb8" and len(image.data) == image.height * image.width * 3:
+            picture = np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 3)
+        else:
             rospy.logwarn_throttle(
                 5.0, f"A picture is cut or not rgb8: {image.width} x {image.height}, {image.encoding}."
             )
-            return
-        picture = np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 3)
+        key = image.header.stamp.to_nsec()
         with self._lock:
-            waiting = self._waiting.get(image.header.stamp.to_nsec())
+            waiting = self._waiting.get(key)
             if waiting is None:
-                self._early = {image.header.stamp.to_nsec(): picture}
+                self._early = {key: picture}
         if waiting is not None:
-            self._on_picture(waiting.what, picture)
+            self._take(waiting, picture)
             with self._lock:
-                self._waiting.pop(image.header.stamp.to_nsec(), None)
+                self._waiting.pop(key, None)
+
+    def _take(self, waiting: Waiting, picture: np.ndarray | None) -> None:
+        """Give the picture of a shot to whom it belongs; None: it is cut."""
+        if picture is None:
+            self._on_lost(waiting.what)
+        else:
+            self._on_picture(waiting.what, picture)

@@ -11,7 +11,7 @@ import numpy as np
 import rospy
 from sensor_msgs.msg import Image
 
-from inspection_tools.inspection import End, Inspection, InspectionParameters
+from inspection_tools.inspection import End, Inspection
 from inspection_tools.inspection.taken import RecentPoses, record_of, shot_of
 from inspection_tools.inspection.todo import Task
 from inspection_tools.photographs.folder import PhotographError, PhotographFolder, PhotographRecord
@@ -34,18 +34,15 @@ class Photographer:
     """One camera and one folder.
 
     Args:
-        parameters: by which a photograph is judged. say: told what goes wrong. on_shot: called after each
-            shutter, in the thread of `work`.
+        say: told what goes wrong. on_shot: called after each shutter, in the thread of `work`.
 
     Attributes:
         folder: where photographs go; None: no plan has come yet. shots: of the shutter. on_stored: called
         with the path of each photograph that is stored. poses: of the UAV, for the records.
     """
 
-    def __init__(
-        self, parameters: InspectionParameters, say: Callable[[str], None], on_shot: Callable[[], None]
-    ) -> None:
-        self._parameters, self._say, self._on_shot = parameters, say, on_shot
+    def __init__(self, say: Callable[[str], None], on_shot: Callable[[], None]) -> None:
+        self._say, self._on_shot = say, on_shot
         self.folder: PhotographFolder | None = None
         self.on_stored: Callable[[Path], None] = lambda _: None
         self.shots = self._failures = 0
@@ -88,25 +85,24 @@ class Photographer:
 
     def _shoot(self, inspection: Inspection, task: Task) -> None:
         try:
-            taken = self._camera.shoot(partial(self._taken, inspection, task))
+            self._camera.shoot(partial(self._taken, inspection, task))
         except CameraError as error:
             self._miss(inspection, task, str(error))
-            return
-        self._failures = 0
-        self.shots += 1
-        fault = inspection.judge(task, shot_of(taken.record))
-        if fault:
-            rospy.loginfo("Photograph %d is shot again: %s.", task.number, fault)
 
     def _taken(self, inspection: Inspection, task: Task, told: Any) -> Taken:
-        """Return what belongs to a photograph whose shutter has just opened."""
+        """Judge a photograph whose shutter has just opened, before its picture can come or be lost."""
         stamp_s = told.stamp.to_sec()
         body = self.poses.at(stamp_s)
         record = record_of(task, stamp_s, body, messages.camera_in_body(told), told)
-        return Taken(inspection, task, record, not shot_of(record).fault(self._parameters))
+        self.shots += 1
+        fault = inspection.judge(task, shot_of(record))
+        if fault:
+            rospy.loginfo("Photograph %d is shot again: %s.", task.number, fault)
+        return Taken(inspection, task, record, not fault)
 
     def _store(self, taken: Taken, picture: np.ndarray) -> None:
         """Store a picture that has come, if it is good."""
+        self._failures = 0
         if not taken.is_good or self.folder is None:
             return
         inspection, task = taken.inspection, taken.task
@@ -123,7 +119,7 @@ class Photographer:
         self._last.publish(messages.small(picture, rospy.Time.from_sec(taken.record.stamp_s)))
 
     def _lose(self, taken: Taken) -> None:
-        self._miss(taken.inspection, taken.task, "The camera's picture did not come.")
+        self._miss(taken.inspection, taken.task, "The camera's picture did not come, or it was cut.")
 
     def _miss(self, inspection: Inspection, task: Task, why: str) -> None:
         self._say(why)

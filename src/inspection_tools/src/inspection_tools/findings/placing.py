@@ -87,7 +87,8 @@ class PosedPhotograph:
         good = (far < p.distance) & (steep > np.cos(np.radians(p.incidence)))  # NaN is not good
         if good.sum() < 3 or good.mean() < 0.3:
             return None
-        pixel_m2 = (far[good] / self._camera.focal_px) ** 2 / steep[good]
+        ahead = rays[good] @ self._turn[:, 2]  # a pixel's solid angle is ahead^3 / focal length^2
+        pixel_m2 = (far[good] / self._camera.focal_px) ** 2 * ahead**3 / steep[good]
         area = float(pixel_m2.mean() * candidate.size_px * good.mean())
         detail_mm = float(np.median(1e3 * far[good] / self._camera.focal_px / steep[good]))
         placed = Placed(candidate.kind, points[good], normals[good].mean(axis=0), area, self._name, detail_mm)
