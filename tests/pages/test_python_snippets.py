@@ -39,6 +39,7 @@ PYTHON = {
 """By page: what its reader has before the page's python, and what is true afterwards."""
 SKELETONS = {
     "src/gridslam/doc/loop_closure.md": "lines of a caller's loop; test_loop_closure.py runs the same calls",
+    "src/inspection_tools/doc/findings.md": "a node; rostest_detector.py runs it on photographs",
     "src/kernel_cache/README.md": "a kernel; test_compiler.py compiles others",
     "src/node_tools/README.md": "the frame of a node, with dots where its imports stand",
     "src/master_thesis/doc/tutorial.md": "a node; test_tutorial.py runs it against a scan",

@@ -5,12 +5,16 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
 import trimesh
 from drawn_wall import AWAY_M, CAMERA, wall_picture
 from scipy.spatial.transform import Rotation
 
+from inspection_tools.findings.candidates import Candidate
 from inspection_tools.findings.command import main
+from inspection_tools.findings.findings_file import read_findings
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.remembered import write_marks
 from inspection_tools.findings.search import find
 from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
@@ -87,6 +91,29 @@ def test_cracks_are_not_looked_for_where_a_pixel_covers_too_much(tmp_path):
 def test_an_empty_folder_is_named(tmp_path, capsys):
     assert main([str(tmp_path), "--mesh", "wall.stl"]) == 1
     assert "there is no photograph" in capsys.readouterr().err
+
+
+def test_the_marks_of_another_detector_count_in_place_of_ours(tmp_path, capsys):
+    stored(tmp_path, 0)
+    x, y = np.meshgrid(np.arange(100, 150), np.arange(400, 440))
+    marks = [Candidate("blister", np.column_stack((x.ravel(), y.ravel()))[::7], x.size)]
+    write_marks(tmp_path / "0.000000.jpg", marks, "/theirs")
+    assert main([str(tmp_path), "--mesh", wall(tmp_path / "wall.stl")]) == 0
+    assert capsys.readouterr().out.splitlines()[:3] == ["rust: 0", "crack: 0", "blister: 1"]
+    (found,) = read_findings(tmp_path / "findings.json")
+    pixel_m = AWAY_M / CAMERA.focal_px
+    aside, down = (np.array((124.5, 419.5)) - CAMERA.centre_px) * pixel_m
+    assert np.allclose(found.position_m, (0.0, -aside, -down), atol=2 * pixel_m)
+    assert found.area_m2 == pytest.approx(50 * 40 * pixel_m**2, rel=0.01)  # far from the middle, too
+    # When the detector marks nothing, then nothing is there; when its file is damaged, its name is told
+    write_marks(tmp_path / "0.000000.jpg", [], "/theirs")
+    assert find([tmp_path], tmp_path / "wall.stl", FindingParameters()) == []
+    (tmp_path / "0.000000.marks.json").write_text('{"candidates": [{"kind": "rust", "size_px": 3}]}')
+    capsys.readouterr()
+    assert find([tmp_path], tmp_path / "wall.stl", FindingParameters()) == []
+    told = capsys.readouterr().err
+    assert "0.000000.marks.json: cannot be read" in told
+    assert told.count("\n") == 1
 
 
 def test_a_nearer_photograph_decides_whether_a_crack_is_one(tmp_path):

@@ -5,10 +5,13 @@ Time is that of the messages' stamps, so the UAV flies faster than any clock.
 """
 
 import math
+import os
+import signal
 import sys
 import tempfile
 import unittest
 from pathlib import Path
+from xmlrpc.client import ServerProxy
 
 import numpy as np
 import roslib.message
@@ -31,7 +34,7 @@ from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParame
 from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
 from inspection_tools.survey.plan_file import write_plan
 from inspection_tools.survey.views.candidates import View
-from node_tools.testing import Input, wait_until
+from node_tools.testing import Input, address_of, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -61,6 +64,7 @@ class Uav:
 
     def __init__(self):
         self.picture = np.zeros((48, 64, 3), np.uint8)
+        self.camera, self.cut = "good", 0
         self.stamp_s, self.charge, self.tilts = 100.0, 0.9, Newest("/camera/tilt", Float64)
         self._place, self._yaws, self._yaw_rad = START, {}, 0.0
         self._pictures = rospy.Publisher("/camera/image_raw", Image, queue_size=10)
@@ -84,6 +88,11 @@ class Uav:
         data = self.picture.tobytes()
         picture = Image(height=height, width=width, encoding="rgb8", step=3 * width, data=data)
         picture.header.stamp = stamp
+        if self.camera == "stopped":
+            return SHOOT._response_class(success=False, status_message="It has stopped.")
+        if self.cut:
+            self.cut -= 1
+            picture.data = data[:1000]
         self._pictures.publish(picture)
         pose = Pose(Point(0.1, 0.0, -0.05), Quaternion(-0.5, 0.5, -0.5, 0.5))
         return SHOOT._response_class(True, "", stamp, pose, 0.002, 400.0, 200.0, 0.1)
@@ -132,7 +141,7 @@ class InspectTest(unittest.TestCase):
         cls.results = Newest(NODE + "/survey/result", SurveyActionResult)
         cls.markers = Newest(NODE + "/markers", MarkerArray)
         cls.last = Newest(NODE + "/last_photograph", Image)
-        cls.goals = Input(NODE + "/survey/goal", SurveyActionGoal)
+        cls.goals = Input(NODE + "/survey/goal", SurveyActionGoal, latch=True)
         cls.clicks = Input("/clicked_point", PointStamped)
         kinds = {"pause": Trigger, "resume": Trigger, "abort": Trigger, "look_closer": LookCloser}
         cls.services = {name: rospy.ServiceProxy(f"{NODE}/{name}", kind) for name, kind in kinds.items()}
@@ -255,6 +264,74 @@ class InspectTest(unittest.TestCase):
         self.assertAlmostEqual(wall_m - near.position_m[0], camera.distance_m(0.3), delta=0.15)
         crack_m = -(2101.0 - camera.centre_px[0]) * (wall_m - 6.0) / camera.focal_px  # left of x is y
         self.assertAlmostEqual(near.position_m[1] - 5.0, crack_m, delta=0.15)
+
+    def test_5_a_camera_that_stops_brings_it_home_and_what_is_taken_stays(self):
+        uav, told = self.uav, self.feedback
+        uav.picture = np.zeros((48, 64, 3), np.uint8)
+        uav.send_map()
+        self.send_goal("camera", self.plan())
+        uav.fly(lambda: len(self.records("camera")) == 1, "the first photograph")
+        uav.camera = "stopped"
+        uav.fly(lambda: self.ended("camera"), "the way home")
+        uav.camera = "good"
+        result = self.results.last.result
+        self.assertEqual((result.end, result.is_home, result.taken), ("camera", True, 1))
+        self.assertIn("It has stopped. It was asked 3 times.", result.reason)
+        self.assertEqual(len(self.records("camera")), 1)
+        # When the camera works again, then the same goal takes the others
+        self.send_goal("camera again", self.plan(), "camera")
+        uav.fly(lambda: self.ended("camera again"), "the rest")
+        self.assertEqual(self.results.last.result.end, "done")
+        self.assertEqual(sorted(each.view for each in self.records("camera")), [1, 2, 3])
+        self.assertEqual(told.last.status.goal_id.id, "camera again")
+
+    def test_6_a_picture_that_is_cut_is_taken_again(self):
+        uav = self.uav
+        uav.cut = 2
+        self.send_goal("cut", self.plan())
+        uav.fly(lambda: self.ended("cut"), "the end")
+        result = self.results.last.result
+        self.assertEqual((result.end, result.taken, result.shots >= 5), ("done", 3, True))
+        self.assertEqual(sorted(each.view for each in self.records("cut")), [1, 2, 3])
+
+    def test_7_a_folder_that_cannot_be_written_brings_it_home(self):
+        uav, folder, away = self.uav, self.folder / "storage", self.folder / "storage is away"
+        self.send_goal("storage", self.plan())
+        uav.fly(lambda: len(self.records("storage")) == 1, "the first photograph")
+        folder.rename(away)
+        uav.fly(lambda: self.ended("storage"), "the way home")
+        away.rename(folder)
+        result = self.results.last.result
+        self.assertEqual((result.end, result.is_home, result.taken), ("storage", True, 1))
+        self.assertIn("cannot be stored", result.reason)
+        self.send_goal("storage again", self.plan(), "storage")
+        uav.fly(lambda: self.ended("storage again"), "the rest")
+        self.assertEqual(sorted(each.view for each in self.records("storage")), [1, 2, 3])
+
+    def test_8_killed_in_flight_it_loses_no_photograph(self):
+        uav = self.uav
+        self.send_goal("killed", self.plan())
+        uav.fly(lambda: len(self.records("killed")) >= 1, "the first photograph")
+        kept = {path: path.read_bytes() for path in photographs_in(self.folder / "killed")}
+        begun, old = rospy.get_param(NODE + "/begun"), address_of(NODE)
+        os.kill(ServerProxy(old).getPid("/inspect_probe")[2], signal.SIGKILL)
+        wait_until(lambda: address_of(NODE) not in (None, old), "the node's new start", 60.0)
+        # The goal is latched, so it goes on with what its folder lacks
+        self.services["pause"].wait_for_service(60.0)
+
+        def ended():
+            uav.send_map()  # whole, as slam_octomap does for a new listener
+            uav.tell()
+            return self.ended("killed")
+
+        wait_until(ended, "the end", 40.0)
+        result = self.results.last.result
+        self.assertEqual(result.left_out_reasons, [])
+        self.assertEqual((result.end, result.is_home, result.taken), ("done", True, 3))
+        self.assertEqual(rospy.get_param(NODE + "/begun"), begun)
+        self.assertEqual(sorted(each.view for each in self.records("killed")), [1, 2, 3])
+        for path, content in kept.items():
+            self.assertEqual(path.read_bytes(), content)
 
 
 if __name__ == "__main__":

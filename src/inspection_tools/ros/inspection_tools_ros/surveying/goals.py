@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 from pathlib import Path
+from typing import Callable
 
 import numpy as np
 import rospy
@@ -19,6 +20,7 @@ from inspection_tools.photographs.folder import PhotographFolder, photographs_in
 from inspection_tools.planning import PathPlanner
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools_ros.map_feed import MapFeed
+from inspection_tools_ros.surveying.detector_link import DetectorLink
 from inspection_tools_ros.surveying.files import Drawings, files_of, name_of
 
 FINE_MM = 0.5
@@ -30,6 +32,7 @@ class SurveyGoals:
 
     Attributes:
         plan: of the goal; None: none has come. folder: its photographs. second_look: that it asks for.
+        on_stored: takes each photograph that is stored.
     """
 
     def __init__(
@@ -39,15 +42,17 @@ class SurveyGoals:
         feed: MapFeed,
         parameters: InspectionParameters,
         energy: EnergyWatch | None,
+        detector: DetectorLink | None = None,
     ) -> None:
         self._planner, self._planner_lock, self._feed = planner, planner_lock, feed
-        self._parameters, self._energy = parameters, energy
+        self._parameters, self._energy, self._detector = parameters, energy, detector
         self._drawings = Drawings(planner.parameters)
         self._name = ""
         self._inspection: Inspection | None = None
         self.plan: SurveyPlan | None = None
         self.folder: PhotographFolder | None = None
         self.second_look: SecondLook | None = None
+        self.on_stored: Callable[[Path], None] = lambda _: None
 
     def inspection_of(self, goal: SurveyGoal) -> Inspection:
         """Read plan, folder and drawing, unless they are those of the goal before.
@@ -71,8 +76,20 @@ class SurveyGoals:
         inspection = self._inspection = Inspection(self._planner, files.todo, given, self._energy)
         self.close()
         if goal.second_look and not is_fine:
-            self.second_look = _second_look(inspection, Path(goal.plan), files.folder.folder)
+            search = BackgroundSearch(Path(goal.plan), files.folder.folder / "closer.yaml")
+            self.second_look = SecondLook(inspection, search)
+        self.on_stored = self._taker(files.plan.source)
+        for path in photographs_in(files.folder.folder):
+            self.on_stored(path)
         return inspection
+
+    def _taker(self, mesh: str) -> Callable[[Path], None]:
+        """Return what takes photographs that are stored: first the detector, then the second look."""
+        searches = self.second_look.stored if self.second_look else lambda _: None
+        if self._detector is None:
+            return searches
+        self._detector.mesh, self._detector.on_marked = mesh, searches
+        return self._detector.give
 
     def close(self) -> None:
         """End the search of photographs, if there is one."""
@@ -88,11 +105,3 @@ class SurveyGoals:
         assert inspection.home_m is not None
         rospy.set_param("~begun", {"goal": self._name, "home": inspection.home_m.tolist()})
         rospy.loginfo("The survey begins: %d photographs are open.", len(inspection.todo.open))
-
-
-def _second_look(inspection: Inspection, plan: Path, folder: Path) -> SecondLook:
-    """Begin to search the photographs, first those that the folder holds already."""
-    second_look = SecondLook(inspection, BackgroundSearch(plan, folder / "closer.yaml"))
-    for path in photographs_in(folder):
-        second_look.stored(path)
-    return second_look

@@ -64,7 +64,7 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         print(f"findings: {error.filename} cannot be written: {error.strerror}.", file=sys.stderr)
         return 1
-    for kind in ("rust", "crack"):
+    for kind in ("rust", "crack", *sorted({each.kind for each in findings} - {"rust", "crack"})):
         print(f"{kind}: {sum(each.kind == kind for each in findings)}")
     print(f"written: {target}")
     return 0

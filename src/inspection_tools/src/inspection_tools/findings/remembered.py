@@ -1,9 +1,14 @@
-"""Candidates of photographs that were searched before: a search that begins again is over at once."""
+"""Candidates that are kept beside their photographs: by us, so that a search is not done twice, or by others.
+
+Those of another detector are in STAMP.marks.json: `detector`, its name, and `candidates`, each with `kind`,
+`size_px`, the number of all its pixels, and `pixels`, some of them, [x, y] in px.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 import os
 from dataclasses import asdict
 from functools import cache
@@ -15,8 +20,59 @@ import numpy as np
 
 from inspection_tools.findings.candidates import Candidate
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.photographs.folder import PhotographError
 
 SUFFIX = ".candidates.npz"
+MARKS = ".marks.json"
+
+
+def read_marks(photograph: Path) -> list[Candidate] | None:
+    """Return what another detector has marked in a photograph; None: none has looked at it.
+
+    Raises:
+        PhotographError: the file of marks is damaged.
+    """
+    path = photograph.with_suffix(MARKS)
+    if not path.exists():
+        return None
+    try:
+        given = json.loads(path.read_text(encoding="utf-8"))["candidates"]
+        return [marked(str(each["kind"]), np.array(each["pixels"]), each["size_px"]) for each in given]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise PhotographError(
+            f"{path}: cannot be read ({error}). Delete it, or let the detector mark the photograph again."
+        ) from None
+
+
+def write_marks(photograph: Path, found: Sequence[Candidate], detector: str) -> None:
+    """Keep what a detector has marked in a photograph.
+
+    Raises:
+        PhotographError: it cannot be written; the disk may be full.
+    """
+    path = photograph.with_suffix(MARKS)
+    partial = path.with_name(path.name + ".part")
+    marks = [
+        {"kind": each.kind, "size_px": each.size_px, "pixels": np.round(each.pixels, 2).tolist()}
+        for each in found
+    ]
+    try:
+        partial.write_text(json.dumps({"detector": detector, "candidates": marks}), encoding="utf-8")
+        os.replace(partial, path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise PhotographError(f"{path} cannot be written: {error.strerror}.") from None
+
+
+def marked(kind: str, pixels: np.ndarray, size_px: int) -> Candidate:
+    """Return a candidate of another detector. Raises ValueError, with a sentence, if it makes no sense."""
+    if not kind:
+        raise ValueError("a candidate has no kind")
+    if pixels.ndim != 2 or pixels.shape[1:] != (2,) or not len(pixels) or not np.isfinite(pixels).all():
+        raise ValueError(f"the {kind} needs the places of its pixels, x and y, in finite numbers")
+    if not math.isfinite(size_px) or size_px < len(pixels):
+        raise ValueError(f"the {kind} has {len(pixels)} pixels, but its size is {size_px}")
+    return Candidate(kind, pixels.astype(float), int(size_px))
 
 
 class Remembered:

@@ -10,20 +10,22 @@ from typing import NamedTuple, Sequence
 import numpy as np
 
 from inspection_tools.errors import SurveyError
-from inspection_tools.findings.candidates import candidates_in
+from inspection_tools.findings.candidates import Candidate, candidates_in
 from inspection_tools.findings.findings_file import DISMISSED
 from inspection_tools.findings.merging import Finding, merged
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.placing import MeshSurface, Placed, PosedPhotograph
-from inspection_tools.findings.remembered import Remembered
+from inspection_tools.findings.remembered import Remembered, read_marks
 from inspection_tools.findings.second_look import without_refuted
 from inspection_tools.photographs.folder import (
     PhotographError,
+    PhotographRecord,
     photographs_in,
     read_camera,
     read_photograph,
     read_record,
 )
+from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.closer import Closer, closer_plan
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.surface.mesh_file import Mesh, read_mesh
@@ -33,15 +35,32 @@ CLOSER_MM, CLOSER_SEED = 0.3, 1
 """Of the surface per pixel of a nearer photograph. Cracks that are shown half as fine need none."""
 
 
+class Detector:
+    """Marks rust and cracks in photographs of one mesh, in the map's frame."""
+
+    def __init__(self, mesh: Mesh, parameters: FindingParameters) -> None:
+        self._surface, self._p = MeshSurface(mesh.triangles_m), parameters
+
+    def posed(self, camera: SurveyCamera, record: PhotographRecord, name: str = "") -> PosedPhotograph:
+        """Return where a photograph looks."""
+        return PosedPhotograph(self._surface, camera, record, self._p, name)
+
+    def candidates(self, picture: np.ndarray, posed: PosedPhotograph) -> list[Candidate]:
+        """Return the candidates in a picture, uint8 (height, width, 3), sRGB."""
+        return candidates_in(picture, self._p, posed.sight.judged, posed.sight.detail_mm)
+
+
 class PhotographSearch:
     """Collects what photographs show of one mesh.
+
+    A photograph that another detector has marked is not searched: its marks count.
 
     Args:
         mesh: in the map's frame. first: folder from which photographs of others are named.
     """
 
     def __init__(self, mesh: Mesh, parameters: FindingParameters, first: Path) -> None:
-        self._surface, self._p, self._first = MeshSurface(mesh.triangles_m), parameters, first
+        self._detector, self._p, self._first = Detector(mesh, parameters), parameters, first
         self._remembered = Remembered(mesh.triangles_m, parameters)
         self._placed: list[Placed] = []
         self._near: list[PosedPhotograph] = []
@@ -50,16 +69,18 @@ class PhotographSearch:
         """Search a photograph.
 
         Raises:
-            PhotographError: it is damaged, or its folder's calibration cannot be read.
+            PhotographError: it or its marks are damaged, or its folder's calibration cannot be read.
         """
         camera, record = read_camera(path.parent / "calibration.yaml"), read_record(path.with_suffix(".json"))
-        posed = PosedPhotograph(self._surface, camera, record, self._p, os.path.relpath(path, self._first))
-        sight, found = posed.sight, self._remembered.read(path)
+        posed = self._detector.posed(camera, record, os.path.relpath(path, self._first))
+        found = read_marks(path)
+        if found is None:
+            found = self._remembered.read(path)
         if found is None:
             picture, _ = read_photograph(path)
-            found = candidates_in(picture, self._p, sight.judged, sight.detail_mm)
+            found = self._detector.candidates(picture, posed)
             self._remembered.write(path, found)
-        if sight.finest_mm <= self._p.crack_closer:
+        if posed.sight.finest_mm <= self._p.crack_closer:
             self._near.append(posed)
         self._placed += [each for each in map(posed.place, found) if each is not None]
 

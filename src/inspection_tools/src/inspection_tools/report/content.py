@@ -102,6 +102,7 @@ def page_content(
         "matrices": tables.matrices(ship, known.plates),
         "findings": tables.finding_rows(findings, ship, inspection.surface, cuts, known.comparison),
         "searched": inspection.findings is not None,
+        "others": sorted({each.kind for each in findings} - set(tables.KINDS)),
         "comparison": tables.comparison_table(known.comparison, ship) if known.comparison else None,
         "close_ups": tables.close_up_rows(findings, ship),
         "gaugings": known.gaugings,

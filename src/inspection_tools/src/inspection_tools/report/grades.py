@@ -105,7 +105,9 @@ class Standing:
         self.points_m = np.array([each.position_m for each in self.all]).reshape(-1, 3)
         self.normals = np.array([each.normal for each in self.all]).reshape(-1, 3)
         self.rust_m2 = np.array([each.area_m2 if each.kind == "rust" else 0.0 for each in self.all])
-        self.is_rust = np.array([each.kind == "rust" for each in self.all], bool)
+        self.is_rust, self.is_crack = (
+            np.array([each.kind == kind for each in self.all], bool) for kind in ("rust", "crack")
+        )
 
     def near_rust(self, places_m: np.ndarray) -> np.ndarray:
         """Return which places (k, 3) lie within half the length of a rusted place."""
@@ -147,7 +149,7 @@ def areas_graded(
             STEP_M * float((lines & seen_edge).sum()),
             STEP_M * float((lines & rusted).sum()),
             int((marks & stand.is_rust).sum()),
-            int((marks & ~stand.is_rust).sum()),
+            int((marks & stand.is_crack).sum()),
             None,
         )
         enough = each.seen >= rules.least_seen

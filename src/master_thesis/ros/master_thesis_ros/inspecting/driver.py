@@ -114,6 +114,8 @@ def _complete(flown: FlownRun, survey: SurveyPart, ship: Path | None, content: d
     if judged is not None:
         _draw(flown, judged, inspection)
     if plan is not None and judged is not None and rospy.get_param("~findings", True):
+        if rospy.get_param("~detector", False):
+            _command("ask_detector", f"_folder:={photographs}", f"_mesh:={plan.source}")
         _command(
             "findings", str(photographs), "--mesh", plan.source, "--out", str(folder.path / "findings.json")
         )
