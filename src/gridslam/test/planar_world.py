@@ -65,6 +65,18 @@ def hold(beams: bool = True) -> Walls:
     return Walls.from_polygons([np.concatenate(corners)])
 
 
+def scattered_boxes(seed: int, route: np.ndarray) -> Walls:
+    """A hall of 34 x 24 m with boxes of different sizes and headings beside a route."""
+    rng = np.random.default_rng(seed)
+    polygons = [np.array([(-17.0, -12.0), (17.0, -12.0), (17.0, 12.0), (-17.0, 12.0)])]
+    while len(polygons) < 60:
+        middle, half, yaw = rng.uniform((-16, -11), (16, 11)), rng.uniform(0.3, 1.0, 2), rng.uniform(0.0, 3.0)
+        if np.hypot(*(route[:, :2] - middle).T).min() > 1.6:
+            corners = half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
+            polygons.append(se2.transform((*middle, yaw), corners))
+    return Walls.from_polygons(polygons)
+
+
 def rectangle_route(half_x: float, half_y: float, start: float = 0.0, laps: float = 1.0) -> np.ndarray:
     """Corners of a route round a rectangle, counter-clockwise, from a share `start` of the lower side on."""
     corners = np.array([(half_x, -half_y), (half_x, half_y), (-half_x, half_y), (-half_x, -half_y)])

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from planar_world import URG, Drift, Lidar, along, drive, hold, rectangle_route
+from planar_world import URG, Drift, Lidar, along, drive, hold, rectangle_route, scattered_boxes
 from repeated_worlds import closure_errors
 
 from gridslam import se2
@@ -144,18 +144,6 @@ def test_a_bare_corridor_has_odometrys_length_and_ends_where_it_began(seed):
     # and the whole path was corrected as soon as the loop was closed, but for a bend of
     # 0.1 m, which may wait, and what the last rounds add; its ends had met already
     assert np.abs(published.poses_in_map - path.poses_in_map)[:, :2].max() < 0.12
-
-
-def scattered_boxes(seed, route):
-    """A hall of 34 x 24 m with boxes of different sizes and headings beside a route."""
-    rng = np.random.default_rng(seed)
-    polygons = [np.array([(-17.0, -12.0), (17.0, -12.0), (17.0, 12.0), (-17.0, 12.0)])]
-    while len(polygons) < 60:
-        middle, half, yaw = rng.uniform((-16, -11), (16, 11)), rng.uniform(0.3, 1.0, 2), rng.uniform(0.0, 3.0)
-        if np.hypot(*(route[:, :2] - middle).T).min() > 1.6:
-            corners = half * np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)])
-            polygons.append(se2.transform((*middle, yaw), corners))
-    return Walls.from_polygons(polygons)
 
 
 @pytest.mark.parametrize("end", ["log", "save", "landing"])

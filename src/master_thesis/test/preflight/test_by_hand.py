@@ -30,7 +30,8 @@ def test_giving_way_is_passed_and_names_the_sides():
         ([answer(0)] * 4, "nothing came nearer"),
         ([answer(0, range_m=0.8)] * 9, "nothing came nearer"),
         ([answer(-90, away=0.0)] * 9, "did not move away from a board 0.30 m to the right"),
-        ([answer(90, away=-1.0)] * 9, "0.4 m/s left, towards the board to the left"),
+        ([answer(90, away=-1.0)] * 9, "commands 0.4 m/s towards the board to the left"),
+        ([answer(-90, away=-1.0)] * 9, "commands 0.4 m/s towards the board to the right"),
     ],
 )
 def test_a_wrong_answer_fails(answers, words):

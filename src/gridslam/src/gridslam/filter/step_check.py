@@ -11,24 +11,16 @@ import numpy as np
 
 from gridslam import se2
 from gridslam.filter.motion_model import Motion, Prediction, predict
-from gridslam.kernels.least_squares import inverse
 from gridslam.kernels.links import measure_pairs
 from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 from gridslam.scan import PlanarScan
+from gridslam.tracking.wrong_steps import MATCH_SIGMA, apart, are_wrong
 
-APART_M, APART_RAD = 0.3, 0.1
-"""Steps that differ by less than this never contradict each other."""
-CHI_SQUARE_MIN = 25.0
-"""A link contradicts a step by at least five standard deviations."""
-NEARER = 0.5
-"""A link speaks for odometry if it differs from odometry by less than this share of the step's difference."""
 RANGE_M, GATE_M, SHARE_MIN, RMS_MAX_M = 30.0, 0.3, 0.5, 0.1
 """Of a link: range of beams, distance of points that are a pair, least share of points with a pair, and
 greatest root mean square of the pairs' distances.
 """
 POINTS_MOST, POINT_SIGMA_M = 12.0, 0.03
-LINK_SIGMA = np.array((0.02, 0.02, 0.005))
-"""m, m, rad: least standard deviations of a link, because the map's match errs, too."""
 
 
 class StepCheck:
@@ -49,7 +41,7 @@ class StepCheck:
     def wrong(self, scan: PlanarScan, step: np.ndarray, motion: Motion) -> Link | None:
         """Return the link that says what a step (3,) was really, if the step is wrong."""
         odometry = motion.step
-        if self._before is None or _apart(odometry, step) < 1.0:
+        if self._before is None or apart(odometry[None], step[None])[0] < 1.0:
             return None
         link = Link.between(self._before, scan, np.stack([step, odometry]))
         return link if link is not None and link.contradicts(step, odometry) else None
@@ -87,25 +79,14 @@ class Link:
             return None
         pose = poses[0, 0].copy()
         pose[2] = se2.wrap(pose[2])
-        return cls(pose, covariances[0] + np.diag(LINK_SIGMA**2))
+        return cls(pose, covariances[0] + np.diag(MATCH_SIGMA**2))
 
     def contradicts(self, step: np.ndarray, odometry: np.ndarray) -> bool:
         """Return whether a step is far from this link, and odometry near."""
-        error = se2.between(self.pose, step)
-        return (
-            _apart(self.pose, step) > 1.0
-            and float(error @ inverse(self.covariance) @ error) > CHI_SQUARE_MIN
-            and _apart(odometry, self.pose) < NEARER * _apart(odometry, step)
-        )
+        return bool(are_wrong(step[None], odometry[None], self.pose[None], self.covariance[None])[0])
 
     def predict(self, poses: np.ndarray, rng: np.random.Generator) -> Prediction:
         """Move particles (particles, 3) as the link says, with and without noise."""
         motion = Motion(np.zeros(3), 0.0)
         motion.now, motion.deviations = self.pose, np.sqrt(np.diag(self.covariance))
         return predict(poses, motion, rng)
-
-
-def _apart(one: np.ndarray, other: np.ndarray) -> float:
-    """Return how far two steps differ, as a multiple of APART_M or APART_RAD."""
-    x, y, yaw = se2.between(one, other)
-    return max(float(np.hypot(x, y)) / APART_M, abs(float(yaw)) / APART_RAD)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -221,8 +221,12 @@ class Stages:
         return self._matches.closures(self._path.way_m, self._parameters)
 
     def _step_uncertainty(self, doubtful: DoubtfulNodes) -> StepUncertainty:
+        """Return how uncertain the steps are. Wrong ones, by link and odometry, count as not measured."""
         scale = self._links.odometry_scale(self._path.odometry)
-        return step_uncertainty(self._path, self._links.is_spanned(), doubtful, self._parameters, scale)
+        is_spanned, wrong = self._links.is_spanned().copy(), self._links.wrong_steps(self._path)
+        is_spanned[wrong - 1] = False
+        doubtful = replace(doubtful, unmatched=(*doubtful.unmatched, *wrong.tolist()))
+        return step_uncertainty(self._path, is_spanned, doubtful, self._parameters, scale)
 
     def _is_off(self, index: int) -> bool:
         """Return whether the present path differs from a match's measurement."""

@@ -47,9 +47,8 @@ def board(answers: Sequence[Answer], near_m: float) -> Verdict:
         return Verdict("board", what, "Look at `rostopic echo /cepa/stats`, and at r_lb")
     wrong = [one for one in answered if _towards(one) > 0.0]
     if 2 * len(wrong) > len(answered):
-        x, y = wrong[0].command_xy_m_s
         side = side_of(wrong[0].bearing_rad)
-        what = f"CEPA commands {x:.1f} m/s ahead and {y:.1f} m/s left, towards the board {side}"
+        what = f"CEPA commands {_towards(wrong[0]):.1f} m/s towards the board {side}"
         return Verdict(
             "board", what, "Do not fly. Look at the lidar's pose in the SDF: a wrong sign, or upside down"
         )

@@ -20,6 +20,7 @@ from gridslam.loop_closure.path.odometry_scale import odometry_scale
 from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 from gridslam.maps.tile_pool import require_indices
 from gridslam.scan import PlanarScan
+from gridslam.tracking.wrong_steps import MATCH_SIGMA, are_wrong
 
 SPACING_M = 0.5
 """m: of the scans just before a scan, those closer to each other than this add nothing."""
@@ -89,6 +90,15 @@ class ScanLinks:
     def information(self) -> np.ndarray:
         """Return (k - 1, 3, 3): what links with scans before it say of each step's newer node."""
         return np.array(self._information[1:]).reshape(-1, 3, 3)
+
+    def wrong_steps(self, path: MeasuredPath) -> np.ndarray:
+        """Return the nodes to which the filter's step is wrong, by its own link and by odometry."""
+        self._stack()
+        own = self._stacked.newer - self._stacked.older == 1
+        newer, links = self._stacked.newer[own], self._stacked.newer_in_older[own]
+        by_odometry = se2.between(path.odometry[newer - 1], path.odometry[newer])
+        covariances = self._stacked.covariance[own] + np.diag(MATCH_SIGMA**2)
+        return newer[are_wrong(path.steps[newer - 1], by_odometry, links, covariances)]
 
     def _add(self, edge: Edge) -> None:
         older, newer = edge.older, edge.newer
