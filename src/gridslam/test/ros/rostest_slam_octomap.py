@@ -76,6 +76,7 @@ class OctomapTest(unittest.TestCase):
         cls.free_markers = Output("/free_cells_vis_array", MarkerArray)
         cls.centres = Output("/octomap_point_cloud_centers", PointCloud2)
         cls.projected = Output("/projected_map", OccupancyGrid)
+        cls.unknown = Output(NODE + "/unknown", PointCloud2)
         cls.updates = Output(NODE + "/updates", VoxelTiles)
         cls.processed = Output(NODE + "/processed", Header)
         cls.warned = Warned(NODE)
@@ -238,6 +239,7 @@ class OctomapTest(unittest.TestCase):
             NODE + "/frontiers", Point(-9.0, -9.0, -9.0), Point(9.0, 9.0, 9.0)
         ).frontiers
         self.assertGreater(cloud_message.width, 0)
+        self.unknown.last(lambda m: m.width > 0, "the unknown voxels beside free ones")
 
     def test_a_cleared_box_is_free(self):
         self.walls()

@@ -77,6 +77,11 @@ def follow(corrected, shown, distances, frontiers):
     z, y, x = np.nonzero((expected == FREE) & beside)
     centres = (np.stack((x, y, z), axis=1) + wide.low + 0.5) * RESOLUTION
     np.testing.assert_allclose(in_order(frontiers.centres()), in_order(centres.astype(np.float32)))
+    beside = ndimage.binary_dilation(expected == FREE, ndimage.generate_binary_structure(3, 1))
+    z, y, x = np.nonzero((expected == UNKNOWN) & beside)
+    centres = (np.stack((x, y, z), axis=1) + wide.low + 0.5) * RESOLUTION
+    unknown = frontiers.unknown_centres(shown)
+    np.testing.assert_allclose(in_order(unknown), in_order(centres.astype(np.float32)))
 
 
 def tiles_in(corrected, box):

@@ -47,6 +47,7 @@ class OctomapPublisher(rospy.SubscribeListener):
                 ("octomap_point_cloud_centers", PointCloud2),
                 ("projected_map", OccupancyGrid),
                 ("~frontiers", PointCloud2),
+                ("~unknown", PointCloud2),
             )
         }
         # Boxes add up, so each new listener gets all once, and none may be lost
@@ -99,6 +100,8 @@ class OctomapPublisher(rospy.SubscribeListener):
             return messages.cloud_of(centres[inside], header)
         if name == "projected_map":
             return messages.projected_map(shown, header, self._z_range_m)
+        if name == "~unknown":
+            return messages.cloud_of(layers.frontiers.unknown_centres(shown), header)
         return messages.cloud_of(layers.frontiers.centres(), header)
 
     def _publish_distances(self, layers: Layers, renewed: np.ndarray, header: Header, is_new: bool) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gridslam.errors import ParameterError
 from gridslam.volume.kernels.distances import block_squares, mark_frontiers
-from gridslam.volume.kernels.shown import OCCUPIED
+from gridslam.volume.kernels.shown import OCCUPIED, UNKNOWN
 from gridslam.volume.kernels.tiles import SIDE, VOXELS
 from gridslam.volume.shown_map import ShownMap, centres_of
 from gridslam.volume.tile_table import Box, TileTable, dense_of
@@ -17,6 +17,8 @@ BLOCK = 4
 """Tiles along the side of a block that is computed at once."""
 REACH_MAX = 200
 """Voxels: squares of greater distances do not fit."""
+STEPS = np.concatenate((np.eye(3, dtype=np.int64), -np.eye(3, dtype=np.int64)))
+"""To the six neighbours that share a side."""
 
 
 class DistanceField(TileTable):
@@ -95,13 +97,28 @@ class Frontiers:
 
     def centres(self) -> np.ndarray:
         """Return their centres (n, 3), float32, m."""
+        return centres_of(*self._places(), self.resolution_m)
+
+    def unknown_centres(self, shown: ShownMap) -> np.ndarray:
+        """Return the centres (m, 3) of the unknown voxels beside these, float32, m.
+
+        No beam has come to them: surface that was never within any, or the room behind.
+        """
+        tiles, voxels = self._places()
+        at = tiles * SIDE + np.stack((voxels % SIDE, voxels // SIDE % SIDE, voxels // SIDE**2), axis=1)
+        beside = np.unique(np.concatenate([at + step for step in STEPS]), axis=0)
+        tiles, inside = beside // SIDE, beside % SIDE
+        voxels = inside[:, 0] + SIDE * (inside[:, 1] + SIDE * inside[:, 2])
+        are_unknown = shown.kinds[shown.indices(tiles), voxels] == UNKNOWN
+        return centres_of(tiles[are_unknown], voxels[are_unknown], self.resolution_m)
+
+    def _places(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the tile (n, 3) of each, and its place (n,) there."""
         if not self._voxels:
-            return np.zeros((0, 3), np.float32)
+            return np.zeros((0, 3), np.int64), np.zeros(0, np.int64)
         counts = [len(voxels) for voxels in self._voxels.values()]
         tiles = np.repeat(np.array(list(self._voxels), np.int64), counts, axis=0)
-        return centres_of(
-            tiles, np.concatenate(list(self._voxels.values())).astype(np.int64), self.resolution_m
-        )
+        return tiles, np.concatenate(list(self._voxels.values())).astype(np.int64)
 
 
 def _are_near(tiles: np.ndarray, changed: np.ndarray, within: int) -> np.ndarray:
