@@ -10,7 +10,6 @@ from sensor_msgs.msg import LaserScan
 
 from gridslam import PlanarScan
 from gridslam.inputs.levelling import Levelling
-from gridslam.inputs.slice_watch import SliceWatch
 from gridslam_ros.odometry_frames import OdometryFrames
 
 TURNS = 3
@@ -37,7 +36,6 @@ class ScanSource:
         self._frames = frames
         self._say = say
         self._levelling = Levelling(levelling, floor_z_m)
-        self._slices = SliceWatch(say)
         self._lidars: deque[tuple[str, int]] = deque(maxlen=2 * TURNS)  # frames and numbers of beams
 
     def planar(self, scan: LaserScan) -> tuple[PlanarScan, tuple[float, float, float]]:
@@ -57,7 +55,6 @@ class ScanSource:
             base_in_odom,
         )
         self._watch_lidar(scan)
-        self._slices.follow(*base_in_odom[0])
         return levelled
 
     def _watch_lidar(self, scan: LaserScan) -> None:

@@ -20,11 +20,12 @@ from gridslam.filter.motion_model import is_told
 from gridslam.filter.particle_filter import START_DEVIATION
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.inputs.continuous_odometry import ContinuousOdometry, Doubt
+from gridslam.inputs.slice_watch import SliceWatch
 from gridslam.localisation.given_pose import check_given_pose
 from gridslam.localisation.supervisor import Supervisor
 from gridslam.loop_closure import Closure, LoopClosureParameters
 from gridslam.loop_closure.parameters import closure_parameters
-from gridslam.maps.new_map import check
+from gridslam.maps.new_map import Band, check
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
@@ -73,10 +74,12 @@ class SlamSession:
         self._supervisor = Supervisor(say)
         self._is_resumed = False
         """Whether there was no scan yet since a state was loaded."""
+        self._slices = SliceWatch()
         self._starting_covariance: np.ndarray | None = None
         self._closer: LoopCloser | None = None
         if loop_closure and not localisation_only:
             self._closer = _closer_class()(None if isinstance(loop_closure, bool) else loop_closure)
+            self._slices = SliceWatch(self._closer.parameters.height_band_m)
         self.slam: GridSlam | None = None
         """The filter; None before the first scan."""
         self._mapped: GridSlam | None = None  # its map is taken over at the first scan
@@ -102,6 +105,7 @@ class SlamSession:
         elif self._odometry.doubt is not None:
             self._doubt(self.slam, self._odometry.doubt)
         self._is_resumed = False
+        is_between = self._watch_slices(self.slam, base, scan.height_m)
         if self._closer is not None:
             self._correct(self._closer.take(scan.stamp_s))
         was_lost, was_apart = self.slam.tracking.is_lost, self.slam.earlier is not None
@@ -110,6 +114,10 @@ class SlamSession:
             covariance = None
         if covariance is not None:
             covariance = self._odometry.turned(covariance)
+        if is_between and not self.slam.tracking.is_lost:
+            if self.slam.follow(base, scan.stamp_s, covariance):
+                self.slam.refuse(scan.stamp_s)
+            return None
         update = self._supervisor.process(self.slam, scan, base, covariance)
         if self._closer is not None and was_lost and not self.slam.tracking.is_lost:
             self._closer.drop(is_contradicted=not self.slam.tracking.is_confirming)
@@ -118,6 +126,25 @@ class SlamSession:
         if self._closer is not None:
             self._look_for_loops(self._closer, self.slam, scan.stamp_s, base if update is not None else None)
         return update
+
+    def _watch_slices(self, slam: GridSlam, base: np.ndarray, height_m: float) -> bool:
+        """Go on with another map when the vehicle has come to another height.
+
+        Return whether it is on the way there, so that a scan fits no map and odometry counts alone.
+        """
+        has_bands = slam.has_bands and self._closer is not None
+        changed = self._slices.follow(float(base[0]), float(base[1]), height_m)
+        if changed is None:
+            return has_bands and self._slices.is_between(height_m)
+        before_m, now_m = changed
+        words = f"The vehicle flies at {now_m:.1f} m; level scans see another slice than at {before_m:.1f} m."
+        if has_bands and self._closer is not None and not slam.tracking.is_lost:
+            self._say(f"{words} SLAM goes on with the map of this height; no loops are closed between both.")
+            slam.change_band(Band(now_m, self._closer.parameters.height_band_m))
+            self._supervisor.forget_map()
+        else:
+            self._say(f"{words} The map is of both and may be wrong; no loops are closed between them.")
+        return False
 
     def _look_for_loops(
         self, closer: LoopCloser, slam: GridSlam, stamp_s: float, base_of_node: np.ndarray | None
@@ -282,6 +309,7 @@ class SlamSession:
             self._odometry.state(),
             self.slam.tracking.state_to_save(),
             self._supervisor.state(),
+            self._slices.state(),
             None if self._closer is None else self._closer.state(),
         )
         state_file.write(state, path)
@@ -328,6 +356,8 @@ class SlamSession:
         session._supervisor.restore(state.supervisor)
         if state.closer is not None:
             session._closer = _closer_class().from_state(state.closer, slam.snapshot().odometry)
+            session._slices = SliceWatch(session._closer.parameters.height_band_m)
+        session._slices.restore(state.slices)
         return session
 
     @classmethod

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from gridslam.filter.state import FilterState
 from gridslam.inputs.continuous_odometry import OdometryState
+from gridslam.inputs.slice_watch import SliceState
 from gridslam.localisation.supervisor import SupervisorState
 from gridslam.tracking.monitor import MonitorState
 
@@ -22,5 +23,6 @@ class SessionState:
     odometry: OdometryState
     tracking: MonitorState
     supervisor: SupervisorState
+    slices: SliceState
     closer: CloserState | None
     """None: no loops are closed."""

@@ -6,6 +6,7 @@ from gridslam.filter.earlier_map import PiecesState
 from gridslam.filter.motion_model import MotionState
 from gridslam.filter.state import FilterState
 from gridslam.inputs.continuous_odometry import OdometryState
+from gridslam.inputs.slice_watch import SliceState
 from gridslam.inputs.usual_motion import UsualMotionState
 from gridslam.localisation.joined_scans import JoinedScan
 from gridslam.localisation.relocaliser import SearchState
@@ -19,6 +20,7 @@ from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.path.step_uncertainty import DoubtfulNodes
 from gridslam.loop_closure.stages import StagesState
+from gridslam.maps.new_map import Band
 from gridslam.maps.tile_map import MapsState
 from gridslam.maps.tile_pool import TilesState
 from gridslam.occupancy_grid import OccupancyGrid
@@ -29,6 +31,7 @@ from gridslam.tracking.monitor import MonitorState
 from gridslam.trajectory import TreeState
 
 SAVED_CLASSES: tuple[type, ...] = (
+    Band,
     CloserState,
     Closure,
     DoubtfulNodes,
@@ -51,6 +54,7 @@ SAVED_CLASSES: tuple[type, ...] = (
     SearchState,
     SessionState,
     SlamParameters,
+    SliceState,
     StagesState,
     StandstillState,
     SupervisorState,

@@ -16,7 +16,7 @@ from gridslam.filter.particle_filter import START_DEVIATION, ParticleFilter
 from gridslam.filter.state import FilterState
 from gridslam.loop_closure.snapshot import Snapshot
 from gridslam.maps.beams import Beams
-from gridslam.maps.new_map import MapDraft
+from gridslam.maps.new_map import Band, MapDraft
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.scan import PlanarScan
 from gridslam.tracking.evidence import Agreement
@@ -122,6 +122,20 @@ class GridSlam(ParticleFilter):
             self.adopt(np.vstack([poses[:first], se2.compose(moved, poses[first:])]))
         self.relocate(base_in_earlier, covariance, math.nan if self._motion is None else self._motion.stamp_s)
 
+    @property
+    def has_bands(self) -> bool:
+        """Whether there may be a map for each height: it is this filter's own and whole, with all scans."""
+        return self._map.has_kept_scans and self.has_own_map and self.earlier is None
+
+    def change_band(self, band: Band) -> None:
+        """Go on with the map of other heights, which the scans there give along the best particle's path."""
+        count = len(self._particles)
+        self._resample(np.full(count, self.best_particle))
+        pose = self._particles.poses[0].copy()
+        self._map.change_band(band, self.trajectory().poses_in_map)
+        self._particles.place(np.tile(pose, (count, 1)))
+        self.widen(START_DEVIATION)
+
     # Loop closure gets snapshots and gives corrections
 
     def snapshot(self) -> Snapshot:
@@ -136,11 +150,12 @@ class GridSlam(ParticleFilter):
             path.poses_in_map,
             kept.odometry,
             tuple(kept.scans),
-            tuple(kept.beams),
+            tuple(self._map.beams),
             pieces.first_in_map,
             pieces.is_usable(len(kept)),
             self.parameters,
             self._map.starting_map,
+            self._map.band,
         )
 
     def correct(self, correction: Correction) -> None:
@@ -151,7 +166,10 @@ class GridSlam(ParticleFilter):
         """
         path, poses = self.trajectory().poses_in_map, correction.poses
         since = se2.between(path[len(poses) - 1], path[len(poses) :])
-        draft = correction.draft or MapDraft(self.parameters, self._map.starting_map, correction.first_in_map)
+        draft = correction.draft
+        if draft is None:
+            first, band = correction.first_in_map, self._map.band
+            draft = MapDraft(self.parameters, self._map.starting_map, first, band)
         self.adopt(np.vstack([poses, se2.compose(poses[-1], since)]), draft)
 
     def adopt(self, poses_in_map: np.ndarray, draft: MapDraft | None = None) -> None:
@@ -183,6 +201,7 @@ class GridSlam(ParticleFilter):
             self._particles.tree.state(),
             self._map.tiles.state(),
             self._map.pieces.state(),
+            self._map.band,
             None if self._motion is None else self._motion.state(),
             self._step_check.before,
             None if kept is None else kept.scans,

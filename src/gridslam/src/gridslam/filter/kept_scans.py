@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Sequence
 
 import numpy as np
@@ -32,6 +33,16 @@ class KeptScans:
         self.scans.append(scan.sharing(self.scans[-1]) if self.scans else scan)
         self.beams.append(beams.for_map())
         self._odometry.append(np.array(base_in_odom, float))
+
+    def in_band(self, band_m: float, half_m: float) -> list[Beams]:
+        """Return what each scan enters into the map of a height: none if it was taken at another one."""
+        if math.isnan(band_m):
+            return self.beams
+        none = Beams.none()
+        return [
+            none if abs(scan.height_m - band_m) > half_m else beams  # NaN is in every band
+            for scan, beams in zip(self.scans, self.beams)
+        ]
 
     def leave_out(self, ranges: Sequence[tuple[int, int]]) -> None:
         """Let the scans in these ranges (first, after last) enter no map."""

@@ -11,7 +11,7 @@ from gridslam.filter.earlier_map import MapPieces
 from gridslam.filter.kept_scans import KeptScans
 from gridslam.filter.state import FilterState
 from gridslam.maps.beams import Beams
-from gridslam.maps.new_map import MapDraft, new_maps
+from gridslam.maps.new_map import ALL_HEIGHTS, Band, MapDraft, new_maps
 from gridslam.maps.rendering import Renderer
 from gridslam.maps.tile_map import TileMaps
 from gridslam.occupancy_grid import OccupancyGrid
@@ -43,6 +43,8 @@ class SlamMap:
         """Which scans are in which map."""
         self.tiles = new_maps(starting_map, parameters.particles, parameters.delta)
         """Of the particles."""
+        self.band = ALL_HEIGHTS
+        """Of the heights whose scans are in the map."""
 
     @property
     def has_kept_scans(self) -> bool:
@@ -55,6 +57,16 @@ class SlamMap:
         if self._kept is None:
             raise StateError("The scans were not kept: construct GridSlam with keep_scans=True.")
         return self._kept
+
+    @property
+    def beams(self) -> list[Beams]:
+        """What each processed scan enters into the map of the present heights."""
+        return self.kept.in_band(*self.band)
+
+    def change_band(self, band: Band, poses: np.ndarray) -> None:
+        """Go on with the map of other heights: of the scans there, along the path (k, 3) of all particles."""
+        self.band = band
+        self.adopt(poses, None)
 
     def add_node(self, scan: PlanarScan, beams: Beams, base_in_odom: np.ndarray) -> None:
         """Keep a processed scan, if they are kept. `tiles` get it otherwise."""
@@ -75,6 +87,7 @@ class SlamMap:
     def begin_anew(self, nodes: int) -> None:
         """Begin an empty map after so many nodes. The present ones, all alike, become the earlier map."""
         self.pieces.begin(self.tiles, self._parameters, nodes)
+        self.band = ALL_HEIGHTS
         self._leave_out()
         self.replace(new_maps(None, self._parameters.particles, self._parameters.delta))
 
@@ -93,10 +106,12 @@ class SlamMap:
         Raises:
             StateError: the scans were not kept, or the poses are not one finite pose for each of them.
         """
-        beams, parameters = self.kept.beams, self._parameters
+        beams, parameters = self.beams, self._parameters
         if poses.shape != (len(beams), 3) or not np.isfinite(poses).all():
             raise StateError(f"The corrected trajectory must be {len(beams)} finite poses x, y, yaw.")
-        draft = draft or MapDraft(parameters, self.starting_map)
+        if draft is None or not draft.band.is_same(self.band):  # it was begun at other heights
+            first = 0 if draft is None else draft.first
+            draft = MapDraft(parameters, self.starting_map, first, self.band)
         if not self.is_fixed:
             draft.add(poses[draft.scans :], beams[draft.scans :])
         draft.maps.resample(np.zeros(parameters.particles, int))
@@ -111,6 +126,7 @@ class SlamMap:
             ValueError: it contradicts itself.
         """
         self.tiles.restore(state.maps)
+        self.band = state.band
         self.pieces.restore(state.pieces, state.parameters, len(state.tree.stamps_s))
         if self._kept is not None and state.scans is not None and state.odometry is not None:
             self._kept.restore(state.scans, _beams_of(state.scans, state.parameters), state.odometry)

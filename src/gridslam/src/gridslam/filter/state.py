@@ -9,6 +9,7 @@ import numpy as np
 
 from gridslam.filter.earlier_map import PiecesState
 from gridslam.filter.motion_model import MotionState
+from gridslam.maps.new_map import Band
 from gridslam.maps.tile_map import MapsState
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
@@ -39,6 +40,8 @@ class FilterState:
     """The particles' paths."""
     maps: MapsState
     pieces: PiecesState
+    band: Band
+    """Heights whose scans are in the maps."""
     motion: MotionState | None
     """Odometry since the last processed scan; None: there was no scan yet."""
     before: PlanarScan | None

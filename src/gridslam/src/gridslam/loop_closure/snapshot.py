@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gridslam.maps.beams import Beams
-from gridslam.maps.new_map import MapDraft
+from gridslam.maps.new_map import ALL_HEIGHTS, Band, MapDraft
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
@@ -41,6 +41,8 @@ class Snapshot:
     """Of the maps."""
     starting_map: OccupancyGrid | None = None
     """The map that the filter began with; None: an empty one."""
+    band: Band = ALL_HEIGHTS
+    """Heights whose scans enter the map; the others' beams are none."""
 
     def __post_init__(self) -> None:
         for name in ARRAYS:
@@ -62,6 +64,6 @@ class Snapshot:
 
     def map_of(self, poses_in_map: np.ndarray, first: int) -> MapDraft:
         """Return a new map of the scans from the ``first`` on, at poses (k, 3) of all nodes."""
-        draft = MapDraft(self.filter_parameters, self.starting_map, first)
+        draft = MapDraft(self.filter_parameters, self.starting_map, first, self.band)
         draft.add(poses_in_map[first:], self.beams[first:])
         return draft

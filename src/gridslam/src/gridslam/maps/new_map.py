@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Sequence
+import math
+from typing import NamedTuple, Sequence
 
 import numpy as np
 
@@ -57,6 +58,20 @@ def new_maps(grid: OccupancyGrid | None, particles: int, delta_m: float) -> Tile
     return maps
 
 
+class Band(NamedTuple):
+    """Heights whose scans are in one map: half_m above and below the middle. NaN: all heights."""
+
+    middle_m: float = math.nan
+    half_m: float = math.nan
+
+    def is_same(self, other: Band) -> bool:
+        """Return whether both are of the same heights."""
+        return self == other or (math.isnan(self.middle_m) and math.isnan(other.middle_m))
+
+
+ALL_HEIGHTS = Band()
+
+
 class MapDraft:
     """A map that is made anew, beside those in use, from scans along a corrected path.
 
@@ -64,10 +79,13 @@ class MapDraft:
         parameters: the filter's.
         grid: the map begins with this; None: empty.
         first: index of the first scan that enters it.
+        band: of the heights whose scans do.
     """
 
-    def __init__(self, parameters: SlamParameters, grid: OccupancyGrid | None, first: int = 0):
-        self.first = first
+    def __init__(
+        self, parameters: SlamParameters, grid: OccupancyGrid | None, first: int = 0, band: Band = ALL_HEIGHTS
+    ):
+        self.first, self.band = first, band
         self.maps = new_maps(grid, 1, parameters.delta)
         """Of one particle."""
         self.scans = first

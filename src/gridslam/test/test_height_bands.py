@@ -1,0 +1,112 @@
+"""A vehicle that flies at two heights, where level scans see two slices of a hold: each gets its own map.
+
+Below there are beams 0.5 m deep on the hold's sides, above there are none.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import planar_world
+import pytest
+from sessions_in_the_hold import LIDAR, PARAMETERS, base_in_map, error_m
+
+from gridslam.session import SlamSession, closure_parameters
+
+LOW_M, HIGH_M = 2.0, 4.0
+ROUND = np.array([(-8.0, -5.0), (-2.0, -5.0), (-2.0, -1.0), (-8.0, -1.0), (-8.0, -5.0)])
+BEAMS_X_M = (-7.5, -4.5, -1.5)
+"""Middles of beams on the starboard side, y = -10 m."""
+CLOSURE = closure_parameters(
+    {"separation_m": 15.0, "stretch_m": 7.0, "support_m": 5.0, "search_agreed_m": 0.5}
+)
+
+
+@pytest.fixture(scope="module")
+def log():
+    """Rounds at 2, 4 and 2 m: scans, odometry and truth, and where a round begins."""
+    truth = planar_world.along(np.concatenate([ROUND, ROUND[1:], ROUND[1:]]), 0.4)
+    once = len(truth) // 3
+    driven = planar_world.drive(planar_world.hold(), truth, LIDAR, seed=4)
+    rng, high = np.random.default_rng(5), planar_world.hold(beams=False)
+    scans = []
+    for number, scan in enumerate(driven.scans):
+        is_high = number // once == 1
+        if is_high:
+            scan = planar_world.scan_at(high, truth[number], LIDAR, rng, scan.stamp_s)
+        scans.append(dataclasses.replace(scan, height_m=HIGH_M if is_high else LOW_M))
+    return dataclasses.replace(driven, scans=scans), once
+
+
+def has_wall(session, x_m, y_m):
+    """Whether a cell is occupied within 0.15 m of a place."""
+    grid = session.grid()
+    near = np.hypot(*(grid.centres(grid.cells > 50) - (x_m, y_m)).T)
+    return bool(len(near) and near.min() < 0.15)
+
+
+def go(session, log, first, last):
+    for scan, odometry in list(zip(log.scans, log.odometry))[first:last]:
+        session.process(scan, odometry)
+
+
+def slices(session):
+    """Which slice the map has: beams below, and the bare side above."""
+    below = [has_wall(session, x, -9.5) for x in BEAMS_X_M]
+    above = [has_wall(session, x, -10.0) for x in BEAMS_X_M]
+    return below, above
+
+
+YES, NO = [True] * 3, [False] * 3
+
+
+def test_each_height_has_its_map_and_the_first_one_comes_back(log):
+    log, once = log
+    said = []
+    session = SlamSession(PARAMETERS, CLOSURE, say=said.append)
+    go(session, log, 0, once)
+    assert slices(session) == (YES, NO)
+    go(session, log, once, 2 * once)
+    assert slices(session) == (NO, YES)
+    go(session, log, 2 * once, 3 * once)
+    assert slices(session) == (YES, NO)
+    assert len(said) == 2
+    assert "at 4.0 m" in said[0]
+    assert "at 2.0 m" in said[1]
+    truth = log.truth.poses_in_map[-1]
+    assert error_m(base_in_map(session, log.odometry[-1]), truth) < 0.1
+    session.finish()
+    assert slices(session) == (YES, NO)
+
+
+def test_loops_are_closed_within_a_height(log):
+    log, once = log
+    session = SlamSession(PARAMETERS, CLOSURE, say=lambda words: None)
+    go(session, log, 0, 3 * once)
+    session.finish()
+    heights_m = {scan.stamp_s: scan.height_m for scan in log.scans}
+    pairs = [(heights_m[each.stamp_from_s], heights_m[each.stamp_to_s]) for each in session.closures]
+    assert pairs
+    assert all(one == other for one, other in pairs)
+
+
+def test_a_saved_session_goes_on_with_the_map_of_its_height(log, tmp_path):
+    log, once = log
+    whole, begun = (SlamSession(PARAMETERS, CLOSURE, say=lambda words: None) for _ in range(2))
+    go(whole, log, 0, 3 * once)
+    go(begun, log, 0, 2 * once)
+    begun.save(tmp_path / "state")
+    continued = SlamSession.load(tmp_path / "state", say=lambda words: None)
+    assert slices(continued) == (NO, YES)
+    go(continued, log, 2 * once, 3 * once)
+    np.testing.assert_array_equal(continued.particle_poses, whole.particle_poses)
+    np.testing.assert_array_equal(continued.grid().cells, whole.grid().cells)
+
+
+def test_without_kept_scans_the_map_stays_one_and_that_is_said(log):
+    log, once = log
+    said = []
+    session = SlamSession(PARAMETERS, False, say=said.append)
+    go(session, log, 0, 2 * once)
+    assert "may be wrong" in " ".join(said)
