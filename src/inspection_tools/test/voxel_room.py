@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from scipy import ndimage
 
 from inspection_tools.errors import NoPathError
 from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner, PlannerParameters
@@ -85,3 +86,11 @@ class Flight:
             except NoPathError as error:
                 raise AssertionError(f"the way that was promised is none: {error}") from None
         raise AssertionError(f"it does not end: {decision}")
+
+
+def reachable(flight):
+    """Where the UAV fits in the true world: a flood fill from its start, without the explorer's code."""
+    fits = ndimage.distance_transform_edt(~flight.filled) * SIDE_M >= PLANNER.clearance_m + SIDE_M
+    labels, _ = ndimage.label(fits, np.ones((3, 3, 3)))
+    x, y, z = (flight.places_m[0] / SIDE_M).astype(int)
+    return labels == labels[z, y, x]

@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from drawn_voxels import voxels_on
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
-from voxel_room import PLANNER, SIDE_M, TILE, Flight, beams, room
+from voxel_room import PLANNER, SIDE_M, TILE, Flight, beams, reachable, room
 
 from inspection_tools.errors import ParameterError
 from inspection_tools.exploration import Explorer, ExplorerParameters
@@ -21,14 +22,6 @@ def explored(filled, start_m, **lidar):
     flight = Flight(filled, start_m, **lidar)
     decision, _ = flight.explore(Explorer(ExplorerParameters(**LIDAR)))
     return flight, decision
-
-
-def reachable(flight):
-    """Where the UAV fits in the true world: a flood fill from its start, without the explorer's code."""
-    fits = ndimage.distance_transform_edt(~flight.filled) * SIDE_M >= PLANNER.clearance_m + SIDE_M
-    labels, _ = ndimage.label(fits, np.ones((3, 3, 3)))
-    x, y, z = (flight.places_m[0] / SIDE_M).astype(int)
-    return labels == labels[z, y, x]
 
 
 def test_two_rooms_with_a_door_of_1_2_m_are_known_at_the_end():
@@ -51,6 +44,42 @@ def test_nothing_reachable_is_unknown_when_it_says_so(seed):
     ]
     flight, _ = explored(room((7.0, 6.0, 2.4), boxes), (1.2, 3.0, 1.2))
     assert (flight.kinds[reachable(flight)] == FREE).all()
+
+
+@settings(max_examples=4, deadline=None)
+@given(st.integers(0, 2**32 - 1))
+def test_the_way_home_is_always_known_and_keeps_the_clearance(seed):
+    """In two drawn rooms with a door and boxes: at each view a path leads home, through free voxels only."""
+    rng = np.random.default_rng(seed)
+    door, half = rng.uniform(0.6, 2.6), rng.uniform(0.6, 0.9)
+    wall = [((3.4, 0.0, 0.0), (3.6, door, 2.4)), ((3.4, door + 2 * half, 0.0), (3.6, 4.6, 2.4))]
+    boxes = [
+        ((x, y, 0.0), (x + w, y + d, h))
+        for x, y, w, d, h in rng.uniform((4.4, 0.4, 0.4, 0.4, 0.4), (6.0, 3.6, 1.0, 1.0, 2.4), (2, 5))
+    ]
+    flight = Flight(room((7.4, 4.6, 2.4), wall + boxes), (1.3, 1.3, 1.2))
+    explorer = Explorer(ExplorerParameters(**LIDAR))
+    for _ in range(100):
+        decision = explorer.decide(flight.space(), flight.place_m)
+        if decision.goal_m is None:
+            break
+        flight.fly_to(decision.goal_m)
+        home = flight.planner.plan(flight.place_m, flight.places_m[0])
+        assert math.dist(home.points_m[-1], flight.places_m[0]) < 1e-9
+        assert keeps_clearance(flight, home.points_m)
+    assert decision.goal_m is None
+    assert not decision.is_shut_in
+
+
+def keeps_clearance(flight, points_m):
+    """Whether a path runs through voxels that are known to be free, as far from others as it must be.
+
+    Where the UAV itself is nearer at its begin, the path may be so, too, until it is clear.
+    """
+    far_m = ndimage.distance_transform_edt(flight.kinds == FREE) * SIDE_M
+    passed_m = far_m[tuple(voxels_on(points_m, SIDE_M).T)]
+    is_clear = passed_m >= PLANNER.clearance_m - 1e-9
+    return bool((passed_m > 0.0).all() and is_clear[np.argmax(is_clear) :].all())
 
 
 @pytest.mark.parametrize(("way_spacing", "passes"), [(0.0, False), (0.4, True)])

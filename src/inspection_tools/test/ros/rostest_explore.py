@@ -20,7 +20,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from inspection_tools.msg import ExploreActionFeedback, ExploreActionGoal, ExploreActionResult
-from node_tools.testing import Input, address_of, wait_until
+from node_tools.testing import Input, Warned, address_of, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -64,6 +64,7 @@ class ExploreTest(unittest.TestCase):
         cls.poses = Input("/ground_truth", Odometry)
         cls.batteries = Input("/battery", BatteryState)
         cls.goals = Input(NODE + "/explore/goal", ExploreActionGoal, latch=True)
+        cls.warned = Warned(NODE)
         cls.services = {
             name: rospy.ServiceProxy(f"{NODE}/{name}", Trigger) for name in ("pause", "resume", "abort")
         }
@@ -71,9 +72,11 @@ class ExploreTest(unittest.TestCase):
             service.wait_for_service(60.0)
 
     def be(self, place, charge=0.9):
-        """Be at a place, with a charge, now."""
+        """Be at a place, with a charge, now. charge: None: the battery tells nothing."""
         now = rospy.Time.now() + rospy.Duration(self.jumped_s)
         self.poses.send(odometry_of(now, place, frame="map"))
+        if charge is None:
+            return
         battery = BatteryState(percentage=charge, voltage=12.0, current=-10.0)
         battery.header.stamp = now
         self.batteries.send(battery)
@@ -83,26 +86,27 @@ class ExploreTest(unittest.TestCase):
         goal.goal_id.id = name
         self.goals.send(goal)
 
-    def send_map(self):
+    def send_map(self, frame="map"):
         """Send a room, open at its far end."""
         kinds = block(24, 48, 48)
         kinds[:, :, 40:] = 0
         tiles, voxels = tiles_of(kinds, SIDE)
         message = tiles_class()()
-        message.header.frame_id = "map"
+        message.header.frame_id = frame
         message.header.stamp = rospy.Time.now() + rospy.Duration(self.jumped_s)
         message.resolution, message.side = RESOLUTION_M, SIDE
         message.tiles, message.voxels = tiles.ravel().tolist(), voxels.tobytes()
         self.maps.send(message)
 
-    def fly(self, until, charge=0.9, seconds=40.0):
-        """Let a UAV be where the node sends it, until something is true."""
+    def fly(self, until, charge=0.9, seconds=40.0, has_map=True):
+        """Let a UAV be where the node sends it, until something is true. has_map: whether the map comes."""
 
         def flown():
             target = self.setpoints.last
             here = START if target is None else (target.position.x, target.position.y, target.position.z)
             self.be(here, charge)
-            self.send_map()
+            if has_map:
+                self.send_map()
             return until()
 
         wait_until(flown, "the UAV's flight", seconds)
@@ -119,6 +123,13 @@ class ExploreTest(unittest.TestCase):
         self.be(START)
         rospy.sleep(0.5)
         self.send_goal("explore")
+        # And while the map is empty, it hovers and says so
+        self.fly(
+            lambda: self.feedback.last and self.feedback.last.feedback.phase == "waiting for the map",
+            has_map=False,
+        )
+        self.warned.wait_for("The map is empty. The UAV hovers")
+        self.assertLess(math.dist(self.target_m(), START), 1.0)
         self.fly(lambda: self.feedback.last is not None and self.feedback.last.feedback.phase == "exploring")
         self.fly(lambda: math.isfinite(self.feedback.last.feedback.home_energy))
         self.assertGreater(self.feedback.last.feedback.known, 50.0)
@@ -186,6 +197,48 @@ class ExploreTest(unittest.TestCase):
             rospy.sleep(0.1)
         self.assertIsNone(self.results.last)
         self.assertIsNone(self.feedback.last)
+
+    def begin(self, name):
+        """Hover, and fly a goal."""
+        self.be(START)
+        rospy.sleep(0.5)
+        self.send_goal(name)
+        self.fly(lambda: self.feedback.last is not None and self.feedback.last.status.goal_id.id == name)
+
+    def end_of(self, name, **how):
+        """Fly to the end of a goal; return its result."""
+        self.fly(lambda: self.results.last is not None and self.results.last.status.goal_id.id == name, **how)
+        return self.results.last.result
+
+    def test_6_when_the_map_stops_it_comes_home(self):
+        self.begin("no map")
+        type(self).jumped_s += 11.0
+        result = self.end_of("no map", has_map=False)
+        self.assertEqual(result.end, "aborted")
+        self.assertIn("The map has told nothing new", result.reason)
+        self.assertTrue(result.is_home)
+        self.warned.wait_for("The map has told nothing for")
+
+    def test_7_when_the_battery_stops_it_comes_home(self):
+        self.begin("no battery")
+        type(self).jumped_s += 7.0
+        result = self.end_of("no battery", charge=None)
+        self.assertEqual(result.end, "battery")
+        self.assertIn("told nothing to believe", result.reason)
+        self.assertTrue(result.is_home)
+
+    def test_8_a_charge_that_cannot_be_is_told_and_does_not_count(self):
+        self.begin("wrong battery")
+        for charge, words in ((math.nan, "not a number from 0 to 1"), (0.5, ""), (1.0, "jumped up from 50%")):
+            self.fly(lambda words=words: self.warned.count(words), charge=charge)
+            self.fly(lambda: self.feedback.last.feedback.phase == "exploring", charge=charge)
+            rospy.sleep(1.0)
+        self.assertTrue(self.services["abort"]().success)
+        self.assertTrue(self.end_of("wrong battery").is_home)
+
+    def test_9_a_map_in_another_frame_is_left_out(self):
+        self.send_map(frame="odom")
+        self.warned.wait_for('The map is in frame "odom"')
 
     def target_m(self):
         """Return where the node sends the UAV."""

@@ -164,19 +164,30 @@ class Exploration:
     def look(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Check the way at a pose (x, y, z), and decide anew if it is time to."""
         self._look_s = stamp_s
-        if not self._planner.has_map:
-            return  # it hovers until a cloud has come
         been_m, self._been_m = self._been_m, []
         for place_m in (*been_m, here_m):
             self._planner.take_as_free(place_m, self._planner.parameters.radius)
             self._steep.note(place_m)
         self._mind_the_energy(stamp_s, here_m)
+        if not self._planner.has_map:
+            self._wait_for_map(stamp_s, here_m)
+            return
         if self._goes_on(stamp_s, here_m):
             return
         if not self._must_sweep(stamp_s):
             self._decide(stamp_s, here_m)
         elif self._way.is_left:
             self._set_out(Way([here_m]))
+
+    def _wait_for_map(self, stamp_s: float, here_m: np.ndarray) -> None:
+        """Hover until a cloud has come. Come home the way it came if that lasts too long."""
+        self._mind_the_time(stamp_s)
+        if self.told.end is not None and not self._is_paused:
+            self._go_home(stamp_s, here_m)
+
+    def _mind_the_time(self, stamp_s: float) -> None:
+        if stamp_s - self._began_s > self._p.time_max:
+            self._end(End.TIME, f"The time of {self._p.time_max:g} s is over.")
 
     def _must_sweep(self, stamp_s: float) -> bool:
         """Return whether the lidar needs more time to see all around, before the next view is decided."""
@@ -234,8 +245,8 @@ class Exploration:
             self._go_home(stamp_s, here_m)
 
     def _next_view(self, stamp_s: float, here_m: np.ndarray) -> None:
-        if stamp_s - self._began_s > self._p.time_max:
-            self._end(End.TIME, f"The time of {self._p.time_max:g} s is over.")
+        self._mind_the_time(stamp_s)
+        if self.told.end is not None:
             return
         self._steep.settle()
         decision = self._explorer.decide(self._planner.space(stamp_s, here_m), here_m)
@@ -268,7 +279,8 @@ class Exploration:
 
     def _end_without_goal(self, stamp_s: float, here_m: np.ndarray, decision: Decision) -> None:
         if decision.is_shut_in:
-            self._end(End.SHUT_IN, f"The UAV fits nowhere: {self._why_shut_in(stamp_s, here_m)}")
+            why = self._why_no_way(stamp_s, here_m) or "no place around it keeps the clearance."
+            self._end(End.SHUT_IN, f"The UAV fits nowhere: {why}")
             return
         opened = self._planner.space(stamp_s, here_m, with_closed=False)
         self.told.leftovers = self._explorer.with_refused(decision.leftovers, opened, here_m)
@@ -292,10 +304,11 @@ class Exploration:
         elif self._stay.lasts(stamp_s, self._p.stranded) and not self.must_land:
             self.must_land = True
             self.told.reason += f" On its way home it stood still for {self._p.stranded:g} s."
+            self.told.reason += f" {self._why_no_way(stamp_s, here_m)}"
         elif not self._plan(here_m, self.home_m, stamp_s) and not (
             self._planner.reopen(stamp_s) and self._plan(here_m, self.home_m, stamp_s)
         ):
-            self._set_out(Way(self._back.track_back_m))
+            self._set_out(Way([*self._back.track_back_m, self.home_m]))
 
     def _plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float) -> bool:
         """Set out for a goal; return whether there is a way."""
@@ -305,10 +318,10 @@ class Exploration:
             return False
         return True
 
-    def _why_shut_in(self, stamp_s: float, here_m: np.ndarray) -> str:
-        """Return the planner's sentence."""
+    def _why_no_way(self, stamp_s: float, here_m: np.ndarray) -> str:
+        """Return the planner's sentence; empty: there is a way home on the map."""
         try:
             self._planner.plan(here_m, self.home_m, stamp_s)
         except NoPathError as error:
             return str(error)
-        return "no place around it keeps the clearance."
+        return ""
