@@ -9,21 +9,18 @@ from typing import Callable, Iterator
 
 import numpy as np
 
-from benchmarks.shared.results import ROOT
 from cepa import CepaParameters
 from inspection_tools import Waypoint
+from master_thesis.exploring.places import HOLD_START_M, TANK_CEPA, TANK_START_M, WORLDS
 from master_thesis.flight.parameters import CEPA
 from master_thesis.worlds.ballast_tank import BallastTankParameters
 from simulation_tools.world.rays import RayScene
 
-WORLDS = ROOT / "src/master_thesis/worlds"
-START_XYZ_M = (-9.0, 5.0, 0.0)
 LOWEST_XYZ_M, HIGHEST_XYZ_M = (-12.5, -7.5, 0.6), (12.5, 7.5, 8.6)
 STEP_M = 0.4
 """The way is looked at every so far."""
 TURNS_S = 4.0
 """At each place, for the turn and the braking."""
-TANK_START_M = (0.0, 0.375, 0.0)
 BEFORE_MANHOLE_M = 0.8
 MANHOLE_TOLERANCE_M = 0.12
 STAYS = 0.5
@@ -69,7 +66,7 @@ class Climb:
 
 def places_in_hold(rays: RayScene, rng: np.random.Generator) -> Iterator[Waypoint]:
     """Yield places of `hold_3d`, each seen from the one before it with room around the way."""
-    here = np.array((*START_XYZ_M[:2], 2.0))
+    here = np.array((*HOLD_START_M[:2], 2.0))
     while True:
         there = rng.uniform(LOWEST_XYZ_M, HIGHEST_XYZ_M)
         if is_open(rays, here, there, HOLD.room_m):
@@ -143,10 +140,7 @@ def _all_around(number: int) -> np.ndarray:
     return np.column_stack((np.cos(azimuth) * np.sin(polar), np.sin(azimuth) * np.sin(polar), np.cos(polar)))
 
 
-HOLD = Climb(WORLDS / "hold_3d.world", START_XYZ_M, 1.3, 2.0, places_in_hold)
-TANK_RADIUS_M = 0.2
-TANK_CEPA = replace(CEPA, body_radius=TANK_RADIUS_M, r_lb=0.22, r_ub=0.4, emergency_lookahead=0.4)
-"""As exploring.launch has it for this radius."""
+HOLD = Climb(WORLDS / "hold_3d.world", HOLD_START_M, 1.3, 2.0, places_in_hold)
 TANK = Climb(
     WORLDS / "ballast_tank.world",
     TANK_START_M,

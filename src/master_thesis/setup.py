@@ -18,6 +18,7 @@ setup(
             "master_thesis.experiments_3_4.volume",
             "master_thesis.experiments_3_4.without_gnss",
             "master_thesis.exploring",
+            "master_thesis.exploring.report",
             "master_thesis.flight",
             "master_thesis.flight.judging",
             "master_thesis.graph",

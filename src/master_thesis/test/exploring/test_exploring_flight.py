@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gridslam.volume import VolumeParameters
+from inspection_tools.energy import EnergyWatch
 from inspection_tools.exploration import End, ExplorationParameters, ExplorerParameters
 from inspection_tools.planning import PlannerParameters
 from master_thesis.errors import FlightError
@@ -14,6 +15,7 @@ from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import PhaseLimits
+from simulation_tools.vehicle.energy.battery import BatteryStart
 
 pytestmark = pytest.mark.flight
 
@@ -44,6 +46,29 @@ def test_it_knows_more_and_more_and_lands_at_home_when_its_time_is_over():
     volumes = [volume for _, volume in told.known_m3]
     assert volumes[-1] > volumes[0] > 20.0
     assert told.views >= 2
+
+
+def test_it_comes_home_with_its_reserve_gets_a_full_battery_and_goes_on():
+    given = parameters("puck")
+    # Given a cold battery whose charge is hardly above the reserve
+    start = BatteryStart(charge=0.16, temperature_c=-20.0)
+    given = replace(given, simulation=replace(given.simulation, battery=start))
+    with ClosedLoop(given) as loop:
+        asked = ExplorationParameters(time_max=4.0)
+        flight = ExploringFlight(loop, *SETTINGS, asked, EnergyWatch(), swaps=1)
+        told = flight.run()
+        outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")
+    # Then it lands for want of energy, and again when its time is over
+    assert [each.end for each in flight.landings] == ["battery", "time"]
+    first, second = flight.landings
+    assert 0.10 < first.charge < 0.16
+    assert second.charge > 0.9
+    assert told.end is End.TIME
+    assert outcome.success
+    for landing in flight.landings:
+        assert math.dist(landing.place_m[:2], truth[0, :2]) < 0.8
+    between = truth[(loop.log.truth.array("t_s")[:, 0] - first.stamp_s) > 0.0, 2]
+    assert between.max() > 1.0  # it took off again
 
 
 @pytest.mark.parametrize(("lidar", "gnss"), [("ust", False), ("puck", True)])

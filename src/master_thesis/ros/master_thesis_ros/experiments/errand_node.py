@@ -20,6 +20,7 @@ from gridslam import SlamError
 from inspection_tools import InspectionToolsError
 from master_thesis.errors import MasterThesisError
 from master_thesis.exploring.errand import Errand, Next
+from master_thesis.exploring.stopover import Stopover
 from master_thesis.flight.monitor import Monitor
 from master_thesis_ros.experiments.flight_node import FlightNode
 from master_thesis_ros.experiments.part import Flown, Part
@@ -40,7 +41,7 @@ class ErrandNode(FlightNode):
 
     def __init__(self, monitor: Monitor, errand: Errand, parts: Sequence[Part], lockstep: bool) -> None:
         self._errand, self._parts = errand, parts
-        self._is_between = self._must_send = self._is_ready = False
+        self._stopover, self._must_prepare = Stopover(), False
         self._began, self._charge = (math.nan, math.nan), math.nan
         super().__init__(monitor, lockstep)
         self.subscribe("/mavros/battery", BatteryState, self._on_battery)
@@ -72,7 +73,8 @@ class ErrandNode(FlightNode):
         elif follows is Next.OVER:
             self._monitor.on_goal_reached(True)
         else:
-            self._is_between = self._monitor.course.lands_between = True
+            self._stopover.begin()
+            self._monitor.course.lands_between = True
             self._must_prepare = follows is Next.NEXT_PART
             rospy.loginfo(
                 "The UAV lands at home, %s.",
@@ -82,17 +84,9 @@ class ErrandNode(FlightNode):
         return ()
 
     def _on_state(self, message: State) -> Iterable[Enum]:
-        if not self._is_between:
-            return super()._on_state(message)
-        if message.connected and not message.armed and self._armed:
+        if self._stopover.on_armed(message.armed if message.connected else None):
             threading.Thread(target=self._go_on, daemon=True).start()
-        self._armed = message.armed if message.connected else None
-        return ()
-
-    def _decisions(self) -> Sequence[Enum]:
-        if self._is_between:
-            return self._monitor.decide()
-        return super()._decisions()
+        return super()._on_state(message)
 
     def _go_on(self) -> None:
         """On the ground: prepare the next part, put in a full battery, and take off again."""
@@ -102,7 +96,7 @@ class ErrandNode(FlightNode):
             return
         if _call("/mavros_publisher/restart"):
             rospy.loginfo("The UAV takes off again.")
-            self._must_send = True
+            self._stopover.take_off()
 
     def _prepare(self) -> bool:
         """Return whether the next part can be flown. Simulated time passes slowly meanwhile."""
@@ -119,10 +113,9 @@ class ErrandNode(FlightNode):
         return True
 
     def _on_ready(self, message: Bool) -> None:
-        self._is_ready = message.data
         super()._on_ready(message)
-        if self._must_send and self._is_ready and self._armed:
-            self._must_send = self._is_between = self._monitor.course.lands_between = False
+        if self._stopover.on_ready(message.data):
+            self._monitor.course.lands_between = False
             self.send_goal()
 
 

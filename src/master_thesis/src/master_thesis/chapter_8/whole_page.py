@@ -12,6 +12,7 @@ from master_thesis.experiment_2 import section as experiment_2
 from master_thesis.experiments_3_4.report import section_3, section_4
 from master_thesis.experiments_3_4.volume import section as volume
 from master_thesis.experiments_3_4.without_gnss import section as without_gnss
+from master_thesis.exploring.report import section as exploration
 from master_thesis.measurements import section as measurements
 from master_thesis.report.content import Section
 from master_thesis.report.page import origin, write_page
@@ -26,6 +27,7 @@ _SECTIONS = (
     section_4.section,
     volume.section,
     without_gnss.section,
+    exploration.section,
     measurements.build_section,
     measurements.launch_section,
 )

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from gridslam.odometry import OdometryEstimate
 from gridslam.volume import VolumeParameters
+from inspection_tools.energy import EnergyWatch
 from inspection_tools.exploration import (
     Exploration,
     ExplorationParameters,
@@ -13,11 +16,31 @@ from inspection_tools.exploration import (
     Explorer,
     ExplorerParameters,
 )
-from inspection_tools.planning import PathPlanner, PlannerParameters
+from inspection_tools.planning import Limits, PathPlanner, PlannerParameters
+from master_thesis.exploring.drift import Drift
+from master_thesis.exploring.errand import Errand, Next
 from master_thesis.exploring.flown_clouds import FlownClouds
+from master_thesis.exploring.stopover import Stopover
 from master_thesis.exploring.volume_of_flight import VolumeOfFlight
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
+from master_thesis.flight.due import Due
+from simulation_tools.geometry import Pose, Vector3
+from simulation_tools.simulation import SimulationError
+
+BATTERY_US = 2_000_000
+"""Period of PX4's BATTERY_STATUS on the offboard link."""
+
+
+@dataclass(frozen=True)
+class Landing:
+    """A landing. end, reason: why the exploration had ended. charge: 0..1. place_m: true (x, y, z)."""
+
+    stamp_s: float
+    end: str
+    reason: str
+    charge: float
+    place_m: tuple[float, float, float]
 
 
 class ExploringFlight:
@@ -27,6 +50,13 @@ class ExploringFlight:
         loop: a flight without GNSS, with a lidar that has clouds, and without a goal.
         planner, explorer, volume: their parameters.
         parameters: of the exploration.
+        energy: watches the battery of the loop; None: the battery does not count.
+        swaps: of the battery, at most.
+        drift: of SLAM's poses; None: there is none.
+        limits: where the UAV may not go.
+
+    Attributes:
+        landings: those that have ended, in their order.
 
     Raises:
         FlightError: the UAV has no clouds or flies by GNSS.
@@ -39,12 +69,23 @@ class ExploringFlight:
         explorer: ExplorerParameters,
         volume: VolumeParameters,
         parameters: ExplorationParameters | None = None,
+        energy: EnergyWatch | None = None,
+        swaps: int = 0,
+        drift: Drift | None = None,
+        limits: Limits | None = None,
     ) -> None:
-        self._loop = loop
-        self.volume = VolumeOfFlight(PathPlanner(planner), volume)
-        self.exploration = Exploration(self.volume.planner, Explorer(explorer), parameters)
+        self._loop, self._energy, self._drift = loop, energy, drift
+        self.volume = VolumeOfFlight(PathPlanner(planner, limits), volume)
+        self.exploration = Exploration(self.volume.planner, Explorer(explorer), parameters, energy)
+        self.landings: list[Landing] = []
         self._clouds = FlownClouds(loop, self.volume, "Exploration")
         self._setpoint_m: np.ndarray | None = None
+        self._errand, self._stopover = Errand(1, swaps), Stopover()
+        self._battery_is_due = Due(BATTERY_US)
+        self._is_active = self._has_ended = self._is_on_ground = False
+        self._loops_closed = 0
+        if drift is not None:
+            self._clouds.drift, loop.correct = drift, self._in_map
 
     def run(self) -> Explored:
         """Fly until the UAV has landed, or the run has failed."""
@@ -52,22 +93,88 @@ class ExploringFlight:
         while not loop.is_over:
             output = loop.step()
             self._clouds.take(output)
+            self._stop_over()
             if self._clouds.newest is not None:
                 self._lead(self._clouds.newest, loop.monitor.course.phase is Phase.FLYING)
+        if loop.outcome.landed:
+            self._note_landing()
         return self.exploration.told
+
+    def _in_map(self, stamp_s: float, pose: Pose) -> tuple[Vector3, float]:
+        assert self._drift is not None
+        odom = self._drift.odom_in_map(stamp_s)
+        x, y, z = (odom.rotation @ np.array(pose.position_m) + odom.translation).tolist()
+        return (x, y, z), pose.yaw_rad + float(np.arctan2(odom.rotation[1, 0], odom.rotation[0, 0]))
 
     def _lead(self, estimate: OdometryEstimate, is_flying: bool) -> None:
         here_m, now_s = np.array(estimate.position_xyz), self._loop.time_s
-        if is_flying and not self.exploration.has_begun:
-            self.exploration.begin(now_s, here_m)
-        if self.exploration.follow(now_s, here_m):
+        if self._drift is not None:
+            odom, closed = self._drift.odom_in_map(now_s), self._drift.closed_until(now_s)
+            here_m = odom.rotation @ here_m + odom.translation
+            if closed > self._loops_closed:
+                self._loops_closed = closed
+                self.volume.close_loop()
+        if is_flying and not (self._is_active or self._has_ended or self._stopover.is_under_way):
+            self._begin(now_s, here_m)
+        is_due = self.exploration.follow(now_s, here_m)
+        if not (self._is_active and is_flying):
+            return
+        if self._energy is not None and self._battery_is_due(round(1e6 * now_s)):
+            self._energy.offer(now_s, self._loop.charge)
+        if is_due:
             self.volume.tell_planner()
             self.exploration.look(now_s, here_m)
         setpoint_m = self.exploration.setpoint_m
-        if is_flying and setpoint_m is not None and setpoint_m is not self._setpoint_m:
+        if setpoint_m is not None and setpoint_m is not self._setpoint_m:
             self._setpoint_m = setpoint_m
             self._loop.position_controller.set_setpoint(setpoint_m.tolist())
-        if self.exploration.is_home:
+        if self.exploration.is_home or self.exploration.must_land:
+            self._end()
+
+    def _begin(self, now_s: float, here_m: np.ndarray) -> None:
+        self.exploration.begin(now_s, here_m)
+        self._is_active = True
+        if self._energy is not None:
+            self._energy.offer(now_s, self._loop.charge)
+
+    def _end(self) -> None:
+        """Land: for a full battery, or for good."""
+        told = self.exploration.told
+        follows = self._errand.after("" if told.end is None else told.end.value, self.exploration.is_home)
+        self._is_active, self._has_ended = False, follows is not Next.AGAIN
+        if follows is Next.LOST:
+            self._loop.monitor.land_here(f"The UAV did not come home: {told.reason}")
+        elif follows is Next.OVER:
             self._loop.monitor.on_goal_reached(True)
-        elif self.exploration.must_land:
-            self._loop.monitor.land_here(f"The UAV did not come home: {self.exploration.told.reason}")
+        else:
+            self._stopover.begin()
+            self._loop.monitor.course.lands_between = True
+            self._loop.land()
+
+    def _stop_over(self) -> None:
+        """On the ground between: put in a full battery, and take off again."""
+        if self._stopover.on_armed(self._loop.is_armed):
+            self._note_landing()
+            self._is_on_ground = True
+        if self._is_on_ground and self._has_swapped():
+            self._is_on_ground = False
+            self._loop.publisher.restart()
+            self._stopover.take_off()
+        if self._stopover.on_ready(self._loop.publisher.ready):
+            self._loop.monitor.course.lands_between = False
+
+    def _has_swapped(self) -> bool:
+        """Swap the battery, once the rotors stand; return whether it was."""
+        try:
+            self._loop.simulation.swap_battery()
+        except SimulationError:
+            return False
+        return self._errand.take_battery()
+
+    def _note_landing(self) -> None:
+        told = self.exploration.told
+        end = "" if told.end is None else told.end.value
+        _, x, y, z, *_ = self._loop.log.truth.rows[-1]
+        power = self._loop.simulation.power
+        charge = self._loop.charge if power is None else power.battery.remaining
+        self.landings.append(Landing(self._loop.time_s, end, told.reason, charge, (x, y, z)))

@@ -11,6 +11,7 @@ from gridslam.inputs.attitude import matrix_of_quaternion
 from gridslam.odometry import OdometryEstimate
 from gridslam.volume import Pose, RangePoints
 from master_thesis.errors import FlightError
+from master_thesis.exploring.drift import Drift
 from master_thesis.exploring.volume_of_flight import VolumeOfFlight
 from master_thesis.flight.closed_loop import ClosedLoop
 from simulation_tools.geometry import quaternion_from_rpy
@@ -24,6 +25,8 @@ CLOUD_S = 0.2
 
 class FlownClouds:
     """Follows a closed loop step by step.
+
+    drift: of SLAM's poses; None: the map is in the frame of odometry. Set it before the flight.
 
     Raises:
         FlightError: the UAV has no clouds or flies by GNSS.
@@ -47,6 +50,7 @@ class FlownClouds:
         self._ranges = RangePoints()
         self._clouds: dict[int, np.ndarray] = {}
         self._seen, self._cloud_s = 0, -math.inf
+        self.drift: Drift | None = None
 
     @property
     def newest(self) -> OdometryEstimate | None:
@@ -81,6 +85,7 @@ class FlownClouds:
         rotation = matrix_of_quaternion(quaternion_from_rpy(*estimate.roll_pitch_yaw))
         base = Pose(rotation, np.array(estimate.position_xyz))
         try:
-            self._volume.add(estimate.stamp_s, points, base @ self._lidar_in_base)
+            odom_in_map = None if self.drift is None else self.drift.odom_in_map(estimate.stamp_s)
+            self._volume.add(estimate.stamp_s, points, base @ self._lidar_in_base, odom_in_map)
         except SlamError:
             return  # a cloud without a point

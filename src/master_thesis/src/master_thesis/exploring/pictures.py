@@ -9,11 +9,13 @@ import numpy as np
 
 from gridslam.volume import read_octree
 from gridslam.volume.drawing.picture import VIEWS, volume_figure
+from gridslam.volume.voxel_map import VoxelMap
 from master_thesis.results.picture_files import png
 from master_thesis.results.run_folder import RunFolder
 
 if TYPE_CHECKING:  # matplotlib takes half a second to import
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 PATH = "#d1410c"
 LINE, CASING = 1.0, 2.2
@@ -29,14 +31,19 @@ def write_explored(folder: RunFolder, map_path: Path, path_m: np.ndarray, known:
     Raises:
         SlamError: the map cannot be read.
     """
-    figure = volume_figure(read_octree(map_path), "The map, cut open, and the path of the UAV")
+    folder.write_files({"explored.png": png(explored_figure(read_octree(map_path), path_m, known))})
+
+
+def explored_figure(voxels: VoxelMap, path_m: np.ndarray, known: np.ndarray) -> Figure:
+    """Return the picture. path_m, known: as of `write_explored`."""
+    figure = volume_figure(voxels, "The map, cut open, and the path of the UAV")
     if figure.axes:  # a map without occupied voxels has none
         above, free, side, front, *_ = figure.axes
         for panel, (right, up, _) in zip((above, side, front), VIEWS):
             _draw_path(panel, path_m[:, (right, up)])
         if len(known):
             _draw_known(free, known)
-    folder.write_files({"explored.png": png(figure)})
+    return figure
 
 
 def _draw_path(panel: Axes, path_m: np.ndarray) -> None:

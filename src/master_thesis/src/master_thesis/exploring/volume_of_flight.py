@@ -6,6 +6,7 @@ import numpy as np
 
 from gridslam.volume import CorrectedMap, Pose, ShownMap, VolumeParameters
 from gridslam.volume.kernels.tiles import SIDE
+from gridslam.volume.rebuilding import Rebuilding
 from inspection_tools.inspection import PriorMap
 from inspection_tools.planning import PathPlanner
 
@@ -26,9 +27,18 @@ class VolumeOfFlight:
             unknown = np.zeros((len(known), SIDE**3), np.uint8)
             planner.update_map(*size, known, prior.filled(*size, known, unknown))
 
-    def add(self, stamp_s: float, points: np.ndarray, lidar_in_map: Pose) -> None:
-        """Take a cloud (n, 3) of the lidar's frame; raises ScanError if it has no usable point."""
-        self.corrected.add(stamp_s, points, lidar_in_map, Pose.identity())
+    def add(
+        self, stamp_s: float, points: np.ndarray, lidar_in_odom: Pose, odom_in_map: Pose | None = None
+    ) -> None:
+        """Take a cloud (n, 3) of the lidar's frame; raises ScanError if it has no usable point.
+
+        odom_in_map: None: the same frame.
+        """
+        self.corrected.add(stamp_s, points, lidar_in_odom, odom_in_map or Pose.identity())
+
+    def close_loop(self) -> None:
+        """Move all clouds to where odometry told them, as SLAM does when it finds the drift."""
+        Rebuilding(self.corrected, [node.sensor_in_odom for node in self.corrected.nodes]).take_over()
 
     def tell_planner(self) -> None:
         """Let the planner know what has changed."""

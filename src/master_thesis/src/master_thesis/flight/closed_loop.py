@@ -279,7 +279,7 @@ class ClosedLoop:
             shapes = contact.collision_1, contact.collision_2
             self.monitor.on_contact(1e-6 * output.time_us, *shapes, upwards=contact.normal[2])
         self.monitor.course.on_ready(self.publisher.ready)
-        self._carry_out(self.monitor.on_armed(self._px4.armed_since_us is not None))
+        self._carry_out(self.monitor.on_armed(self.is_armed))
 
     def _carry_out(self, actions: Sequence[Action]) -> None:
         for action in actions:
@@ -289,9 +289,23 @@ class ClosedLoop:
                 elif self.parameters.goal_xyz_m is not None:
                     self.position_controller.set_setpoint(self.parameters.goal_xyz_m)
             elif action is Action.LAND:
-                self._px4.request_mode(Mode.AUTO_LAND)
+                self.land()
             else:
                 self.is_over = True
+
+    def land(self) -> None:
+        """Order the flight controller to land where the UAV is."""
+        self._px4.request_mode(Mode.AUTO_LAND)
+
+    @property
+    def is_armed(self) -> bool:
+        """Whether the motors may turn."""
+        return self._px4.armed_since_us is not None
+
+    @property
+    def charge(self) -> float:
+        """Charge of the battery, 0..1, as MAVLink tells it: in whole percent."""
+        return round(1e2 * self._px4.status.battery.remaining) / 1e2
 
     def close(self) -> None:
         """Release the physics engine."""

@@ -94,7 +94,7 @@ class Course:
         self.phase = Phase.WAITING
         """The phase of the run."""
         self.lands_between = False
-        """Whether the UAV lands for another battery: then it may touch the ground."""
+        """Whether the UAV lands for another battery: then it may touch the ground and disarm."""
         self._times: dict[Phase, float] = {}
         self._reached = False
         self._landed = False
@@ -165,7 +165,7 @@ class Course:
 
     def on_armed(self, t_s: float, armed: bool) -> list[Action]:
         """Note whether the motors may turn. Disarming after the landing is the end."""
-        if armed or self.phase in (Phase.WAITING, Phase.DONE):
+        if armed or self.lands_between or self.phase in (Phase.WAITING, Phase.DONE):
             return []
         if self.phase is Phase.LANDING:
             self._landed = True

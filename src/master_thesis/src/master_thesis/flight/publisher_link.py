@@ -53,6 +53,11 @@ class PublisherLink:
         if parameters.needs_vision:
             self._streams += ((Due(CLOCK_PERIOD_US), self._tell_clock),)
 
+    def restart(self) -> None:
+        """Take off again, after a landing that was ordered."""
+        self.ready = False
+        self._publisher.restart()
+
     def on_time(self, time_us: int) -> None:
         """Pass on PX4's streams of this instant, and its home position if there is one.
 

@@ -18,6 +18,7 @@ EXPERIMENTS = (
     "experiment_4",
     "volume",
     "without_gnss",
+    "exploration",
     "measurement_1",
     "measurement_2",
 )
@@ -30,7 +31,7 @@ class Size:
     seeds: of Experiment 1's flights, over goal_x_m. placements: variations of each of Experiment 2's.
     map_seeds: of the flights that map; map_duration_s: 0: the whole mission. without_gnss: worlds and lidars
     of the flights without GNSS, which take longest. volumes: lidars whose clouds are mapped in three
-    dimensions. launches, builds: number of rounds; 0: no measurement.
+    dimensions. explored: places that are explored. launches, builds: number of rounds; 0: no measurement.
     """
 
     name: str
@@ -46,6 +47,7 @@ class Size:
     lidars: tuple[str, ...] = scenario.LIDARS
     without_gnss: tuple[tuple[str, str], ...] = tuple(product(WORLDS, scenario.LIDARS))
     volumes: tuple[str, ...] = ("puck", "m8")
+    explored: tuple[str, ...] = ("hold_3d", "cells")
     map_duration_s: float = 0.0
 
 
@@ -59,6 +61,7 @@ QUICK = replace(
     lidars=("urg", "ust", "tim", "puck", "m8"),
     without_gnss=(("hold", "ust"),),
     volumes=("puck",),
+    explored=("cells",),
     launches=1,
     builds=1,
 )
@@ -76,5 +79,6 @@ SMALLEST = Size(
     lidars=("ust",),
     without_gnss=(("room", "ust"),),
     volumes=("puck",),
+    explored=("cells",),
     map_duration_s=3.0,
 )

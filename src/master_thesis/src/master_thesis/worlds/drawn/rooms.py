@@ -15,13 +15,27 @@ from master_thesis.worlds.drawn.materials import CONCRETE, LINOLEUM, PLASTER, ST
 from master_thesis.worlds.steel import Opening, Range, box, closed_box, transverse_plate
 from master_thesis.worlds.writer import Part, Prop, write_world
 
-DOOR_M, DOOR_HEIGHT_M = (1.2, 1.8), (1.8, 2.3)
-ROOMS, ROOM_M, BREADTH_M, HEIGHT_M = (2, 3), (3.5, 6.0), (4.0, 8.0), (3.0, 5.0)
+DOOR_HEIGHT_M = 1.8, 2.3
 BOXES, BOX_M, BOX_HEIGHT_M = (0, 3), (0.4, 1.4), (0.4, 2.2)
 STEP_M, BEAM_M = (0.2, 0.6), (0.15, 0.3)
 FREE_M = 1.2
 """No box is nearer to the start, or to a wall across the row."""
 WALL_M = 0.15
+
+
+@dataclass(frozen=True)
+class RoomSizes:
+    """Least and greatest number of rooms, and their sizes, m. length_m: of each, along the row."""
+
+    rooms: tuple[int, int] = (2, 3)
+    length_m: Range = (3.5, 6.0)
+    breadth_m: Range = (4.0, 8.0)
+    height_m: Range = (3.0, 5.0)
+    door_m: Range = (1.2, 1.8)
+
+
+SMALL = RoomSizes((2, 2), (3.5, 4.5), (3.5, 5.0), (2.8, 3.2), (1.6, 1.8))
+"""Explored within half a minute, on a map of 0.2 m."""
 
 
 @dataclass(frozen=True)
@@ -33,10 +47,11 @@ class Rooms:
     high_m: tuple[float, float, float]
 
 
-def rooms_world(rng: np.random.Generator) -> Rooms:
+def rooms_world(rng: np.random.Generator, sizes: RoomSizes | None = None) -> Rooms:
     """Draw rooms in a row: one door to the next, boxes, a beam, and floors of different heights."""
-    lengths_m = rng.uniform(*ROOM_M, size=rng.integers(*ROOMS, endpoint=True))
-    breadth_m, height_m = rng.uniform(*BREADTH_M), rng.uniform(*HEIGHT_M)
+    sizes = sizes or RoomSizes()
+    lengths_m = rng.uniform(*sizes.length_m, size=rng.integers(*sizes.rooms, endpoint=True))
+    breadth_m, height_m = rng.uniform(*sizes.breadth_m), rng.uniform(*sizes.height_m)
     length_m = float(lengths_m.sum())
     edges_m = np.concatenate(([0.0], np.cumsum(lengths_m))) - length_m / 2
     shell = closed_box((length_m, breadth_m, height_m), WALL_M, PLASTER)
@@ -46,16 +61,22 @@ def rooms_world(rng: np.random.Generator) -> Rooms:
         if floor_m:
             parts.append(box(f"step_{number}", (low, high), _half(breadth_m), (0.0, floor_m), CONCRETE))
         if number:
-            parts += _wall(rng, number, low, breadth_m, height_m, floor_m)
+            parts += _wall(rng, number, low, (breadth_m, height_m), floor_m, sizes.door_m)
         parts += _furniture(rng, number, (low, high), breadth_m, (floor_m, height_m))
     return _world("rooms", shell, parts, (length_m, breadth_m, height_m), edges_m[0] + lengths_m[0] / 2)
 
 
 def _wall(
-    rng: np.random.Generator, number: int, x: float, breadth_m: float, height_m: float, floor_m: float
+    rng: np.random.Generator,
+    number: int,
+    x: float,
+    size_m: tuple[float, float],
+    floor_m: float,
+    door_bounds_m: Range,
 ) -> tuple[Part, ...]:
-    """Return a wall with a door that reaches from the higher floor."""
-    door_m, half = float(rng.uniform(*DOOR_M)), breadth_m / 2
+    """Return a wall with a door that reaches from the higher floor. size_m: breadth and height."""
+    breadth_m, height_m = size_m
+    door_m, half = float(rng.uniform(*door_bounds_m)), breadth_m / 2
     begin = float(rng.uniform(0.1 - half, half - door_m - 0.1))
     top = min(floor_m + float(rng.uniform(*DOOR_HEIGHT_M)), height_m - 0.1)
     opening = Opening((begin, begin + door_m), (floor_m, top))

@@ -1,4 +1,4 @@
-"""The places that `bench explore` explores: worlds, and what the UAV is told to be there."""
+"""Places to explore without ROS: worlds, and what the UAV is told to be there, as explore.launch has it."""
 
 from __future__ import annotations
 
@@ -7,17 +7,22 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.gnss_rows.climb_places import START_XYZ_M, TANK_CEPA, TANK_RADIUS_M, TANK_START_M, WORLDS
 from cepa import CepaParameters
 from gridslam.volume import VolumeParameters
+from inspection_tools import PositionControllerParameters
 from inspection_tools.exploration import ExplorerParameters
 from inspection_tools.planning import PlannerParameters
-from master_thesis.flight.parameters import CEPA
+from master_thesis.flight.course import PhaseLimits
+from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
 from master_thesis.worlds.ballast_tank import THICK_M, BallastTankParameters
-from master_thesis.worlds.drawn.rooms import TRAPS, Rooms, rooms_world, trap_world
+from master_thesis.worlds.drawn.rooms import SMALL, TRAPS, Rooms, rooms_world, trap_world
+from simulation_tools.geometry import Pose
+from simulation_tools.simulation import SimulationParameters
 
-HOLD, ROOMS, TANK = "hold_3d", "rooms", "ballast_tank"
+WORLDS = Path(__file__).resolve().parents[3] / "worlds"
+HOLD, ROOMS, SMALL_ROOMS, TANK = "hold_3d", "rooms", "small_rooms", "ballast_tank"
 ROWS = (HOLD, TANK, ROOMS, *TRAPS)
+HOLD_START_M, TANK_START_M = (-9.0, 5.0, 0.0), (0.0, 0.375, 0.0)
 SPEED_M_S = 1.5
 PLANNER = PlannerParameters(radius=0.35, margin=0.15)
 EXPLORER = ExplorerParameters(
@@ -38,6 +43,9 @@ class Uav:
     cepa: CepaParameters = CEPA
 
 
+TANK_RADIUS_M = 0.2
+TANK_CEPA = replace(CEPA, body_radius=TANK_RADIUS_M, r_lb=0.22, r_ub=0.4, emergency_lookahead=0.4)
+"""As exploring.launch has it for this radius."""
 TANK_UAV = Uav("small_quad", "near_puck", "improved", TANK_CEPA)
 TANK_PLANNER = PlannerParameters(radius=TANK_RADIUS_M, margin=0.0, closed_radius=0.5)
 TANK_ARRIVED_M = 0.15
@@ -70,6 +78,28 @@ class Place:
         path.write_text(self.world)
         return path
 
+    def loop_parameters(self, world: Path, seed: int, longest_s: float) -> ClosedLoopParameters:
+        """Return the parameters of a flight without GNSS. longest_s: after it the UAV lands where it is."""
+        simulation = SimulationParameters(
+            str(world),
+            model=self.uav.model,
+            lidar=self.uav.lidar,
+            sensors=("range_finder", "range_finder_up"),
+            gnss=False,
+            seed=seed,
+            spawn_pose=Pose(self.start_m),
+        )
+        return ClosedLoopParameters(
+            simulation,
+            goal_xyz_m=None,
+            algorithm=self.uav.algorithm,
+            cepa=self.uav.cepa,
+            range_finders=True,
+            pose_source="odometry",
+            limits=PhaseLimits(flight_timeout_s=longest_s),
+            position_controller=PositionControllerParameters(max_speed=self.explorer.speed),
+        )
+
 
 def place_of(row: str, seed: int) -> Place:
     """Return the place of a row, of `ROWS`; but for the hold it is drawn by the seed."""
@@ -78,7 +108,7 @@ def place_of(row: str, seed: int) -> Place:
         box_m = (-15.3, -10.3, -0.3), (15.3, 10.3, 11.4)
         return Place(
             WORLDS / "hold_3d.world",
-            START_XYZ_M,
+            HOLD_START_M,
             box_m,
             VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=0.46),
         )
@@ -86,9 +116,15 @@ def place_of(row: str, seed: int) -> Place:
     if row == TANK:
         return _ballast_tank(fine)
     rng = np.random.default_rng(seed)
-    drawn: Rooms = rooms_world(rng) if row == ROOMS else trap_world(rng, row)
+    drawn = _drawn(row, rng)
     start_m = (0.0, 0.0, 0.0)
     return Place(drawn.sdf, start_m, (drawn.low_m, drawn.high_m), fine, SMALL_PLANNER, SMALL_EXPLORER)
+
+
+def _drawn(row: str, rng: np.random.Generator) -> Rooms:
+    if row in (ROOMS, SMALL_ROOMS):
+        return rooms_world(rng, SMALL if row == SMALL_ROOMS else None)
+    return trap_world(rng, row)
 
 
 def _ballast_tank(volume: VolumeParameters) -> Place:

@@ -1,0 +1,61 @@
+"""Explores a place once without ROS, and judges the map by the world's own surfaces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from gridslam.evaluation.volume.lidars import VIEWS
+from gridslam.volume.voxel_map import VoxelMap
+from inspection_tools.exploration import ExplorationParameters, Explored
+from master_thesis.exploring.flight import ExploringFlight
+from master_thesis.exploring.judge import Judged, judge_map
+from master_thesis.exploring.places import Place
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.course import Outcome, Phase
+
+HOME_M, HOVER_M = 1.0, 1.5
+
+
+@dataclass(frozen=True)
+class JudgedFlight:
+    """A flight, and what its map is worth.
+
+    began_s: when the exploration began. path_m: (n, 3) of the UAV, true. is_home: it stands at its start.
+    """
+
+    told: Explored
+    outcome: Outcome
+    began_s: float
+    path_m: np.ndarray
+    is_home: bool
+    judged: Judged
+    voxels: VoxelMap
+
+    @property
+    def home_s(self) -> float:
+        """Time from the begin until it was home; NaN: it was not."""
+        return self.outcome.times_s.get(Phase.HOVERING, math.nan) - self.began_s
+
+    @property
+    def known(self) -> np.ndarray:
+        """Rows (n, 2): time from the begin, s, and the volume that was known, m3."""
+        return np.array(self.told.known_m3).reshape(-1, 2) - (self.began_s, 0.0)
+
+
+def fly_and_judge(place: Place, world: Path, seed: int, time_s: float, longest_s: float) -> JudgedFlight:
+    """Explore. world: the place's file. time_s: then the UAV flies home. longest_s: then it lands."""
+    with ClosedLoop(place.loop_parameters(world, seed, longest_s)) as loop:
+        asked = ExplorationParameters(time_max=time_s, arrived=place.arrived_m, steep=True)
+        flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, asked)
+        told = flight.run()
+        outcome, path_m = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")
+    rng, hover_m = np.random.default_rng(seed), np.array((*place.start_m[:2], HOVER_M))
+    view = replace(VIEWS["puck"], range_max_m=place.volume.max_range_m)
+    judged = judge_map(flight.volume.shown, world, place.box_m, hover_m, place.clearance_m, view, rng)
+    is_home = outcome.landed and math.dist(path_m[-1, :2], place.start_m[:2]) < HOME_M
+    began_s = outcome.times_s[Phase.FLYING]
+    return JudgedFlight(told, outcome, began_s, path_m, is_home, judged, flight.volume.corrected.voxels)

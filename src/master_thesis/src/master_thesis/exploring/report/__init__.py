@@ -1,0 +1,1 @@
+"""The exploration on the page of the report."""
