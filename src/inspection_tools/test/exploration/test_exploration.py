@@ -4,11 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from voxel_room import SIDE_M, Flight, beams, room
 
+from inspection_tools.energy import EnergyWatch
 from inspection_tools.exploration import End, Exploration, ExplorationParameters, Explorer, ExplorerParameters
 from inspection_tools.exploration.leftovers import Why
-from inspection_tools.exploration.way import Way
+from inspection_tools.exploration.way import Way, in_steps
 from inspection_tools.planning import FREE, UNKNOWN, PathPlanner, PlannerParameters, parse_limits
 
 HOVER_M = np.array((1.0, 2.0, 3.0))
@@ -218,6 +221,62 @@ def test_on_the_way_home_what_is_closed_is_tried_again_when_there_is_no_other_wa
     exploration.look(4.0, flight.place_m)
     np.testing.assert_allclose(exploration.rest_m[-1], (1.3, 1.3, 1.2))
     assert len(exploration.rest_m) > 1
+
+
+def coming_home(energy=None):
+    """An exploration that was aborted 2 m from home, with a UAV that CEPA lets go nowhere."""
+    exploration = Exploration(open_box(), Explorer(), ExplorationParameters(first_sink=0.0), energy)
+    exploration.begin(0.0, HOVER_M)
+    exploration.abort("enough")
+    return exploration, HOVER_M + np.array((2.0, 0.0, 0.0))
+
+
+def test_on_the_way_home_each_way_gets_its_time_before_it_is_closed(monkeypatch):
+    closed_s = []
+    monkeypatch.setattr(PathPlanner, "close", lambda _, place_m, stamp_s: closed_s.append(stamp_s))
+    exploration, here_m = coming_home()
+    for stamp_s in np.arange(0.0, 40.0, 0.5).tolist():
+        if exploration.follow(stamp_s, here_m):
+            exploration.look(stamp_s, here_m)
+    assert 4 <= len(closed_s) <= 6
+    assert np.diff(closed_s).min() > 6.0  # the patience
+
+
+def test_a_uav_that_comes_no_nearer_goes_on_by_short_steps_before_the_way_is_closed():
+    exploration, here_m = coming_home()
+    steps_m = {}
+    for stamp_s in np.arange(0.0, 5.0, 0.5).tolist():
+        if exploration.follow(stamp_s, here_m):
+            exploration.look(stamp_s, here_m)
+        steps_m[stamp_s] = longest_step_m(here_m, exploration.rest_m)
+    assert steps_m[1.0] == pytest.approx(2.0)
+    assert steps_m[4.5] < 0.61
+    np.testing.assert_allclose(exploration.rest_m[-1], HOVER_M)
+
+
+def test_for_want_of_energy_it_flies_home_as_slowly_as_the_energy_was_reckoned_for():
+    energy = EnergyWatch()
+    exploration, here_m = coming_home(energy)
+    exploration.told.end = None
+    energy.offer(0.5, 0.13)
+    exploration.look(1.0, here_m)
+    assert exploration.told.end is End.BATTERY
+    assert longest_step_m(here_m, exploration.rest_m) < 0.61
+
+
+def longest_step_m(here_m, rest_m):
+    return max(math.dist(a, b) for a, b in zip((here_m, *rest_m), rest_m))
+
+
+@given(st.lists(st.tuples(*[st.integers(-9, 9)] * 3), min_size=1, max_size=6), st.floats(0.2, 9.0))
+def test_a_way_in_steps_leads_through_its_places_on_its_legs(places, step_m):
+    places_m = [np.array(place, float) for place in places]
+    stepped = in_steps(places_m, step_m)
+    np.testing.assert_array_equal(stepped[0], places_m[0])
+    np.testing.assert_array_equal(stepped[-1], places_m[-1])
+    assert all(math.dist(a, b) <= step_m + 1e-9 for a, b in zip(stepped, stepped[1:]))
+    length_m, stepped_m = (sum(math.dist(a, b) for a, b in zip(way, way[1:])) for way in (places_m, stepped))
+    assert stepped_m == pytest.approx(length_m)
 
 
 def test_a_uav_that_is_kept_off_its_home_lands_beside_it():

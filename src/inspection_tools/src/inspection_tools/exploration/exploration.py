@@ -19,7 +19,7 @@ from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.parameters import ExplorationParameters
 from inspection_tools.exploration.steep import SteepSteps
 from inspection_tools.exploration.told import End, Explored
-from inspection_tools.exploration.way import Progress, Stay, Way
+from inspection_tools.exploration.way import Progress, Stay, Way, in_steps
 from inspection_tools.planning import PathPlanner
 
 BACK_S = 15.0
@@ -28,6 +28,9 @@ BEEN_M = 0.05
 """Between the places where the UAV was, around which its own radius is free."""
 TRIES = 3
 """A way that CEPA refused so often is left, when nothing else is to be seen."""
+SLOW_SHARE, SLOW_S, STEP_M = 0.4, 10.0, 0.6
+"""After this share of the patience, a UAV that comes no nearer flies by short steps, for so long: CEPA lets
+it pass a narrow place slowly that it keeps a fast one out of."""
 FIRST_WAY_S = 10.0
 """CEPA may hold the UAV above the first place. After this time it explores from where it is."""
 
@@ -66,7 +69,9 @@ class Exploration:
         self._hovers_s: float | None = None
         """Since when it has been at the end of its way; None: it is on the way."""
         self._lock = threading.Lock()  # of the way and of the pause
-        self._is_paused = False
+        self._is_paused = self._is_held_off = False
+        """By `pause`; by CEPA, at this look."""
+        self._slow_until_s = -math.inf
         self.is_home = self.must_land = False
         self._shut_in_s: float | None = None
         """Since when; None: it is not."""
@@ -88,7 +93,7 @@ class Exploration:
     def restart_clock(self, stamp_s: float) -> None:
         """Go on after the clock jumped back: what was timed begins anew, what is known stays."""
         self._began_s, self._look_s = stamp_s, -math.inf
-        self._shut_in_s = None
+        self._shut_in_s, self._slow_until_s = None, -math.inf
         self._progress, self._stay, self._hovers_s = Progress(), Stay(), None
         self._back.restart_clock(stamp_s)
 
@@ -169,6 +174,7 @@ class Exploration:
             self._planner.take_as_free(place_m, self._planner.parameters.radius)
             self._steep.note(place_m)
         self._mind_the_energy(stamp_s, here_m)
+        self._is_held_off = self._progress.is_held_off(stamp_s, self._p.patience)
         if not self._planner.has_map:
             self._wait_for_map(stamp_s, here_m)
             return
@@ -227,10 +233,14 @@ class Exploration:
         if not self.told.views and self.told.end is None:  # on the first way down, which no beam has seen
             is_young = stamp_s < self._began_s + FIRST_WAY_S
             return is_young and math.dist(here_m, rest_m[-1]) > self._p.arrived
-        if self._progress.is_held_off(stamp_s, self._p.patience):
+        if self._is_held_off:
             self._planner.close(rest_m[0], stamp_s)  # CEPA does not let it go there
             self._explorer.give_up_goal()
+            self._progress = Progress()  # another way gets its time, too
             return False
+        if self._progress.is_held_off(stamp_s, SLOW_SHARE * self._p.patience) and not self._is_slow(stamp_s):
+            self._slow_until_s = stamp_s + SLOW_S
+            self._set_out(Way(in_steps([here_m, *rest_m], STEP_M)[1:]))
         is_decided = self.told.end is not None or self._p.sweep > 0.0 or len(rest_m) > 1
         return is_decided and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)
 
@@ -297,9 +307,8 @@ class Exploration:
         return stamp_s < self._shut_in_s + BACK_S
 
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
-        is_held_off = self._progress.is_held_off(stamp_s, self._p.patience)
         self._stay.note(stamp_s, here_m)
-        if math.dist(here_m, self.home_m) < (5 if is_held_off else 2) * self._p.arrived:
+        if math.dist(here_m, self.home_m) < (5 if self._is_held_off else 2) * self._p.arrived:
             self.is_home = True
         elif self._stay.lasts(stamp_s, self._p.stranded) and not self.must_land:
             self.must_land = True
@@ -313,10 +322,15 @@ class Exploration:
     def _plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float) -> bool:
         """Set out for a goal; return whether there is a way."""
         try:
-            self._set_out(Way(list(self._planner.plan(here_m, goal_m, stamp_s).points_m[1:])))
+            places_m = list(self._planner.plan(here_m, goal_m, stamp_s).points_m)
         except NoPathError:
             return False
+        self._set_out(Way((in_steps(places_m, STEP_M) if self._is_slow(stamp_s) else places_m)[1:]))
         return True
+
+    def _is_slow(self, stamp_s: float) -> bool:
+        """Whether it flies in short steps: the nearer the next place is, the slower. Also home for energy."""
+        return stamp_s < self._slow_until_s or self.told.end is End.BATTERY
 
     def _why_no_way(self, stamp_s: float, here_m: np.ndarray) -> str:
         """Return the planner's sentence; empty: there is a way home on the map."""
