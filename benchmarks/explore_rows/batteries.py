@@ -14,7 +14,7 @@ from typing import Sequence
 
 import numpy as np
 
-from inspection_tools.energy import EnergyWatch
+from inspection_tools.energy import EnergyParameters, EnergyWatch
 from inspection_tools.exploration import ExplorationParameters
 from master_thesis.exploring.drift import Drift
 from master_thesis.exploring.flight import ExploringFlight
@@ -25,8 +25,10 @@ from simulation_tools.vehicle.energy.battery import COLDEST_C, WARM_C, BatterySt
 
 ROW = "batteries"
 PLACES = (SMALL_ROOMS, "cells", "u_shape", "snake")
-CHARGE = 0.17, 0.22
-"""At the start. The take-off takes some 2 %, 12 % are the reserve, and 10 s take 1.5 to 2.5 %."""
+CHARGE = 0.20, 0.25
+"""At the start. The take-off takes some 2 %, 15 % are the reserve, and 10 s take 1.5 to 2.5 %."""
+ENERGY = EnergyParameters(reserve=0.15)
+"""As explorer.launch has it."""
 SWAPS_EACH = 4
 """Every so many missions get a full battery and go on."""
 WIND_M_S = 0.0, 3.0
@@ -57,7 +59,7 @@ def fly(seed: int) -> dict:
         )
         with ClosedLoop(given) as loop:
             flight = ExploringFlight(
-                loop, place.planner, place.explorer, place.volume, asked, EnergyWatch(), swaps, drift
+                loop, place.planner, place.explorer, place.volume, asked, EnergyWatch(ENERGY), swaps, drift
             )
             flight.run()
             outcome = loop.outcome
