@@ -11,6 +11,7 @@ from voxel_room import SIDE_M, Flight, beams, room
 from inspection_tools.energy import EnergyWatch
 from inspection_tools.exploration import End, Exploration, ExplorationParameters, Explorer, ExplorerParameters
 from inspection_tools.exploration.leftovers import Why
+from inspection_tools.exploration.steep import SteepSteps
 from inspection_tools.exploration.way import Way, in_steps
 from inspection_tools.planning import FREE, UNKNOWN, PathPlanner, PlannerParameters, parse_limits
 
@@ -289,3 +290,19 @@ def test_a_uav_that_is_kept_off_its_home_lands_beside_it():
         if exploration.follow(float(stamp_s), beside_m):
             exploration.look(float(stamp_s), beside_m)
     assert exploration.is_home
+
+
+@pytest.mark.parametrize(("free_step", "goes_on", "tried"), [(0, True, 1), (9, True, 3), (None, False, 0)])
+def test_steep_steps_without_a_way_are_tried_at_the_same_look(free_step, goes_on, tried):
+    # Given steps up from five places, of which one at most has a way
+    x = np.arange(5) if free_step is not None else np.zeros(0)
+    steps_m = np.stack([np.stack((1.0 + x, 2.0 + 0 * x, z + 0 * x), -1) for z in (3.0, 3.2, 3.4)], 1)
+    steep = SteepSteps(open_box(), lambda space, here_m: steps_m, 0.4)
+    asked = []
+
+    def set_out(end_m):
+        asked.append(round(end_m[0] - 1.0))
+        return asked[-1] == free_step
+
+    assert steep.take(0.0, HOVER_M, set_out) is goes_on
+    assert len(asked) == tried

@@ -60,6 +60,19 @@ def test_in_three_dimensions_it_goes_over_the_wall():
     assert plan.points_m[:, 2].max() == pytest.approx(7.5)  # 6.5 is beside the wall's upper face
 
 
+def test_a_leg_that_sinks_behind_a_wall_is_not_clear_for_a_uav_that_sinks_before_it():
+    kinds = block(12, 9, 17)
+    kinds[:6, :, 8] = 2
+    low, high = np.array((3.5, 4.5, 5.5)), np.array((13.5, 4.5, 10.5))
+    space = planner_on(kinds, SLIM).space(0.0, low)
+    assert space.is_clear(low, high)
+    assert space.is_clear_whatever_climb(low, high)  # above first
+    before, behind = np.array((3.5, 4.5, 10.5)), np.array((13.5, 4.5, 5.5))
+    assert space.is_clear(before, behind)
+    assert not space.is_clear_whatever_climb(before, behind)
+    assert not space.is_clear(low, np.array((99.0, 4.5, 5.5)))  # beyond the map
+
+
 def test_comfort_keeps_away_from_a_wall():
     kinds = block(11, 11, 30)
     straight = planner_on(kinds, SLIM).plan((2.5, 2.5, 5.5), (27.5, 2.5, 5.5))

@@ -266,7 +266,9 @@ class Exploration:
         if not decision.is_shut_in:
             self._shut_in_s = None
         if decision.goal_m is None:
-            if self._takes_steep_step(stamp_s, here_m):
+            if self._p.steep and self._steep.take(
+                stamp_s, here_m, lambda end_m: self._plan(here_m, end_m, stamp_s)
+            ):
                 return
             if self._planner.reopen(stamp_s, TRIES - 1):
                 self._set_out(Way([here_m]))  # what CEPA has refused may hide behind it what is unknown
@@ -277,15 +279,6 @@ class Exploration:
         if not self._plan(here_m, goal_m, stamp_s):
             self._planner.close(goal_m, stamp_s)
             self._set_out(Way([here_m]))
-
-    def _takes_steep_step(self, stamp_s: float, here_m: np.ndarray) -> bool:
-        """Set out straight up or down where the lidar does not look; CEPA flies it if range finders do."""
-        end_m = self._steep.begin(stamp_s, here_m) if self._p.steep else None
-        if end_m is None:
-            return False
-        if not self._plan(here_m, end_m, stamp_s):
-            self._set_out(Way([here_m]))
-        return True
 
     def _end_without_goal(self, stamp_s: float, here_m: np.ndarray, decision: Decision) -> None:
         if decision.is_shut_in:
@@ -325,7 +318,11 @@ class Exploration:
             places_m = list(self._planner.plan(here_m, goal_m, stamp_s).points_m)
         except NoPathError:
             return False
-        self._set_out(Way((in_steps(places_m, STEP_M) if self._is_slow(stamp_s) else places_m)[1:]))
+        if self._is_slow(stamp_s):
+            self._set_out(Way(in_steps(places_m, STEP_M)[1:]))
+            return True
+        space = self._planner.space(stamp_s, here_m)
+        self._set_out(Way(places_m[1:], space.is_clear_whatever_climb, self._p.ahead))
         return True
 
     def _is_slow(self, stamp_s: float) -> bool:

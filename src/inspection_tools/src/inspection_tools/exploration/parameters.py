@@ -79,6 +79,8 @@ class ExplorationParameters:
         sweep: A lidar that nods where the UAV hovers needs so long to see all around, s. Then the UAV decides
             only after it has hovered so long. 0: the lidar sees all the time.
         arrived: The UAV has arrived if it is nearer than this, m.
+        ahead: The UAV aims at places on its way that are so far ahead, if a straight line there is clear, m.
+            Below the way in which the position controller brakes, it flies slower.
         patience: A place that the UAV comes no nearer to for so long is closed for a while, and its view is
             given up, s. CEPA may keep the UAV off.
         stranded: On its way home, a UAV that stays where it is for so long must land there, s.
@@ -100,6 +102,7 @@ class ExplorationParameters:
     rest: float = 0.3
     sweep: float = 0.0
     arrived: float = 0.3
+    ahead: float = 1.5
     patience: float = 6.0
     stranded: float = 60.0
     track_spacing: float = 0.5
@@ -116,6 +119,7 @@ class ExplorationParameters:
         check_number("rest", self.rest, 0.0, 60.0)
         check_number("sweep", self.sweep, 0.0, 60.0)
         check_number("arrived", self.arrived, 0.05, 5.0)
+        check_number("ahead", self.ahead, 0.0, 20.0)
         check_number("patience", self.patience, 1.0, 600.0)
         check_number("stranded", self.stranded, 1.0, 600.0)
         check_number("track_spacing", self.track_spacing, 0.1, 10.0)

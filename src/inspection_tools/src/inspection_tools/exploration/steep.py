@@ -20,6 +20,8 @@ STEP_M = 0.4
 """The UAV goes so far into it, and looks again."""
 TRIES = 2
 """A step is tried so often to about the same place."""
+STEPS = 3
+"""So many steps to which there is no way are tried at one look: more would take too long."""
 WIDTH_WORTH = 5.0
 """A metre of width is worth so many metres of way."""
 
@@ -51,6 +53,21 @@ class SteepSteps:
         """End the step: its places where the UAV was not count as unknown again."""
         self._planner.settle(self._is_flown.tolist())
         self._step_m, self._is_flown = np.zeros((0, 3)), np.zeros(0, bool)
+
+    def take(self, stamp_s: float, here_m: np.ndarray, set_out: Callable[[np.ndarray], bool]) -> bool:
+        """Let the UAV set out for a step. Return whether it did, or more are to be tried at the next look.
+
+        Straight up or down the lidar does not look; CEPA flies there if range finders do.
+        set_out: for an end (x, y, z); returns whether there is a way.
+        """
+        for _ in range(STEPS):
+            end_m = self.begin(stamp_s, here_m)
+            if end_m is None:
+                return False
+            if set_out(end_m):
+                return True
+            self.settle()
+        return True
 
     def begin(self, stamp_s: float, here_m: np.ndarray) -> np.ndarray | None:
         """Open the best step that was not tried often; return its end (x, y, z). None: there is none."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 
@@ -13,6 +13,9 @@ STAYS_M = 1.0
 """A UAV stays where it is while it is no farther from there."""
 SAME_M = 0.3
 """Ways whose ends are nearer than this have the same goal."""
+
+AIM_M = 0.25
+"""Between the places on a way that a UAV may aim at: short beside the way on which it turns."""
 
 
 class Progress:
@@ -57,32 +60,60 @@ class Stay:
 class Way:
     """A way that one thread follows. Another one may replace it at any time, but does not change it.
 
+    The UAV aims at a place on the way, as far ahead as a straight line there is clear. So it slows down only
+    at corners that it cannot cut, and at the end.
+
     Args:
         places_m: (x, y, z) each, without the place where the UAV is.
+        is_clear: tells whether the UAV may fly straight from one place to another.
+        ahead_m: it aims at places that are not farther than this. 0: at each of the places in turn.
     """
 
-    def __init__(self, places_m: Sequence[np.ndarray] = ()) -> None:
-        self._places_m, self._reached = tuple(places_m), 0
+    def __init__(
+        self,
+        places_m: Sequence[np.ndarray] = (),
+        is_clear: Callable[[np.ndarray, np.ndarray], bool] | None = None,
+        ahead_m: float = 0.0,
+    ) -> None:
+        self._is_clear, self._ahead_m = is_clear, ahead_m
+        self._aims_m, self._corners = _divided(places_m, AIM_M if ahead_m > 0.0 else math.inf)
+        self._aim, self._has_arrived = 0, not self._aims_m
 
     def follow(self, here_m: np.ndarray, arrived_m: float) -> None:
-        """Go on to the next place if the UAV (x, y, z) is nearer than this to the present one."""
-        if self.is_left and math.dist(here_m, self._places_m[self._reached]) < arrived_m:
-            self._reached += 1
+        """Aim farther ahead if the UAV (x, y, z) can, or is nearer than this to the present aim."""
+        if self._has_arrived:
+            return
+        farthest = self._aim
+        while self._is_within(farthest + 1, here_m, self._ahead_m):
+            farthest += 1
+        for aim in range(farthest, self._aim, -1):
+            if self._is_clear is not None and self._is_clear(here_m, self._aims_m[aim]):
+                self._aim = aim
+                return
+        if self._is_within(self._aim, here_m, arrived_m):
+            self._has_arrived = self._aim + 1 == len(self._aims_m)
+            self._aim += not self._has_arrived
+
+    def _is_within(self, aim: int, here_m: np.ndarray, reach_m: float) -> bool:
+        return aim < len(self._aims_m) and math.dist(here_m, self._aims_m[aim]) < reach_m
 
     @property
     def is_left(self) -> bool:
         """Whether the UAV has not arrived at the end."""
-        return self._reached < len(self._places_m)
+        return not self._has_arrived
 
     @property
     def rest_m(self) -> list[np.ndarray]:
-        """The places to come."""
-        return list(self._places_m[self._reached :])
+        """The places to come, from the one to fly to now."""
+        aim, corners = self._aim, self._corners
+        if self._has_arrived:
+            return []
+        return [self._aims_m[aim], *(self._aims_m[corner] for corner in corners if corner > aim)]
 
     @property
     def setpoint_m(self) -> np.ndarray | None:
         """The place to fly to now, in the end the last one; None: the way has none."""
-        return self._places_m[min(self._reached, len(self._places_m) - 1)] if self._places_m else None
+        return self._aims_m[self._aim] if self._aims_m else None
 
 
 def in_steps(places_m: Sequence[np.ndarray], step_m: float) -> list[np.ndarray]:
@@ -92,3 +123,12 @@ def in_steps(places_m: Sequence[np.ndarray], step_m: float) -> list[np.ndarray]:
         count = max(1, math.ceil(math.dist(begin_m, end_m) / step_m))
         stepped += [begin_m + share * (end_m - begin_m) for share in np.linspace(0.0, 1.0, count + 1)[1:]]
     return stepped
+
+
+def _divided(places_m: Sequence[np.ndarray], step_m: float) -> tuple[tuple[np.ndarray, ...], list[int]]:
+    """Return places and those between them, no farther apart than a step, and which are the given ones."""
+    aims_m, corners = list(places_m[:1]), [0]
+    for leg_m in zip(places_m, places_m[1:]):
+        aims_m += in_steps(leg_m, step_m)[1:]
+        corners.append(len(aims_m) - 1)
+    return tuple(aims_m), corners

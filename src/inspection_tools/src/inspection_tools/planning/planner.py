@@ -14,7 +14,7 @@ from inspection_tools.planning.clearance import ClearanceMap
 from inspection_tools.planning.closures import Closure, Closures
 from inspection_tools.planning.kernels.distances import REACH_MAX
 from inspection_tools.planning.kernels.neighbours import STEPS
-from inspection_tools.planning.kernels.pulling import leg_cost, pull
+from inspection_tools.planning.kernels.pulling import pull
 from inspection_tools.planning.kernels.search import DONE, START, UNREACHED, search
 from inspection_tools.planning.limits import Limits
 from inspection_tools.planning.parameters import PlannerParameters
@@ -167,11 +167,7 @@ class PathPlanner:
     def is_clear(self, points_m: np.ndarray, stamp_s: float = 0.0) -> bool:
         """Return whether a path's legs (n, 3), begun at the UAV, still keep what `plan` promises."""
         space = self.space(stamp_s, points_m[0])
-        if any(space.grid.index_of(place_m) is None for place_m in points_m):
-            return False
-        inner = [space.inner(place_m) for place_m in points_m]
-        legs = zip(inner, inner[1:])
-        return all(math.isfinite(leg_cost(space.squares, space.need, space.factors, *leg)) for leg in legs)
+        return all(space.is_clear(*leg) for leg in zip(points_m, points_m[1:]))
 
     def _clearances_on(self, grid: VoxelGrid) -> ClearanceMap:
         reach_m = self._parameters.clearance_m + self._parameters.comfort

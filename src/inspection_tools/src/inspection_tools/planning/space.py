@@ -9,6 +9,7 @@ from typing import Sequence
 import numpy as np
 
 from inspection_tools.planning.closures import Closure
+from inspection_tools.planning.kernels.pulling import leg_cost
 from inspection_tools.planning.limits import Limits
 from inspection_tools.planning.parameters import PlannerParameters
 from inspection_tools.planning.voxel_grid import VoxelGrid
@@ -25,6 +26,7 @@ class Space:
         grid: the map. limits: as given. closed: what is closed.
         squares: (d, h, w) squared clearances, voxels; 0: blocked, closed, or centred above the ceiling.
         need: squared clearance that a path keeps. factors: (k,) cost of a length, by squared clearance.
+        corner: (3,) x, y, z of the squares' first voxel. The grid's own may change when it grows.
     """
 
     grid: VoxelGrid
@@ -33,6 +35,7 @@ class Space:
     squares: np.ndarray
     need: int
     factors: np.ndarray
+    corner: np.ndarray
 
     @classmethod
     def of(
@@ -54,7 +57,8 @@ class Space:
         for closure in closed:
             _close(squares, grid, closure)
         need = max(math.ceil((parameters.clearance_m / grid.resolution_m) ** 2 - 1e-9), LEAST_NEED)
-        return cls(grid, limits, closed, squares, need, _factors(parameters, grid.resolution_m))
+        factors = _factors(parameters, grid.resolution_m)
+        return cls(grid, limits, closed, squares, need, factors, grid.corner)
 
     @property
     def clearance_m(self) -> float:
@@ -63,11 +67,27 @@ class Space:
 
     def inner(self, place_m: np.ndarray) -> np.ndarray:
         """Return a place (x, y, z) as z, y, x in voxels from the grid's corner."""
-        return (np.asarray(place_m) / self.grid.resolution_m - self.grid.corner)[::-1].copy()
+        return (np.asarray(place_m) / self.grid.resolution_m - self.corner)[::-1].copy()
 
     def outer(self, points: np.ndarray) -> np.ndarray:
         """Return points (n, 3), z, y, x in voxels, as x, y, z in the map's frame, m."""
-        return (points[:, ::-1] + self.grid.corner) * self.grid.resolution_m
+        return (points[:, ::-1] + self.corner) * self.grid.resolution_m
+
+    def is_clear(self, begin_m: np.ndarray, end_m: np.ndarray) -> bool:
+        """Return whether a straight leg between two places (x, y, z) keeps what a plan promises."""
+        legs = np.array([self.inner(begin_m), self.inner(end_m)])
+        if (legs < 0.0).any() or (legs >= self.squares.shape).any():
+            return False
+        return math.isfinite(leg_cost(self.squares, self.need, self.factors, legs[0], legs[1]))
+
+    def is_clear_whatever_climb(self, begin_m: np.ndarray, end_m: np.ndarray) -> bool:
+        """Return whether a leg is clear, also for a UAV that is early at its end's height.
+
+        Up and down it flies on when CEPA slows it down on the level.
+        """
+        above_m = np.array((begin_m[0], begin_m[1], end_m[2]))
+        legs = (begin_m, end_m), (begin_m, above_m), (above_m, end_m)
+        return all(self.is_clear(*leg) for leg in legs)
 
 
 def _factors(parameters: PlannerParameters, resolution_m: float) -> np.ndarray:

@@ -1,0 +1,78 @@
+"""The way of an exploring UAV: at which place it aims."""
+
+import math
+
+import numpy as np
+import pytest
+
+from inspection_tools.exploration.way import Way
+
+CORNER_M = np.array((2.0, 0.0, 1.0))
+PLACES_M = [CORNER_M, np.array((2.0, 2.0, 1.0))]
+"""From (0, 0, 1) along x, then along y."""
+
+
+def flown(way, start_m, step_m=0.1, lag=1.0):
+    """Places of a UAV that goes straight to each aim, and how far each aim was, until it arrives."""
+    here_m, track_m, aims_m = np.array(start_m), [], []
+    for _ in range(400):
+        way.follow(here_m, 0.15)
+        if not way.is_left:
+            return np.array(track_m), aims_m
+        away_m = way.setpoint_m - here_m
+        far_m = math.hypot(*away_m)
+        aims_m.append(far_m)
+        here_m = here_m + away_m * min(1.0, step_m / far_m)
+        track_m.append(here_m)
+    raise AssertionError("it does not arrive")
+
+
+def outside_the_corner(a_m, b_m):
+    """Nothing may be nearer to the inside of the bend than the way itself: x + 0.05 < y is a wall."""
+    shares = np.linspace(0.0, 1.0, 50)[:, None]
+    points = a_m + shares * (b_m - a_m)
+    return bool(((points[:, 0] > 1.9) | (points[:, 1] < 0.1)).all())
+
+
+def test_without_sight_ahead_each_place_is_flown_to_in_turn():
+    way = Way(PLACES_M)
+    assert way.setpoint_m is CORNER_M
+    track_m, _ = flown(way, (0.0, 0.0, 1.0))
+    assert np.linalg.norm(track_m - CORNER_M, axis=1).min() < 0.15
+    np.testing.assert_allclose(way.setpoint_m, PLACES_M[-1])
+
+
+def test_in_the_open_a_corner_is_cut_and_the_aim_stays_ahead():
+    way = Way(PLACES_M, lambda a, b: True, 1.0)
+    track_m, aims_m = flown(way, (0.0, 0.0, 1.0))
+    assert np.linalg.norm(track_m - CORNER_M, axis=1).min() > 0.3
+    length_m = np.linalg.norm(np.diff(track_m, axis=0), axis=1).sum()
+    assert length_m < 3.8
+    # Only at the end the aim comes near
+    assert min(aims_m[:-12]) > 0.7
+
+
+def test_a_corner_with_something_inside_is_not_cut():
+    way = Way(PLACES_M, outside_the_corner, 1.0)
+    track_m, _ = flown(way, (0.0, 0.0, 1.0))
+    for a_m, b_m in zip(track_m, track_m[1:]):
+        assert outside_the_corner(a_m, b_m)
+    np.testing.assert_allclose(track_m[-1], PLACES_M[-1], atol=0.15)
+
+
+def test_the_rest_begins_with_the_aim_and_ends_with_the_goal():
+    way = Way(PLACES_M, lambda a, b: True, 1.0)
+    way.follow(np.array((1.5, 0.0, 1.0)), 0.15)
+    rest_m = way.rest_m
+    assert len(rest_m) == 2
+    assert rest_m[0] is way.setpoint_m
+    assert rest_m[0][1] == pytest.approx(0.75)
+    np.testing.assert_allclose(rest_m[-1], PLACES_M[-1])
+
+
+def test_an_empty_way_has_no_aim():
+    way = Way()
+    way.follow(np.zeros(3), 0.3)
+    assert not way.is_left
+    assert way.setpoint_m is None
+    assert way.rest_m == []
