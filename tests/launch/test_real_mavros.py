@@ -10,6 +10,7 @@ import pytest
 import yaml
 
 pytest.importorskip("rosgraph", reason="needs ROS")
+rospkg = pytest.importorskip("rospkg", reason="needs ROS")
 
 ROOT = Path(__file__).resolve().parents[2]
 TELEOP = ROOT / "src/master_thesis/launch/teleop.launch"
@@ -29,7 +30,7 @@ pytestmark = pytest.mark.ros
 
 @pytest.fixture
 def environment(tmp_path):
-    """Knows MAVROS, but not mavros_extras."""
+    """Knows MAVROS, but not mavros_extras, even if the real one is installed."""
     package = tmp_path / "mavros"
     (package / "launch").mkdir(parents=True)
     (package / "launch/px4.launch").write_text(PX4_LAUNCH)
@@ -37,7 +38,13 @@ def environment(tmp_path):
         '<package format="2"><name>mavros</name><version>1.21.0</version><description>x</description>'
         '<maintainer email="a@b.org">x</maintainer><license>x</license></package>'
     )
-    return {**os.environ, "ROS_PACKAGE_PATH": f"{tmp_path}:{os.environ['ROS_PACKAGE_PATH']}"}
+    here = [path for path in os.environ["ROS_PACKAGE_PATH"].split(os.pathsep) if not holds_extras(path)]
+    return {**os.environ, "ROS_PACKAGE_PATH": os.pathsep.join([str(tmp_path), *here])}
+
+
+def holds_extras(path: str) -> bool:
+    """Whether ROS would find the real mavros_extras below a path of ROS_PACKAGE_PATH."""
+    return "mavros_extras" in rospkg.list_by_path("package.xml", path, {})
 
 
 def test_clocks_that_begin_together_are_not_compared(environment):
