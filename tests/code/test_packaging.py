@@ -45,7 +45,12 @@ def test_catkin_lint_finds_no_error_and_no_warning():
         [lint, "--offline", "-W1", "--strict", ROOT / "src"], capture_output=True, text=True
     )
     assert done.returncode == 0, done.stdout + done.stderr
-    packages = list(ROOT.glob("src/**/package.xml"))
+    # The real MAVROS brings some of the packages of messages. Then the set-up leaves ours unbuilt.
+    packages = [
+        manifest
+        for manifest in ROOT.glob("src/**/package.xml")
+        if not manifest.with_name("CATKIN_IGNORE").exists()
+    ]
     assert f"checked {len(packages)} packages" in done.stderr
 
 
