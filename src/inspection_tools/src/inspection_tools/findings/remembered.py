@@ -64,6 +64,11 @@ def write_marks(photograph: Path, found: Sequence[Candidate], detector: str) -> 
         raise PhotographError(f"{path} cannot be written: {error.strerror}.") from None
 
 
+def is_searched(photograph: Path) -> bool:
+    """Return whether the candidates in a photograph are kept beside it, by us or by another detector."""
+    return any(photograph.with_suffix(suffix).exists() for suffix in (SUFFIX, MARKS))
+
+
 def marked(kind: str, pixels: np.ndarray, size_px: int) -> Candidate:
     """Return a candidate of another detector. Raises ValueError, with a sentence, if it makes no sense."""
     if not kind:

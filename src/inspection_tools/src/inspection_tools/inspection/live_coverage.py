@@ -35,7 +35,8 @@ class LiveCoverage:
         plan: that is flown; its mesh is read. photographs: only the first so many are flown; 0: all.
 
     Attributes:
-        shown: (n,) patches that a photograph has shown. planned: (n,) that those of the plan show.
+        mesh: of the surface. shown: (n,) patches that a photograph has shown. planned: (n,) that those of the
+        plan show.
 
     Raises:
         SurveyError: the mesh cannot be used.
@@ -44,7 +45,7 @@ class LiveCoverage:
     def __init__(self, plan: SurveyPlan, photographs: int = 0) -> None:
         self._camera, self._asked = plan.camera, plan.asked
         surface = read_surface(Path(plan.source), plan.asked, plan.home_m)
-        self._mesh, self.patches = surface.mesh, surface.patches
+        self.mesh, self.patches = surface.mesh, surface.patches
         self.planned = self._shown_by([Taken.of_view(v) for v in plan.views[: photographs or None]])
         self.shown = np.zeros(len(self.patches), bool)
 
@@ -53,7 +54,7 @@ class LiveCoverage:
         self.shown |= self._shown_by([_taken(record)])
 
     def _shown_by(self, taken: list[Taken]) -> np.ndarray:
-        return shown_by(taken, self._mesh, self.patches, self._camera, self._asked)
+        return shown_by(taken, self.mesh, self.patches, self._camera, self._asked)
 
     @property
     def so_far(self) -> CoverageSoFar:
