@@ -10,14 +10,15 @@ those of which half lies in a photograph at 1 mm per pixel and 60 deg. A false a
 kind.
 
 flown: the first photographs of such a plan, flown with dynamics and without GNSS by a Puck's odometry, from
-take-off to landing. No pixel is rendered and the battery does not count. Shares are of what these photographs
-would show from their own places; the judge takes the true poses.
+take-off to landing. No pixel is rendered. With --battery the UAV comes home for full batteries, else the
+battery does not count. Shares are of what these photographs would show from their own places; the judge takes
+the true poses.
 
 Keys: inspection.hold_3d.plan.{photographs, lp_ratio, tour_ratio, flights, flight_s, share, cpu_s} and
 inspection.hold_3d.{findings, second_look}.{rust, cracks, wide_cracks}.{found, shown},
 .false_{rust, cracks}_per_100_m2, .off_p95_m, .area_m2, .photographs, .cpu_s
-and inspection.hold_3d.flown.{asked, taken, left_out, shots, contacts, landed, share_of_planned, m2_per_min,
-off_m, off_deg}, medians over the flights
+and inspection.hold_3d.flown.{asked, taken, left_out, shots, contacts, landed, flights, least_charge,
+share_of_planned, m2_per_min, off_m, off_deg}, medians over the flights
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ from scipy.spatial.transform import Rotation
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
 from gridslam.volume import VolumeParameters
-from inspection_tools import PositionControllerParameters
+from inspection_tools.energy import EnergyWatch
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.placing import MeshSurface
 from inspection_tools.findings.search import find
@@ -56,7 +57,7 @@ from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.inspecting.findings_judge import JudgedFindings, disturbed, judge_findings, shows
-from master_thesis.inspecting.flight import InspectingFlight
+from master_thesis.inspecting.flight import InspectingFlight, controller_of
 from master_thesis.photographing.command import photograph, poses_of
 from master_thesis.worlds.defects import write_defects
 from simulation_tools.camera.defects import Defect, decals_of, read_defects
@@ -66,6 +67,7 @@ from simulation_tools.camera.surfaces import surfaces_of
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.simulation import SimulationParameters
+from simulation_tools.vehicle.energy.battery import BatteryStart
 
 WORLD = Path(__file__).resolve().parents[1] / "src/master_thesis/worlds/hold_3d.world"
 HOME_M = (-9.0, 5.0, 1.5)
@@ -85,6 +87,7 @@ FLIGHT_S, EACH_S = 300.0, 15.0
 PLANNER = PlannerParameters(radius=0.35, margin=0.05)
 VOLUME = VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=0.46)
 SPEED_M_S = 1.5
+SWAPS = 20
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -93,6 +96,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--rows", nargs="+", choices=ROWS, default=ROWS)
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
     parser.add_argument("--photographs", type=int, default=FLOWN, help="of a flight (default: %(default)s)")
+    parser.add_argument("--battery", action="store_true", help="the battery counts, and is swapped")
     given = parser.parse_args(arguments)
     with Results("inspection", given.results, vars(given)) as results:
         if "plan" in given.rows:
@@ -112,7 +116,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         if "flown" in given.rows:
             seeds = given.seeds or FLIGHT_SEEDS[: 1 if given.brief else None]
             most = BRIEF_FLOWN if given.brief else given.photographs
-            flights = run_crossed("inspection_flown", fly, given, seed=seeds, most=[most])
+            flights = run_crossed(
+                "inspection_flown", fly, given, seed=seeds, most=[most], battery=[given.battery]
+            )
             _add(results, "inspection.hold_3d.flown", _medians(list(flights.values())))
 
 
@@ -194,26 +200,29 @@ def look(seed: int, most: int) -> dict:
         return rows
 
 
-def fly(seed: int, most: int) -> dict:
-    """Fly the first photographs of a plan, and judge what they show."""
+def fly(seed: int, most: int, battery: bool) -> dict:
+    """Fly the first photographs of a plan, and judge what they show. battery: whether it counts."""
     surface = read_surface(WORLD, ASKED, HOME_M)
     planner = SurveyPlanner(surface.room, surface.patches, surface.ranges_m, asked=ASKED, source=str(WORLD))
     first = next(planner.improve(seed, BRIEF_SEARCH_S, bound=False)).plan
     part = _only(first, first.views[:most])
     simulation = SimulationParameters(
         str(WORLD), lidar="puck", sensors=("range_finder", "range_finder_up"), gnss=False, seed=seed,
-        spawn_pose=Pose((*HOME_M[:2], 0.0)),
+        spawn_pose=Pose((*HOME_M[:2], 0.0)), battery=BatteryStart() if battery else None,
     )  # fmt: skip
     parameters = ClosedLoopParameters(
         simulation, goal_xyz_m=None, algorithm="dynamic", range_finders=True, pose_source="odometry",
         limits=PhaseLimits(flight_timeout_s=FLIGHT_S + EACH_S * most),
-        position_controller=PositionControllerParameters(max_speed=SPEED_M_S),
+        position_controller=controller_of(SPEED_M_S),
     )  # fmt: skip
     surfaces = surfaces_of(load_world(str(WORLD)))
     renderer = Renderer(surfaces, decals_of((), surfaces), CameraOptics())
     with ClosedLoop(parameters) as loop:
         prior = PriorMap(surface.room)
-        flight = InspectingFlight(loop, part, renderer, PLANNER, VOLUME, InspectionParameters(), prior)
+        watch = EnergyWatch() if battery else None
+        flight = InspectingFlight(
+            loop, part, renderer, PLANNER, VOLUME, InspectionParameters(), prior, watch, SWAPS
+        )
         photographed, outcome = flight.run(), loop.outcome
     planned = [Taken.of_view(each) for each in part.views]
     patches = surface.patches
@@ -232,8 +241,10 @@ def fly(seed: int, most: int) -> dict:
         "shots": photographed.shots,
         "contacts": outcome.collision,
         "landed": outcome.landed,
+        "flights": len(photographed.flights),
+        "least_charge": min(each.charge for each in photographed.flights),
         "share_of_planned": area_m2 / shown_m2(planned),
-        "m2_per_min": 60.0 * area_m2 / (photographed.ended_s - photographed.began_s),
+        "m2_per_min": 60.0 * area_m2 / photographed.flight_s,
         "off_m": float(np.median(off_m)),
         "off_deg": float(np.median(turned_deg)),
     }

@@ -81,3 +81,13 @@ def test_the_end_is_reached_as_without_a_lookahead():
     for lookahead in (0.0, 0.5):
         end = fly([(0.0, 0.0), (4.0, 3.0)], (0.0, 0.0), lookahead=lookahead)[-1]
         assert end == pytest.approx((4.0, 3.0), abs=1e-3)
+
+
+def test_a_uav_with_a_lag_does_not_overshoot_if_the_controller_knows_of_it():
+    """With the lag of 0.5 s and a gain of 2 the approach is critically damped: s^2 + 4 s + 4."""
+    flown = {"lag_s": 0.5, "seconds": 8.0, "max_speed": 1.5, "gain": 2.0, "braking_deceleration": 1.4}
+    beyond = [max(x for x, _ in fly([(3.0, 0.0)], (0.0, 0.0), lag=lag, **flown)) - 3.0 for lag in (0.0, 0.5)]
+    assert beyond[0] > 0.2
+    assert beyond[1] < 0.02
+    places = fly([(3.0, 0.0)], (0.0, 0.0), lag=0.5, **flown)
+    assert places[-1][0] == pytest.approx(3.0, abs=0.01)

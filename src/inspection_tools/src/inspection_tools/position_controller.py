@@ -41,6 +41,8 @@ class PositionControllerParameters:
         lookahead: 0: the UAV flies straight to the setpoint. Else it follows the straight leg from the last
             setpoint to this one. It aims at the place on the leg that is as far ahead as it flies in this
             time at `max_speed`, s. Times below the flight controller's lag make it swing.
+        lag: The velocity follows a command with this time constant, s. The UAV then brakes so much earlier,
+            and does not overshoot. 0: as if it followed at once.
 
     Raises:
         ParameterError: a value out of range, or braking harder than `max_acceleration`.
@@ -56,6 +58,7 @@ class PositionControllerParameters:
     goal_tolerance: float = 0.2
     goal_hysteresis: float = 0.1
     lookahead: float = 0.0
+    lag: float = 0.0
 
     def __post_init__(self) -> None:
         check_number("max_speed", self.max_speed, 0.0, 15.0)
@@ -68,6 +71,7 @@ class PositionControllerParameters:
         check_number("goal_tolerance", self.goal_tolerance, 0.01, 10.0)
         check_number("goal_hysteresis", self.goal_hysteresis, 0.0, 10.0)
         check_number("lookahead", self.lookahead, 0.0, 10.0)
+        check_number("lag", self.lag, 0.0, 5.0)
         if self.braking_deceleration > self.max_acceleration:
             raise ParameterError(
                 f"braking_deceleration is {self.braking_deceleration} m/s^2, above max_acceleration "
@@ -88,14 +92,45 @@ class PositionCommand:
     goal_reached: bool
 
 
+TRUST_S = 0.3
+"""A measured velocity counts fully after this time. Single ones are noisy: poses come often."""
+
 STOP = PositionCommand((0.0, 0.0, 0.0), goal_reached=False)
+
+
+class VelocityObserver:
+    """Follows the commands with the UAV's lag, and is drawn to what the poses tell (Luenberger)."""
+
+    def __init__(self) -> None:
+        self._velocity_m_s: Vector3 = (0.0, 0.0, 0.0)
+        self._position_m: Sequence[float] | None = None
+
+    def update(
+        self, position_m: Sequence[float], commanded_m_s: Vector3, step_s: float, lag_s: float
+    ) -> Vector3:
+        """Return the velocity at a pose, x, y, z in m/s.
+
+        commanded_m_s: since the last pose, step_s ago. lag_s: with which the UAV follows commands.
+        """
+        before_m, self._position_m = self._position_m, tuple(position_m)
+        if before_m is None or step_s <= 0.0:
+            return self._velocity_m_s
+        follows, believes = (1.0 - math.exp(-step_s / time_s) for time_s in (lag_s, TRUST_S))
+        speeds = []
+        for axis in range(3):
+            speed = self._velocity_m_s[axis]
+            speed += follows * (commanded_m_s[axis] - speed)
+            measured = (position_m[axis] - before_m[axis]) / step_s
+            speeds.append(speed + believes * (measured - speed))
+        self._velocity_m_s = speeds[0], speeds[1], speeds[2]
+        return self._velocity_m_s
 
 
 class PositionController:
     """Answers each pose with one command. The time step comes from the stamps of the poses.
 
-    The commanded velocity starts at zero. Its acceleration is limited. The controller ignores the UAV's own
-    velocity. Without a setpoint the velocity is zero: hover.
+    The commanded velocity starts at zero. Its acceleration is limited. Without `lag` the controller ignores
+    the UAV's own velocity. Without a setpoint the velocity is zero: hover.
     """
 
     def __init__(self, parameters: PositionControllerParameters | None = None):
@@ -129,6 +164,7 @@ class PositionController:
         """Start anew from rest, as after a clock that jumped back. The setpoint stays."""
         self._stamp_s: float | None = None
         self._velocity_m_s = (0.0, 0.0, 0.0)  # in the poses' frame
+        self._observer = VelocityObserver()
         self._goal_reached = False
 
     def update(self, stamp_s: float, position_m: Sequence[float], yaw_rad: float) -> PositionCommand:
@@ -151,11 +187,23 @@ class PositionController:
         if self.setpoint_m is None:
             self._velocity_m_s = (0.0, 0.0, 0.0)
         else:
-            x, y, z = (goal - here for goal, here in zip(self.setpoint_m, position_m))
-            error_m = (x, y, z)
-            self._velocity_m_s = self._step_towards(error_m, position_m, step_s)
-            self._goal_reached = self._is_reached(error_m)
+            stop_m = self._rest_m(position_m, step_s)
+            self._velocity_m_s = self._step_towards(self._error_m(stop_m), stop_m, step_s)
+            self._goal_reached = self._is_reached(self._error_m(position_m))
         return PositionCommand(_level(self._velocity_m_s, yaw_rad), self._goal_reached)
+
+    def _rest_m(self, position_m: Sequence[float], step_s: float) -> Sequence[float]:
+        """Return where the UAV would come to rest if zero were commanded from now on."""
+        lag_s = self.parameters.lag
+        if lag_s <= 0.0:
+            return position_m
+        flown_m_s = self._observer.update(position_m, self._velocity_m_s, step_s, lag_s)
+        return [here + lag_s * speed for here, speed in zip(position_m, flown_m_s)]
+
+    def _error_m(self, position_m: Sequence[float]) -> Vector3:
+        assert self.setpoint_m is not None
+        x, y, z = (goal - here for goal, here in zip(self.setpoint_m, position_m))
+        return x, y, z
 
     def _step_towards(self, error_m: Vector3, position_m: Sequence[float], step_s: float) -> Vector3:
         """Velocity after this step: the approach's velocity within the acceleration limits."""

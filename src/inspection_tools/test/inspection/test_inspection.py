@@ -151,6 +151,22 @@ def test_after_a_failure_the_uav_rests_more_before_the_shutter_opens():
     assert not shoots(2, 0.45 * p.still)
 
 
+def test_motion_and_turn_add_up_before_the_shutter_opens():
+    p = InspectionParameters()
+
+    def shoots(speed, turn):
+        leg = PhotographLeg(Task(1, VIEWS[0]), HOME_M, 0.0, 0.0, 0.0, p)
+        motions = [
+            Motion(0.1 * k, HOME_M, VIEWS[0].yaw_rad, speed * p.still, turn * p.still_turn) for k in range(9)
+        ]
+        return any(leg.follow(each) == "" and leg.opens_shutter(each) for each in motions)
+
+    assert shoots(0.95, 0.0)
+    assert shoots(0.0, -0.95)
+    assert shoots(0.45, 0.45)
+    assert not shoots(0.6, 0.6)
+
+
 def test_a_uav_that_is_kept_off_a_little_shoots_where_it_comes_to_rest():
     lead = inspection(VIEWS[:1], parameters=InspectionParameters())
     motion = Motion(0.0, body_place_m(VIEWS[0], np.array((0.1, 0.0, 0.25))), 0.0)  # 0.3 m too low

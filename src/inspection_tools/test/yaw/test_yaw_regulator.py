@@ -137,3 +137,10 @@ def test_bad_numbers_are_refused_and_change_nothing(bad):
 def test_refuses_parameters_that_make_no_sense(parameters, complaint):
     with pytest.raises(ParameterError, match=complaint):
         YawRegulatorParameters(**parameters)
+
+
+def test_a_front_that_is_given_is_turned_to_with_a_gain_of_its_own():
+    regulator = YawRegulator(YawRegulatorParameters(gain=1.0, front_gain=3.0, max_yaw_rate=5.0))
+    direction = (math.cos(0.2), math.sin(0.2))
+    assert regulator.turn_to(direction) == pytest.approx(3.0 * 0.2)
+    assert regulator.update(direction) == pytest.approx(0.2)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from gridslam.volume import VolumeParameters
+from inspection_tools.energy import EnergyWatch
 from inspection_tools.inspection import End, InspectionParameters
 from inspection_tools.planning import PlannerParameters
 from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters
@@ -15,34 +16,47 @@ from inspection_tools.survey.views.candidates import View
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import PhaseLimits
-from master_thesis.inspecting.flight import InspectingFlight
+from master_thesis.inspecting.flight import InspectingFlight, controller_of
 from simulation_tools.camera.defects import decals_of
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.camera.renderer import Renderer
 from simulation_tools.camera.surfaces import surfaces_of
 from simulation_tools.sdf.parser import load_world
+from simulation_tools.vehicle.energy.battery import BatteryStart
 
 pytestmark = pytest.mark.flight
 
 
-def test_it_photographs_from_its_place_and_lands_at_home():
+def flight_in_a_room(charge=None):
+    """A plan of one photograph, and the parameters of a flight. charge: of the battery; None: endless."""
     given = parameters_of("room", "puck", 2)
-    simulation = replace(given.simulation, sensors=("range_finder",), gnss=False)
+    battery = None if charge is None else BatteryStart(charge)
+    simulation = replace(given.simulation, sensors=("range_finder",), gnss=False, battery=battery)
     x, y, _ = simulation.spawn_pose.position_m
     view = View((x + 1.0, y, 1.5), 0.5 * math.pi, 0.2)
     flight = Flight((PlannedView(view),), 10.0, 2.0)
     plan = SurveyPlan("", (x, y, 1.5), SurveyCamera(), SurveyParameters(), FlightParameters(), (flight,))
     parameters = replace(
         given, simulation=simulation, mission=(), goal_xyz_m=None, pose_source="odometry",
-        limits=PhaseLimits(flight_timeout_s=60.0),
+        limits=PhaseLimits(flight_timeout_s=90.0), position_controller=controller_of(1.0),
     )  # fmt: skip
-    surfaces = surfaces_of(load_world(simulation.world))
+    return plan, parameters
+
+
+def inspecting_flight(loop, plan, energy=None, swaps=0):
+    surfaces = surfaces_of(load_world(loop.parameters.simulation.world))
     renderer = Renderer(surfaces, decals_of((), surfaces), CameraOptics())
+    planner = PlannerParameters(radius=0.35, margin=0.1)
+    return InspectingFlight(
+        loop, plan, renderer, planner, VolumeParameters(0.2), InspectionParameters(), None, energy, swaps
+    )
+
+
+def test_it_photographs_from_its_place_and_lands_at_home():
+    plan, parameters = flight_in_a_room()
+    (view,) = plan.views
     with ClosedLoop(parameters) as loop:
-        flown = InspectingFlight(
-            loop, plan, renderer, PlannerParameters(radius=0.35, margin=0.1), VolumeParameters(0.2),
-            InspectionParameters(),
-        )  # fmt: skip
+        flown = inspecting_flight(loop, plan)
         photographed, outcome = flown.run(), loop.outcome
         truth = loop.log.truth.array("x_m", "y_m")
     assert flown.inspection.end is End.DONE
@@ -55,3 +69,17 @@ def test_it_photographs_from_its_place_and_lands_at_home():
     ahead = (0.0, math.cos(0.2), math.sin(0.2))
     assert true.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
     assert told.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
+
+
+@pytest.mark.parametrize(("swaps", "taken"), [(1, 1), (0, 0)])
+def test_a_battery_that_runs_low_is_swapped_at_home_and_the_flight_goes_on(swaps, taken):
+    """At 14 % less the take-off, the reserve of 12 % says to come home before the first photograph."""
+    plan, parameters = flight_in_a_room(charge=0.14)
+    with ClosedLoop(parameters) as loop:
+        flown = inspecting_flight(loop, plan, EnergyWatch(), swaps)
+        photographed, outcome = flown.run(), loop.outcome
+        charge = loop.simulation.power.battery.remaining
+    assert [each.photographs for each in photographed.flights] == [0, 1][: 1 + swaps]
+    assert 0.08 < photographed.flights[0].charge < 0.14
+    assert (charge > 0.9) == bool(swaps)
+    assert (len(photographed.true), outcome.landed, outcome.failure) == (taken, True, None)

@@ -29,7 +29,8 @@ def motion_of(odometry: Odometry, place_m: Vector3, yaw_rad: float) -> Motion:
     """Return the motion of an odometry whose place and yaw in the map are these."""
     linear = odometry.twist.twist.linear
     speed = math.sqrt(linear.x**2 + linear.y**2 + linear.z**2)
-    turn = odometry.twist.twist.angular.z
+    angular = odometry.twist.twist.angular
+    turn = math.hypot(angular.x, angular.z)
     return Motion(odometry.header.stamp.to_sec(), np.array(place_m), yaw_rad, speed, turn)
 
 

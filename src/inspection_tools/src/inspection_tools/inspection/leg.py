@@ -19,7 +19,10 @@ LATE = 2.0
 
 @dataclass(frozen=True)
 class Motion:
-    """The UAV at an instant, in the map's frame. speed: m/s. turn_rate: rad/s."""
+    """The UAV at an instant, in the map's frame. speed: m/s.
+
+    turn_rate: rad/s, about roll and yaw together. The gimbal takes out the pitch.
+    """
 
     stamp_s: float
     place_m: np.ndarray
@@ -95,9 +98,8 @@ class PhotographLeg:
         return self.is_shot
 
     def _rests(self, motion: Motion, times: float = 1.0) -> bool:
-        """Return whether the UAV moves and turns slower than allowed, so many times."""
-        is_slow = motion.speed <= times * self._still
-        return is_slow and abs(motion.turn_rate) <= times * self._still_turn
+        """Return whether the UAV moves and turns slower than allowed, so many times. Both blur: they add."""
+        return motion.speed / self._still + abs(motion.turn_rate) / self._still_turn <= times
 
 
 def _since(before_s: float | None, holds: bool, stamp_s: float) -> float | None:

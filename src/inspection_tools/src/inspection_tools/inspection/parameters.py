@@ -17,9 +17,9 @@ class InspectionParameters:
         arrived: A corner of the way is passed within this distance, m.
         near: At a photograph the UAV is at most so far from its place, m.
         turned: Its front is at most so far from the photograph's, deg.
-        still: It moves slower than this, m/s.
+        still: It moves slower than this, m/s, if it does not turn.
         still_closer: The same for a closer look, which motion blurs more.
-        still_turn: And turns slower than this, rad/s.
+        still_turn: It turns slower than this, rad/s, if it does not move. The shares of both add up.
         settle: All this holds for so long before the shutter opens, s.
         rest: Or it has been at rest for so long within `far`, s. CEPA may keep it off a little.
         patience: After so long near the place the shutter opens all the same, s, if the UAV is within `far`
@@ -48,10 +48,10 @@ class InspectionParameters:
     arrived: float = 0.4
     near: float = 0.15
     turned: float = 1.5
-    still: float = 0.12
-    still_closer: float = 0.06
-    still_turn: float = 0.06
-    settle: float = 0.4
+    still: float = 0.16
+    still_closer: float = 0.08
+    still_turn: float = 0.05
+    settle: float = 0.3
     rest: float = 1.5
     patience: float = 8.0
     far: float = 0.4

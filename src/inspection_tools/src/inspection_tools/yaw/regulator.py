@@ -18,6 +18,7 @@ class YawRegulatorParameters:
 
     Attributes:
         gain: Yaw rate per angle to the direction of travel, 1/s.
+        front_gain: The same where the front is to point to a given direction (`turn_to`), 1/s.
         max_yaw_rate: rad/s.
         speed_on: The regulator switches on above this horizontal speed, m/s.
         speed_off: It switches off below this one, m/s; less than `speed_on`.
@@ -30,6 +31,7 @@ class YawRegulatorParameters:
     """
 
     gain: float = 1.5
+    front_gain: float = 2.5
     max_yaw_rate: float = 1.0
     speed_on: float = 0.25
     speed_off: float = 0.15
@@ -38,6 +40,7 @@ class YawRegulatorParameters:
 
     def __post_init__(self) -> None:
         check_number("gain", self.gain, 0.0, 5.0)
+        check_number("front_gain", self.front_gain, 0.0, 5.0)
         check_number("max_yaw_rate", self.max_yaw_rate, 0.0, 5.0)
         check_number("speed_on", self.speed_on, 0.01, 5.0)
         check_number("speed_off", self.speed_off, 0.0, 5.0)
@@ -81,9 +84,9 @@ class YawRegulator:
         self._moving = self._passes(math.hypot(*velocity_m_s), self._moving)
         self._looking = self._passes(math.hypot(*reference_m_s), self._looking)
         if self._moving:
-            return self._turn_towards(velocity_m_s)
+            return self._turn_towards(velocity_m_s, self.parameters.gain)
         if self._looking:
-            return self._turn_towards(reference_m_s)
+            return self._turn_towards(reference_m_s, self.parameters.gain)
         self._sense = 0.0
         return 0.0
 
@@ -96,12 +99,12 @@ class YawRegulator:
         if not all(math.isfinite(value) for value in direction):
             raise VelocityError("The direction of the front has a component that is not finite.")
         self._moving = self._looking = False
-        return self._turn_towards(direction)
+        return self._turn_towards(direction, self.parameters.front_gain)
 
     def _passes(self, speed_m_s: float, was_on: bool) -> bool:
         return speed_m_s > (self.parameters.speed_off if was_on else self.parameters.speed_on)
 
-    def _turn_towards(self, direction: Sequence[float]) -> float:
+    def _turn_towards(self, direction: Sequence[float], gain: float) -> float:
         p = self.parameters
         error_rad = math.atan2(direction[1], direction[0])
         if error_rad == -math.pi:  # atan2(-0.0, -1): at the exact rear turn left
@@ -110,4 +113,4 @@ class YawRegulator:
         if past_rear:
             error_rad += 2.0 * math.pi * self._sense
         self._sense = math.copysign(1.0, error_rad)
-        return min(max(p.gain * error_rad, -p.max_yaw_rate), p.max_yaw_rate)
+        return min(max(gain * error_rad, -p.max_yaw_rate), p.max_yaw_rate)

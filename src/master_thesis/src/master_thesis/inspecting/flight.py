@@ -1,51 +1,87 @@
-"""One flight of photographs in the closed loop without ROS and without GNSS. No pixel is rendered."""
+"""An inspection in the closed loop without ROS and without GNSS, on as many batteries as it needs.
+
+No pixel is rendered.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
+import yaml
 
 from gridslam.inputs.attitude import matrix_of_quaternion
 from gridslam.odometry import OdometryEstimate
 from gridslam.volume import VolumeParameters
-from inspection_tools.inspection import Inspection, InspectionParameters, PriorMap, Shot, Todo
+from inspection_tools import PositionControllerParameters
+from inspection_tools.energy import EnergyWatch
+from inspection_tools.inspection import Inspection, InspectionParameters, PriorMap, Shot, Task, Todo
 from inspection_tools.inspection.leg import Motion
 from inspection_tools.planning import PathPlanner, PlannerParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.poses import Taken
+from master_thesis.exploring.errand import Errand, Next
+from master_thesis.exploring.flight import BATTERY_US
 from master_thesis.exploring.flown_clouds import FlownClouds
 from master_thesis.exploring.volume_of_flight import VolumeOfFlight
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
+from master_thesis.flight.due import Due
+from master_thesis.inspecting.battery_swap import BatterySwap
 from simulation_tools.camera.gimbal import BodyState, CameraState, TiltGimbal, blur_px, marks_px
 from simulation_tools.camera.renderer import Renderer
 from simulation_tools.geometry import quaternion_from_rpy
 from simulation_tools.simulation import StepOutput
 
+CONTROLLER_YAML = Path(__file__).resolve().parents[3] / "config" / "inspecting_controller.yaml"
+
+
+def controller_of(max_speed: float, lookahead: float = 0.5) -> PositionControllerParameters:
+    """Return the position controller of an Iris that takes photographs, as inspection.launch has it."""
+    with CONTROLLER_YAML.open(encoding="utf-8") as stream:
+        return PositionControllerParameters(
+            max_speed=max_speed, lookahead=lookahead, **yaml.safe_load(stream)
+        )
+
+
+@dataclass(frozen=True)
+class FlightOnBattery:
+    """From the hover above home to the next one there. charge: of the battery at its end, 0..1."""
+
+    began_s: float
+    ended_s: float
+    photographs: int
+    charge: float
+
 
 @dataclass
 class Photographed:
-    """Good photographs of a flight: where the camera truly was, and where the odometry says it was.
+    """Good photographs of an inspection: where the camera truly was, and where the odometry says it was.
 
-    shots: of the shutter, bad ones too. began_s, ended_s: from the first way to the way home's end.
+    shots: of the shutter, bad ones too. flights: on one battery each.
     """
 
     true: list[Taken] = field(default_factory=list)
     told: list[Taken] = field(default_factory=list)
     shots: int = 0
-    began_s: float = math.nan
-    ended_s: float = math.nan
+    flights: list[FlightOnBattery] = field(default_factory=list)
+
+    @property
+    def flight_s(self) -> float:
+        """Of all flights, without the landings between."""
+        return sum(each.ended_s - each.began_s for each in self.flights)
 
 
 class InspectingFlight:
-    """Leads a closed loop from photograph to photograph, and home. The battery does not count.
+    """Leads a closed loop from photograph to photograph, and home.
 
     Args:
         loop: a flight without GNSS, with a lidar that has clouds, and without a goal.
         plan: its photographs. renderer: tells light and distance of each. planner, volume, parameters: see
-            there. prior: the drawing of the place.
+            there. prior: the drawing of the place. energy: watches the battery; None: it does not count.
+            swaps: of the battery, at most.
 
     Raises:
         FlightError: the UAV has no clouds or flies by GNSS.
@@ -60,16 +96,21 @@ class InspectingFlight:
         volume: VolumeParameters,
         parameters: InspectionParameters,
         prior: PriorMap | None = None,
+        energy: EnergyWatch | None = None,
+        swaps: int = 0,
     ) -> None:
         self._loop, self._renderer = loop, renderer
         self.volume = VolumeOfFlight(PathPlanner(planner), volume, prior)
         self._clouds = FlownClouds(loop, self.volume, "An inspection")
         todo = Todo(plan.views, (), parameters.tries)
-        self.inspection = Inspection(self.volume.planner, todo, parameters)
+        self.inspection = Inspection(self.volume.planner, todo, parameters, energy)
+        self._errand = Errand(1, swaps)
+        self._swap = BatterySwap(loop, self._errand.take_battery)
+        self._energy, self._battery_is_due = energy, Due(BATTERY_US)
         self._gimbal = TiltGimbal()
         self._camera: CameraState | None = None
         self._setpoint_m: np.ndarray | None = None
-        self._has_begun = False
+        self._began_s: float | None = None
         self.photographed = Photographed()
 
     def run(self) -> Photographed:
@@ -96,22 +137,45 @@ class InspectingFlight:
         motion = _motion_of(estimate, now_s)
         if not is_flying:
             return
-        if not self._has_begun:
-            self._has_begun = True
-            self.photographed.began_s = now_s
+        if self._swap.follow():
+            self._began_s = None
+        if self._swap.is_under_way:
+            return
+        if self._began_s is None:
+            self._began_s = now_s
             lead.begin(now_s, motion.place_m)
+        if self._energy is not None and self._battery_is_due(round(1e6 * now_s)):
+            self._energy.offer(now_s, self._loop.charge)
         if lead.follow(motion):
             self.volume.tell_planner()
             lead.look(now_s, motion.place_m)
         task = lead.shutter(motion)
         if task is not None:
-            shot = self._shoot(estimate)
-            if not lead.judge(task, shot) and task.number in lead.todo.done:
-                self.photographed.true.append(self._true())
-                self.photographed.told.append(self._told(estimate))
+            self._photograph(task, estimate)
         self._send(motion)
-        if lead.is_home:
-            self.photographed.ended_s = now_s
+        if lead.is_home or lead.must_land:
+            self._end_flight(now_s)
+
+    def _photograph(self, task: Task, estimate: OdometryEstimate) -> None:
+        lead, shot = self.inspection, self._shoot(estimate)
+        if not lead.judge(task, shot) and task.number in lead.todo.done:
+            self.photographed.true.append(self._true(shot.blur_px))
+            self.photographed.told.append(self._told(estimate, shot.blur_px))
+
+    def _end_flight(self, now_s: float) -> None:
+        """Land for a battery, or for good."""
+        assert self.inspection.end is not None
+        assert self._began_s is not None
+        told, power = self.photographed, self._loop.simulation.power
+        before = sum(each.photographs for each in told.flights)
+        charge = 1.0 if power is None else power.battery.remaining
+        told.flights.append(FlightOnBattery(self._began_s, now_s, len(told.true) - before, charge))
+        follows = self._errand.after(self.inspection.end.value, self.inspection.is_home)
+        if follows is Next.AGAIN:
+            self._swap.begin()
+        elif follows is Next.LOST:
+            self._loop.monitor.land_here(f"The UAV did not come home: {self.inspection.reason}")
+        else:
             self._loop.monitor.on_goal_reached(True)
 
     def _send(self, motion: Motion) -> None:
@@ -134,19 +198,20 @@ class InspectingFlight:
         deviation_m = math.sqrt(max(np.linalg.eigvalsh(estimate.matched_covariance[:3, :3]).max(), 0.0))
         return Shot(blur, lux, iso, deviation_m)
 
-    def _true(self) -> Taken:
+    def _true(self, blur: float) -> Taken:
         assert self._camera is not None
-        return Taken(np.array(self._camera.pose.position_m), self._camera.pose.rotation)
+        return Taken(np.array(self._camera.pose.position_m), self._camera.pose.rotation, blur)
 
-    def _told(self, estimate: OdometryEstimate) -> Taken:
+    def _told(self, estimate: OdometryEstimate, blur: float) -> Taken:
         assert self._camera is not None
         turn = matrix_of_quaternion(quaternion_from_rpy(*estimate.roll_pitch_yaw))
         in_body = self._camera.in_body
         place_m = np.array(estimate.position_xyz) + turn @ np.array(in_body.position_m)
-        return Taken(place_m, turn @ in_body.rotation)
+        return Taken(place_m, turn @ in_body.rotation, blur)
 
 
 def _motion_of(estimate: OdometryEstimate, now_s: float) -> Motion:
     speed = float(np.linalg.norm(estimate.velocity_xyz))
     place_m = np.array(estimate.position_xyz)
-    return Motion(now_s, place_m, estimate.roll_pitch_yaw[2], speed, estimate.rates_rad_s[2])
+    turn = math.hypot(estimate.rates_rad_s[0], estimate.rates_rad_s[2])
+    return Motion(now_s, place_m, estimate.roll_pitch_yaw[2], speed, turn)
