@@ -5,10 +5,16 @@ path is a round of the hold with climbs, at some 1 m/s; clouds come at 20 Hz. Ke
 insertion_ms, insertion_p99_ms, octomap_ms, octomap_lazy_ms, times_octomap, times_lazy, flight_ms,
 flight_p99_ms, flight_cores, message_ms, octomap_message_ms, nodes, cloud_kb, rss_mb, rebuild_s,
 rebuild_wall_s, rebuild_nodes}.
+
+`--rows flown`: `hold_3d` flown without GNSS between the bottom and the deck, by odometry from clouds. Keys:
+volume.hold_3d.{puck, m8}.{flights, flown, contact}, and {p95_m, within_a_voxel, mapped, free_right, ate_m,
+parts.THING}.{median, worst}.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
 import sys
 import tempfile
 import time
@@ -18,7 +24,9 @@ from typing import Any, Callable, Sequence
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.shared.results import ROOT, Results, options, table
+from benchmarks.shared.results import ROOT, Results, table
+from benchmarks.shared.trials import run_crossed, trial_options
+from benchmarks.volume_rows import flown
 from gridslam.volume import (
     Board,
     CorrectedMap,
@@ -35,6 +43,9 @@ sys.path.append(str(ROOT / "src/gridslam/test"))
 
 from room_clouds import puck_directions, ranges_in_hold
 
+ROWS, LIDARS, WORLD = ("speed", "flown"), ("puck", "m8"), "hold_3d"
+SEEDS = (21, 22, 23)
+"""Nothing was developed on these."""
 RATE_HZ = 20.0
 PERIOD_S = 40.0
 """Of a round: an ellipse, with a climb and a descent."""
@@ -143,17 +154,36 @@ def rss_mb() -> float:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print and write."""
-    parser = options(__doc__)
+    parser = trial_options(__doc__ or "")
+    parser.add_argument("--rows", nargs="+", default=ROWS, choices=ROWS)
+    parser.add_argument("--seeds", nargs="+", type=int, default=None, help="of the flown rows")
+    parser.add_argument("--lidars", nargs="+", default=LIDARS, choices=LIDARS, help="of the flown rows")
+    parser.add_argument("--minutes", type=float, default=2.0, metavar="MIN", help="of a flown flight")
     parser.add_argument("--clouds", type=int, default=12, metavar="NUMBER", help="beside OctoMap")
     parser.add_argument("--seconds", type=float, default=60.0, metavar="S", help="of the flight")
     parser.add_argument("--nodes", type=int, default=300, metavar="NUMBER", help="that the closure moves")
     given = parser.parse_args(arguments)
     with Results("volume", given.results, vars(given)) as results:
-        warm_up_volume()
-        numbers = insertion(5 if given.brief else given.clouds)
-        numbers.update(flight(10.0 if given.brief else given.seconds, 60 if given.brief else given.nodes))
-        results.add("volume.hold.puck", numbers)
-        print(table(("key", "value"), [(name, round(value, 3)) for name, value in numbers.items()]))
+        if "speed" in given.rows:
+            warm_up_volume()
+            numbers = insertion(5 if given.brief else given.clouds)
+            numbers.update(flight(10.0 if given.brief else given.seconds, 60 if given.brief else given.nodes))
+            results.add("volume.hold.puck", numbers)
+            print(table(("key", "value"), [(name, round(value, 3)) for name, value in numbers.items()]))
+        if "flown" in given.rows:
+            _fly(given, results)
+
+
+def _fly(given: argparse.Namespace, results: Results) -> None:
+    seeds = given.seeds or SEEDS[: 1 if given.brief else None]
+    lidars, minutes = given.lidars[: 1 if given.brief else None], 0.3 if given.brief else given.minutes
+    found = run_crossed(
+        "volume", flown.fly, given, world=[WORLD], lidar=lidars, seed=seeds, minutes=[minutes]
+    )
+    for lidar in lidars:
+        numbers = flown.summary([found[WORLD, lidar, seed, minutes] for seed in seeds])
+        results.add(f"volume.{WORLD}.{lidar}", numbers)
+        print(lidar, json.dumps(numbers))
 
 
 if __name__ == "__main__":

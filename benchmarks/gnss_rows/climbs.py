@@ -38,10 +38,10 @@ def fly(
     warm_up_odometry()
     warm_up_cloud_odometry()
     climb, libraries = CLIMBS[world], [Beside(name) for name in beside]
-    with ClosedLoop(_parameters(climb, lidar, seed)) as empty:
+    with ClosedLoop(parameters_of(climb, lidar, seed)) as empty:
         rays = empty.simulation.world.rays
         mission = climb.mission(rays, np.random.default_rng(seed), 60.0 * minutes)
-    with ClosedLoop(_parameters(climb, lidar, seed, mission)) as loop:
+    with ClosedLoop(parameters_of(climb, lidar, seed, mission)) as loop:
         while not loop.is_over:
             _tell(libraries, loop.step())
         outcome, known = loop.outcome, loop.log.truth.array("t_s", "x_m", "y_m", "z_m")
@@ -83,9 +83,10 @@ def _tell(libraries: Sequence[Beside], output: StepOutput) -> None:
                 library.take(cloud.points_m, in_world)
 
 
-def _parameters(
+def parameters_of(
     climb: Climb, lidar: str, seed: int, mission: Sequence[Waypoint] = ()
 ) -> ClosedLoopParameters:
+    """Return the parameters of a flight through places without GNSS."""
     simulation = SimulationParameters(
         str(climb.world),
         model=climb.model,
