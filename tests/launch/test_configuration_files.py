@@ -82,6 +82,15 @@ def loaded(path, *given):
 
 
 @pytest.mark.ros
+@pytest.mark.parametrize("path", LAUNCH, ids=name)
+def test_no_topic_is_remapped_twice(path):
+    """rospy resolves a subscriber's topic twice: a topic that is remapped, too, would be another one."""
+    for node in ElementTree.parse(path).getroot().iter("node"):
+        remaps = [(each.get("from", ""), each.get("to", "")) for each in node.iter("remap")]
+        sources = {"/" + source.lstrip("/") for source, _ in remaps}
+        assert [to for source, to in remaps if to in sources and to != "/" + source.lstrip("/")] == []
+
+
 @pytest.mark.parametrize(("path", "change"), variants(), ids=lambda v: name(v) if isinstance(v, Path) else v)
 def test_launch_file_loads_and_its_nodes_exist(path, change):
     from launch_files import node_exists

@@ -63,6 +63,7 @@ class ExperimentNode(ABC):
     """
 
     scan_class: Any = LaserScan
+    scan_topic = "scan"
 
     def __init__(self, watched: WatchedRun, lockstep: bool, cepa: bool = True) -> None:
         """Subscribe to all topics.
@@ -99,7 +100,7 @@ class ExperimentNode(ABC):
         self._keep_scan = self._locked(self._on_scan)
         # Until the very end, because the simulator waits for the acknowledgement.
         self._scans = rospy.Subscriber(
-            "scan", self.scan_class, self._take_scan, queue_size=100, tcp_nodelay=True
+            self.scan_topic, self.scan_class, self._take_scan, queue_size=100, tcp_nodelay=True
         )
         while not rospy.is_shutdown():
             try:

@@ -52,6 +52,9 @@ class Experiments34Node(FlightNode):
     Parameters: see doc/reference.md.
     """
 
+    scan_topic = "mapped_scan"
+    """Not scan: rospy would remap lidar_scan, which is /scan, once more."""
+
     def __init__(self, monitor: Monitor, slam: SlamWatch, flight: MissionFlight, lockstep: bool) -> None:
         self._slam = slam
         self._flight = flight
