@@ -49,9 +49,7 @@ class OctomapServices:
             rospy.Service("octomap_full", GetOctomap, self._full),
             rospy.Service("~clear_bbx", BoundingBoxQuery, self._clear),
             rospy.Service("~reset", Empty, self._reset),
-            rospy.Service(
-                "~save_state", Trigger, lambda _: self._with_file(served.save, "The state is saved in")
-            ),
+            rospy.Service("~save_state", Trigger, self._save),
             rospy.Service("~load_state", Trigger, self._load),
             rospy.Service("~distances", GetDistances, self._distances),
             rospy.Service("~frontiers", GetFrontiers, self._frontiers),
