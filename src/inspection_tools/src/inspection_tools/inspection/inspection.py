@@ -69,6 +69,8 @@ class Inspection:
         self._leg: PhotographLeg | None = None
         self._been_m: list[np.ndarray] = []
         self._began_s, self._look_s = math.nan, -math.inf
+        self._no_way_s: float | None = None
+        """Since when no open photograph has a way; None: one has."""
         self._is_paused = False
         self.end: End | None = None
         self.reason = ""
@@ -79,7 +81,7 @@ class Inspection:
     def begin(self, stamp_s: float, here_m: np.ndarray, home_m: np.ndarray | None = None) -> None:
         """Begin at a hover (x, y, z), or go on after a landing. home_m: if it is not the first place."""
         with self._lock:
-            self._began_s, self._look_s = stamp_s, -math.inf
+            self._began_s, self._look_s, self._no_way_s = stamp_s, -math.inf, None
             self.end, self.reason = None, ""
             self.is_home = self.must_land = self._is_paused = False
             self._way, self._leg = Way([here_m]), None
@@ -88,7 +90,7 @@ class Inspection:
     def restart_clock(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Go on from a place (x, y, z) after the clock jumped back: what was timed begins anew."""
         with self._lock:
-            self._began_s, self._look_s = stamp_s, -math.inf
+            self._began_s, self._look_s, self._no_way_s = stamp_s, -math.inf, None
             self._way, self._leg = Way([here_m]), None
             self._homing.restart_clock(stamp_s)
 
@@ -159,7 +161,8 @@ class Inspection:
             self._way.follow(here_m, self._p.arrived)
             if self._leg is not None and (why := self._leg.follow(motion)):
                 self._fail(self._leg.task, why)
-            is_idle = self._leg is None and not self._is_paused and self.end is None and not self.is_waiting
+            waits = self._is_paused or self.is_waiting or self._no_way_s is not None
+            is_idle = self._leg is None and self.end is None and not waits
             is_due = motion.stamp_s >= self._look_s + self._p.look_period
         return not self.is_home and (is_idle or is_due)
 
@@ -244,16 +247,34 @@ class Inspection:
             rest_m = self._way.rest_m
         if leg is not None and rest_m and self._is_clear(here_m, rest_m, stamp_s):
             return
-        while (task := self.todo.next) is not None:
-            why = self._set_out(task, stamp_s, here_m)
-            if not why:
-                return
-            with self._lock:
-                self._fail(task, why)
+        if self.todo.next is not None:
+            self._set_out_for_any(stamp_s, here_m)
+            return
         if self.awaits:
             self._go_home(stamp_s, here_m)
             return
         self.abort(self.todo.told(), End.DONE)
+
+    def _set_out_for_any(self, stamp_s: float, here_m: np.ndarray) -> None:
+        """Set out for the first photograph that there is a way to. The others before it have failed.
+
+        If there is none to any, the map may lack a part for a moment: the UAV hovers before they have failed.
+        """
+        blocked = []
+        for task in self.todo.open:
+            why = self._set_out(task, stamp_s, here_m)
+            if not why:
+                self._no_way_s = None
+                break
+            blocked.append((task, why))
+        else:
+            if self._no_way_s is None:
+                self._no_way_s = stamp_s
+            if stamp_s < self._no_way_s + self._p.wait:
+                return
+        with self._lock:
+            for task, why in blocked:
+                self.todo.note_failure(task, why)
 
     def _set_out(self, task: Task, stamp_s: float, here_m: np.ndarray) -> str:
         """Set out for a photograph. Return why there is no way; empty: it flies."""

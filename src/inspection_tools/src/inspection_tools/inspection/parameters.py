@@ -31,6 +31,8 @@ class InspectionParameters:
         iso_max: And one with a higher ISO speed: it is dark.
         deviation_max: And one whose place is known less well, m: the pose's standard deviation.
         tries: A photograph that failed so often is left out.
+        wait: If there is no way to any photograph, the UAV hovers so long before they count as failed, s. The
+            map may lack a part for a moment, as after a restart.
         nearby: If there is no way to its place, it is taken from a place within this distance, m.
         closer: Resolution of a closer look, mm per pixel.
         look_period: Between two checks of the way, s.
@@ -61,6 +63,7 @@ class InspectionParameters:
     iso_max: float = 25600.0
     deviation_max: float = 0.5
     tries: int = 3
+    wait: float = 10.0
     nearby: float = 0.5
     closer: float = 0.3
     look_period: float = 0.5
@@ -90,6 +93,7 @@ class InspectionParameters:
         check_number("iso_max", self.iso_max, 50.0, 1e6)
         check_number("deviation_max", self.deviation_max, 0.001, 100.0)
         check_whole("tries", self.tries, 1, 20)
+        check_number("wait", self.wait, 0.0, 600.0)
         check_number("nearby", self.nearby, 0.0, 5.0)
         check_number("closer", self.closer, 0.01, 100.0)
         check_number("look_period", self.look_period, 0.05, 10.0)
