@@ -58,6 +58,9 @@ class Newest:
     def _take(self, message):
         self.last = message
 
+    def is_heard(self):
+        return self._subscriber.get_num_connections() > 0
+
 
 class Uav:
     """It is where it is sent, at once. Its camera takes grey pictures."""
@@ -318,6 +321,7 @@ class InspectTest(unittest.TestCase):
         wait_until(lambda: address_of(NODE) not in (None, old), "the node's new start", 60.0)
         # The goal is latched, so it goes on with what its folder lacks
         self.services["pause"].wait_for_service(60.0)
+        wait_until(self.results.is_heard, "the result's topic", 60.0)  # the result comes once
 
         def ended():
             uav.send_map()  # whole, as slam_octomap does for a new listener

@@ -241,7 +241,7 @@ class Exploration:
         if self._progress.is_held_off(stamp_s, SLOW_SHARE * self._p.patience) and not self._is_slow(stamp_s):
             self._slow_until_s = stamp_s + SLOW_S
             self._set_out(Way(in_steps([here_m, *rest_m], STEP_M)[1:]))
-        is_decided = self.told.end is not None or self._p.sweep > 0.0 or len(rest_m) > 1
+        is_decided = self.told.end is not None or self._p.sweep > 0.0 or not self._way.is_on_last_leg
         return is_decided and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)
 
     def _decide(self, stamp_s: float, here_m: np.ndarray) -> None:

@@ -103,6 +103,11 @@ class Way:
         return not self._has_arrived
 
     @property
+    def is_on_last_leg(self) -> bool:
+        """Whether no corner is left before the end."""
+        return sum(corner >= self._aim for corner in self._corners) <= 1
+
+    @property
     def rest_m(self) -> list[np.ndarray]:
         """The places to come, from the one to fly to now."""
         aim, corners = self._aim, self._corners
