@@ -13,6 +13,8 @@ SLOW_DETOURS = (0.8, 0.6, 0.4, 0.2)
 """Speed fractions for a UAV that follows slowly (PX4: 0.9 s); config/cepa.yaml uses them."""
 CLIMB_MAX_M_S = 0.8
 """A faster climb would leave the layers of heights that are looked at, within the horizon of the cost."""
+BODY_HEIGHT_MAX_M = 5.0
+"""A higher body would fill the layers of heights."""
 
 
 @dataclass(frozen=True)
@@ -217,6 +219,11 @@ class CepaParameters:
         if not self.height_min < self.height_max:
             raise ParameterError(
                 f"height_min must be less than height_max, but {self.height_min} >= {self.height_max}."
+            )
+        if not self.body_below + self.body_above <= BODY_HEIGHT_MAX_M:
+            raise ParameterError(
+                f"body_below and body_above must be at most {BODY_HEIGHT_MAX_M:g} m together, "
+                f"not {self.body_below} and {self.body_above}."
             )
         _ = self.response  # it raises what makes no sense
         if not self.floor_height < self.ceiling_height:

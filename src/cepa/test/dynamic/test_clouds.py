@@ -51,6 +51,23 @@ def test_flies_over_a_wall_and_under_an_overhang_and_back_to_its_height(boxes, o
     assert path[-1, 2] == pytest.approx(HEIGHT_M, abs=0.15)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0], ids=["over a wall", "under a beam"])
+def test_carried_too_near_over_a_wall_it_climbs_and_under_a_beam_it_sinks(sign):
+    # Drifting at 1 m/s whatever it commands, over a wall 1.2 m wide whose edge is within its body's heights
+    edge_m = HEIGHT_M - 0.25 if sign > 0.0 else HEIGHT_M + 0.1
+    low_m, high_m = (0.0, edge_m) if sign > 0.0 else (edge_m, 6.0)
+    boxes = Boxes(np.array([[(4.0, -20.0, low_m), (5.2, 20.0, high_m)]]))
+    steering = Dynamic()
+    for number in range(37):
+        position = np.array([0.9 + 0.1 * number, 0.0, HEIGHT_M])
+        motion = motion_at(0.1 * number, position, (1.0, 0.0, 0.0))
+        decision = steering.steer(NO_SCAN, (1.0, 0.0), (1.0, 0.0), motion, boxes.cloud(position))
+    assert 4.4 < position[0] < 4.6
+    assert decision.reason is Reason.MARGIN_LOST
+    assert decision.climb_m_s == sign * steering.parameters.climb_max
+    assert decision.velocity_xy == (0.0, 0.0)
+
+
 @pytest.mark.parametrize("hole_m", [1.6, 1.4])
 @pytest.mark.parametrize(("start_m", "goal_m"), [(1.3, 4.4), (1.3, 3.2), (4.4, 1.3), (4.4, 2.6)])
 def test_it_climbs_and_sinks_through_a_hole_in_a_deck(start_m, goal_m, hole_m):

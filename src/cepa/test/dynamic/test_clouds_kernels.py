@@ -36,16 +36,29 @@ def test_each_layer_knows_the_distance_to_what_is_at_its_height(seed, count):
     columns = np.empty((SIDE, SIDE), np.uint64)
     distance_layers(points, CELL_M, LAYER_M, BELOW_M, ABOVE_M, FAR_M, columns, field)
     axis = CELL_M * (np.arange(SIDE) - SIDE // 2)
-    level_m = ((LAYERS - 1) * LAYER_M + BELOW_M + ABOVE_M) / 63
+    level_m = LAYER_M / 7  # what 63 bits hold: 4 layers of 7 levels, and 30 for the body
     for layer, distances in enumerate(field):
         height = (layer - LAYERS // 2) * LAYER_M
         for widened, sign in ((0.0, 1), (level_m, -1)):
-            low, high = height - BELOW_M - widened, height + ABOVE_M + widened
+            low, high = height - BELOW_M, height + ABOVE_M + widened
             x, y = points[(low <= points[:, 2]) & (points[:, 2] <= high), :2].T
             offsets = np.hypot(axis[None, :, None] - x, axis[:, None, None] - y)
             true = np.minimum(offsets.min(axis=2, initial=math.inf), FAR_M)
             rounding_m = 0.5 * CELL_M * (math.sqrt(2.0) - sign)
             assert np.all(sign * (distances - true) <= rounding_m + 1e-6)
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=seeds, risen=st.sampled_from([-2, -1, 1, 2]))
+def test_a_layer_stays_as_it_is_when_the_uav_climbs_into_the_next(seed, risen):
+    rng = np.random.default_rng(seed)
+    points = rng.uniform((-1.5, -1.5, -1), (1.5, 1.5, 1), (20, 3))
+    columns, fields = np.empty((SIDE, SIDE), np.uint64), np.empty((2, LAYERS, SIDE, SIDE))
+    for field, risen_m in zip(fields, (0.0, risen * LAYER_M)):
+        seen = points - (0.0, 0.0, risen_m)
+        distance_layers(seen, CELL_M, LAYER_M, BELOW_M, ABOVE_M, FAR_M, columns, field)
+    both = slice(max(risen, 0), LAYERS + min(risen, 0)), slice(max(-risen, 0), LAYERS + min(-risen, 0))
+    np.testing.assert_array_equal(fields[0][both[0]], fields[1][both[1]])
 
 
 @settings(max_examples=30, deadline=None)

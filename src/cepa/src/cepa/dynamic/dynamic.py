@@ -18,7 +18,7 @@ from cepa.dynamic.destination import Destination
 from cepa.dynamic.emergency import Emergency
 from cepa.dynamic.heading import Heading
 from cepa.dynamic.kernels.rollout import DISCOMFORT, LOSS, PROGRESS
-from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO
+from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, Surroundings
 from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
 from cepa.dynamic.observer import Observer
 from cepa.dynamic.obstacle_tracks.moving_obstacles import MovingObstacles
@@ -245,14 +245,18 @@ class Dynamic(Algorithm):
         """Return the admissible velocity that regains r_LB fastest; the hull's own margin must suffice."""
         p, speed = self.parameters, max(step.reference.speed, self.parameters.v_max)
         around = outlook.around._replace(cost_to_go=NO_COST_TO_GO)
-        direction = self._emergency.direction(around)
-        straight = np.zeros(3) if direction is None else np.array([*(p.v_max * direction), 0.0])
-        commands = step.knowledge.with_climbs(candidates(straight, self._command, speed), 0.0)
-        away = np.zeros(2) if direction is None else direction
+        way_out, climb_m = self._emergency.way_out(around), self._emergency.climb_m(around)
+        if abs(climb_m) * p.v_max < (way_out.length_m if way_out else math.inf) * p.climb_max:
+            climb = self._spot_climb(step, around, climb_m, is_emergency=True)
+            if climb is not None:
+                return self._answer(step, climb, 0.0, len(SPOT_CLIMBS), Reason.MARGIN_LOST, considered)
+        away = np.zeros(2) if way_out is None else way_out.direction
+        commands = candidates(np.array([*(p.v_max * away), 0.0]), self._command, speed)
+        commands = step.knowledge.with_climbs(commands, 0.0)
         assessed = self._rollouts.assess(
             commands, step.snapshot.state, around, away, self.commit_s, is_emergency=True
         )
-        cost = self._cost.of_leaving(commands, assessed.outcomes, self._command, direction is not None)
+        cost = self._cost.of_leaving(commands, assessed.outcomes, self._command, way_out is not None)
         cost[~assessed.is_admissible] = math.inf
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
         tested = len(commands)
@@ -260,18 +264,23 @@ class Dynamic(Algorithm):
 
     def _climb_on_the_spot(self, step: Step, outlook: Outlook) -> Decision:
         """Climb or sink as fast as may be, to look for a way at other heights."""
-        commands = np.zeros((len(SPOT_CLIMBS), 3))
-        commands[:, 2] = self.parameters.climb_max * (outlook.search_climb * np.array(SPOT_CLIMBS))
-        state, tested = step.snapshot.state, len(commands)
-        nowhere = np.zeros(2)
-        is_admissible = self._rollouts.assess(
-            commands, state, outlook.around, nowhere, self.commit_s
-        ).is_admissible
-        if is_admissible.any():
-            return self._answer(step, commands[is_admissible.argmax()], 0.0, tested, Reason.STEERED)
-        if not np.any(np.abs(state[:, 1]) > STANDS_M_S):
+        climb, tested = self._spot_climb(step, outlook.around, outlook.search_climb), len(SPOT_CLIMBS)
+        if climb is not None:
+            return self._answer(step, climb, 0.0, tested, Reason.STEERED)
+        if not np.any(np.abs(step.snapshot.state[:, 1]) > STANDS_M_S):
             step.knowledge.give_up_height()
         return self._answer(step, np.zeros(3), math.inf, tested, Reason.BRAKING)
+
+    def _spot_climb(
+        self, step: Step, around: Surroundings, sign: float, is_emergency: bool = False
+    ) -> np.ndarray | None:
+        """Return the fastest admissible climb on the spot (3,), m/s; sign < 0: down. None: there is none."""
+        commands = np.zeros((len(SPOT_CLIMBS), 3))
+        commands[:, 2] = math.copysign(self.parameters.climb_max, sign) * np.array(SPOT_CLIMBS)
+        state, nowhere = step.snapshot.state, np.zeros(2)
+        assessed = self._rollouts.assess(commands, state, around, nowhere, self.commit_s, is_emergency)
+        is_admissible = assessed.is_admissible
+        return commands[is_admissible.argmax()] if is_admissible.any() else None
 
     def _answer(
         self,

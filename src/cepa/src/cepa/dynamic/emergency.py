@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,6 +18,14 @@ from cepa.dynamic.constants.choice import (
 from cepa.dynamic.kernels.surroundings import Surroundings
 from cepa.dynamic.rollouts import cost_horizon_s
 from cepa.parameters import CepaParameters
+
+
+class WayOut(NamedTuple):
+    """A straight flight that regains r_LB. A narrow one counts as longer."""
+
+    direction: np.ndarray
+    """Unit vector (2,)."""
+    length_m: float
 
 
 class Emergency:
@@ -49,8 +58,25 @@ class Emergency:
             self._last = np.zeros(2)
         return self._is_on
 
-    def direction(self, around: Surroundings) -> np.ndarray | None:
-        """Return the direction (2,) in which a straight flight regains r_LB soonest; None: there is none.
+    def climb_m(self, around: Surroundings) -> float:
+        """Return how far up (< 0: down) the next height is at which r_LB is kept; inf: there is none.
+
+        On its way it keeps the hull's margin, or what it has where it is.
+        """
+        distance, _, layer_m, _ = around.field
+        layers, side = len(distance) // 2, distance.shape[1] // 2
+        upwards, downwards = distance[layers:, side, side], distance[layers::-1, side, side]
+        above_m, below_m = (self._steps_to_r_lb(column_m) * layer_m for column_m in (upwards, downwards))
+        return above_m if above_m <= below_m else -below_m
+
+    def _steps_to_r_lb(self, column_m: np.ndarray) -> float:
+        """Return after how many layers r_LB is kept; inf: it is not before something is too near."""
+        keep_m = min(self._hull_m, float(column_m[0]))
+        is_regained = (np.minimum.accumulate(column_m) >= keep_m) & (column_m >= self._p.r_lb)
+        return float(is_regained.argmax()) if is_regained.any() else math.inf
+
+    def way_out(self, around: Surroundings) -> WayOut | None:
+        """Return the straight level flight that regains r_LB soonest; None: there is none.
 
         On its way it keeps the hull's margin, or what it has where it is. A wider way counts as shorter.
         """
@@ -72,5 +98,6 @@ class Emergency:
         way_m += EMERGENCY_TURN_M * (1.0 - directions @ self._last)
         if math.isinf(way_m.min()):
             return None
-        self._last = directions[int(np.argmin(way_m))]
-        return self._last
+        best = int(np.argmin(way_m))
+        self._last = directions[best]
+        return WayOut(self._last, float(way_m[best]))

@@ -15,11 +15,29 @@ BITS = 63
 @njit(cache=True)
 def band_of(lowest: float, low: float, high: float, level_m: float) -> np.uint64:
     """Return the bits of the levels from ``low`` to ``high``; ``lowest``: where bit 0 begins, m."""
+    return bits_of(math.floor((low - lowest) / level_m), math.floor((high - lowest) / level_m))
+
+
+@njit(cache=True)
+def bits_of(first: int, last: int) -> np.uint64:
+    """Return the bits of the levels ``first`` to ``last``; there are none beyond 0 and `BITS`."""
     mask = np.uint64(0)
-    first = max(0, math.floor((low - lowest) / level_m))
-    for bit in range(first, min(BITS, math.floor((high - lowest) / level_m)) + 1):
+    for bit in range(max(0, first), min(BITS, last) + 1):
         mask |= np.uint64(1) << np.uint64(bit)
     return mask
+
+
+@njit(cache=True)
+def levels_of_layer(layers: int, layer_m: float, body_m: float) -> int:
+    """Return how many levels a layer is cut into: as many as the bits hold, at least 1.
+
+    It is a whole number. Else a point near the edge of a layer's heights would count or not depending on
+    which of the layers is the middle one, and a free layer would close when the UAV climbs into it.
+    """
+    count = 1
+    while count < BITS and (layers - 1) * (count + 1) + math.floor(body_m * (count + 1) / layer_m) <= BITS:
+        count += 1
+    return count
 
 
 @njit(cache=True)
@@ -36,13 +54,16 @@ def distance_layers(
     """Fill ``field`` (layers, n, n) with the horizontal distance to the nearest obstacle, at most ``far`` m.
 
     points (m, 3): obstacles relative to the UAV, m; they count at the middle of their cell, and half a cell
-    nearer. A point belongs to every layer whose height it is at most ``below`` under and ``above`` over.
+    nearer. A point belongs to every layer whose height it is at most ``below`` under and ``above`` over; what
+    ``above`` lacks to whole levels is added.
     columns (n, n) uint64: is overwritten. The transform is exact: along x, then along y.
     """
     layers, n, _ = field.shape
     half = n // 2
     lowest = -(layers // 2) * layer_m - below
-    level_m = ((layers - 1) * layer_m + below + above) / BITS
+    count = levels_of_layer(layers, layer_m, below + above)
+    level_m = layer_m / count
+    body = math.floor((below + above) / level_m)
     columns[:] = np.uint64(0)
     for k in range(points.shape[0]):
         i, j = math.floor(points[k, 1] / cell + 0.5) + half, math.floor(points[k, 0] / cell + 0.5) + half
@@ -57,8 +78,7 @@ def distance_layers(
     for k in range(distances.size):
         distances[k] = min(far, max(0.0, (math.sqrt(np.float32(k)) - 0.5) * cell))
     for layer in range(layers):
-        height = (layer - layers // 2) * layer_m
-        band = band_of(lowest, height - below, height + above, level_m)
+        band = bits_of(layer * count, layer * count + body)
         for i in range(n):
             is_new[i] = _is_changed(columns[i], band, cells[i]) or layer == 0
             if is_new[i]:
