@@ -11,6 +11,7 @@ from room_clouds import puck_in_hold
 
 from gridslam import MapError, ParameterError
 from gridslam.volume import Board, VolumeParameters, VoxelMap, stream_of
+from gridslam.volume.kernels.rays import LANES
 
 RESOLUTION = 0.1
 on_the_grid = st.integers(-60, 60).map(lambda half_voxels: half_voxels * RESOLUTION / 2.0)
@@ -49,6 +50,34 @@ def test_voxels_equal_those_of_octomaps_rules_written_slowly(clouds, max_range):
     voxel_map = mapped(clouds, max_range_m=max_range)
     box = voxel_map.box()
     np.testing.assert_array_equal(voxel_map.values(box), dense(plain.voxels, box))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.tuples(point, st.lists(point, min_size=LANES, max_size=3 * LANES)), st.integers(1, 7))
+def test_voxels_of_many_rays_equal_octomaps_also_where_they_are_surely_free(cloud, times):
+    """Rays are followed side by side; five misses give a voxel the least log-odds."""
+    origin, points = cloud
+    plain, clouds = PlainVolume(RESOLUTION), [cloud] * times + [(points[0], [origin, *points])]
+    for each in clouds:
+        plain.insert(*each)
+    voxel_map = mapped(clouds)
+    box = voxel_map.box()
+    np.testing.assert_array_equal(voxel_map.values(box), dense(plain.voxels, box))
+    assert_sure_rows_are_true(voxel_map)
+
+
+def test_most_of_a_hold_is_surely_free_after_some_clouds():
+    voxel_map = mapped([puck_in_hold((12.0 + 0.1 * k, 9.0, 4.0), k, columns=450) for k in range(12)])
+    assert assert_sure_rows_are_true(voxel_map) > 100_000
+    assert_sure_rows_are_true(voxel_map.copy())
+
+
+def assert_sure_rows_are_true(voxel_map):
+    """A bit says that a voxel has the least log-odds, and every such voxel has it. Return their number."""
+    pool = voxel_map.pool
+    bits = np.unpackbits(pool.sure_rows.view(np.uint8), axis=1, bitorder="little")
+    np.testing.assert_array_equal(bits, pool.cubes == voxel_map.parameters.model.low)
+    return np.count_nonzero(bits)
 
 
 @settings(max_examples=100, deadline=None)

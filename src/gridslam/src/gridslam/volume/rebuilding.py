@@ -165,11 +165,11 @@ def _replace(voxels: VoxelMap, shadow: VoxelMap) -> None:
     arrays = voxels.pool.tiles
     for first in range(0, len(places), AT_ONCE):
         at = tuple(places[first : first + AT_ONCE].T)
-        tiles = table[at]
-        before, after = voxels.pool.cubes[tiles], shadow.pool.cubes[shadow.table[at]]
+        tiles, theirs = table[at], shadow.table[at]
+        before, after = voxels.pool.cubes[tiles], shadow.pool.cubes[theirs]
         gone = np.isnan(before) != np.isnan(after)
         changed = gone | ((before != after) & ~np.isnan(after))
         turned = gone | ((before >= 0.0) != (after >= 0.0))
         arrays.written[tiles[changed.any(axis=1)]] = voxels.stamp
         arrays.turned[tiles[turned.any(axis=1)]] = voxels.stamp
-        voxels.pool.cubes[tiles] = after
+        voxels.pool.copy(tiles, shadow.pool, theirs)

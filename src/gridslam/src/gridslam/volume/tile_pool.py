@@ -7,7 +7,7 @@ import mmap
 import numpy as np
 
 from gridslam.maps.mapped_arrays import mapped_zeros, size_bytes
-from gridslam.volume.kernels.tiles import VOXELS, Tiles
+from gridslam.volume.kernels.tiles import ROWS, VOXELS, Tiles
 
 FIRST = 1024
 """Tiles of the first pool. Only tiles that are written take memory."""
@@ -19,6 +19,7 @@ class TilePool:
     def __init__(self) -> None:
         self.tiles = Tiles(
             mapped_zeros((FIRST * VOXELS,), np.float32),
+            np.zeros(FIRST * ROWS, np.uint16),
             np.zeros(FIRST, np.int64),
             np.zeros(FIRST, np.int64),
             np.arange(FIRST - 1, 0, -1, dtype=np.int32),
@@ -37,17 +38,23 @@ class TilePool:
         """(tiles, VOXELS) log-odds, a view. No other variable may hold it when the pool grows."""
         return self.tiles.log_odds.reshape(-1, VOXELS)
 
+    @property
+    def sure_rows(self) -> np.ndarray:
+        """(tiles, ROWS) uint16, a view; see `Tiles`."""
+        return self.tiles.sure.reshape(-1, ROWS)
+
     def grow(self, least: int = 1) -> None:
         """Make room for half as many tiles again, at least for this many more."""
         old = self.tiles.written.size
         new = old + max(old // 2, least)
         memory = self.tiles.log_odds.base
-        written, turned, unused, left = self.tiles[1:]
+        sure, written, turned, unused, left = self.tiles[1:]
         assert isinstance(memory, mmap.mmap)  # `mapped_zeros` gave it
         self.tiles = self.tiles._replace(log_odds=np.empty(0, np.float32))  # memory in use cannot grow
         memory.resize(size_bytes((new * VOXELS,), np.float32))
         self.tiles = Tiles(
             np.ndarray((new * VOXELS,), np.float32, memory),
+            np.concatenate((sure, np.zeros((new - old) * ROWS, np.uint16))),
             np.concatenate((written, np.zeros(new - old, np.int64))),
             np.concatenate((turned, np.zeros(new - old, np.int64))),
             np.concatenate((np.arange(new - 1, old - 1, -1, dtype=np.int32), unused[: left[0]])),
@@ -66,8 +73,14 @@ class TilePool:
         left = int(self.tiles.left[0])
         taken = self.tiles.unused[left : left + count].copy()
         self.cubes[taken] = np.nan
+        self.sure_rows[taken] = 0
         self.tiles.written[taken] = self.tiles.turned[taken] = stamp
         return taken
+
+    def copy(self, tiles: np.ndarray, other: TilePool, theirs: np.ndarray) -> None:
+        """Copy the voxels of another pool's tiles (n,) into these (n,). The sensor models agree."""
+        self.cubes[tiles] = other.cubes[theirs]
+        self.sure_rows[tiles] = other.sure_rows[theirs]
 
     def give_back(self, tiles: np.ndarray) -> None:
         """Let these tiles be used again."""

@@ -76,7 +76,7 @@ class VoxelMap(TileTable):
         places, tiles = places[tiles > UNSEEN], tiles[tiles > UNSEEN]
         self.stamp += 1
         taken = self.pool.take(len(tiles), self.stamp)
-        self.pool.cubes[taken] = other.pool.cubes[tiles]
+        self.pool.copy(taken, other.pool, tiles)
         self.table[tuple(places.T)] = taken
 
     def copy(self) -> VoxelMap:

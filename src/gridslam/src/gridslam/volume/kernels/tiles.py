@@ -30,6 +30,9 @@ class Tiles(NamedTuple):
 
     log_odds: np.ndarray
     """(tiles * VOXELS,) float32."""
+    sure: np.ndarray
+    """(tiles * ROWS,) uint16: a bit for each voxel of a row that is known to have the least log-odds. A miss
+    does not change it."""
     written: np.ndarray
     """(tiles,) int64: stamp of the last change of a value."""
     turned: np.ndarray
