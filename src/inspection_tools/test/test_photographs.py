@@ -2,12 +2,15 @@
 
 import errno
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 import yaml
 from PIL import Image
 
+from inspection_tools.inspection import InspectionParameters
+from inspection_tools.inspection.taken import done_in
 from inspection_tools.photographs import folder as photographs
 from inspection_tools.photographs.folder import (
     PhotographError,
@@ -17,6 +20,7 @@ from inspection_tools.photographs.folder import (
     read_record,
 )
 from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.survey.poses import read_taken
 
 CAMERA = SurveyCamera(64, 48, 60.0)
 PICTURE = np.full((48, 64, 3), 120, np.uint8)
@@ -88,3 +92,38 @@ def test_a_record_of_a_newer_program_is_read_and_one_that_lacks_a_key_is_named(t
     path.write_text(json.dumps(values))
     with pytest.raises(PhotographError, match="lux"):
         read_record(path)
+
+
+@pytest.mark.parametrize(
+    "damage", ["", "{", '{"stamp_s": 1}', "[]", "null", "\x00\xff", "NO PLACE", "NO NUMBER"]
+)
+def test_a_damaged_record_loses_one_photograph_and_is_told(tmp_path, damage):
+    store = PhotographFolder(tmp_path, CAMERA)
+    store.save(PICTURE, replace(record(1.0), view=1, lux=100.0))
+    bad = store.save(PICTURE, replace(record(2.0), view=2, lux=100.0)).with_suffix(".json")
+    values = json.loads(bad.read_text())
+    damage = {
+        "NO PLACE": json.dumps({**values, "position_m": [0.0, None, 1.0]}),
+        "NO NUMBER": json.dumps({**values, "lux": "bright"}),
+    }.get(damage, damage)
+    bad.write_text(damage)
+    store = PhotographFolder(tmp_path, CAMERA)
+    (sentence,) = store.damaged
+    assert bad.name in sentence
+    assert "left out" in sentence
+    assert done_in(tmp_path, InspectionParameters()) == {1}
+    assert (tmp_path / "rgb.txt").read_text().split("\n")[1:] == ["1.000000 1.000000.jpg", ""]
+    assert store.last_stamp_s == 2.0
+    store.save(PICTURE, replace(record(3.0), view=2, lux=100.0))  # it is taken again
+    assert done_in(tmp_path, InspectionParameters()) == {1, 2}
+
+
+def test_coverage_is_judged_without_the_photograph_whose_record_is_damaged(tmp_path):
+    store = PhotographFolder(tmp_path, CAMERA)
+    store.save(PICTURE, record(1.0))
+    bad = store.save(PICTURE, record(2.0)).with_suffix(".json")
+    bad.write_text("{")
+    said = []
+    taken, _ = read_taken(tmp_path, CAMERA, said.append)
+    assert len(taken) == len(said) == 1
+    assert bad.name in said[0]

@@ -25,15 +25,28 @@ class MapFeed:
     """Takes ~updates. Call it under the planner's lock.
 
     Args:
-        planner: gets the map. frame: that of the poses.
+        planner: gets the map. frame: that of the poses. keeps: a prior may come; then the map is kept, for
+            slam_octomap tells a voxel only when it changes.
 
     Attributes:
         prior: what is known before the flight; it fills what the map does not know. None: nothing is.
     """
 
-    def __init__(self, planner: PathPlanner, frame: str) -> None:
+    def __init__(self, planner: PathPlanner, frame: str, keeps: bool = False) -> None:
         self._planner, self._frame, self._seq = planner, frame, 0
+        self._size: tuple[float, int] | None = None
+        self._kept: dict[tuple[int, ...], np.ndarray] | None = {} if keeps else None
         self.prior: Prior | None = None
+
+    def use(self, prior: Prior | None) -> None:
+        """Let a prior fill what the map does not know, also of the map that is there already."""
+        assert self._kept is not None
+        self.prior = prior
+        self._planner.clear_map()
+        if self._size is not None:
+            self._begin(*self._size)
+            if self._kept:
+                self._update(*self._size, np.array(list(self._kept)), np.array(list(self._kept.values())))
 
     def take(self, message: Any) -> None:
         """Take a gridslam/VoxelTiles. If slam_octomap has started anew, the map begins anew.
@@ -47,14 +60,25 @@ class MapFeed:
                 f'The map is in frame "{frame}", but poses are in "{self._frame}"; set pose_source.'
             )
         tiles, voxels = planner_messages.tiles_of(message)
+        size = message.resolution, message.side
         if message.header.seq < self._seq:
             self._planner.clear_map()
-        self._seq = message.header.seq
-        size = message.resolution, message.side
+        if message.header.seq < self._seq or size != self._size:
+            self._kept = None if self._kept is None else {}
+        self._seq, self._size = message.header.seq, size
+        if self._kept is not None:
+            self._kept.update(zip(map(tuple, tiles.tolist()), voxels))
+        if not self._planner.has_map:
+            self._begin(*size)
+        self._update(*size, tiles, voxels)
+
+    def _begin(self, resolution_m: float, side: int) -> None:
+        """Begin the planner's map with what is known before."""
         if self.prior is not None:
-            if not self._planner.has_map:
-                known = self.prior.tiles(*size)
-                unknown = np.zeros((len(known), message.side**3), np.uint8)
-                self._planner.update_map(*size, known, self.prior.filled(*size, known, unknown))
-            voxels = self.prior.filled(*size, tiles, voxels)
-        self._planner.update_map(message.resolution, message.side, tiles, voxels)
+            known = self.prior.tiles(resolution_m, side)
+            self._update(resolution_m, side, known, np.zeros((len(known), side**3), np.uint8))
+
+    def _update(self, resolution_m: float, side: int, tiles: np.ndarray, voxels: np.ndarray) -> None:
+        if self.prior is not None:
+            voxels = self.prior.filled(resolution_m, side, tiles, voxels)
+        self._planner.update_map(resolution_m, side, tiles, voxels)

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from inspection_tools.photographs.folder import PhotographRecord
 from inspection_tools.survey.coverage import shown_by
@@ -51,7 +50,8 @@ class LiveCoverage:
 
     def take(self, record: PhotographRecord) -> None:
         """Take a photograph that was stored."""
-        self.shown |= self._shown_by([_taken(record)])
+        taken = Taken.of_pose(record.position_m, record.orientation_xyzw, record.blur_px)
+        self.shown |= self._shown_by([taken])
 
     def _shown_by(self, taken: list[Taken]) -> np.ndarray:
         return shown_by(taken, self.mesh, self.patches, self._camera, self._asked)
@@ -75,8 +75,3 @@ class LiveCoverage:
         return np.stack(
             (middle - aside - up, middle + aside - up, middle + aside + up, middle - aside + up), 1
         )
-
-
-def _taken(record: PhotographRecord) -> Taken:
-    turn = Rotation.from_quat(record.orientation_xyzw)
-    return Taken(np.array(record.position_m), turn.as_matrix(), record.blur_px)

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from inspection_tools.geometry import Quaternion, Vector3
 from inspection_tools.inspection.parameters import InspectionParameters
 from inspection_tools.inspection.todo import Shot, Task
-from inspection_tools.photographs.folder import PhotographRecord, photographs_in, read_record
+from inspection_tools.photographs.folder import PhotographRecord, records_in
 
 POSES = 100
 MATCH_S = 0.5
@@ -96,9 +96,8 @@ def shot_of(record: PhotographRecord) -> Shot:
 def done_in(folder: Path, parameters: InspectionParameters) -> set[int]:
     """Return the numbers of the plan's photographs that a folder holds, and that are good.
 
-    Raises:
-        PhotographError: the record of one is damaged.
+    One whose record is damaged is not.
     """
-    records = [read_record(path.with_suffix(".json")) for path in photographs_in(folder)]
-    good = [record for record in records if record.view and not shot_of(record).fault(parameters)]
+    whole, _ = records_in(folder)
+    good = [record for _, record in whole if record.view and not shot_of(record).fault(parameters)]
     return {record.view for record in good}

@@ -58,11 +58,16 @@ KEYS = frozenset(each.name for each in fields(PhotographRecord))
 
 
 class PhotographFolder:
-    """Stores photographs of one camera. A folder that is there already is continued."""
+    """Stores photographs of one camera. A folder that is there already is continued.
+
+    Attributes:
+        damaged: a sentence for each photograph there whose record is damaged; it counts as not taken.
+    """
 
     def __init__(self, folder: Path, camera: SurveyCamera) -> None:
         """Make the folder; raises PhotographError if that fails, or if it is another camera's."""
         self.folder, self._camera = folder, camera
+        self.damaged: list[str] = []
         calibration = folder / "calibration.yaml"
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -80,9 +85,8 @@ class PhotographFolder:
 
     def _restore_lists(self) -> float | None:
         """Write the lists anew from what is stored, for a run may have been killed. Return the last stamp."""
-        stored = photographs_in(self.folder)
-        records = [read_record(path.with_suffix(".json")) for path in stored]
-        lines = ["".join(each) for each in zip(*(_lines(path, r) for path, r in zip(stored, records)))]
+        whole, self.damaged = records_in(self.folder)
+        lines = ["".join(each) for each in zip(*(_lines(path, record) for path, record in whole))]
         poses, names = lines or ("", "")
         _write(self.folder / "groundtruth.txt", (POSES_HEAD + poses).encode())
         _write(self.folder / "rgb.txt", (NAMES_HEAD + names).encode())
@@ -137,6 +141,17 @@ def photographs_in(folder: Path) -> list[Path]:
     return sorted((path for path in found if path.with_suffix(".json").exists()), key=lambda p: float(p.stem))
 
 
+def records_in(folder: Path) -> tuple[list[tuple[Path, PhotographRecord]], list[str]]:
+    """Return the photographs with their records, by their stamps, and a sentence for each damaged record."""
+    whole, damaged = [], []
+    for path in photographs_in(folder):
+        try:
+            whole.append((path, read_record(path.with_suffix(".json"))))
+        except PhotographError as error:
+            damaged.append(f"{error} This photograph is left out.")
+    return whole, damaged
+
+
 def read_camera(path: Path) -> SurveyCamera:
     """Return the camera in a folder's calibration.yaml, which has no distortion.
 
@@ -180,9 +195,23 @@ def read_record(path: Path) -> PhotographRecord:
             for name, value in values.items()
             if name in KEYS
         }
-        return PhotographRecord(**known)
+        record = PhotographRecord(**known)
+        _check(record)
+        return record
     except (OSError, ValueError, TypeError, AttributeError) as error:
         raise PhotographError(f"{path}: cannot be read ({error}).") from None
+
+
+def _check(record: PhotographRecord) -> None:
+    """Raise ValueError or TypeError if the record has no pose and no numbers."""
+    for name, size in (("position_m", 3), ("orientation_xyzw", 4), ("covariance", 36)):
+        values = np.array(getattr(record, name), float)
+        if values.shape != (size,) or not np.isfinite(values).all():
+            raise ValueError(f"{name} must be {size} finite numbers")
+    if not np.linalg.norm(record.orientation_xyzw) > 0.0:
+        raise ValueError("orientation_xyzw must not be 0")
+    for name in ("stamp_s", "exposure_s", "iso", "lux", "blur_px", "view"):
+        float(getattr(record, name))
 
 
 def _is_number(name: str) -> bool:

@@ -175,6 +175,10 @@ def _check(given: argparse.Namespace) -> None:
     print(f"{given.plan}: {len(plan.views)} photographs in {len(plan.flights)} flights can be flown.")
 
 
+def _warn(sentence: str) -> None:
+    print(f"survey_planner: {sentence}", file=sys.stderr)
+
+
 def _coverage(given: argparse.Namespace) -> None:
     from inspection_tools.survey.camera import SurveyCamera
     from inspection_tools.survey.coverage import judge, write_coverage
@@ -184,7 +188,7 @@ def _coverage(given: argparse.Namespace) -> None:
     if given.mesh is None:
         raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
     asked = _parameters(SurveyParameters, OF_ASKED, given)
-    taken, camera = read_taken(given.poses, _parameters(SurveyCamera, OF_CAMERA, given))
+    taken, camera = read_taken(given.poses, _parameters(SurveyCamera, OF_CAMERA, given), _warn)
     coverage = judge(given.mesh, taken, camera, asked, given.home)
     record = write_coverage(given.out, coverage, str(given.mesh), str(given.poses), len(taken), asked)
     share = record["share_of_reachable"]

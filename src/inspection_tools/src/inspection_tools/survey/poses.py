@@ -7,7 +7,7 @@ import json
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Mapping, Sequence
+from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -36,17 +36,27 @@ class Taken:
         """Return the photograph of a view that is taken from its own place."""
         return cls(np.array(view.place_m), optical_axes(view.yaw_rad, view.tilt_rad))
 
+    @classmethod
+    def of_pose(
+        cls, place_m: Sequence[float], orientation_xyzw: Sequence[float], blur_px: float = 0.0
+    ) -> Taken:
+        """Return the photograph of a camera at this pose of its optical frame."""
+        return cls(np.array(place_m), Rotation.from_quat(orientation_xyzw).as_matrix(), blur_px)
 
-def read_taken(path: Path, camera: SurveyCamera) -> tuple[list[Taken], SurveyCamera]:
+
+def read_taken(
+    path: Path, camera: SurveyCamera, say: Callable[[str], None] = lambda _: None
+) -> tuple[list[Taken], SurveyCamera]:
     """Read a folder of photographs (JSON beside each), a CSV, or a plan; return them and their camera.
 
-    The camera given counts for a CSV. A folder has its own in calibration.yaml, a plan in itself.
+    The camera given counts for a CSV. A folder has its own in calibration.yaml, a plan in itself. say: told
+    which photographs of a folder are damaged; they are left out.
 
     Raises:
         SurveyError: one sentence that names the file, the line and the fault.
     """
     if path.is_dir():
-        taken, camera = _of_folder(path), _camera_of(path / "calibration.yaml", camera)
+        taken, camera = _of_folder(path, say), _camera_of(path / "calibration.yaml", camera)
     elif path.suffix.lower() in PLAN_SUFFIXES:
         plan = read_plan(path)
         taken, camera = (
@@ -60,7 +70,7 @@ def read_taken(path: Path, camera: SurveyCamera) -> tuple[list[Taken], SurveyCam
     return taken, camera
 
 
-def _of_folder(folder: Path) -> list[Taken]:
+def _of_folder(folder: Path, say: Callable[[str], None]) -> list[Taken]:
     found = []
     for path in sorted(folder.glob("*.json")):
         if path.name in NO_PHOTOGRAPHS:
@@ -68,9 +78,11 @@ def _of_folder(folder: Path) -> list[Taken]:
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
             numbers = [*content["position_m"], *content["orientation_xyzw"], content.get("blur_px", 0.0)]
+            found.append(_taken(f"{path}", numbers[:3], numbers[3:-1], numbers[-1]))
+        except SurveyError as error:
+            say(f"{error} It is left out.")
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-            raise SurveyError(f"{path}: is no record of a photograph ({error}).") from None
-        found.append(_taken(f"{path}", numbers[:3], numbers[3:-1], numbers[-1]))
+            say(f"{path}: is no record of a photograph ({error}). It is left out.")
     return found
 
 

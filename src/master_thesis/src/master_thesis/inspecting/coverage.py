@@ -9,7 +9,7 @@ from typing import Mapping
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.photographs.folder import photographs_in, read_record
+from inspection_tools.photographs.folder import records_in
 from inspection_tools.survey.coverage import judge_each, write_coverage
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.poses import Taken, read_taken
@@ -60,8 +60,8 @@ def judge_photographs(
     Raises:
         InspectionToolsError: one sentence.
     """
-    stored = [read_record(path.with_suffix(".json")) for path in photographs_in(folder)]
-    kept = [record for record in stored if round(record.stamp_s, 6) in truths]
+    whole, _ = records_in(folder)
+    kept = [record for _, record in whole if round(record.stamp_s, 6) in truths]
     if not kept:
         return None
     told, camera = read_taken(folder, plan.camera)
