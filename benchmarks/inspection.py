@@ -11,14 +11,16 @@ kind.
 
 flown: the first photographs of such a plan, flown with dynamics and without GNSS by a Puck's odometry, from
 take-off to landing. No pixel is rendered. With --battery the UAV comes home for full batteries, else the
-battery does not count. Shares are of what these photographs would show from their own places; the judge takes
-the true poses.
+battery does not count. With --photographs 0 it flies the whole plan, searched for 20 s, and then photographs
+what stays open. The judge takes the true poses. share_of_planned: of what these photographs would show from
+their own places. share, shares: of what is reachable, of all and of each thing.
 
 Keys: inspection.hold_3d.plan.{photographs, lp_ratio, tour_ratio, flights, flight_s, share, cpu_s} and
 inspection.hold_3d.{findings, second_look}.{rust, cracks, wide_cracks}.{found, shown},
 .false_{rust, cracks}_per_100_m2, .off_p95_m, .area_m2, .photographs, .cpu_s
 and inspection.hold_3d.flown.{asked, taken, left_out, shots, contacts, landed, flights, least_charge,
-share_of_planned, m2_per_min, off_m, off_deg}, medians over the flights
+share_planned, share_of_planned, share, shares, m2_per_min, each_s, off_m, off_deg, flight_s}, medians over
+the flights; each_s: time of flight for each photograph
 """
 
 from __future__ import annotations
@@ -45,19 +47,21 @@ from inspection_tools.inspection import InspectionParameters, PriorMap
 from inspection_tools.photographs.folder import photographs_in
 from inspection_tools.planning import PlannerParameters
 from inspection_tools.survey.closer import closer_plan
-from inspection_tools.survey.coverage import shown_by
+from inspection_tools.survey.coverage import judge_on
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.planner import SurveyPlanner
 from inspection_tools.survey.poses import Taken
+from inspection_tools.survey.supplement import Supplement
 from inspection_tools.survey.surface.of_mesh import patches_of_mesh
-from inspection_tools.survey.surface.reading import read_surface
+from inspection_tools.survey.surface.reading import Surface, read_surface
 from inspection_tools.survey.views.candidates import View
 from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import PhaseLimits
+from master_thesis.flight.course import Outcome, PhaseLimits
 from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.inspecting.findings_judge import JudgedFindings, disturbed, judge_findings, shows
-from master_thesis.inspecting.flight import InspectingFlight, controller_of
+from master_thesis.inspecting.flight import InspectingFlight, Photographed, controller_of
+from master_thesis.inspecting.request import COMFORT_M
 from master_thesis.photographing.command import photograph, poses_of
 from master_thesis.worlds.defects import write_defects
 from simulation_tools.camera.defects import Defect, decals_of, read_defects
@@ -75,6 +79,8 @@ PLAN_SEEDS = (11, 12, 13)
 DEFECT_SEEDS = (21, 22)
 """The finder was developed on the defects of the seeds 1 and 7."""
 ASKED = SurveyParameters(radius=0.35, margin=0.25)
+FLYING = replace(ASKED, comfort=COMFORT_M)
+"""As inspection.launch plans: the bounds of row plan are those of all places."""
 SEARCH_S, BRIEF_SEARCH_S = 20.0, 0.0
 CLOSER_MM = 0.3
 OFF_M, OFF_DEG = 0.006, 0.33
@@ -82,6 +88,8 @@ BRIEF_PHOTOGRAPHS = 3
 """The brief run takes so many of each look."""
 ROWS = ("plan", "findings", "flown")
 FLIGHT_SEEDS, FLOWN, BRIEF_FLOWN = (31, 32, 33), 20, 1
+PROGRESS = 25
+"""After so many photographs a flight of the whole plan prints a line."""
 FLIGHT_S, EACH_S = 300.0, 15.0
 """A flight may last so long, and so much longer for each photograph."""
 PLANNER = PlannerParameters(radius=0.35, margin=0.05)
@@ -95,7 +103,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = trial_options(__doc__ or "")
     parser.add_argument("--rows", nargs="+", choices=ROWS, default=ROWS)
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
-    parser.add_argument("--photographs", type=int, default=FLOWN, help="of a flight (default: %(default)s)")
+    parser.add_argument("--photographs", type=int, default=FLOWN, help="of a flight; 0: all (%(default)s)")
     parser.add_argument("--battery", action="store_true", help="the battery counts, and is swapped")
     given = parser.parse_args(arguments)
     with Results("inspection", given.results, vars(given)) as results:
@@ -128,7 +136,13 @@ def _add(results: Results, key: str, numbers: dict) -> None:
 
 
 def _medians(rows: Sequence[dict]) -> dict:
-    return {"seeds": len(rows), **{key: float(np.median([row[key] for row in rows])) for key in rows[0]}}
+    return {"seeds": len(rows), **{key: _median([row[key] for row in rows]) for key in rows[0]}}
+
+
+def _median(values: Sequence) -> float | dict:
+    if isinstance(values[0], dict):
+        return {key: _median([each[key] for each in values]) for key in values[0]}
+    return float(np.median(values))
 
 
 def _sums(rows: Sequence[dict]) -> dict:
@@ -201,18 +215,21 @@ def look(seed: int, most: int) -> dict:
 
 
 def fly(seed: int, most: int, battery: bool) -> dict:
-    """Fly the first photographs of a plan, and judge what they show. battery: whether it counts."""
-    surface = read_surface(WORLD, ASKED, HOME_M)
-    planner = SurveyPlanner(surface.room, surface.patches, surface.ranges_m, asked=ASKED, source=str(WORLD))
-    first = next(planner.improve(seed, BRIEF_SEARCH_S, bound=False)).plan
-    part = _only(first, first.views[:most])
+    """Fly the first photographs of a plan, or all, and judge what they show. battery: whether it counts."""
+    surface = read_surface(WORLD, FLYING, HOME_M)
+    planner = SurveyPlanner(surface.room, surface.patches, surface.ranges_m, asked=FLYING, source=str(WORLD))
+    if most:
+        first = next(planner.improve(seed, BRIEF_SEARCH_S, bound=False)).plan
+        part = _only(first, first.views[:most])
+    else:
+        *_, part = (each.plan for each in planner.improve(seed, SEARCH_S, bound=False))
     simulation = SimulationParameters(
         str(WORLD), lidar="puck", sensors=("range_finder", "range_finder_up"), gnss=False, seed=seed,
         spawn_pose=Pose((*HOME_M[:2], 0.0)), battery=BatteryStart() if battery else None,
     )  # fmt: skip
     parameters = ClosedLoopParameters(
         simulation, goal_xyz_m=None, algorithm="dynamic", range_finders=True, pose_source="odometry",
-        limits=PhaseLimits(flight_timeout_s=FLIGHT_S + EACH_S * most),
+        limits=PhaseLimits(flight_timeout_s=FLIGHT_S + EACH_S * len(part.views)),
         position_controller=controller_of(SPEED_M_S),
     )  # fmt: skip
     surfaces = surfaces_of(load_world(str(WORLD)))
@@ -220,17 +237,34 @@ def fly(seed: int, most: int, battery: bool) -> dict:
     with ClosedLoop(parameters) as loop:
         prior = PriorMap(surface.room)
         watch = EnergyWatch() if battery else None
+        more = None if most else Supplement(part, surface)
         flight = InspectingFlight(
-            loop, part, renderer, PLANNER, VOLUME, InspectionParameters(), prior, watch, SWAPS
+            loop, part, renderer, PLANNER, VOLUME, InspectionParameters(), prior, watch, SWAPS, more
         )
+        if not most:
+            flight.on_photograph = lambda: _tell(seed, flight, loop)
         photographed, outcome = flight.run(), loop.outcome
+    return _flown_row(flight, photographed, outcome, part, surface)
+
+
+def _tell(seed: int, flight: InspectingFlight, loop: ClosedLoop) -> None:
+    todo, taken = flight.inspection.todo, len(flight.photographed.true)
+    if taken % PROGRESS == 0:
+        print(
+            f"seed {seed}: {loop.time_s:.0f} s, {taken} photographs, {len(todo.open)} open, "
+            f"{len(todo.left_out)} left out, charge {loop.charge:.2f}",
+            flush=True,
+        )
+
+
+def _flown_row(
+    flight: InspectingFlight, photographed: Photographed, outcome: Outcome, part: SurveyPlan, surface: Surface
+) -> dict:
+    """Judge a flight of a plan by the true poses."""
     planned = [Taken.of_view(each) for each in part.views]
-    patches = surface.patches
-
-    def shown_m2(taken: Sequence[Taken]) -> float:
-        return float(patches.areas_m2[shown_by(taken, surface.mesh, patches, part.camera, ASKED)].sum())
-
-    area_m2 = shown_m2(photographed.true)
+    shown, by_plan = judge_on(surface, (photographed.true, planned), part.camera, FLYING)
+    areas_m2 = shown.patches.areas_m2
+    area_m2 = float(areas_m2[shown.shown].sum())
     off = [a.axes @ b.axes.T for a, b in zip(photographed.true, photographed.told)]
     turned_deg = [math.degrees(math.acos(min(1.0, 0.5 * (np.trace(each) - 1.0)))) for each in off]
     off_m = [np.linalg.norm(a.place_m - b.place_m) for a, b in zip(photographed.true, photographed.told)]
@@ -243,8 +277,13 @@ def fly(seed: int, most: int, battery: bool) -> dict:
         "landed": outcome.landed,
         "flights": len(photographed.flights),
         "least_charge": min(each.charge for each in photographed.flights),
-        "share_of_planned": area_m2 / shown_m2(planned),
+        "share_of_planned": area_m2 / float(areas_m2[by_plan.shown].sum()),
+        "share_planned": by_plan.share(),
+        "share": shown.share(),
+        "shares": {name: shown.share(number) for number, name in enumerate(shown.patches.names)},
         "m2_per_min": 60.0 * area_m2 / photographed.flight_s,
+        "each_s": photographed.flight_s / len(photographed.true),
+        "flight_s": photographed.flight_s,
         "off_m": float(np.median(off_m)),
         "off_deg": float(np.median(turned_deg)),
     }

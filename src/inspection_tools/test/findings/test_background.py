@@ -14,6 +14,7 @@ from inspection_tools.findings.background import BackgroundSearch
 from inspection_tools.findings.follower import follow
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.search import find
+from inspection_tools.findings.wanted import Wanted
 from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord, photographs_in
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
@@ -47,17 +48,21 @@ def survey(tmp_path):
     return tmp_path
 
 
+CRACKS = Wanted(open=False, cracks=True)
+
+
 def answered(search, longest_s=60.0):
-    until = time.monotonic() + longest_s
-    while search.answer is None and time.monotonic() < until:
+    until, answer = time.monotonic() + longest_s, None
+    while answer is None and time.monotonic() < until:
         time.sleep(0.05)
+        answer = search.take_answer()
     search.close()
-    assert search.answer is not None
-    return search.answer
+    assert answer is not None
+    return answer
 
 
 def test_a_photograph_is_searched_in_another_process(survey):
-    search = BackgroundSearch(survey / "plan.yaml", survey / "closer.yaml")
+    search = BackgroundSearch(survey / "plan.yaml", survey / "closer.yaml", CRACKS)
     for path in photographs_in(survey / "shots"):
         search.add(path)
     search.ask()
@@ -70,8 +75,23 @@ def test_a_photograph_is_searched_in_another_process(survey):
     assert np.allclose(stored.place_m, view.place_m, atol=1e-3)
 
 
+def test_what_no_photograph_shows_is_asked_for_first(survey):
+    (path,) = photographs_in(survey / "shots")
+    lines = [f"{path}\n", "[]\n", "[]\n", "[]\n"]
+    answers = list(follow(survey / "plan.yaml", survey / "closer.yaml", Wanted(), lines))
+    assert [each["is_last"] for each in answers] == [False, False, True]
+    assert len(answers[0]["views"]) > 3
+    assert "1 rust spots and 1 cracks" in answers[-1]["says"]
+    # When the UAV could not go anywhere near a place, none is asked for there
+    x, y, z, *_ = answers[0]["views"][0]
+    again = list(
+        follow(survey / "plan.yaml", survey / "closer.yaml", Wanted(), [lines[0], f"[[{x}, {y}, {z}]]"])
+    )
+    assert all(np.linalg.norm(np.subtract(each[:3], (x, y, z))) > 0.5 for each in again[0]["views"])
+
+
 def test_a_plan_that_cannot_be_read_is_answered_with_its_sentence(survey):
-    search = BackgroundSearch(survey / "nowhere.yaml", survey / "closer.yaml")
+    search = BackgroundSearch(survey / "nowhere.yaml", survey / "closer.yaml", CRACKS)
     search.ask()
     answer = answered(search)
     assert answer.views == ()
@@ -79,7 +99,7 @@ def test_a_plan_that_cannot_be_read_is_answered_with_its_sentence(survey):
 
 
 def test_a_process_that_dies_is_an_answer(survey):
-    search = BackgroundSearch(survey / "plan.yaml", survey / "closer.yaml")
+    search = BackgroundSearch(survey / "plan.yaml", survey / "closer.yaml", CRACKS)
     search._process.kill()
     answer = answered(search)
     assert answer.views == ()
@@ -89,14 +109,14 @@ def test_a_process_that_dies_is_an_answer(survey):
 
 def test_nobody_asks_and_nothing_is_answered(survey):
     paths = [f"{path}\n" for path in photographs_in(survey / "shots")]
-    assert follow(survey / "plan.yaml", survey / "closer.yaml", paths) is None
+    assert not list(follow(survey / "plan.yaml", survey / "closer.yaml", CRACKS, paths))
     assert not (survey / "closer.yaml").exists()
 
 
 def test_a_damaged_photograph_is_left_out_and_told(survey):
     (path,) = photographs_in(survey / "shots")
     path.write_bytes(path.read_bytes()[:5000])
-    answer = follow(survey / "plan.yaml", survey / "closer.yaml", [f"{path}\n", "\n"])
+    (answer,) = follow(survey / "plan.yaml", survey / "closer.yaml", CRACKS, [f"{path}\n", "[]\n"])
     assert answer["views"] == []
     assert "1 photographs are damaged" in answer["says"]
 

@@ -9,6 +9,7 @@ from drawn_voxels import tiles_of
 from voxel_room import PLANNER, SIDE_M
 
 from inspection_tools.energy import EnergyParameters, EnergyWatch
+from inspection_tools.findings.background import Answer
 from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Task, Todo
 from inspection_tools.inspection.leg import Motion, PhotographLeg
 from inspection_tools.inspection.places import body_place_m
@@ -398,25 +399,30 @@ def test_a_uav_that_comes_home_by_a_place_where_cepa_does_not_fly_takes_another_
 
 
 class Search:
-    """It answers some steps after it was asked."""
+    """It answers some steps after it was asked. open_: views in its answers before the last."""
 
-    def __init__(self, views, patience):
-        self.views, self.patience, self.says = views, patience, "Two cracks."
-        self.added, self.asked, self.closed = [], 0, 0
+    def __init__(self, views, patience, open_=()):
+        self.answers = [Answer(each, "Some is open.", False) for each in open_]
+        self.answers.append(Answer(views, "Two cracks.", True))
+        self.patience, self.patient, self.waits = patience, patience, False
+        self.added, self.asked, self.closed, self.left_out = [], 0, 0, []
 
     def add(self, photograph):
         self.added.append(photograph)
 
-    def ask(self):
-        self.asked += 1
+    def ask(self, left_out):
+        self.asked, self.waits, self.patient = self.asked + 1, True, self.patience
+        self.left_out.append(left_out)
 
     def close(self):
         self.closed += 1
 
-    @property
-    def answer(self):
-        self.patience -= bool(self.asked)
-        return self if self.asked and self.patience < 0 else None
+    def take_answer(self):
+        self.patient -= self.waits
+        if not self.waits or self.patient >= 0:
+            return None
+        self.waits = False
+        return self.answers.pop(0)
 
 
 def fly_second_look(search, steps=4000):
@@ -441,6 +447,26 @@ def test_the_second_look_follows_the_survey_in_the_same_flight():
     assert lead.reason == "Every photograph of the plan is taken. 2 more are taken from nearer."
 
 
+def test_what_stays_open_is_photographed_before_the_nearer_ones_and_the_search_is_asked_again():
+    search = Search((VIEWS[0],), patience=3, open_=[(VIEWS[2],), (VIEWS[1],)])
+    lead, numbers, _ = fly_second_look(search)
+    assert numbers == [1, 2, 3, 4, -1]
+    assert [task.view for task in lead.todo.tasks] == [*VIEWS[:2], VIEWS[2], VIEWS[1]]
+    assert (search.asked, search.closed, lead.end) == (3, 1, End.DONE)
+    assert lead.todo.done == {1, 2, 3, 4, -1}
+
+
+def test_the_search_is_told_what_could_not_be_taken():
+    search = Search((), patience=3)
+    beyond = View((30.0, 1.0, 1.0), 0.0, 0.0)
+    lead = inspection([VIEWS[0], beyond], parameters=replace(QUICK, wait=0.5))
+    second, uav = SecondLook(lead, search), Uav(lead)
+    while not lead.is_home and uav.stamp_s < 120.0:
+        second.look(waits=False)
+        uav.step()
+    assert search.left_out == [[beyond]]
+
+
 def test_a_uav_waits_at_home_for_a_slow_search_and_ends_if_nothing_is_found():
     search = Search((), patience=400)
     lead, numbers, at_home = fly_second_look(search)
@@ -460,7 +486,7 @@ def test_an_abort_while_the_search_is_awaited_ends_at_home():
     assert (lead.end, lead.is_home) == (End.ABORTED, True)
 
 
-def test_photographs_are_searched_until_the_search_is_asked():
+def test_photographs_are_searched_until_the_search_has_answered_for_the_last_time():
     lead = inspection(VIEWS[:1])
     search = Search((), patience=10**6)
     second = SecondLook(lead, search)
@@ -471,7 +497,11 @@ def test_photographs_are_searched_until_the_search_is_asked():
     lead.todo.note_done(lead.todo.tasks[0])
     second.look(waits=False)
     second.stored("late")
-    assert (search.asked, search.added) == (1, ["one"])
+    assert (search.asked, search.added) == (1, ["one", "late"])
+    search.patient = 0
+    second.look(waits=False)
+    second.stored("later")
+    assert (search.closed, search.added) == (1, ["one", "late"])
 
 
 def test_closer_looks_go_on_counting_from_those_in_the_folder():

@@ -83,7 +83,7 @@ def test_places_near_a_surface_are_left_out_unless_they_show_what_no_other_place
     clearances_m = surface.room.clearances_m(places_m)
     np.testing.assert_allclose(clearances_m, np.minimum(wall_m, pillar_m), atol=2.0 * ASKED.voxel)
     preferred = clearances_m >= 0.9
-    fewer = every.preferring(preferred)
+    fewer, _ = every.preferring(preferred)
     assert preferred.sum() <= len(fewer.places_m) < len(places_m)
     alone = Candidates(surface.patches, places_m[preferred], SurveyCamera(), ASKED, surface.ranges_m)
     found = np.zeros(len(surface.patches), bool)

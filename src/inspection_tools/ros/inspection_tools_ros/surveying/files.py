@@ -28,7 +28,7 @@ class SurveyFiles(NamedTuple):
 
 def name_of(goal: SurveyGoal) -> str:
     """Return a name that is the same for the same survey."""
-    return f"{goal.plan} {goal.folder} {goal.photographs} {goal.second_look}"
+    return f"{goal.plan} {goal.folder} {goal.photographs} {goal.second_look} {goal.supplement}"
 
 
 def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
@@ -39,6 +39,8 @@ def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
     """
     plan = read_plan(Path(goal.plan))
     folder = PhotographFolder(Path(goal.folder), plan.camera)
+    for sentence in folder.damaged:
+        rospy.logwarn("%s", sentence)
     done = done_in(folder.folder, parameters)
     if done:
         rospy.loginfo("%d photographs are in %s already.", len(done), goal.folder)

@@ -12,11 +12,12 @@ import rospy
 
 from inspection_tools.energy import EnergyWatch
 from inspection_tools.findings.background import BackgroundSearch
+from inspection_tools.findings.wanted import Wanted
 from inspection_tools.inspection import Inspection, InspectionParameters
 from inspection_tools.inspection.leg import Motion
 from inspection_tools.inspection.second_look import SecondLook
 from inspection_tools.msg import SurveyGoal
-from inspection_tools.photographs.folder import PhotographFolder, photographs_in
+from inspection_tools.photographs.folder import PhotographFolder, records_in
 from inspection_tools.planning import PathPlanner
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools_ros.map_feed import MapFeed
@@ -31,7 +32,8 @@ class SurveyGoals:
     """Knows the goal that is flown.
 
     Attributes:
-        plan: of the goal; None: none has come. folder: its photographs. second_look: that it asks for.
+        plan: of the goal; None: none has come. folder: its photographs. second_look: takes more
+            photographs than the plan's; None: nobody asks for them.
         on_stored: takes each photograph that is stored.
     """
 
@@ -66,8 +68,7 @@ class SurveyGoals:
         prior = self._drawings.prior_of(files.plan)
         with self._planner_lock:
             if prior is not self._feed.prior:
-                self._feed.prior = prior
-                self._planner.clear_map()
+                self._feed.use(prior)
         p = self._parameters
         is_fine = files.plan.asked.resolution <= FINE_MM
         still = min(p.still, p.still_closer) if is_fine else p.still
@@ -75,11 +76,12 @@ class SurveyGoals:
         self._name, self.plan, self.folder = name_of(goal), files.plan, files.folder
         inspection = self._inspection = Inspection(self._planner, files.todo, given, self._energy)
         self.close()
-        if goal.second_look and not is_fine:
-            search = BackgroundSearch(Path(goal.plan), files.folder.folder / "closer.yaml")
+        wanted = Wanted(goal.supplement and not goal.photographs, goal.second_look and not is_fine)
+        if any(wanted):
+            search = BackgroundSearch(Path(goal.plan), files.folder.folder / "closer.yaml", wanted)
             self.second_look = SecondLook(inspection, search)
         self.on_stored = self._taker(files.plan.source)
-        for path in photographs_in(files.folder.folder):
+        for path, _ in records_in(files.folder.folder)[0]:
             self.on_stored(path)
         return inspection
 

@@ -5,20 +5,23 @@ from __future__ import annotations
 import json
 import math
 import os
+import queue
 import subprocess
 import sys
 import threading
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Sequence
 
+from inspection_tools.findings.wanted import Wanted
 from inspection_tools.survey.views.candidates import View
 
 
 class Answer(NamedTuple):
-    """views: nearer photographs to take, in their order. says: a sentence."""
+    """views: photographs to take, in their order. says: a sentence. is_last: they are nearer ones."""
 
     views: tuple[View, ...]
     says: str
+    is_last: bool = True
 
 
 class BackgroundSearch:
@@ -26,15 +29,19 @@ class BackgroundSearch:
 
     Args:
         plan: file of the plan that is flown; its mesh is searched. closer: file for the plan of nearer ones.
+        wanted: what the answers ask for.
     """
 
-    def __init__(self, plan: Path, closer: Path) -> None:
+    def __init__(self, plan: Path, closer: Path, wanted: Wanted) -> None:
         known = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "inspection_tools.findings.follower", str(plan), str(closer)],
+            [
+                sys.executable, "-m", "inspection_tools.findings.follower", str(plan), str(closer),
+                json.dumps(wanted),
+            ],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=known,
         )  # fmt: skip
-        self._answer: Answer | None = None
+        self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
 
@@ -42,14 +49,16 @@ class BackgroundSearch:
         """Search a photograph, soon."""
         self._send(f"{photograph}\n")
 
-    def ask(self) -> None:
-        """All photographs have come: ask for the answer."""
-        self._send("\n")
+    def ask(self, left_out: Sequence[View] = ()) -> None:
+        """All photographs have come, but for these: ask for an answer."""
+        self._send(json.dumps([each.place_m for each in left_out]) + "\n")
 
-    @property
-    def answer(self) -> Answer | None:
-        """The answer; None: it has not come yet."""
-        return self._answer
+    def take_answer(self) -> Answer | None:
+        """Return an answer, once; None: it has not come yet."""
+        try:
+            return self._answers.get_nowait()
+        except queue.Empty:
+            return None
 
     def close(self) -> None:
         """End the process."""
@@ -70,7 +79,11 @@ class BackgroundSearch:
 
     def _read(self) -> None:
         assert self._process.stdout is not None
-        self._answer = _answer_in(self._process.stdout.readline(), self._process)
+        is_last = False
+        while not is_last:
+            answer = _answer_in(self._process.stdout.readline(), self._process)
+            is_last = answer.is_last
+            self._answers.put(answer)
 
 
 def _answer_in(line: str, process: subprocess.Popen) -> Answer:
@@ -78,8 +91,10 @@ def _answer_in(line: str, process: subprocess.Popen) -> Answer:
         told = json.loads(line)
         views = tuple(View((x, y, z), yaw, tilt) for x, y, z, yaw, tilt in told["views"])
         if all(math.isfinite(value) for row in told["views"] for value in row):
-            return Answer(views, str(told["says"]))
+            return Answer(views, str(told["says"]), told["is_last"] is True)
     except (ValueError, KeyError, TypeError):
         pass
     code = process.wait()
-    return Answer((), f"The search of the photographs has ended (exit code {code}); there is no second look.")
+    return Answer(
+        (), f"The search of the photographs has ended (exit code {code}); no more photographs are asked for."
+    )

@@ -1,8 +1,9 @@
-"""A process that searches photographs while the UAV flies; `background` starts it and talks to it.
+"""A process that looks at photographs while the UAV flies; `background` starts it and talks to it.
 
-On standard input comes a line for each photograph, its path, and an empty line when all have come. Then
-standard output gets one line, a JSON with `views` (x, y, z, yaw and tilt in rad, of nearer photographs) and
-`says`, a sentence.
+On standard input comes a line for each photograph, its path. When all have come, a JSON list comes: the
+places (x, y, z) of those that could not be taken. Then standard output gets a line, a JSON with `views` (x,
+y, z, yaw and tilt in rad, of more photographs), `says`, a sentence, and `is_last`. If it is not the last
+answer, these photographs come, too, and then a list again.
 """
 
 from __future__ import annotations
@@ -11,67 +12,127 @@ import json
 import os
 import sys
 from pathlib import Path
-from typing import Iterable
+from typing import Iterable, Iterator
+
+import numpy as np
 
 from inspection_tools.errors import InspectionToolsError, SurveyError
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.search import PhotographSearch, plan_nearer
-from inspection_tools.photographs.folder import PhotographError
+from inspection_tools.findings.wanted import Wanted
+from inspection_tools.photographs.folder import PhotographError, read_record
+from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
-from inspection_tools.survey.surface.reading import read_surface
+from inspection_tools.survey.poses import Taken
+from inspection_tools.survey.supplement import ROUNDS, Supplement
+from inspection_tools.survey.surface.reading import Surface, read_surface
 
 NICE = 10
 """The search leaves the processor to what flies."""
+SEED = 1
 
 
-def follow(plan_file: Path, closer_file: Path, lines: Iterable[str]) -> dict | None:
-    """Search the photographs whose paths come, until an empty line. Return the answer.
+class Follower:
+    """Looks at the photographs of one plan.
 
-    None: nobody asked for it. closer_file: gets the plan of nearer photographs, if there is one. A
-    photograph that is damaged is left out.
+    Args:
+        plan_file: that is flown. closer_file: gets the plan of nearer photographs, if there is one. wanted:
+            see there.
 
     Raises:
         InspectionToolsError: the plan or its mesh cannot be read.
     """
-    plan = read_plan(plan_file)
-    surface = read_surface(Path(plan.source), plan.asked, plan.home_m)
-    search = PhotographSearch(surface.mesh, FindingParameters(), closer_file.parent)
-    left_out = 0
-    for line in lines:
-        if not line.strip():
-            break
+
+    def __init__(self, plan_file: Path, closer_file: Path, wanted: Wanted) -> None:
+        self._plan, self._closer_file = read_plan(plan_file), closer_file
+        self._surface: Surface = read_surface(Path(self._plan.source), self._plan.asked, self._plan.home_m)
+        self._supplement = Supplement(self._plan, self._surface) if wanted.open else None
+        self._search: PhotographSearch | None = None
+        if wanted.cracks:
+            self._search = PhotographSearch(self._surface.mesh, FindingParameters(), closer_file.parent)
+        self._left_out, self._rounds, self._rng = 0, ROUNDS, np.random.default_rng(SEED)
+
+    def add(self, photograph: Path) -> None:
+        """Take a photograph. One that is damaged is left out."""
         try:
-            search.add(Path(line.rstrip("\n")))
+            if self._supplement is not None:
+                record = read_record(photograph.with_suffix(".json"))
+                pose = record.position_m, record.orientation_xyzw
+                self._supplement.take(Taken.of_pose(*pose, record.blur_px))
+            if self._search is not None:
+                self._search.add(photograph)
         except PhotographError:
-            left_out += 1
-    else:
-        return None
-    found = search.findings()
-    kinds = [each.kind for each in found]
-    says = f"{kinds.count('rust')} rust spots and {kinds.count('crack')} cracks are found so far. "
-    says += f"{left_out} photographs are damaged. " if left_out else ""
-    try:
-        nearer = plan_nearer(plan, surface, found)
-    except SurveyError as error:
-        return {"views": [], "says": f"{says}{error}"}
-    if nearer.closer is None:
-        return {"views": [], "says": f"{says}No crack needs a closer look."}
-    write_plan(closer_file, nearer.closer.plan)
-    views = [[*view.place_m, view.yaw_rad, view.tilt_rad] for view in nearer.closer.plan.views]
-    hidden = f" {len(nearer.hidden)} cracks cannot be seen from nearer." if nearer.hidden else ""
-    return {"views": views, "says": f"{says}{len(views)} closer photographs are planned.{hidden}"}
+            self._left_out += 1
+
+    def answer(self, not_taken_m: list[list[float]]) -> dict:
+        """Return the next answer."""
+        says = f"{self._left_out} photographs are damaged. " if self._left_out else ""
+        if self._supplement is not None and self._rounds:
+            self._rounds -= 1
+            try:
+                more = self._supplement.plan_more(not_taken_m, self._rng)
+            except SurveyError as error:
+                more, says = None, f"{says}{error} "
+            if more is not None:
+                before, share = (100.0 * more.figures[key] for key in ("share_before", "share"))
+                says += (
+                    f"The photographs show {before:.1f} % of what can be shown; {len(more.views)} more are "
+                    f"planned, for {share:.1f} %."
+                )
+                return {"views": _rows(more), "says": says, "is_last": False}
+        return {**self._nearer(says), "is_last": True}
+
+    def _nearer(self, says: str) -> dict:
+        if self._search is None:
+            return {"views": [], "says": f"{says}No more photographs are needed."}
+        found = self._search.findings()
+        kinds = [each.kind for each in found]
+        says += f"{kinds.count('rust')} rust spots and {kinds.count('crack')} cracks are found so far. "
+        try:
+            nearer = plan_nearer(self._plan, self._surface, found)
+        except SurveyError as error:
+            return {"views": [], "says": f"{says}{error}"}
+        if nearer.closer is None:
+            return {"views": [], "says": f"{says}No crack needs a closer look."}
+        plan = nearer.closer.plan
+        write_plan(self._closer_file, plan)
+        hidden = f" {len(nearer.hidden)} cracks cannot be seen from nearer." if nearer.hidden else ""
+        return {
+            "views": _rows(plan),
+            "says": f"{says}{len(plan.views)} closer photographs are planned.{hidden}",
+        }
+
+
+def _rows(plan: SurveyPlan) -> list[list[float]]:
+    return [[*view.place_m, view.yaw_rad, view.tilt_rad] for view in plan.views]
+
+
+def follow(plan_file: Path, closer_file: Path, wanted: Wanted, lines: Iterable[str]) -> Iterator[dict]:
+    """Look at the photographs whose paths come. Yield an answer each time that one is asked for.
+
+    Raises:
+        InspectionToolsError: the plan or its mesh cannot be read.
+    """
+    follower = Follower(plan_file, closer_file, wanted)
+    for line in lines:
+        if line.startswith("["):
+            answer = follower.answer(json.loads(line))
+            yield answer
+            if answer["is_last"]:
+                return
+        else:
+            follower.add(Path(line.rstrip("\n")))
 
 
 def main() -> int:
-    """Run the process: PLAN CLOSER. Return its exit code."""
+    """Run the process: PLAN CLOSER WANTED. Return its exit code."""
     os.nice(NICE)
-    answer: dict | None
+    given = Path(sys.argv[1]), Path(sys.argv[2]), Wanted(*json.loads(sys.argv[3]))
     try:
-        answer = follow(Path(sys.argv[1]), Path(sys.argv[2]), sys.stdin)
+        for answer in follow(*given, sys.stdin):
+            print(json.dumps(answer), flush=True)
     except InspectionToolsError as error:
-        answer = {"views": [], "says": str(error)}
-    if answer is not None:
-        print(json.dumps(answer), flush=True)
+        print(json.dumps({"views": [], "says": str(error), "is_last": True}), flush=True)
     return 0
 
 

@@ -207,6 +207,12 @@ class Inspection:
             self.todo.look_again(views)
             self.awaits, self._look_s = False, -math.inf
 
+    def take_more(self, views: Sequence[View]) -> None:
+        """Photograph these, too, after all others."""
+        with self._lock:
+            self.todo.add(views)
+            self._look_s = -math.inf
+
     def _fail(self, task: Task, why: str) -> None:
         if self._leg is not None and self._leg.task.number == task.number:
             self._leg = None

@@ -1,4 +1,4 @@
-"""The second look: what a search finds in the photographs is photographed from nearer in the same survey."""
+"""More photographs in the same survey: of what stays open, and of what a search finds, from nearer."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from inspection_tools.survey.views.candidates import View
 
 
 class Answer(Protocol):
-    """Nearer photographs, and a sentence."""
+    """More photographs, and a sentence."""
 
     @property
     def views(self) -> Sequence[View]:
@@ -20,6 +20,10 @@ class Answer(Protocol):
     def says(self) -> str:
         """A sentence."""
 
+    @property
+    def is_last(self) -> bool:
+        """Whether these are nearer ones, and no more follow. Else they show what the plan's did not."""
+
 
 class Search(Protocol):
     """Searches photographs elsewhere, and never blocks."""
@@ -27,19 +31,18 @@ class Search(Protocol):
     def add(self, photograph: Path) -> None:
         """Search a photograph, soon."""
 
-    def ask(self) -> None:
-        """All photographs have come."""
+    def ask(self, left_out: Sequence[View]) -> None:
+        """All photographs have come, but for these, which could not be taken."""
 
-    @property
-    def answer(self) -> Answer | None:
-        """None: it has not come yet."""
+    def take_answer(self) -> Answer | None:
+        """Return the answer, once; None: it has not come yet."""
 
     def close(self) -> None:
         """End the search."""
 
 
 class SecondLook:
-    """Gives photographs to a search, and adds the nearer ones that it asks for to the inspection, once.
+    """Gives photographs to a search, and adds to the inspection those that it asks for.
 
     While it waits for the search, the UAV flies home and hovers there.
 
@@ -54,7 +57,7 @@ class SecondLook:
 
     def stored(self, photograph: Path) -> None:
         """Take a photograph that is stored."""
-        if not self._has_asked:
+        if self._inspection.awaits:
             self._search.add(photograph)
 
     def look(self, waits: bool) -> str:
@@ -67,12 +70,16 @@ class SecondLook:
             return ""
         if not self._has_asked and lead.todo.next is None and not waits:
             self._has_asked = True
-            self._search.ask()
-        answer = self._search.answer
+            self._search.ask(lead.todo.views_left_out)
+        answer = self._search.take_answer()
         if answer is None:
             return ""
-        lead.look_again(answer.views)
-        self._search.close()
+        if answer.is_last:
+            lead.look_again(answer.views)
+            self._search.close()
+        else:
+            lead.take_more(answer.views)
+            self._has_asked = False
         return answer.says
 
     def close(self) -> None:

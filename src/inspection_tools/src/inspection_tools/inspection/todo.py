@@ -12,7 +12,10 @@ from inspection_tools.survey.views.candidates import View
 
 @dataclass(frozen=True)
 class Task:
-    """A photograph to take. number: in the plan, from 1; below 0: a closer look. view: of the camera."""
+    """A photograph to take. view: of the camera.
+
+    number: from 1, those of the plan and then more of their kind; below 0: a closer look.
+    """
 
     number: int
     view: View
@@ -43,7 +46,7 @@ class Shot:
 
 
 class Todo:
-    """The photographs of a plan in its order.
+    """The photographs of a plan in its order, and those that are added.
 
     Args:
         views: of the plan. done: numbers of those that are stored already. tries: see the parameters.
@@ -69,6 +72,11 @@ class Todo:
     def open(self) -> tuple[Task, ...]:
         """What is still to be taken, in its order."""
         return tuple(self._open)
+
+    @property
+    def views_left_out(self) -> list[View]:
+        """Photographs that cannot be taken."""
+        return [task.view for task in self.tasks if task.number in self.left_out]
 
     def told(self) -> str:
         """Return in a sentence what is taken, if nothing is open."""
@@ -108,6 +116,13 @@ class Todo:
         task = self._closer_task(view)
         self._open.appendleft(task)
         return task
+
+    def add(self, views: Sequence[View]) -> None:
+        """Put photographs of the plan's kind after all others."""
+        first = len(self.tasks) + 1
+        more = tuple(Task(number, view) for number, view in enumerate(views, start=first))
+        self.tasks += more
+        self._open += more
 
     def look_again(self, views: Sequence[View]) -> None:
         """Put closer photographs after all others."""

@@ -22,7 +22,7 @@ from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.surface.mesh_file import Mesh
 from inspection_tools.survey.surface.of_mesh import patches_of_mesh
 from inspection_tools.survey.surface.patches import Patches
-from inspection_tools.survey.surface.reading import read_surface
+from inspection_tools.survey.surface.reading import Surface, read_surface
 from inspection_tools.survey.surface.samples import normals_of
 from inspection_tools.survey.surface_record import SurfaceRecord, write_surface_record
 from inspection_tools.survey.views.candidates import Candidates, lattice
@@ -71,15 +71,25 @@ def judge_each(
     home_m: Sequence[float] | None = None,
 ) -> list[Coverage]:
     """Return the coverage of several sets of photographs, as `judge` does of one."""
-    surface = read_surface(mesh_file, asked, home_m)
-    p = patches_of_mesh(
-        surface.mesh, surface.room, surface.samples, surface.near, replace(asked, patch=0.5 * asked.patch)
-    )
+    return judge_on(read_surface(mesh_file, asked, home_m), several, camera, asked)
+
+
+def judge_on(
+    surface: Surface, several: Sequence[Sequence[Taken]], camera: SurveyCamera, asked: SurveyParameters
+) -> list[Coverage]:
+    """Return the coverage of several sets of photographs on a surface that is read already."""
+    p = fine_patches(surface, asked)
     places_m = lattice(surface.room, asked.spacing)
     candidates = Candidates(surface.patches, places_m, camera, asked, surface.ranges_m)
     whole = surface.patches.numbers(p.points_m, p.normals, p.parts)
     reachable = (whole >= 0) & candidates.reachable[np.maximum(whole, 0)]
     return [Coverage(p, shown_by(taken, surface.mesh, p, camera, asked), reachable) for taken in several]
+
+
+def fine_patches(surface: Surface, asked: SurveyParameters) -> Patches:
+    """Return the patches for which coverage is judged: of half the planner's side."""
+    finer = replace(asked, patch=0.5 * asked.patch)
+    return patches_of_mesh(surface.mesh, surface.room, surface.samples, surface.near, finer)
 
 
 def shown_by(

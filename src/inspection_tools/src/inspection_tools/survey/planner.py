@@ -16,7 +16,7 @@ from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.surface.patches import Patches
 from inspection_tools.survey.surface.room import Room
 from inspection_tools.survey.tour.flown import flown
-from inspection_tools.survey.views.candidates import Candidates, Ranges, View, lattice
+from inspection_tools.survey.views.candidates import Candidates, Ranges, lattice
 from inspection_tools.survey.views.cover import Cover
 from inspection_tools.survey.views.lp_bound import lp_bound
 
@@ -60,8 +60,8 @@ class SurveyPlanner:
         """Yield flyable plans.
 
         The first tries few places, so less of the surface counts as reachable, and a later plan may need more
-        photographs. From the second on all show the asked share of the same surface, and none has more
-        photographs than the one before.
+        photographs. From the second on all show the asked share of the same surface, and none costs more
+        than the one before: has more photographs, or more where the UAV has little room.
 
         seed: of all that is drawn. search_s: CPU time of the local search. bound: compute the LP's bound.
 
@@ -100,20 +100,12 @@ class SurveyPlanner:
             yield told("bound", replace(plan, figures={**plan.figures, "photographs_lp_bound": least}))
 
     def _candidates(self, spacing_m: float) -> Candidates:
-        places_m = lattice(self._room, spacing_m)
-        speed_m_s = self._flying.shooting_speed
-        asked = self._asked
-        found = Candidates(self._patches, places_m, self._camera, asked, self._ranges_m, speed_m_s)
-        if asked.comfort <= asked.margin:
-            return found
-        return found.preferring(self._room.clearances_m(places_m) >= asked.radius + asked.comfort)
+        places_m, speed_m_s = lattice(self._room, spacing_m), self._flying.shooting_speed
+        found = Candidates(self._patches, places_m, self._camera, self._asked, self._ranges_m, speed_m_s)
+        return found.comfortable(self._room)
 
     def _plan(self, candidates: Candidates, cover: Cover, rng: np.random.Generator, tries: int) -> SurveyPlan:
-        views = [
-            View(tuple(candidates.places_m[shot.place].tolist()), float(shot.yaw), float(shot.tilt))
-            for shot in cover.shots
-        ]
-        flights, figures = flown(self._room, views, self._flying, rng, tries)
+        flights, figures = flown(self._room, cover.views, self._flying, rng, tries)
         x, y, z = self._room.home_m.tolist()
         areas = {
             "area_m2": float(self._patches.areas_m2.sum()),

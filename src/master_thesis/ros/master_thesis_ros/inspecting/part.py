@@ -67,7 +67,7 @@ class SurveyPart(Part):
         message.goal_id.id = f"the survey {uuid.uuid4()}"
         goal = message.goal
         goal.plan, goal.folder = str(self._folder / "plan.yaml"), str(self._folder / "photographs")
-        goal.second_look = self._request.second_look
+        goal.second_look, goal.supplement = self._request.second_look, self._request.supplement
         goal.photographs, goal.time_max = self._request.photographs, self._request.flight.time_s
         self._goal.publish(message)
         rospy.loginfo("The UAV hovers and begins to take photographs.")
@@ -85,16 +85,17 @@ class SurveyPart(Part):
 
 
 def figures(told: Photographed, asked: int, swaps: int) -> dict[str, Any]:
-    """Return them for result.json. asked: photographs that were to be taken."""
+    """Return them for result.json. asked: photographs of the plan that were to be taken."""
     result = told.result
     if result is None:
         return {"end": "", "reason": "The survey told no result."}
+    whole = result.taken + result.open + sum(number > 0 for number in result.left_out)
     left = zip(result.left_out, result.left_out_reasons)
     return {
         "end": result.end,
         "reason": result.reason,
         "is_home": result.is_home,
-        "asked": asked,
+        "asked": max(asked, whole),
         "taken": result.taken,
         "open": result.open,
         "closer": result.closer,

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Callable
 
 import numpy as np
 import yaml
@@ -22,6 +23,7 @@ from inspection_tools.inspection.leg import Motion
 from inspection_tools.planning import PathPlanner, PlannerParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.poses import Taken
+from inspection_tools.survey.supplement import ROUNDS, Supplement
 from master_thesis.exploring.errand import Errand, Next
 from master_thesis.exploring.flight import BATTERY_US
 from master_thesis.exploring.flown_clouds import FlownClouds
@@ -81,7 +83,11 @@ class InspectingFlight:
         loop: a flight without GNSS, with a lidar that has clouds, and without a goal.
         plan: its photographs. renderer: tells light and distance of each. planner, volume, parameters: see
             there. prior: the drawing of the place. energy: watches the battery; None: it does not count.
-            swaps: of the battery, at most.
+            swaps: of the battery, at most. supplement: plans photographs of what the plan's did not show;
+            None: no such photographs.
+
+    Attributes:
+        photographed: so far. on_photograph: called after each good one.
 
     Raises:
         FlightError: the UAV has no clouds or flies by GNSS.
@@ -98,20 +104,24 @@ class InspectingFlight:
         prior: PriorMap | None = None,
         energy: EnergyWatch | None = None,
         swaps: int = 0,
+        supplement: Supplement | None = None,
     ) -> None:
         self._loop, self._renderer = loop, renderer
         self.volume = VolumeOfFlight(PathPlanner(planner), volume, prior)
         self._clouds = FlownClouds(loop, self.volume, "An inspection")
         todo = Todo(plan.views, (), parameters.tries)
         self.inspection = Inspection(self.volume.planner, todo, parameters, energy)
+        self._supplement, self._rounds = supplement, ROUNDS
+        self.inspection.awaits = supplement is not None
         self._errand = Errand(1, swaps)
         self._swap = BatterySwap(loop, self._errand.take_battery)
         self._energy, self._battery_is_due = energy, Due(BATTERY_US)
-        self._gimbal = TiltGimbal()
+        self._gimbal, self._supplemented = TiltGimbal(), 0
         self._camera: CameraState | None = None
         self._setpoint_m: np.ndarray | None = None
         self._began_s: float | None = None
         self.photographed = Photographed()
+        self.on_photograph: Callable[[], None] = lambda: None
 
     def run(self) -> Photographed:
         """Fly until the UAV has landed, or the run has failed."""
@@ -146,6 +156,8 @@ class InspectingFlight:
             lead.begin(now_s, motion.place_m)
         if self._energy is not None and self._battery_is_due(round(1e6 * now_s)):
             self._energy.offer(now_s, self._loop.charge)
+        if lead.is_waiting:
+            self._take_more()
         if lead.follow(motion):
             self.volume.tell_planner()
             lead.look(now_s, motion.place_m)
@@ -156,11 +168,28 @@ class InspectingFlight:
         if lead.is_home or lead.must_land:
             self._end_flight(now_s)
 
+    def _take_more(self) -> None:
+        """Photograph what is still open, if the UAV can. It does not wait for this plan."""
+        assert self._supplement is not None
+        lead, more = self.inspection, None
+        if self._rounds:
+            self._rounds -= 1
+            for taken in self.photographed.told[self._supplemented :]:
+                self._supplement.take(taken)
+            self._supplemented = len(self.photographed.told)
+            left_out_m = [view.place_m for view in lead.todo.views_left_out]
+            more = self._supplement.plan_more(left_out_m, np.random.default_rng(self._rounds))
+        if more is None:
+            lead.look_again(())
+        else:
+            lead.take_more(more.views)
+
     def _photograph(self, task: Task, estimate: OdometryEstimate) -> None:
         lead, shot = self.inspection, self._shoot(estimate)
         if not lead.judge(task, shot) and task.number in lead.todo.done:
             self.photographed.true.append(self._true(shot.blur_px))
             self.photographed.told.append(self._told(estimate, shot.blur_px))
+            self.on_photograph()
 
     def _end_flight(self, now_s: float) -> None:
         """Land for a battery, or for good."""

@@ -17,8 +17,9 @@ from master_thesis.worlds import scenario
 
 PLAN_MARGIN_M = 0.25
 """Beyond the UAV's radius, in a plan that is made here: the flight's map is coarser than the drawing."""
-COMFORT_M = 0.85
-"""Beyond the radius. Nearer than this is within CEPA's r_ub; a small UAV's is less than the plan's margin."""
+COMFORT_M = 1.05
+"""Beyond the radius: 0.2 m more than CEPA's r_ub. Nearer, CEPA pushes the UAV about, and a photograph takes
+longer. A small UAV's is less than the plan's margin."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,8 @@ class InspectingRequest:
 
     flight: as of an exploration. plan: file of it; None: it is made from a drawing (SDF world, mesh, or map
     of voxels) for `camera` and `asked`, with so much CPU time of search. photographs: only the first so many;
-    0: all. second_look: take nearer photographs of cracks. explore_s: explore first, for so long at most, and
+    0: all. second_look: take nearer photographs of cracks. supplement: take more of what the
+    plan's did not show. explore_s: explore first, for so long at most, and
     plan on the map of that; None: do not.
     """
 
@@ -39,6 +41,7 @@ class InspectingRequest:
     asked: SurveyParameters
     search_s: float
     second_look: bool
+    supplement: bool
     explore_s: float | None = None
 
 
@@ -64,7 +67,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
     source = Path(drawing) if drawing else flight.description.scenario.world_path
     if not source.is_file():
         raise ScenarioError(f"{source}: there is no such drawing. Give a mesh, a world, or a map.bt.")
-    second_look = asked.get("second_look", False) is True
+    second_look, supplement = (asked.get(key, False) is True for key in ("second_look", "supplement"))
     try:
         camera = SurveyCamera(
             scenario.whole_number("width", asked.get("width", SurveyCamera.width), 16, 20_000),
@@ -84,7 +87,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
         raise ScenarioError(str(error)) from None
     given = Path(path) if path else None
     return InspectingRequest(
-        flight, given, source, photographs, camera, wanted, search_s, second_look, explore_s
+        flight, given, source, photographs, camera, wanted, search_s, second_look, supplement, explore_s
     )
 
 

@@ -52,6 +52,11 @@ class Patches:
     def __len__(self) -> int:
         return len(self.points_m)
 
+    def only(self, those: np.ndarray) -> Patches:
+        """Return these patches (n,) alone."""
+        own = self.points_m[those], self.normals[those], self.areas_m2[those], self.parts[those]
+        return Patches(*own, self.names, self.grid, self.keys[those])
+
     def numbers(self, points_m: np.ndarray, normals: np.ndarray, parts: np.ndarray) -> np.ndarray:
         """Return (k,) the patch that places (k, 3) on the surface belong to; -1: none."""
         keys = self.grid.keys(points_m, normals, parts)
