@@ -2,16 +2,20 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gridslam.volume import VolumeParameters
 from inspection_tools.energy import EnergyWatch
-from inspection_tools.inspection import End, InspectionParameters
+from inspection_tools.inspection import End, InspectionParameters, PriorMap
 from inspection_tools.planning import PlannerParameters
 from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters
+from inspection_tools.survey.coverage import judge_on
 from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
+from inspection_tools.survey.supplement import Supplement
+from inspection_tools.survey.surface.reading import read_surface
 from inspection_tools.survey.views.candidates import View
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.flight.closed_loop import ClosedLoop
@@ -43,13 +47,14 @@ def flight_in_a_room(charge=None):
     return plan, parameters
 
 
-def inspecting_flight(loop, plan, energy=None, swaps=0):
+def inspecting_flight(loop, plan, energy=None, swaps=0, prior=None, supplement=None):
     surfaces = surfaces_of(load_world(loop.parameters.simulation.world))
     renderer = Renderer(surfaces, decals_of((), surfaces), CameraOptics())
     planner = PlannerParameters(radius=0.35, margin=0.1)
     return InspectingFlight(
-        loop, plan, renderer, planner, VolumeParameters(0.2), InspectionParameters(), None, energy, swaps
-    )
+        loop, plan, renderer, planner, VolumeParameters(0.2), InspectionParameters(), prior, energy, swaps,
+        supplement,
+    )  # fmt: skip
 
 
 def test_it_photographs_from_its_place_and_lands_at_home():
@@ -83,3 +88,20 @@ def test_a_battery_that_runs_low_is_swapped_at_home_and_the_flight_goes_on(swaps
     assert 0.08 < photographed.flights[0].charge < 0.14
     assert (charge > 0.9) == bool(swaps)
     assert (len(photographed.true), outcome.landed, outcome.failure) == (taken, True, None)
+
+
+def test_what_the_plan_s_photograph_did_not_show_is_photographed_in_the_same_flight():
+    plan, parameters = flight_in_a_room()
+    asked = SurveyParameters(resolution=4.0, share=0.2, class_share=0.0, margin=0.25, voxel=0.2, patch=0.5)
+    plan = replace(plan, asked=asked)
+    parameters = replace(parameters, limits=PhaseLimits(flight_timeout_s=150.0))
+    surface = read_surface(Path(parameters.simulation.world), asked, plan.home_m)
+    with ClosedLoop(parameters) as loop:
+        prior = PriorMap(surface.room)
+        flown = inspecting_flight(loop, plan, prior=prior, supplement=Supplement(plan, surface))
+        photographed, outcome = flown.run(), loop.outcome
+    assert (flown.inspection.end, outcome.landed, outcome.collision) == (End.DONE, True, False)
+    first, *more = photographed.true
+    assert len(more) == len(flown.inspection.todo.tasks) - 1 > 0
+    before, after = judge_on(surface, ([first], photographed.true), plan.camera, asked)
+    assert before.share() < asked.share <= after.share()
