@@ -164,6 +164,17 @@ def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, given, leader
 
 
 @pytest.mark.ros
+@pytest.mark.parametrize(
+    ("volume", "mappers"), [("false", {"gridslam"}), ("true", {"gridslam", "slam_octomap"})]
+)
+def test_lockstep_of_a_mapping_flight_waits_for_every_map(volume, mappers):
+    path = ROOT / "src/master_thesis/launch/experiment_4.launch"
+    config = loaded(path, "lockstep:=true", "lidar:=puck", f"volume:={volume}")
+    waits_for = set(config.params["/gazebo/lockstep_participants"].value.split())
+    assert waits_for == {f"/{node}/processed" for node in ("experiment", "mission", *mappers)}
+
+
+@pytest.mark.ros
 def test_an_inspection_explores_unless_it_gets_a_plan_or_a_drawing():
     path = ROOT / "src/master_thesis/launch/inspection.launch"
     world = str(ROOT / "src/master_thesis/worlds/hold_3d.world")

@@ -52,24 +52,25 @@ def end_rays(
         high: (3,) int64: greatest voxel so far.
     """
     reach = np.float32(max_range)
+    least, greatest = low.astype(np.float64), high.astype(np.float64)
     for i in range(points.shape[0]):
         x, y, z = points[i, 0] - origin[0], points[i, 1] - origin[1], points[i, 2] - origin[2]
         length = np.sqrt(np.float64(x * x + y * y + z * z))
-        kinds[i] = HIT
-        ends[i] = points[i]
-        if not (max_range < 0.0 or length <= max_range):
-            kinds[i] = CUT
-            by = np.float32(length)
-            ends[i, 0] = origin[0] + (x / by) * reach
-            ends[i, 1] = origin[1] + (y / by) * reach
-            ends[i, 2] = origin[2] + (z / by) * reach
+        is_cut = not (max_range < 0.0 or length <= max_range)
+        by, is_inside = np.float32(length), True
         for axis in range(3):
-            if not -KEY_MAX <= np.floor(per_voxel * np.float64(ends[i, axis])) < KEY_MAX:  # also NaN
-                kinds[i] = LEFT_OUT
-        if kinds[i] != LEFT_OUT:
+            ends[i, axis] = points[i, axis]
+            if is_cut:
+                ends[i, axis] = origin[axis] + ((points[i, axis] - origin[axis]) / by) * reach
+            voxel = np.floor(per_voxel * np.float64(ends[i, axis]))
+            is_inside &= (voxel >= -KEY_MAX) & (voxel < KEY_MAX)  # NaN is not
+        kinds[i] = LEFT_OUT if not is_inside else (CUT if is_cut else HIT)
+        if is_inside:
             for axis in range(3):
-                voxel = np.int64(np.floor(per_voxel * np.float64(ends[i, axis])))
-                low[axis], high[axis] = min(low[axis], voxel), max(high[axis], voxel)
+                voxel = np.floor(per_voxel * np.float64(ends[i, axis]))
+                least[axis], greatest[axis] = min(least[axis], voxel), max(greatest[axis], voxel)
+    for axis in range(3):
+        low[axis], high[axis] = np.int64(least[axis]), np.int64(greatest[axis])
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
