@@ -10,6 +10,7 @@ from puck_in_a_room import DOWN, LEVEL, LIMITS_M, cloud, errors, fly, heading, p
 
 from gridslam.cloud_odometry import CloudOdometry, CloudOdometryParameters
 from gridslam.errors import ParameterError, ScanError
+from gridslam.odometry.inertial import GRAVITY_MPS2, InertialReading
 
 START = place_at(0.0)
 
@@ -47,6 +48,22 @@ def test_the_velocity_is_that_of_the_base_along_its_own_axes():
     for time_s, estimate, _ in flown[20:]:
         true = (place_at(time_s + 0.01) - place_at(time_s - 0.01)) / 0.02
         assert estimate.velocity_xyz == pytest.approx(heading(yaw_at(time_s)).T @ true, abs=0.2)
+
+
+def test_clouds_find_out_a_floor_that_sinks_under_the_range_finder_as_if_in_a_climb():
+    """The readings grow by 1.5 cm each to 15 cm, as at an edge in the cone. Floor and walls stay in sight."""
+    o, generator, end_s = odometry(), rng(), 31.5
+    fly(o, end_s, generator)
+    place, rotation, off = place_at(end_s), heading(yaw_at(end_s)), []
+    for tick in range(1, 100):
+        time_s = end_s + 0.05 * tick
+        for earlier_s in (0.03, 0.01):
+            o.on_imu(InertialReading(time_s - earlier_s, LEVEL[1], (0.0, 0.0, 0.0), (0.0, 0.0, GRAVITY_MPS2)))
+        sunk_m = min(max(0.015 * (tick - 10), 0.0), 0.15)
+        o.on_range(time_s - 0.01, place[2] + sunk_m, LIMITS_M, DOWN)
+        off.append(o.on_cloud(time_s, cloud(place, rotation, generator), LEVEL).position_xyz[2] - place[2])
+    assert max(off) > 0.1  # it was misled
+    assert np.abs(off[-20:]).max() < 0.03
 
 
 def test_without_a_range_finder_it_still_knows_x_y_and_yaw():

@@ -67,6 +67,26 @@ def test_a_box_shows_as_another_floor():
     assert floor.floor_m == pytest.approx(0.5, abs=0.04)
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_floor_that_sinks_too_slowly_for_a_step_is_found_out_by_clouds(seed):
+    """Near an edge the readings grow bit by bit, as in a climb. Clouds tell the height from 6 s on."""
+    rng = np.random.default_rng(seed)
+
+    def floor_at(t: float) -> float:
+        return 0.0 if t < 3.0 else max(-0.15, -0.15 * (t - 3.0))
+
+    rows, floor = fly(hover, floor_at, 6.0, seed=seed)
+    misled_m = rows[-1, 1] - hover(6.0)
+    assert misled_m > 0.1
+    for k in range(60):
+        t = 6.0 + k * RANGE_EVERY * IMU_S
+        floor.on_range(t, round(2.15 + 0.01 * rng.standard_normal(), 2))
+        floor.on_height(t, 2.0 + 0.02 * rng.standard_normal(), 0.2**2)
+        floor.on_acceleration(t, 0.0)
+    assert floor.at(9.0)[0] == pytest.approx(2.0, abs=0.04)
+    assert floor.floor_m == pytest.approx(-0.15, abs=0.04)
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_an_edge_whose_readings_slide_past_other_floors_is_no_climb(seed):
     """The beam of a tilted UAV slides down the side of a sill of 0.8 m, past the height of a stiffener."""

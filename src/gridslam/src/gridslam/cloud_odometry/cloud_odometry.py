@@ -10,6 +10,7 @@ References: see `matching`.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Callable, Sequence
 
 import numpy as np
@@ -33,6 +34,9 @@ HEIGHT_SIGMA_M = 0.01
 MAP_SIGMA_M = 0.2
 """Standard deviation of the height that one cloud tells, beside that of its points. The map errs alike for
 all clouds of a place, so they count little beside range finder and accelerometer."""
+FREE_HEIGHT_M = 0.1
+"""Standard deviation of the predicted height while a cloud is matched: so floor and deck are found, also if
+the range finder has misled the height."""
 RANGE_AGE_S = 0.1
 """An older range tells nothing about a cloud's instant."""
 POINTS_MIN = 20
@@ -199,8 +203,9 @@ class CloudOdometry:
         if self._floor_point and abs(stamp_s - self._floor_point[0]) <= RANGE_AGE_S:
             points = np.vstack((points, self._floor_point[1]))
             readings = np.append(readings, self._p.floor_readings)
-        prior = np.linalg.inv(self._covariance)
-        found = match(self.planes, points, readings, predicted, prior, self._p)
+        prior, freed = np.linalg.inv(self._covariance), self._covariance.copy()
+        freed[2, 2] = max(freed[2, 2], FREE_HEIGHT_M**2)
+        found = match(self.planes, points, readings, predicted, np.linalg.inv(freed), self._p)
         if (
             found.found < POINTS_MIN
             or found.agreement < self._p.agreement_min
@@ -218,6 +223,9 @@ class CloudOdometry:
         if self.height.is_known_at(stamp_s):
             height_m, variance_m2 = found.height_alone()
             self.height.on_height(stamp_s, height_m + rise_m, variance_m2 + MAP_SIGMA_M**2)
+            x, y, _ = found.pose.place
+            z = self.height.at(stamp_s)[0] - rise_m
+            found = replace(found, pose=PoseInSpace(np.array((x, y, z)), found.pose.rotation))
         else:
             height_m = float(found.pose.place[2]) + rise_m
             self.height.on_height(stamp_s, height_m, float(self._covariance[2, 2]))

@@ -18,6 +18,7 @@ from gridslam.odometry.floor_hypotheses import (
     FLOOR,
     HEIGHT,
     NEW,
+    SAME_LEVEL_M,
     Hypothesis,
     Level,
     likeliest,
@@ -26,8 +27,6 @@ from gridslam.odometry.parameters import LidarOdometryParameters
 
 CONFIRMED = 3
 """So many readings in a row make a floor that is recognised later."""
-SAME_LEVEL_M = 0.05
-"""A floor nearer than this to one that was seen before is that one."""
 LEVELS_MAX = 20
 BIAS_WALK = 0.02
 BIAS_FIRST = 0.2
@@ -130,7 +129,15 @@ class FloorHeight:
             self._told_s = stamp_s
             return
         model = np.array((1.0, stamp_s - (self._stamp_s or stamp_s), 0.0, 0.0))
-        self._alive = likeliest([each.measured(model, height_m, variance_m2) for each in self._alive])
+        self._alive = likeliest(
+            [
+                meaning
+                for each in self._alive
+                for meaning in each.after_height(
+                    model, height_m, variance_m2, self._levels, self._p.floor_step_m
+                )
+            ]
+        )
 
     def _begin(self, stamp_s: float, height_m: float, variance_m2: float) -> None:
         """Begin at a reading over the floor of before, as if at rest."""

@@ -19,6 +19,8 @@ import numpy as np
 HEIGHT, CLIMB, BIAS, FLOOR = range(4)
 """Of a state: m, m/s, m/s2, and m over the floor of the start."""
 CLIMB_FIRST = 0.5
+SAME_LEVEL_M = 0.05
+"""A floor nearer than this to one that was seen before is that one."""
 NEW = -1
 """Level of a floor that is not confirmed yet."""
 STEP_CHANCE, LOST_CHANCE, SHOCK_CHANCE = 0.02, 0.02, 0.005
@@ -81,6 +83,36 @@ class Hypothesis:
         state[FLOOR] = height_m
         covariance[FLOOR, :] = covariance[:, FLOOR] = 0.0
         covariance[FLOOR, FLOOR] = variance_m2
+        log_chance = self.log_chance + math.log(chance)
+        return replace(
+            self, state=state, covariance=covariance, log_chance=log_chance, level=level, readings=0
+        )
+
+    def after_height(
+        self, model: np.ndarray, height_m: float, variance_m2: float, levels: Sequence[Level], step_m: float
+    ) -> list[Hypothesis]:
+        """Return what a height that something else tells may mean; model as of `measured`.
+
+        If it is off by more than a step, the floor may have sunk or risen so slowly that it passed for a
+        climb, as at an edge in the range finder's cone. Then height and floor are off alike.
+        """
+        off_m = height_m - float(model @ self.state)
+        meanings = [self.measured(model, height_m, variance_m2)]
+        if abs(off_m) > step_m:
+            floor_m, level = float(self.state[FLOOR]) + off_m, NEW
+            for index, seen in enumerate(levels):
+                if abs(seen.height_m - floor_m) < SAME_LEVEL_M:
+                    off_m, level = off_m + seen.height_m - floor_m, index
+                    break
+            meanings.append(self._shifted(off_m, level, variance_m2, STEP_CHANCE / (1 + len(levels))))
+            meanings[-1] = meanings[-1].measured(model, height_m, variance_m2)
+        return meanings
+
+    def _shifted(self, off_m: float, level: int, variance_m2: float, chance: float) -> Hypothesis:
+        """Return it with height and floor moved alike, so that the readings fit as before."""
+        state, covariance = self.state.copy(), self.covariance.copy()
+        state[[HEIGHT, FLOOR]] += off_m
+        covariance[np.ix_((HEIGHT, FLOOR), (HEIGHT, FLOOR))] += variance_m2
         log_chance = self.log_chance + math.log(chance)
         return replace(
             self, state=state, covariance=covariance, log_chance=log_chance, level=level, readings=0
