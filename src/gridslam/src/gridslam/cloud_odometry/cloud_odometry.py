@@ -22,8 +22,8 @@ from gridslam.cloud_odometry.parameters import CloudOdometryParameters
 from gridslam.cloud_odometry.plane_map import PlaneMap, thinned
 from gridslam.errors import ScanError
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion, roll_pitch_yaw_of
-from gridslam.odometry.body_sensors import LEVEL, BodySensors, checked_start, refuse_old
-from gridslam.odometry.inertial import BACK_S, InertialReading, Lean
+from gridslam.odometry.body_sensors import LEVEL, BodySensedOdometry
+from gridslam.odometry.inertial import Lean
 from gridslam.odometry.lidar_odometry import LOST_S, OdometryEstimate
 from gridslam.odometry.parameters import LidarOdometryParameters
 
@@ -48,7 +48,7 @@ FIRST_VARIANCE = 1e-6
 PLACE, TURN = slice(0, 3), slice(3, 6)
 
 
-class CloudOdometry:
+class CloudOdometry(BodySensedOdometry):
     """Feed it the IMU's readings and the ranges as they come, then each cloud.
 
     Args:
@@ -64,14 +64,11 @@ class CloudOdometry:
         say: Callable[[str], None] = lambda words: None,
     ) -> None:
         self._p = parameters or CloudOdometryParameters()
-        self._start = checked_start(start)
-        self._say = say
-        self.reset()
+        super().__init__(LidarOdometryParameters(), start, say)
 
     def reset(self) -> None:
         """Begin anew at the start."""
-        self._sensors = BodySensors(LidarOdometryParameters())
-        self._inertial, self.height = self._sensors.inertial, self._sensors.height
+        super().reset()
         self.planes = PlaneMap(self._p)
         self._levelling = Levelling(self._p.level_time_s)
         x, y, yaw = self._start.tolist()
@@ -82,15 +79,6 @@ class CloudOdometry:
         self._floor_point: tuple[float, np.ndarray] | None = None
         self._untold = np.zeros((0, 3))
         self._way_m = 0.0
-        self._stamp_s: float | None = None
-        self._began_s: float | None = None  # the first cloud
-        self._matched_s = -math.inf
-
-    def on_imu(self, reading: InertialReading) -> None:
-        """Take a reading of the IMU."""
-        if self._inertial.is_back(reading):
-            self._go_back(self._inertial.newest_s - reading.stamp_s)
-        self._sensors.on_imu(reading)
 
     def on_range(
         self,
@@ -143,13 +131,7 @@ class CloudOdometry:
     def _check(self, stamp_s: float, points: np.ndarray) -> None:
         if points.ndim != 2 or points.shape[1] != 3:
             raise ScanError(f"A cloud must be (n, 3) points, not of shape {points.shape}.")
-        back_s = refuse_old(stamp_s, self._stamp_s, "cloud", BACK_S)
-        if back_s:
-            self._go_back(back_s)
-
-    def _go_back(self, seconds: float) -> None:
-        self._say(f"The clock jumped back by {seconds:.3f} s; odometry begins anew.")
-        self.reset()
+        self._check_stamp(stamp_s, "cloud")
 
     def _in_base(
         self, points: np.ndarray, lidar_in_base: tuple[Sequence[float], Sequence[float]]

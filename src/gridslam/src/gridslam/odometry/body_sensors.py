@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 
 from gridslam.errors import ScanError
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
 from gridslam.odometry.floor_height import FloorHeight
-from gridslam.odometry.inertial import InertialHistory, InertialReading, Lean
+from gridslam.odometry.inertial import BACK_S, InertialHistory, InertialReading, Lean
 from gridslam.odometry.parameters import LidarOdometryParameters
 
 LEVEL = Lean(0.0, 0.0, (0.0, 0.0, 0.0))
@@ -69,7 +69,58 @@ class BodySensors:
         return None if is_close else end
 
 
-def checked_start(start: Sequence[float]) -> np.ndarray:
+class BodySensedOdometry:
+    """An odometry of any lidar, with IMU and range finder. When the clock jumps back, it begins anew.
+
+    Args:
+        body: parameters of what IMU and range finder tell.
+        start: x, y in m and yaw in rad of the base in `odom` at the first reading of the lidar.
+        say: is called with a sentence when odometry begins anew.
+
+    Raises:
+        ScanError: the start makes no sense.
+    """
+
+    def __init__(
+        self, body: LidarOdometryParameters, start: Sequence[float], say: Callable[[str], None]
+    ) -> None:
+        self._body, self._start, self._say = body, _checked_start(start), say
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew at the start."""
+        self._sensors = BodySensors(self._body)
+        self._inertial, self.height = self._sensors.inertial, self._sensors.height
+        self._stamp_s: float | None = None  # the newest reading of the lidar
+        self._began_s: float | None = None  # the first one
+        self._matched_s = -math.inf
+
+    def on_imu(self, reading: InertialReading) -> None:
+        """Take a reading of the IMU."""
+        if self._inertial.is_back(reading):
+            self._go_back(self._inertial.newest_s - reading.stamp_s)
+        self._sensors.on_imu(reading)
+
+    def _check_stamp(self, stamp_s: float, what: str) -> None:
+        """Check the stamp of the lidar's next reading, a scan or a cloud.
+
+        Raises:
+            ScanError: it is not finite, or not newer although the clock did not go back.
+        """
+        if not math.isfinite(stamp_s):
+            raise ScanError(f"The {what}'s stamp must be finite, not {stamp_s}.")
+        if self._stamp_s is None or stamp_s > self._stamp_s:
+            return
+        if self._stamp_s - stamp_s < BACK_S:
+            raise ScanError(f"A {what} is not newer than the one before it.")
+        self._go_back(self._stamp_s - stamp_s)
+
+    def _go_back(self, seconds: float) -> None:
+        self._say(f"The clock jumped back by {seconds:.3f} s; odometry begins anew.")
+        self.reset()
+
+
+def _checked_start(start: Sequence[float]) -> np.ndarray:
     """Return x, y and yaw (3,) of the base at the first reading of the lidar.
 
     Raises:
@@ -79,18 +130,3 @@ def checked_start(start: Sequence[float]) -> np.ndarray:
     if pose.shape != (3,) or not np.isfinite(pose).all():
         raise ScanError(f"The odometry's start must be finite x, y, yaw, not {list(start)}.")
     return pose
-
-
-def refuse_old(stamp_s: float, newest_s: float | None, what: str, back_s: float) -> float:
-    """Return by how much the clock went back, in s; 0 if the reading is newer than the last one.
-
-    Raises:
-        ScanError: the stamp is not finite, or it is not newer although the clock did not go back.
-    """
-    if not math.isfinite(stamp_s):
-        raise ScanError(f"The {what}'s stamp must be finite, not {stamp_s}.")
-    if newest_s is None or stamp_s > newest_s:
-        return 0.0
-    if newest_s - stamp_s < back_s:
-        raise ScanError(f"A {what} is not newer than the one before it.")
-    return newest_s - stamp_s

@@ -19,10 +19,10 @@ import numpy as np
 from gridslam.errors import NoUsableBeamError
 from gridslam.inputs.attitude import matrix_of_lean
 from gridslam.inputs.scan_projection import LidarPose, project
-from gridslam.odometry.body_sensors import LEVEL, BodySensors, checked_start, refuse_old
+from gridslam.odometry.body_sensors import LEVEL, BodySensedOdometry
 from gridslam.odometry.drift import Drift
 from gridslam.odometry.floor_height import SILENT_S
-from gridslam.odometry.inertial import BACK_S, InertialReading, Lean
+from gridslam.odometry.inertial import Lean
 from gridslam.odometry.local_map import LocalMap, beams_of
 from gridslam.odometry.matching import ScanMatch, match
 from gridslam.odometry.parameters import LidarOdometryParameters
@@ -69,7 +69,7 @@ class OdometryEstimate:
         return self.pose_covariance[PLANE]
 
 
-class LidarOdometry:
+class LidarOdometry(BodySensedOdometry):
     """Feed it the IMU's readings and the ranges as they come, then each scan.
 
     Args:
@@ -85,30 +85,18 @@ class LidarOdometry:
         say: Callable[[str], None] = lambda words: None,
     ) -> None:
         self._p = parameters or LidarOdometryParameters()
-        self._start = checked_start(start)
-        self._say = say
-        self.reset()
+        super().__init__(self._p, start, say)
 
     def reset(self) -> None:
         """Begin anew at the start."""
-        self._sensors = BodySensors(self._p)
-        self._inertial, self.height = self._sensors.inertial, self._sensors.height
+        super().reset()
         self._begin_map()
         self._filter, self._drift = PlanarFilter(self._p, self._start), Drift()
-        self._stamp_s: float | None = None
-        self._began_s: float | None = None  # the first scan
-        self._matched_s = -math.inf
         self._keyframe_s = -math.inf
         self._untold = np.zeros((0, 2))
 
     def _begin_map(self) -> None:
         self._map = LocalMap(self._p)
-
-    def on_imu(self, reading: InertialReading) -> None:
-        """Take a reading of the IMU."""
-        if self._inertial.is_back(reading):
-            self._go_back(self._inertial.newest_s - reading.stamp_s)
-        self._sensors.on_imu(reading)
 
     def on_range(
         self,
@@ -140,9 +128,7 @@ class LidarOdometry:
         Raises:
             ScanError: the scan makes no sense, or is not newer than the last one.
         """
-        back_s = refuse_old(stamp_s, self._stamp_s, "scan", BACK_S)
-        if back_s:
-            self._go_back(back_s)
+        self._check_stamp(stamp_s, "scan")
         lean, remarks = self._lean(stamp_s)
         beams = self._beams(stamp_s, ranges_m, angles_rad, limits_m, lidar_in_base, lean, remarks)
         place = self._filter.state[PLACE].copy()
@@ -157,10 +143,6 @@ class LidarOdometry:
         """Whether the range finder is silent. Its first range may come a little after the first scan."""
         self._began_s = stamp_s if self._began_s is None else self._began_s
         return not self.height.is_known_at(stamp_s) and stamp_s - self._began_s >= SILENT_S
-
-    def _go_back(self, seconds: float) -> None:
-        self._say(f"The clock jumped back by {seconds:.3f} s; odometry begins anew.")
-        self.reset()
 
     def _lean(self, stamp_s: float) -> tuple[Lean, list[str]]:
         lean = self._inertial.lean_at(stamp_s)
