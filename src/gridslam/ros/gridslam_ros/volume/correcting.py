@@ -50,6 +50,9 @@ class Correcting:
         self._path = path
         self._has_come.set()
 
+    def _is_idle(self) -> bool:
+        return not (self._has_come.is_set() or rospy.is_shutdown())
+
     def _work(self) -> None:
         while not rospy.is_shutdown():
             if not self._has_come.wait(0.5):
@@ -84,6 +87,7 @@ class Correcting:
             ]
             rebuilding = Rebuilding(served.corrected, sensors)
         if not rebuilding.moved:
+            rebuilding.settle(self._is_idle)
             return
         began_s = time.monotonic()
         while np.diff(rebuilding.progress) > LAST_EVENTS and not rospy.is_shutdown():
@@ -95,5 +99,5 @@ class Correcting:
             f"{time.monotonic() - began_s:.1f} s."
         )
         self._changed()
-        rebuilding.settle()
+        rebuilding.settle(self._is_idle)
         rospy.rostime.wallsleep(time.monotonic() - began_s)  # or small corrections would keep a core busy

@@ -24,11 +24,17 @@ Event = CloudNode | ClearedBox
 
 
 class SettledEvents:
-    """The voxels of the oldest events. A correction that moves none of these begins behind them."""
+    """The voxels of the oldest events. A correction that moves none of these begins behind them.
 
-    def __init__(self, parameters: VolumeParameters, base: VoxelMap | None):
-        self.voxels = VoxelMap(parameters) if base is None else base.copy()
-        self.count = 0
+    Args:
+        parameters: of the voxels.
+        before: voxels that hold older events, or an earlier map; None: there are none.
+        count: number of events that these hold.
+    """
+
+    def __init__(self, parameters: VolumeParameters, before: VoxelMap | None, count: int = 0):
+        self.voxels = VoxelMap(parameters) if before is None else before.copy()
+        self.count = count
         """Number of events that are entered."""
         self._board = Board()
 
@@ -62,8 +68,8 @@ class CorrectedMap:
         self.events: list[Event] = []
         self.generation = 0
         """How many times a correction was taken over, or the map began anew."""
-        self.settled = SettledEvents(parameters, base)
-        """Used by corrections only."""
+        self.settled: list[SettledEvents] = []
+        """The fewest events first. Used by corrections only."""
         self._board = Board()
         self._last: CloudNode | None = None
 
@@ -118,7 +124,7 @@ class CorrectedMap:
     def reset(self) -> None:
         """Begin anew, without an earlier map."""
         self.base, self.voxels = None, VoxelMap(self.parameters)
-        self.settled = SettledEvents(self.parameters, None)
+        self.settled = []
         self.transient.forget()
         self.events, self._last = [], None
         self.generation += 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 from scipy import ndimage
@@ -14,8 +14,8 @@ from gridslam.volume.kernels.tiles import SIDE, UNSEEN
 from gridslam.volume.nodes import CloudNode, TouchedTiles
 from gridslam.volume.voxel_map import VoxelMap
 
-UNSETTLED = 60
-"""So many events of the latest may still move often."""
+UNSETTLED = (600, 60)
+"""So many events of the latest may still move: by the closure of a loop, and often."""
 AT_ONCE = 256
 """Tiles that are compared at once: more would need memory in proportion."""
 
@@ -39,10 +39,10 @@ class Rebuilding:
         """Number of nodes that move."""
         self._poses = {id(node): pose for node, pose, moves in zip(nodes, poses, are_moved) if moves}
         self._touched: dict[int, TouchedTiles] = {}
-        self._settled = corrected.settled
-        if not self._are_settled(nodes, are_moved):
-            self._settled = corrected.settled = SettledEvents(corrected.parameters, corrected.base)
-        self._next, self._board = self._settled.count, Board()
+        self._settled = corrected.settled = [
+            each for each in corrected.settled if self._are_settled(each.count, nodes, are_moved)
+        ]
+        self._next, self._board = self._settled[-1].count if self._settled else 0, Board()
         self._shadow = VoxelMap(corrected.parameters)
         self._low, self._are_open = _tiles_around(
             [node for node, moves in zip(nodes, are_moved) if moves],
@@ -51,11 +51,9 @@ class Rebuilding:
         )
         self._open_tiles()
 
-    def _are_settled(self, nodes: Sequence[CloudNode], are_moved: np.ndarray) -> bool:
-        """Return whether no node among the settled events moves."""
-        settled = [
-            each for each in self._corrected.events[: self._settled.count] if isinstance(each, CloudNode)
-        ]
+    def _are_settled(self, count: int, nodes: Sequence[CloudNode], are_moved: np.ndarray) -> bool:
+        """Return whether no node among the first events moves."""
+        settled = [each for each in self._corrected.events[:count] if isinstance(each, CloudNode)]
         return not are_moved[: len(settled)].any() and settled == list(nodes[: len(settled)])
 
     def _open_tiles(self) -> None:
@@ -67,8 +65,9 @@ class Rebuilding:
         are_open = np.zeros(shadow.table.shape, bool)
         x, y, z = self._low - shadow.corner
         are_open[z : z + shape[2], y : y + shape[1], x : x + shape[0]] = self._are_open
-        if self._settled.voxels.table.size:
-            shadow.take_tiles(self._settled.voxels, are_open)
+        voxels = self._settled[-1].voxels if self._settled else self._corrected.base
+        if voxels is not None and voxels.table.size:
+            shadow.take_tiles(voxels, are_open)
         shadow.close_outside(are_open)
 
     @property
@@ -119,11 +118,21 @@ class Rebuilding:
             corrected.transient.forget()
             corrected.generation += 1
 
-    def settle(self) -> None:
-        """Enter all but the latest events among the settled ones, after they have been taken over."""
-        events = self._corrected.events
-        while self._settled.count < len(events) - UNSETTLED and self._corrected.settled is self._settled:
-            self._settled.enter(events[self._settled.count])
+    def settle(self, goes_on: Callable[[], bool] = lambda: True) -> None:
+        """Enter all but the latest events among the settled ones, after they have been taken over.
+
+        goes_on: asked before each event; if not, the rest is left to a later correction.
+        """
+        events, before, count = self._corrected.events, self._corrected.base, 0
+        for number, unsettled in enumerate(UNSETTLED):
+            if number == len(self._settled):
+                self._settled.append(SettledEvents(self._corrected.parameters, before, count))
+            settled = self._settled[number]
+            while settled.count < len(events) - unsettled:
+                if self._corrected.settled is not self._settled or not goes_on():
+                    return
+                settled.enter(events[settled.count])
+            before, count = settled.voxels, settled.count
 
 
 def _tiles_around(
