@@ -60,7 +60,7 @@ from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Outcome, PhaseLimits
 from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.inspecting.findings_judge import JudgedFindings, disturbed, judge_findings, shows
-from master_thesis.inspecting.flight import InspectingFlight, Photographed, controller_of
+from master_thesis.inspecting.flight import InspectingFlight, Photographed, controller_of, regulator
 from master_thesis.inspecting.request import COMFORT_M
 from master_thesis.photographing.command import photograph, poses_of
 from master_thesis.worlds.defects import write_defects
@@ -230,7 +230,7 @@ def fly(seed: int, most: int, battery: bool) -> dict:
     parameters = ClosedLoopParameters(
         simulation, goal_xyz_m=None, algorithm="dynamic", range_finders=True, pose_source="odometry",
         limits=PhaseLimits(flight_timeout_s=FLIGHT_S + EACH_S * len(part.views)),
-        position_controller=controller_of(SPEED_M_S),
+        position_controller=controller_of(SPEED_M_S), yaw_regulator=regulator(),
     )  # fmt: skip
     surfaces = surfaces_of(load_world(str(WORLD)))
     renderer = Renderer(surfaces, decals_of((), surfaces), CameraOptics())

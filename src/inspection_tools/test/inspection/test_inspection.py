@@ -153,8 +153,8 @@ def test_after_a_failure_the_uav_rests_more_before_the_shutter_opens():
 
     assert shoots(0, 0.9 * p.still)
     assert not shoots(1, 0.9 * p.still)
-    assert shoots(1, 0.45 * p.still)
-    assert not shoots(2, 0.45 * p.still)
+    assert shoots(1, 0.6 * p.still)
+    assert not shoots(2, 0.6 * p.still)
 
 
 def test_motion_and_turn_add_up_before_the_shutter_opens():
@@ -171,6 +171,20 @@ def test_motion_and_turn_add_up_before_the_shutter_opens():
     assert shoots(0.0, -0.95)
     assert shoots(0.45, 0.45)
     assert not shoots(0.6, 0.6)
+
+
+def test_where_rest_comes_and_goes_the_shutter_opens_at_the_first_of_it():
+    lead = inspection(VIEWS[:1], parameters=InspectionParameters())
+    p = InspectionParameters()
+    motion = Motion(0.0, body_place_m(VIEWS[0], np.array((p.camera_x, 0.0, 0.15))), 0.0)  # 0.2 m too low
+    lead.look(0.0, HOME_M)
+    shots_s = []
+    for step in range(80):
+        moved = replace(motion, stamp_s=0.1 * step, speed=0.05 if step % 12 == 0 else 0.4)
+        lead.follow(moved)
+        if lead.shutter(moved) is not None:
+            shots_s.append(0.1 * step)
+    assert shots_s == [pytest.approx(3.6)]  # at rest at 0, 1.2, 2.4, 3.6 s ..., and calm is 2.5 s
 
 
 def test_a_uav_that_is_kept_off_a_little_shoots_where_it_comes_to_rest():

@@ -13,6 +13,8 @@ from inspection_tools.inspection.todo import Task
 SLOW = 3.0
 """A leg may take so many times as long as at full speed, and `LEG_S` more."""
 LEG_S = 15.0
+STRICTER = 0.5
+"""For each failure of a photograph, the UAV moves so much less."""
 LATE = 2.0
 """When patience is over, the UAV may move so many times as fast."""
 
@@ -55,7 +57,8 @@ class PhotographLeg:
     ) -> None:
         self.task, self.is_shot, self._place_m, self._p = task, False, place_m, parameters
         still = parameters.still_closer if task.number < 0 else parameters.still
-        self._still, self._still_turn = still / (1 + failures), parameters.still_turn / (1 + failures)
+        stricter = 1.0 + STRICTER * failures
+        self._still, self._still_turn = still / stricter, parameters.still_turn / stricter
         self._until_s = stamp_s + SLOW * way_m / self._p.speed + LEG_S
         self._tilted_s = stamp_s + abs(math.degrees(tilt_rad)) / self._p.tilt_rate + self._p.settle
         self._arrived_s: float | None = None
@@ -93,8 +96,9 @@ class PhotographLeg:
         # CEPA may keep it off a little; then it comes to rest beside the place.
         rests = self._rests_s is not None and stamp_s >= self._rests_s + p.rest
         off_m = math.dist(motion.place_m, self._place_m)
+        is_calm = self._rests_s is not None and stamp_s >= self._arrived_s + p.calm
         is_late = stamp_s > self._arrived_s + p.patience and off_m <= p.far and self._rests(motion, LATE)
-        self.is_shot = is_settled or rests or is_late
+        self.is_shot = is_settled or rests or is_calm or is_late
         return self.is_shot
 
     def _rests(self, motion: Motion, times: float = 1.0) -> bool:

@@ -22,6 +22,8 @@ class InspectionParameters:
         still_turn: It turns slower than this, rad/s, if it does not move. The shares of both add up.
         settle: All this holds for so long before the shutter opens, s.
         rest: Or it has been at rest for so long within `far`, s. CEPA may keep it off a little.
+        calm: After so long near the place it opens at the first instant of rest within `far`, s. Where CEPA
+            pushes the UAV about, rest comes and goes.
         patience: After so long near the place the shutter opens all the same, s, if the UAV is within `far`
             and moves at most twice as fast.
         far: See `patience`, m.
@@ -53,8 +55,9 @@ class InspectionParameters:
     still: float = 0.16
     still_closer: float = 0.08
     still_turn: float = 0.05
-    settle: float = 0.3
+    settle: float = 0.2
     rest: float = 1.5
+    calm: float = 2.5
     patience: float = 8.0
     far: float = 0.4
     tilt_rate: float = 60.0
@@ -85,6 +88,7 @@ class InspectionParameters:
         check_number("still_turn", self.still_turn, 0.001, 5.0)
         check_number("settle", self.settle, 0.0, 60.0)
         check_number("rest", self.rest, 0.0, 60.0)
+        check_number("calm", self.calm, 0.0, 600.0)
         check_number("patience", self.patience, 0.5, 600.0)
         check_number("far", self.far, self.near, 5.0)
         check_number("tilt_rate", self.tilt_rate, 1.0, 3600.0)

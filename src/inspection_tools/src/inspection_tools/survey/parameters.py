@@ -94,7 +94,7 @@ class FlightParameters:
     passing: bool = False
     passing_speed: float = 0.25
     settle: float = 1.0
-    yaw_rate: float = 60.0
+    yaw_rate: float = 90.0
     tilt_rate: float = 60.0
     mass: float = 2.27
     battery: float = 56.6

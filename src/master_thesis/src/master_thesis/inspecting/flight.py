@@ -16,7 +16,7 @@ import yaml
 from gridslam.inputs.attitude import matrix_of_quaternion
 from gridslam.odometry import OdometryEstimate
 from gridslam.volume import VolumeParameters
-from inspection_tools import PositionControllerParameters
+from inspection_tools import PositionControllerParameters, YawRegulatorParameters
 from inspection_tools.energy import EnergyWatch
 from inspection_tools.inspection import Inspection, InspectionParameters, PriorMap, Shot, Task, Todo
 from inspection_tools.inspection.leg import Motion
@@ -42,10 +42,19 @@ CONTROLLER_YAML = Path(__file__).resolve().parents[3] / "config" / "inspecting_c
 
 def controller_of(max_speed: float, lookahead: float = 0.5) -> PositionControllerParameters:
     """Return the position controller of an Iris that takes photographs, as inspection.launch has it."""
+    return PositionControllerParameters(
+        max_speed=max_speed, lookahead=lookahead, **_configured("position_controller")
+    )
+
+
+def regulator() -> YawRegulatorParameters:
+    """Return its yaw regulator."""
+    return YawRegulatorParameters(**_configured("yaw_regulator"))
+
+
+def _configured(name: str) -> dict[str, float]:
     with CONTROLLER_YAML.open(encoding="utf-8") as stream:
-        return PositionControllerParameters(
-            max_speed=max_speed, lookahead=lookahead, **yaml.safe_load(stream)
-        )
+        return yaml.safe_load(stream)[name]
 
 
 @dataclass(frozen=True)
