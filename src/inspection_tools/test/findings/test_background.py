@@ -1,5 +1,7 @@
 """A search in another process answers with nearer photographs, and what was searched is remembered."""
 
+import signal
+import threading
 import time
 
 import numpy as np
@@ -96,6 +98,19 @@ def test_a_plan_that_cannot_be_read_is_answered_with_its_sentence(survey):
     answer = answered(search)
     assert answer.views == ()
     assert "nowhere.yaml" in answer.says
+
+
+def test_nobody_waits_while_the_search_is_slow_to_read(survey):
+    """A pipe holds 64 kB; the process, stopped here, reads none of them."""
+    search = BackgroundSearch(survey / "plan.yaml", survey / "closer.yaml", CRACKS)
+    search._process.send_signal(signal.SIGSTOP)
+    adding = threading.Thread(
+        target=lambda: [search.add(survey / f"{k}.jpg") for k in range(5000)], daemon=True
+    )
+    adding.start()
+    adding.join(20.0)
+    assert not adding.is_alive()
+    search.close()
 
 
 def test_a_process_that_dies_is_an_answer(survey):

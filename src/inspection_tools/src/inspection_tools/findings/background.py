@@ -9,6 +9,7 @@ import queue
 import subprocess
 import sys
 import threading
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple, Sequence
 
@@ -42,8 +43,11 @@ class BackgroundSearch:
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=known,
         )  # fmt: skip
         self._answers: queue.SimpleQueue[Answer] = queue.SimpleQueue()
+        self._lines: queue.SimpleQueue[str] = queue.SimpleQueue()
         self._reader = threading.Thread(target=self._read, daemon=True)
+        self._writer = threading.Thread(target=self._write, daemon=True)
         self._reader.start()
+        self._writer.start()
 
     def add(self, photograph: Path) -> None:
         """Search a photograph, soon."""
@@ -63,17 +67,25 @@ class BackgroundSearch:
     def close(self) -> None:
         """End the process."""
         self._process.kill()
+        self._lines.put("")
+        self._writer.join()
         self._reader.join()
         self._process.wait()
         for stream in (self._process.stdin, self._process.stdout):
             if stream is not None and not stream.closed:
-                stream.close()
+                with suppress(OSError):  # lines that it did not read
+                    stream.close()
 
     def _send(self, line: str) -> None:
+        self._lines.put(line)
+
+    def _write(self) -> None:
+        """Pass the lines on. The pipe may be full while a photograph is searched; nobody waits for that."""
         assert self._process.stdin is not None
         try:
-            self._process.stdin.write(line)
-            self._process.stdin.flush()
+            while line := self._lines.get():
+                self._process.stdin.write(line)
+                self._process.stdin.flush()
         except (OSError, ValueError):
             pass  # it has ended; the reader tells
 
