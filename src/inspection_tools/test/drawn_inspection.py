@@ -31,6 +31,7 @@ SHIP = {
         {"name": "Port", "sides": ["P"], "strakes": ["A", "B"]},
         {"name": "Starboard", "sides": ["S"], "strakes": ["A", "B"]},
     ],
+    "parts": {"shell": "side plating"},
 }
 
 

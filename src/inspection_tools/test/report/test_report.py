@@ -38,6 +38,7 @@ def test_the_page_tells_positions_grades_and_readings(page):
     told = words(page)
     for each in (
         "Fr. 5, strake B, P", "1,000 cm², 50 cm long", "Fr. 4 to 8, strake B, P", "GOOD", "not graded",
+        "side plating", "1 graded area; 1 not graded",
         "<b>long</b>", "as before", "rust on 15 % or more", "50.0 %", "2 flights as flown", "40 %", "12.5 %",
         "1,234 m³ of the space were mapped in flight, in 1.5 min", "stays unknown: 1.5 m²: too narrow",
     ):  # fmt: skip

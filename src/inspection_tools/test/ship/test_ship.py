@@ -33,6 +33,13 @@ def test_a_place_is_told_by_frame_strake_and_side():
     assert Ship().tell((1.0, 2.0, 3.0)) == "x 1.00, y 2.00, z 3.00 m"
 
 
+def test_things_of_the_mesh_have_a_surveyors_words():
+    ship = parse_ship({**SHIP, "parts": {"ground_plane": "tank top"}})
+    assert [ship.part(each) for each in ("ground_plane", "deck_beams")] == ["tank top", "deck beams"]
+    with pytest.raises(ShipError, match="parts"):
+        parse_ship({**SHIP, "parts": ["ground_plane"]})
+
+
 def test_a_ship_that_is_turned_in_the_map_tells_the_same_places():
     ship = parse_ship({**SHIP, "ap": [0.0, -10.0, -1.0], "heading": 90.0})
     assert ship.tell((4.0, -2.1, 0.5)) == "Fr. 12 + 300, strake A, S"

@@ -9,7 +9,7 @@ from typing import Any
 from inspection_tools.report.page import filled, write_page
 from inspection_tools.report.pictures import data_uri
 from inspection_tools.report.records import counted
-from inspection_tools.report.tables import left_out_rows, readable
+from inspection_tools.report.tables import left_out_rows
 from inspection_tools.ship.ship import Ship
 from inspection_tools.survey.picture import plan_png
 from inspection_tools.survey.plan import SurveyPlan
@@ -39,7 +39,7 @@ def plan_content(plan: SurveyPlan, patches: Patches | None, ship: Ship) -> dict[
         "asked": _asked(plan),
         "flights": rows,
         "reserve": plan.flying.reserve,
-        "shares": [{"part": readable(name), "share": share} for name, share in plan.shares.items()],
+        "shares": [{"part": ship.part(name), "share": share} for name, share in plan.shares.items()],
         "left_out": left_out,
         "written": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC"),
     }

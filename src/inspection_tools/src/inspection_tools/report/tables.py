@@ -41,7 +41,7 @@ def finding_rows(
     """Return a row for each finding, the largest first, those that were dismissed last."""
     order = {"confirmed": 0, "under review": 1, "new": 2, "dismissed": 3}
     rows = []
-    things = _things(findings, surface)
+    things = _things(findings, surface, ship)
     for each, thing in zip(findings, things):
         place, kind = ship.tell(each.position_m), KINDS.get(each.kind, each.kind)
         change, was = "", ""
@@ -63,18 +63,13 @@ def finding_rows(
     return sorted(rows, key=lambda row: row["order"])
 
 
-def _things(findings: Sequence[Finding], surface: SurfaceRecord | None) -> list[str]:
+def _things(findings: Sequence[Finding], surface: SurfaceRecord | None, ship: Ship) -> list[str]:
     """Return the name of the thing that each finding is on."""
     if surface is None or not findings:
         return [""] * len(findings)
     places = np.array([each.position_m for each in findings])
     on = surface.patches_at(places, np.array([each.normal for each in findings]), 0.3)
-    return [readable(surface.names[surface.parts[k]]) if k >= 0 else "" for k in on]
-
-
-def readable(name: str) -> str:
-    """Return the name of a thing of the mesh as words."""
-    return name.replace("_", " ")
+    return [ship.part(surface.names[surface.parts[k]]) if k >= 0 else "" for k in on]
 
 
 def comparison_table(comparison: Comparison, ship: Ship) -> dict[str, Any]:
@@ -214,7 +209,7 @@ def left_out_rows(plan: SurveyPlan, ship: Ship) -> list[dict[str, Any]]:
         largest = max(own, key=lambda each: each.area_m2)
         rows.append(
             {
-                "part": readable(part), "why": why, "area_m2": sum(each.area_m2 for each in own),
+                "part": ship.part(part), "why": why, "area_m2": sum(each.area_m2 for each in own),
                 "place": ship.tell(largest.place_m),
             }
         )  # fmt: skip
@@ -228,4 +223,6 @@ def lowest_grade(grades: Sequence[Any], rules: GradeRules) -> tuple[str, str]:
     known = [each.grade for each in grades if each.grade]
     if not known:
         return "\N{EN DASH}", "no area was seen enough"
-    return max(known, key=GRADES.index), f"lowest of {len(known)} graded areas"
+    lowest, without = max(known, key=GRADES.index), len(grades) - len(known)
+    of = f"lowest of {len(known)} graded area{'s' * (len(known) > 1)}"
+    return lowest, f"{of}; {without} not graded" if without else of

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple, Sequence
+from dataclasses import dataclass, field
+from typing import Mapping, NamedTuple, Sequence
 
 import numpy as np
 
@@ -58,6 +58,7 @@ class Ship:
         heading_deg: direction of the bow in the map, anticlockwise from x.
         frames: numbers, ascending. frames_m: (n,) their distances forward of the AP.
         strakes, areas: of which no two overlap. plate_frames: frames along one plate.
+        parts: words of surveyors for the names of the mesh's things.
     """
 
     name: str = ""
@@ -69,6 +70,11 @@ class Ship:
     strakes: tuple[Strake, ...] = ()
     areas: tuple[Area, ...] = ()
     plate_frames: int = 1
+    parts: Mapping[str, str] = field(default_factory=dict)
+
+    def part(self, name: str) -> str:
+        """Return the name of a thing of the mesh as words."""
+        return self.parts.get(name, name.replace("_", " "))
 
     def coordinates_m(self, points_m: np.ndarray) -> np.ndarray:
         """Return places (n, 3) of the map as forward of AP, to port, above base."""

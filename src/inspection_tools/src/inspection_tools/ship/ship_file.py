@@ -11,7 +11,7 @@ import yaml
 from inspection_tools.errors import ShipError
 from inspection_tools.ship.ship import SIDES, Area, Ship, Strake
 
-KEYS = ("name", "space", "ap", "heading", "frames", "plate_frames", "strakes", "areas")
+KEYS = ("name", "space", "ap", "heading", "frames", "plate_frames", "strakes", "areas", "parts")
 MOST_FRAMES = 2000
 
 
@@ -64,7 +64,11 @@ def parse_ship(content: object) -> Ship:
     x, y, z = (_number("ap", each) for each in ap)
     heading = _number("heading", given.get("heading", 0.0))
     names = (str(given.get("name", "")), str(given.get("space", "")))
-    return Ship(*names, (x, y, z), heading, frames, frames_m, strakes, areas, plate)
+    parts = given.get("parts") or {}
+    if not isinstance(parts, Mapping):
+        raise ShipError(f"parts is {parts!r}; give words for things of the mesh: {{ground_plane: tank top}}.")
+    words = {str(key): str(value) for key, value in parts.items()}
+    return Ship(*names, (x, y, z), heading, frames, frames_m, strakes, areas, plate, words)
 
 
 def _frames(given: object) -> tuple[tuple[int, ...], tuple[float, ...]]:
