@@ -13,6 +13,7 @@ setup(
             "inspection_tools.energy",
             "inspection_tools.exploration",
             "inspection_tools.exploration.kernels",
+            "inspection_tools.exploration.views",
             "inspection_tools.findings",
             "inspection_tools.inspection",
             "inspection_tools.photographs",

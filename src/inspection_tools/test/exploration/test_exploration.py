@@ -9,7 +9,14 @@ from hypothesis import strategies as st
 from voxel_room import SIDE_M, Flight, beams, room
 
 from inspection_tools.energy import EnergyWatch
-from inspection_tools.exploration import End, Exploration, ExplorationParameters, Explorer, ExplorerParameters
+from inspection_tools.exploration import (
+    End,
+    Exploration,
+    ExplorationParameters,
+    Explorer,
+    ExplorerParameters,
+    explorer_of,
+)
 from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.steep import SteepSteps
 from inspection_tools.exploration.way import Way, in_steps
@@ -169,6 +176,33 @@ def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_all
     assert (known > 0.95) if steep else (known < 0.5)
     # And it kept away from what is there, though no beam had told of it
     assert nearest_m > 0.3
+
+
+def explored_way_m(filled, directions, **asked):
+    """Explore with range finders or without; return the flight, the exploration and the length flown."""
+    flight = Flight(filled, (1.3, 1.7, 1.2), directions)
+    explorer = explorer_of(ExplorerParameters(spacing=0.4, reach=8.0, by_volume=True), is_steep=True)
+    exploration = Exploration(flight.planner, explorer, ExplorationParameters(first_sink=0.0, **asked))
+    exploration.begin(0.0, flight.place_m)
+    for there_m in next_places(exploration, flight, 0.3):
+        flight.way_m += math.dist(there_m, flight.place_m)
+        flight.place_m = there_m
+        flight.look()
+    return flight, exploration
+
+
+@pytest.mark.parametrize("has_range_finders", [True, False])
+def test_a_high_narrow_room_is_climbed_straight_where_a_range_finder_looks(has_range_finders):
+    # Given beams that rise by 0.8 m over the whole length of a room that is 5.2 m high
+    straight = np.array([(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)])
+    directions = np.concatenate((beams(around=60), straight)) if has_range_finders else beams(around=60)
+    flight, exploration = explored_way_m(room((4.4, 3.6, 5.6)), directions, steep=True)
+    assert exploration.told.end is End.EXPLORED
+    known = (flight.kinds[~flight.filled] != UNKNOWN).mean()
+    # Then some climbs suffice; crossings of the room take 60 m. Without range finders it ends, too
+    if has_range_finders:
+        assert known > 0.99
+        assert flight.way_m < 40.0
 
 
 def test_a_uav_that_is_kept_off_its_way_gives_the_goal_up():

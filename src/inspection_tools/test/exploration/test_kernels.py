@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from inspection_tools.exploration.frontiers import frontier_voxels, in_cells
 from inspection_tools.exploration.kernels.lattice import lattice_ways
-from inspection_tools.exploration.kernels.views import best_view, is_open, mark_seen, seen_from
+from inspection_tools.exploration.kernels.views import best_view, is_open, mark_seen, seen_from, sights_of
 from inspection_tools.planning import FREE, UNKNOWN
 from inspection_tools.planning.kernels.neighbours import STEPS
 
@@ -60,6 +60,9 @@ def test_a_place_shows_the_cells_within_reach_and_beams(seed):
     marked = np.zeros(9, bool)
     mark_seen(kinds, places, cells, (-0.3, 0.2), (1.0, 6.0), marked)
     np.testing.assert_array_equal(marked, seen)
+    sights = sights_of(kinds, places, cells, (-0.3, 0.2), (1.0, 6.0))
+    np.testing.assert_array_equal(sights.any(axis=0), seen)
+    np.testing.assert_array_equal(sights @ counts, expected)
 
 
 @settings(max_examples=20, deadline=None)

@@ -246,6 +246,7 @@ class Exploration:
 
     def _decide(self, stamp_s: float, here_m: np.ndarray) -> None:
         self.told.known_m3.append((stamp_s, self._planner.known_m3()))
+        self._steep.settle()
         if self.told.end is None:
             started = time.thread_time()
             self._next_view(stamp_s, here_m)
@@ -258,7 +259,6 @@ class Exploration:
         self._mind_the_time(stamp_s)
         if self.told.end is not None:
             return
-        self._steep.settle()
         decision = self._explorer.decide(self._planner.space(stamp_s, here_m), here_m)
         self.told.views += 1
         if decision.is_shut_in and self._backs_out(stamp_s):
@@ -276,7 +276,12 @@ class Exploration:
                 self._end_without_goal(stamp_s, here_m, decision)
             return
         goal_m = np.array(decision.goal_m)
+        if decision.column_m is not None:
+            goal_m = self._steep.climb(decision.column_m, self._planner.space(stamp_s, here_m))
+            if math.dist(goal_m, here_m) < self._p.arrived:
+                self._explorer.give_up_goal()  # no range finder sees more of the way
         if not self._plan(here_m, goal_m, stamp_s):
+            self._steep.settle()
             self._planner.close(goal_m, stamp_s)
             self._set_out(Way([here_m]))
 

@@ -41,7 +41,9 @@ class Decision:
 
     goal_m: (x, y, z) of the next view in the map's frame; None: nothing is left to see. way_m: to it.
     worth_m2: what it shows of the border. leftovers: what stays unknown, when nothing is left to see.
-    is_shut_in: the UAV fits nowhere from where it is, so nothing can be said of what is left.
+    is_shut_in: the UAV fits nowhere from where it is, so nothing can be said of what is left. column_m:
+    (k, 3) the last part of the way, straight up or down through what no beam of the lidar has shown; None:
+    there is no such part.
     """
 
     goal_m: tuple[float, float, float] | None
@@ -49,6 +51,7 @@ class Decision:
     worth_m2: float = 0.0
     leftovers: tuple[Leftover, ...] = ()
     is_shut_in: bool = False
+    column_m: np.ndarray | None = None
 
 
 class Explorer:

@@ -26,6 +26,11 @@ class ExplorerParameters:
             may open room for the UAV itself is always worth it.
         rate_min: And so many m2 for each second that it costs.
         room_min: Unknown room for the UAV itself counts from so many m3 in one piece. At 0 all counts.
+        by_volume: Views are worth the unknown volume that they would show, not the border; see
+            `VolumeExplorer`. For places of many small rooms, and high ones.
+        volume_min, volume_rate: A view is then worth a flight if it shows so many m3, and so many for each
+            second.
+        near_first: And before the UAV flies farther than this, it takes what is small and nearer, m.
         speed: Of the UAV, m/s.
         pause: Time that each view costs besides the way, s.
         keep: The UAV goes on to its present goal unless another one is worth so many times as much a second.
@@ -44,6 +49,10 @@ class ExplorerParameters:
     worth_min: float = 0.4
     rate_min: float = 0.2
     room_min: float = 0.0
+    by_volume: bool = False
+    volume_min: float = 0.5
+    volume_rate: float = 0.2
+    near_first: float = 4.0
     speed: float = 1.0
     pause: float = 2.0
     keep: float = 1.5
@@ -63,6 +72,9 @@ class ExplorerParameters:
         check_number("worth_min", self.worth_min, 0.0, 1e3)
         check_number("rate_min", self.rate_min, 0.0, 1e3)
         check_number("room_min", self.room_min, 0.0, 1e3)
+        check_number("volume_min", self.volume_min, 0.0, 1e3)
+        check_number("volume_rate", self.volume_rate, 0.0, 1e3)
+        check_number("near_first", self.near_first, 0.0, 1e3)
         check_number("speed", self.speed, 0.01, 20.0)
         check_number("pause", self.pause, 0.0, 60.0)
         check_number("keep", self.keep, 1.0, 100.0)
@@ -86,8 +98,9 @@ class ExplorationParameters:
         stranded: On its way home, a UAV that stays where it is for so long must land there, s.
         track_spacing: Between the places that it remembers, to come back the way it came, m.
         first_sink: The hover's height is the border of what the climb has shown: home is this much below, m.
-        steep: When no view shows more, the UAV goes straight up and down by small steps into what is unknown.
-            It needs range finders up and down, and CEPA that flies only into what they have seen.
+        steep: When no view shows more, the UAV goes straight up and down by small steps into what is unknown;
+            by volume, up to 2 m whenever that is worth it. It needs range finders up and down, and CEPA that
+            flies only into what they have seen.
         climb_max: The UAV stays lower than its first hover plus this, m. A planar lidar knows its place only
             near the height of its map.
         home_speed: Mean speed on the way home, turns included, m/s.

@@ -23,7 +23,7 @@ class Roadmap:
     """
 
     def __init__(self, space: Space, place_m: np.ndarray, spacing: int):
-        self._space = space
+        self._space, self._spacing = space, spacing
         ways = lattice_ways(space.squares, space.need, spacing, *self._links(place_m, spacing))
         is_reached = np.isfinite(ways)
         self.nodes = np.argwhere(is_reached) * spacing
@@ -46,6 +46,17 @@ class Roadmap:
         legs = [leg_cost(space.squares, space.need, space.factors, here, centre) for centre in centres]
         is_open = np.array([math.isfinite(leg) for leg in legs], bool)
         return nodes[is_open], off[is_open]
+
+    def ways_from(self, node: int) -> np.ndarray:
+        """Return (n,) the length of the shortest way from a node to each, m."""
+        space, begin = self._space, self.nodes[node : node + 1] // self._spacing
+        ways = lattice_ways(space.squares, space.need, self._spacing, begin, np.zeros(1))
+        lengths_m: np.ndarray = ways[tuple((self.nodes // self._spacing).T)] * space.grid.resolution_m
+        return lengths_m
+
+    def nearest(self, place_m: np.ndarray) -> int:
+        """Return the node that is nearest to a place (x, y, z)."""
+        return int(np.argmin(np.linalg.norm(self._space.grid.centres_m(self.nodes) - place_m, axis=1)))
 
     def place_m(self, node: int) -> np.ndarray:
         """Return where a node is: x, y, z in the map's frame."""

@@ -13,6 +13,7 @@ from inspection_tools.exploration.beyond import clearances_if_free, unknown_room
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.planning import PathPlanner
 from inspection_tools.planning.space import Space
+from inspection_tools.planning.voxel_grid import FREE
 
 FAR_M = 1.0
 """Unknown room counts if it begins so near above or below a place where the UAV may be."""
@@ -22,6 +23,8 @@ TRIES = 2
 """A step is tried so often to about the same place."""
 STEPS = 3
 """So many steps to which there is no way are tried at one look: more would take too long."""
+BESIDE_M = 0.15
+"""A range finder looks up and down so far beside the UAV's middle."""
 WIDTH_WORTH = 5.0
 """A metre of width is worth so many metres of way."""
 
@@ -69,6 +72,14 @@ class SteepSteps:
             self.settle()
         return True
 
+    def climb(self, column_m: np.ndarray, space: Space) -> np.ndarray:
+        """Open a column (k, 3) up to where a range finder has seen; return the end (x, y, z) to fly to."""
+        seen_m = column_m[: _seen(column_m, space)]
+        self._step_m, self._is_flown = seen_m, np.zeros(len(seen_m), bool)
+        self._planner.venture(seen_m, space.clearance_m + space.grid.resolution_m)
+        end_m: np.ndarray = seen_m[-1]
+        return end_m
+
     def begin(self, stamp_s: float, here_m: np.ndarray) -> np.ndarray | None:
         """Open the best step that was not tried often; return its end (x, y, z). None: there is none."""
         space = self._planner.space(stamp_s, here_m)
@@ -83,6 +94,17 @@ class SteepSteps:
                 end_m: np.ndarray = step_m[-1]
                 return end_m
         return None
+
+
+def _seen(column_m: np.ndarray, space: Space) -> int:
+    """Return how many places of a column (k, 3) are surely free in their middle, at least one."""
+    reach = math.ceil(BESIDE_M / space.grid.resolution_m)
+    for number, place_m in enumerate(column_m):
+        z, y, x = np.floor(space.inner(place_m)).astype(int).tolist()
+        around = space.grid.kinds[z, max(y - reach, 0) : y + reach + 1, max(x - reach, 0) : x + reach + 1]
+        if not (around == FREE).any():
+            return max(number, 1)
+    return len(column_m)
 
 
 def steep_steps(space: Space, roadmap: Roadmap, least_m3: float) -> np.ndarray:

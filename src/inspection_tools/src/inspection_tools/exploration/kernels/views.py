@@ -86,6 +86,23 @@ def seen_from(
 
 
 @njit(cache=True, nogil=True)
+def sights_of(
+    kinds: np.ndarray,
+    places: np.ndarray,
+    cells: np.ndarray,
+    slopes: tuple[float, float],
+    reaches: tuple[float, float],
+) -> np.ndarray:
+    """Return (n, m) whether each place sees each cell. The arguments are those of `seen_from`."""
+    sights = np.zeros((len(places), len(cells)), np.bool_)
+    for n in range(len(places)):
+        for m in range(len(cells)):
+            if _has_beam(places[n], cells[m], slopes, reaches):
+                sights[n, m] = is_open(kinds, places[n], cells[m])
+    return sights
+
+
+@njit(cache=True, nogil=True)
 def mark_seen(
     kinds: np.ndarray,
     places: np.ndarray,
