@@ -246,6 +246,7 @@ def test_a_jump_of_the_odometry_drops_the_memory():
     [
         ({"climb_max": 1.5}, "climb_max"),
         ({"climb_max": -0.1}, "climb_max"),
+        ({"body_below": 4.0, "body_above": 1.5}, "body_below and body_above must be at most 5 m together"),
         ({"height_min": 3.0, "height_max": 2.0}, "height_min"),
         ({"body_below": 0.0}, "body_below"),
         ({"body_above": math.nan}, "body_above"),
