@@ -3,6 +3,7 @@
 from inspection_tools.energy.charge import Charge
 from inspection_tools.energy.decision import Decision, EnergyWatch, Verdict, WayHome
 from inspection_tools.energy.parameters import EnergyParameters
+from inspection_tools.energy.readings import Readings
 from inspection_tools.energy.way_back import WayBack, without_loops
 
 __all__ = [
@@ -10,6 +11,7 @@ __all__ = [
     "Decision",
     "EnergyParameters",
     "EnergyWatch",
+    "Readings",
     "Verdict",
     "WayBack",
     "WayHome",
