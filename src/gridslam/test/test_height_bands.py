@@ -12,6 +12,7 @@ import planar_world
 import pytest
 from sessions_in_the_hold import LIDAR, PARAMETERS, base_in_map, error_m
 
+from gridslam import se2
 from gridslam.session import SlamSession, closure_parameters
 
 LOW_M, HIGH_M = 2.0, 4.0
@@ -110,3 +111,15 @@ def test_without_kept_scans_the_map_stays_one_and_that_is_said(log):
     session = SlamSession(PARAMETERS, False, say=said.append)
     go(session, log, 0, 2 * once)
     assert "may be wrong" in " ".join(said)
+
+
+def test_good_odometry_counts_where_a_height_has_no_map_yet(log):
+    """Nothing tells a place on a map that is empty. So the pose stays what a sure odometry says."""
+    log, once = log
+    session = SlamSession(PARAMETERS, CLOSURE, say=lambda words: None)
+    sure = np.diag((1e-3, 1e-3, 1e-4)) ** 2
+    for scan, base in list(zip(log.scans, log.truth.poses_in_map))[: once + 8]:
+        session.process(scan, base, sure)
+        off = np.abs(se2.between(base, base_in_map(session, base)))
+        assert np.hypot(*off[:2]) < 0.05
+        assert off[2] < 0.01

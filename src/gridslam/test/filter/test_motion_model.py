@@ -45,7 +45,7 @@ def test_what_is_drawn_has_the_models_mean_and_covariance():
     motion = moved([(1.0, 0.2, 0.3)], start=(4.0, -2.0, 1.0))
     heading = 2.0
     poses = np.tile((1.0, -1.0, heading), (40_000, 1))
-    prediction = predict(poses, motion, np.random.default_rng(0))
+    prediction = predict(poses, motion, 7, np.random.default_rng(0))
     # predicted is odometry's own step from where the particle is
     np.testing.assert_allclose(
         prediction.predicted[0], se2.compose(poses[0], np.array((1.0, 0.2, 0.3))), atol=1e-12
@@ -55,6 +55,8 @@ def test_what_is_drawn_has_the_models_mean_and_covariance():
     turn = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
     errors = prediction.drawn - prediction.predicted
     errors[:, 2] = se2.wrap(errors[:, 2])
+    # the best particle has no noise
+    assert not errors[7].any()
     covariance = turn @ np.diag(motion.deviation**2) @ turn.T
     np.testing.assert_allclose(errors.mean(axis=0), 0.0, atol=4.0 * motion.deviation.max() / 200.0)
     np.testing.assert_allclose(np.cov(errors.T), covariance, atol=0.03 * covariance.max())

@@ -128,13 +128,16 @@ class GridSlam(ParticleFilter):
         return self._map.has_kept_scans and self.has_own_map and self.earlier is None
 
     def change_band(self, band: Band) -> None:
-        """Go on with the map of other heights, which the scans there give along the best particle's path."""
+        """Go on with the map of other heights, which the scans there give along the best particle's path.
+
+        Odometry is as sure as it says: where these heights have no map yet, it alone tells the place.
+        """
         count = len(self._particles)
         self._resample(np.full(count, self.best_particle))
         pose = self._particles.poses[0].copy()
         self._map.change_band(band, self.trajectory().poses_in_map)
         self._particles.place(np.tile(pose, (count, 1)))
-        self.widen(START_DEVIATION)
+        self.widen((0.0, 0.0, 0.0))
 
     # Loop closure gets snapshots and gives corrections
 

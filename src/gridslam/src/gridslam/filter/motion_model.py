@@ -146,7 +146,7 @@ class Prediction:
     predicted: np.ndarray
     """(particles, 3) by odometry without noise."""
     drawn: np.ndarray
-    """(particles, 3) drawn from the motion model."""
+    """(particles, 3) drawn from the motion model, the best one without noise."""
     information: np.ndarray
     """(particles, 3, 3) inverse covariance of the motion model around ``predicted``, in 1/m2 and 1/rad2."""
 
@@ -157,10 +157,14 @@ class Prediction:
         return -0.5 * np.einsum("pi,pij,pj->p", errors, self.information, errors)
 
 
-def predict(poses: np.ndarray, motion: Motion, rng: np.random.Generator) -> Prediction:
-    """Move particles (particles, 3) as odometry did, with and without noise."""
+def predict(poses: np.ndarray, motion: Motion, best: int, rng: np.random.Generator) -> Prediction:
+    """Move particles (particles, 3) as odometry did, with and without noise.
+
+    best: this particle has no noise. So where scans tell no place, the best guess stays what odometry says.
+    """
     step, deviation = motion.step, motion.deviation
     noise = deviation * rng.standard_normal(poses.shape)
+    noise[best] = 0.0
     return Prediction(
         se2.compose(poses, step), se2.compose(poses, step + noise), _information(poses, deviation)
     )

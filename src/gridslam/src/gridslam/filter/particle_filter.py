@@ -139,7 +139,7 @@ class ParticleFilter:
         """
         particles, maps, parameters = self._particles, self._map.tiles, self.parameters
         beams = Beams.from_scan(scan, parameters)
-        prediction = predict(particles.poses, motion, self._rng)
+        prediction = predict(particles.poses, motion, particles.best, self._rng)
         noise = self._rng.standard_normal(particles.poses.shape)
         noise[particles.best] = 0.0
         uniform = self._rng.random()
@@ -185,7 +185,7 @@ class ParticleFilter:
         link = self._step_check.wrong(scan, step, motion)
         if link is None:
             return matches, prediction.drawn
-        by_link = link.predict(poses, self._rng)
+        by_link = link.predict(poses, best, self._rng)
         matches = self._matcher.match(maps, by_link, best, beams, self._workers)
         for particle, step in enumerate(se2.between(poses, maps.to_metres(matches.poses))):
             if link.contradicts(step, motion.step):

@@ -85,8 +85,8 @@ class Link:
         """Return whether a step is far from this link, and odometry near."""
         return bool(are_wrong(step[None], odometry[None], self.pose[None], self.covariance[None])[0])
 
-    def predict(self, poses: np.ndarray, rng: np.random.Generator) -> Prediction:
-        """Move particles (particles, 3) as the link says, with and without noise."""
+    def predict(self, poses: np.ndarray, best: int, rng: np.random.Generator) -> Prediction:
+        """Move particles (particles, 3) as the link says, with noise and without, the best one without."""
         motion = Motion(np.zeros(3), 0.0)
         motion.now, motion.deviations = self.pose, np.sqrt(np.diag(self.covariance))
-        return predict(poses, motion, rng)
+        return predict(poses, motion, best, rng)
