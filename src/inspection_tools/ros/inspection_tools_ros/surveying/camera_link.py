@@ -61,17 +61,17 @@ class CameraLink:
         """Tilt the camera; pi / 2 looks straight up."""
         self._tilts.publish(angle_rad)
 
-    def shoot(self, what: Callable[[Any], Any]) -> Any:
+    def shoot(self, stamp_s: float, what: Callable[[Any], Any]) -> Any:
         """Open the shutter; return what belongs to the shot.
 
-        what: returns it, by the camera's answer.
+        stamp_s: of the UAV's pose at which it opens, or at a later one. what: returns it, by the answer.
 
         Raises:
             CameraError: it did not; one sentence.
         """
         try:
             self._shoot.wait_for_service(ANSWER_S)
-            told = self._shoot()
+            told = self._shoot(rospy.Time(0, round(1e9 * stamp_s)))
         except (rospy.ServiceException, rospy.ROSException) as error:
             raise CameraError(f"The camera does not answer: {error}.") from None
         if not told.success:

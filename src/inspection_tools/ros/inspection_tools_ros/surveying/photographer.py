@@ -47,7 +47,7 @@ class Photographer:
         self.on_stored: Callable[[Path], None] = lambda _: None
         self.shots = self._failures = 0
         self._is_due = False
-        self._due: queue.Queue[tuple[Inspection, Task]] = queue.Queue()
+        self._due: queue.Queue[tuple[Inspection, Task, float]] = queue.Queue()
         self.poses = RecentPoses()
         self._camera = CameraLink(self._store, self._lose)
         self._last = rospy.Publisher("~last_photograph", Image, queue_size=1, latch=True)
@@ -56,10 +56,10 @@ class Photographer:
         """Tilt the camera; pi / 2 looks straight up."""
         self._camera.tilt(angle_rad)
 
-    def take(self, inspection: Inspection, task: Task) -> None:
-        """Take a photograph as soon as `work` comes to it."""
+    def take(self, inspection: Inspection, task: Task, stamp_s: float) -> None:
+        """Take a photograph as soon as `work` comes to it, where the UAV is at this time or later."""
         self._is_due = True
-        self._due.put((inspection, task))
+        self._due.put((inspection, task, stamp_s))
 
     @property
     def is_shooting(self) -> bool:
@@ -75,17 +75,17 @@ class Photographer:
         """Open the shutter when it is due, until ROS ends."""
         while not rospy.is_shutdown():
             try:
-                inspection, task = self._due.get(timeout=0.5)
+                inspection, task, stamp_s = self._due.get(timeout=0.5)
             except queue.Empty:
                 self._camera.give_up_late()
                 continue
-            self._shoot(inspection, task)
+            self._shoot(inspection, task, stamp_s)
             self._is_due = False
             self._on_shot()
 
-    def _shoot(self, inspection: Inspection, task: Task) -> None:
+    def _shoot(self, inspection: Inspection, task: Task, stamp_s: float) -> None:
         try:
-            self._camera.shoot(partial(self._taken, inspection, task))
+            self._camera.shoot(stamp_s, partial(self._taken, inspection, task))
         except CameraError as error:
             self._miss(inspection, task, str(error))
 
