@@ -19,7 +19,7 @@ from inspection_tools.exploration import (
 )
 from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.steep import SteepSteps
-from inspection_tools.exploration.way import Way, in_steps
+from inspection_tools.exploration.way import in_steps
 from inspection_tools.planning import FREE, UNKNOWN, PathPlanner, PlannerParameters, parse_limits
 
 HOVER_M = np.array((1.0, 2.0, 3.0))
@@ -55,7 +55,7 @@ def test_a_uav_that_was_pushed_over_a_limit_flies_back_the_way_it_came_and_goes_
     for x in np.arange(1.0, 4.6, 0.25):
         exploration.follow(0.0, np.array((x, 2.0, 2.3)))
     here_m = np.array((4.5, 2.0, 2.3))
-    exploration._way = Way([here_m])
+    exploration._guide.hover(here_m)
     exploration.told.views = 1
     # When it decides, then it turns back, and the exploration has not ended
     exploration.look(1.0, here_m)
@@ -287,6 +287,26 @@ def test_a_uav_that_comes_no_nearer_goes_on_by_short_steps_before_the_way_is_clo
     assert steps_m[1.0] == pytest.approx(2.0)
     assert steps_m[4.5] < 0.61
     np.testing.assert_allclose(exploration.rest_m[-1], HOVER_M)
+
+
+@pytest.mark.parametrize("goes_on_s", [5.0, 20.0])
+def test_behind_the_place_where_it_was_held_up_it_flies_fast_again(goes_on_s):
+    # Given a UAV on its way home that CEPA holds up, at first or until the way is closed
+    exploration, here_m = coming_home()
+    here_m = HOVER_M + np.array((0.0, 3.2, 0.0))
+    steps_m = {}
+    for stamp_s in np.arange(0.0, goes_on_s + 10.0, 0.5).tolist():
+        if exploration.follow(stamp_s, here_m):
+            exploration.look(stamp_s, here_m)
+        steps_m[stamp_s] = longest_step_m(here_m, exploration.rest_m) if exploration.rest_m else math.nan
+        if stamp_s >= goes_on_s:
+            here_m = here_m - np.array((0.0, 0.2, 0.0))
+        if exploration.is_home:
+            break
+    # Then it flies by short steps past that place, and not all of the way
+    assert steps_m[4.5] < 0.61
+    assert steps_m[goes_on_s + 2.0] < 0.6 + 0.3  # it aims at the next place before it is at one
+    assert steps_m[goes_on_s + 5.0] > 1.0
 
 
 def test_for_want_of_energy_it_flies_home_as_slowly_as_the_energy_was_reckoned_for():

@@ -7,7 +7,6 @@ node `explore`.
 from __future__ import annotations
 
 import math
-import threading
 import time
 
 import numpy as np
@@ -15,11 +14,12 @@ import numpy as np
 from inspection_tools.energy import EnergyWatch, Verdict, WayBack, WayHome
 from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.explorer import Decision, Explorer
+from inspection_tools.exploration.guide import Guide
 from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.parameters import ExplorationParameters
 from inspection_tools.exploration.steep import SteepSteps
 from inspection_tools.exploration.told import End, Explored
-from inspection_tools.exploration.way import Progress, Stay, Way, in_steps
+from inspection_tools.exploration.way import Stay, Way
 from inspection_tools.planning import PathPlanner
 
 BACK_S = 15.0
@@ -28,9 +28,6 @@ BEEN_M = 0.05
 """Between the places where the UAV was, around which its own radius is free."""
 TRIES = 3
 """A way that CEPA refused so often is left, when nothing else is to be seen."""
-SLOW_SHARE, SLOW_S, STEP_M = 0.4, 10.0, 0.6
-"""After this share of the patience, a UAV that comes no nearer flies by short steps, for so long: CEPA lets
-it pass a narrow place slowly that it keeps a fast one out of."""
 FIRST_WAY_S = 10.0
 """CEPA may hold the UAV above the first place. After this time it explores from where it is."""
 
@@ -63,15 +60,11 @@ class Exploration:
         self._back = WayBack(planner, energy, self._p)
         self._steep = SteepSteps(planner, explorer.steep_steps, explorer.parameters.spacing)
         self._began_s, self._look_s = math.nan, -math.inf
-        self._way, self._progress, self._stay = Way(), Progress(), Stay()
+        self._guide, self._stay = Guide(planner, self._p), Stay()
         self._been_m: list[np.ndarray] = []
         """Since the last look."""
-        self._hovers_s: float | None = None
-        """Since when it has been at the end of its way; None: it is on the way."""
-        self._lock = threading.Lock()  # of the way and of the pause
-        self._is_paused = self._is_held_off = False
-        """By `pause`; by CEPA, at this look."""
-        self._slow_until_s = -math.inf
+        self._is_held_off = False
+        """By CEPA, at this look."""
         self.is_home = self.must_land = False
         self._shut_in_s: float | None = None
         """Since when; None: it is not."""
@@ -82,30 +75,29 @@ class Exploration:
 
         home_m: home of an exploration that was lost in flight, which this one goes on with.
         """
-        self._began_s, self.is_home, self.must_land, self._is_paused = stamp_s, False, False, False
+        self._began_s, self.is_home, self.must_land = stamp_s, False, False
         is_first = not self.has_begun
         self._back.begin(here_m - (0.0, 0.0, self._p.first_sink) if home_m is None else home_m)
         if is_first:
             self._planner.lower_ceiling(self.home_m[2] + self._p.first_sink + self._p.climb_max)
         self.told.end, self.told.reason = None, ""
-        self._way, self._stay = Way([self.home_m if home_m is None else here_m]), Stay()
+        self._guide.begin(self.home_m if home_m is None else here_m)
+        self._stay = Stay()
 
     def restart_clock(self, stamp_s: float) -> None:
         """Go on after the clock jumped back: what was timed begins anew, what is known stays."""
         self._began_s, self._look_s = stamp_s, -math.inf
-        self._shut_in_s, self._slow_until_s = None, -math.inf
-        self._progress, self._stay, self._hovers_s = Progress(), Stay(), None
+        self._shut_in_s, self._stay = None, Stay()
+        self._guide.restart_clock()
         self._back.restart_clock(stamp_s)
 
     def pause(self, here_m: np.ndarray) -> None:
         """Hover at a place (x, y, z) until `resume`, `abort`, or until the energy says to come home."""
-        with self._lock:
-            self._is_paused, self._way = True, Way([here_m])
+        self._guide.pause(here_m)
 
     def resume(self) -> None:
         """Go on after a pause."""
-        with self._lock:
-            self._is_paused = False
+        self._guide.resume()
         self._look_s, self._stay = -math.inf, Stay()
 
     def abort(self, reason: str) -> None:
@@ -115,7 +107,7 @@ class Exploration:
     @property
     def is_paused(self) -> bool:
         """Whether it hovers by `pause`."""
-        return self._is_paused
+        return self._guide.is_paused
 
     @property
     def way_home(self) -> WayHome | None:
@@ -141,12 +133,12 @@ class Exploration:
     @property
     def setpoint_m(self) -> np.ndarray | None:
         """Where to fly now, (x, y, z) in the map's frame; None: nowhere yet."""
-        return self._way.setpoint_m
+        return self._guide.way.setpoint_m
 
     @property
     def rest_m(self) -> list[np.ndarray]:
         """The places of the way that are still to come."""
-        return self._way.rest_m
+        return self._guide.way.rest_m
 
     def follow(self, stamp_s: float, here_m: np.ndarray) -> bool:
         """Take a pose (x, y, z), also before the begin. Return whether it is time to `look`."""
@@ -156,13 +148,8 @@ class Exploration:
         if not self.has_begun:
             return False
         self._back.note(here_m)
-        self._way.follow(here_m, self._p.arrived)
-        self._progress.note(stamp_s, here_m, self._way.rest_m)
-        if self._way.is_left:
-            self._hovers_s = None
-        elif self._hovers_s is None:
-            self._hovers_s = stamp_s
-        is_at_view = not self._way.is_left and not self._must_sweep(stamp_s)
+        self._guide.follow(stamp_s, here_m)
+        is_at_view = not self._guide.way.is_left and not self._must_sweep(stamp_s)
         pause_s = self._p.rest if is_at_view else self._p.look_period
         return not self.is_home and stamp_s >= self._look_s + pause_s
 
@@ -174,7 +161,7 @@ class Exploration:
             self._planner.take_as_free(place_m, self._planner.parameters.radius)
             self._steep.note(place_m)
         self._mind_the_energy(stamp_s, here_m)
-        self._is_held_off = self._progress.is_held_off(stamp_s, self._p.patience)
+        self._is_held_off = self._guide.is_held_off(stamp_s)
         if not self._planner.has_map:
             self._wait_for_map(stamp_s, here_m)
             return
@@ -182,13 +169,13 @@ class Exploration:
             return
         if not self._must_sweep(stamp_s):
             self._decide(stamp_s, here_m)
-        elif self._way.is_left:
-            self._set_out(Way([here_m]))
+        elif self._guide.way.is_left:
+            self._guide.hover(here_m)
 
     def _wait_for_map(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Hover until a cloud has come. Come home the way it came if that lasts too long."""
         self._mind_the_time(stamp_s)
-        if self.told.end is not None and not self._is_paused:
+        if self.told.end is not None and not self.is_paused:
             self._go_home(stamp_s, here_m)
 
     def _mind_the_time(self, stamp_s: float) -> None:
@@ -199,7 +186,7 @@ class Exploration:
         """Return whether the lidar needs more time to see all around, before the next view is decided."""
         if self._p.sweep == 0.0 or self.told.end is not None:
             return False
-        return self._hovers_s is None or stamp_s < self._hovers_s + self._p.sweep
+        return not self._guide.has_swept(stamp_s)
 
     def _mind_the_energy(self, stamp_s: float, here_m: np.ndarray) -> None:
         decision = self._back.decide(stamp_s, here_m)
@@ -214,20 +201,14 @@ class Exploration:
         """End, unless it has ended already."""
         if self.told.end is None:
             self.told.end, self.told.reason = end, reason
-            with self._lock:
-                self._is_paused, self._way = False, Way()
+            self._guide.stop()
             self._look_s = -math.inf
-
-    def _set_out(self, way: Way) -> None:
-        with self._lock:
-            if not self._is_paused:
-                self._way, self._hovers_s = way, None
 
     def _goes_on(self, stamp_s: float, here_m: np.ndarray) -> bool:
         """Return whether the UAV keeps to its way, without a decision."""
-        if self._is_paused:
+        if self.is_paused:
             return True
-        rest_m = self._way.rest_m
+        rest_m = self._guide.way.rest_m
         if not rest_m:
             return False
         if not self.told.views and self.told.end is None:  # on the first way down, which no beam has seen
@@ -236,13 +217,13 @@ class Exploration:
         if self._is_held_off:
             self._planner.close(rest_m[0], stamp_s)  # CEPA does not let it go there
             self._explorer.give_up_goal()
-            self._progress = Progress()  # another way gets its time, too
+            self._guide.forgive()
             return False
-        if self._progress.is_held_off(stamp_s, SLOW_SHARE * self._p.patience) and not self._is_slow(stamp_s):
-            self._slow_until_s = stamp_s + SLOW_S
-            self._set_out(Way(in_steps([here_m, *rest_m], STEP_M)[1:]))
-        is_decided = self.told.end is not None or self._p.sweep > 0.0 or not self._way.is_on_last_leg
-        return is_decided and self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)
+        if not self._is_slow_home and not self._guide.mind_the_pace(stamp_s, here_m, rest_m):
+            return False
+        way = self._guide.way
+        is_decided = self.told.end is not None or self._p.sweep > 0.0 or not way.is_on_last_leg
+        return is_decided and self._planner.is_clear(np.array([here_m, *way.rest_m]), stamp_s)
 
     def _decide(self, stamp_s: float, here_m: np.ndarray) -> None:
         self.told.known_m3.append((stamp_s, self._planner.known_m3()))
@@ -271,7 +252,7 @@ class Exploration:
             ):
                 return
             if self._planner.reopen(stamp_s, TRIES - 1):
-                self._set_out(Way([here_m]))  # what CEPA has refused may hide behind it what is unknown
+                self._guide.hover(here_m)  # what CEPA has refused may hide behind it what is unknown
             else:
                 self._end_without_goal(stamp_s, here_m, decision)
             return
@@ -283,7 +264,7 @@ class Exploration:
         if not self._plan(here_m, goal_m, stamp_s):
             self._steep.settle()
             self._planner.close(goal_m, stamp_s)
-            self._set_out(Way([here_m]))
+            self._guide.hover(here_m)
 
     def _end_without_goal(self, stamp_s: float, here_m: np.ndarray, decision: Decision) -> None:
         if decision.is_shut_in:
@@ -301,7 +282,7 @@ class Exploration:
         """Fly back the way it came, for a while. CEPA may have evaded to where the planner lets nobody be."""
         if self._shut_in_s is None:
             self._shut_in_s = stamp_s
-            self._set_out(Way(self._back.track_back_m))
+            self._guide.set_out(Way(self._back.track_back_m))
         return stamp_s < self._shut_in_s + BACK_S
 
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
@@ -315,24 +296,16 @@ class Exploration:
         elif not self._plan(here_m, self.home_m, stamp_s) and not (
             self._planner.reopen(stamp_s) and self._plan(here_m, self.home_m, stamp_s)
         ):
-            self._set_out(Way([*self._back.track_back_m, self.home_m]))
+            self._guide.set_out(Way([*self._back.track_back_m, self.home_m]))
 
     def _plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float) -> bool:
         """Set out for a goal; return whether there is a way."""
-        try:
-            places_m = list(self._planner.plan(here_m, goal_m, stamp_s).points_m)
-        except NoPathError:
-            return False
-        if self._is_slow(stamp_s):
-            self._set_out(Way(in_steps(places_m, STEP_M)[1:]))
-            return True
-        space = self._planner.space(stamp_s, here_m)
-        self._set_out(Way(places_m[1:], space.is_clear_whatever_climb, self._p.ahead))
-        return True
+        return self._guide.plan(here_m, goal_m, stamp_s, self._is_slow_home)
 
-    def _is_slow(self, stamp_s: float) -> bool:
-        """Whether it flies in short steps: the nearer the next place is, the slower. Also home for energy."""
-        return stamp_s < self._slow_until_s or self.told.end is End.BATTERY
+    @property
+    def _is_slow_home(self) -> bool:
+        """Whether it flies home as slowly as the energy was reckoned for."""
+        return self.told.end is End.BATTERY
 
     def _why_no_way(self, stamp_s: float, here_m: np.ndarray) -> str:
         """Return the planner's sentence; empty: there is a way home on the map."""
