@@ -13,7 +13,7 @@ gnss_denied.killed.PART.{briefly, for_good}: parts of the chain die in flight.
 gnss_denied.stops.{LIDAR, urg_after_lost_scan}.{stops, median_s, worst_s, ...}: it loses its pose and stops.
 gnss_denied.boxes: boxes of 0.5 m lie under the way.
 gnss_denied.restart.{closure, restart}: SLAM closes the loop, or begins a new map, in flight.
-gnss_denied.climbs.WORLD.{puck, m8, ust}: climbs in `hold_3d` and `ballast_tank`, by odometry alone;
+gnss_denied.climbs.WORLD.{puck, m8, ust}: climbs in `hold_3d` and `ballast_tank` by odometry, SLAM beside;
 --beside: with other libraries on the same clouds.
 """
 

@@ -2,7 +2,7 @@
 
 In `hold_3d` deck beams, coaming, frames and stanchions change what a level lidar sees; in `ballast_tank`
 stiffeners and manholes do. Odometry is compared with the truth as it is: both begin at the same place, and
-nothing is aligned. Without SLAM. Other libraries may follow the same clouds beside it.
+nothing is aligned. The flight does not use SLAM, which follows it with other libraries that may do so.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from benchmarks.gnss_rows.beside import Beside
 from benchmarks.gnss_rows.climb_places import CLIMBS, Climb
+from benchmarks.gnss_rows.slam_beside import SlamBeside
 from gridslam.cloud_odometry.warm_up import warm_up_cloud_odometry
 from gridslam.odometry.warm_up import warm_up_odometry
 from inspection_tools import PositionControllerParameters, Waypoint
@@ -22,7 +23,7 @@ from simulation_tools.geometry import Pose
 from simulation_tools.sensors.cloud import Cloud, CloudLidar
 from simulation_tools.simulation import SimulationParameters, StepOutput
 
-METRICS = ("ate_m", "worst_m", "height_p95_m", "cpu_ms", "cpu_p99_ms")
+METRICS = ("ate_m", "worst_m", "height_p95_m", "cpu_ms", "cpu_p99_ms", "slam_ate_m", "slam_worst_m")
 BESIDE_METRICS = ("ate_m", "worst_m", "aligned_m", "cpu_ms")
 
 
@@ -32,8 +33,8 @@ def fly(
     """Fly about so many minutes; return the errors of the odometry in m, and its CPU time for each cloud.
 
     ate_m: root mean square. worst_m: the greatest. height_p95_m: of the height, 95 %. remarks: estimates
-    that told a doubt. silent_m: the greatest error without a remark in the second before. beside: names of
-    `beside.NAMES`.
+    that told a doubt. silent_m: the greatest error without a remark in the second before. slam_ate_m,
+    slam_worst_m: of SLAM's poses, level. beside: names of `beside.NAMES`.
     """
     warm_up_odometry()
     warm_up_cloud_odometry()
@@ -42,6 +43,8 @@ def fly(
         rays = empty.simulation.world.rays
         mission = climb.mission(rays, np.random.default_rng(seed), 60.0 * minutes)
     with ClosedLoop(parameters_of(climb, lidar, seed, mission)) as loop:
+        slam = SlamBeside(loop, seed)
+        loop.listeners.append(slam)
         while not loop.is_over:
             _tell(libraries, loop.step())
         outcome, known = loop.outcome, loop.log.truth.array("t_s", "x_m", "y_m", "z_m")
@@ -65,6 +68,7 @@ def fly(
         "height_p95_m": float(np.percentile(np.abs(off[:, 2]), 95)),
         "cpu_ms": float(np.median(cpu_ms)),
         "cpu_p99_ms": float(np.percentile(cpu_ms, 99)),
+        **slam.figures(),
         **{each.name: each.figures() for each in libraries},
     }
 

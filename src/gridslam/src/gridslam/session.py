@@ -74,7 +74,7 @@ class SlamSession:
         self._supervisor = Supervisor(say)
         self._is_resumed = False
         """Whether there was no scan yet since a state was loaded."""
-        self._slices = SliceWatch()
+        self._slices, self._has_said_bands = SliceWatch(), False
         self._starting_covariance: np.ndarray | None = None
         self._closer: LoopCloser | None = None
         if loop_closure and not localisation_only:
@@ -139,7 +139,9 @@ class SlamSession:
         before_m, now_m = changed
         words = f"The vehicle flies at {now_m:.1f} m; level scans see another slice than at {before_m:.1f} m."
         if has_bands and self._closer is not None and not slam.tracking.is_lost:
-            self._say(f"{words} SLAM goes on with the map of this height; no loops are closed between both.")
+            if not self._has_said_bands:
+                self._say(f"{words} Each height has its own map now; no loops are closed between them.")
+            self._has_said_bands = True
             slam.change_band(Band(now_m, self._closer.parameters.height_band_m))
             self._supervisor.forget_map()
         else:

@@ -130,14 +130,16 @@ class GridSlam(ParticleFilter):
     def change_band(self, band: Band) -> None:
         """Go on with the map of other heights, which the scans there give along the best particle's path.
 
-        Odometry is as sure as it says: where these heights have no map yet, it alone tells the place.
+        That map may tell a better place, because other slices lead odometry from a planar lidar astray. Where
+        there is none yet, odometry alone tells the place, and is as sure as it says.
         """
         count = len(self._particles)
         self._resample(np.full(count, self.best_particle))
         pose = self._particles.poses[0].copy()
         self._map.change_band(band, self.trajectory().poses_in_map)
         self._particles.place(np.tile(pose, (count, 1)))
-        self.widen((0.0, 0.0, 0.0))
+        is_known = any(len(beams.hits) for beams in self._map.beams)
+        self.widen(START_DEVIATION if is_known else (0.0, 0.0, 0.0))
 
     # Loop closure gets snapshots and gives corrections
 

@@ -1,0 +1,43 @@
+"""SLAM beside a flight without GNSS: how far off are the poses that it corrects."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gridslam import se2
+from master_thesis.experiments_3_4.slam_run import SlamParticipant
+from master_thesis.experiments_3_4.slam_setup import read_setup
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.flight_recording import LidarGeometry
+from simulation_tools.geometry import Pose
+
+
+class SlamBeside:
+    """Follows the scans of a closed loop as `slam_gridslam` does, with loop closure (a ScanListener).
+
+    The flight does not use it. off_m: error of the pose in the map at each scan, m.
+    """
+
+    def __init__(self, loop: ClosedLoop, seed: int) -> None:
+        self._session = read_setup("hold").session(seed, loop_closure=True)
+        self._participant, self._loop = SlamParticipant(self._session, LidarGeometry.of(loop.lidar)), loop
+        self.off_m: list[float] = []
+
+    def on_scan(self, t_s: float, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
+        """Take a scan, the odometry and the truth of one instant."""
+        assert self._loop.own_odometry is not None  # there is no GNSS
+        estimates = reversed(self._loop.own_odometry.estimates)
+        told = next(each for each in estimates if abs(each.stamp_s - t_s) < 1e-6).planar_covariance
+        self._participant.on_scan(t_s, ranges, odometry, truth, told)
+        if self._session.map_to_odom is None:
+            return
+        in_odom = np.array((*odometry.position_m[:2], odometry.yaw_rad))
+        x, y, _ = se2.compose(np.array(self._session.map_to_odom), in_odom).tolist()
+        self.off_m.append(math.dist((x, y), truth.position_m[:2]))
+
+    def figures(self) -> dict[str, float]:
+        """Return the root mean square and the greatest of the errors, m."""
+        off_m = np.array(self.off_m)
+        return {"slam_ate_m": float(np.sqrt(np.square(off_m).mean())), "slam_worst_m": float(off_m.max())}
