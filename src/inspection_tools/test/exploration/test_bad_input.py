@@ -1,6 +1,7 @@
 """What an exploration does when its map, its battery or its surroundings are not what they should be."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -27,13 +28,13 @@ class Led:
     CEPA stops it in front of what is filled. may_go: of a place (x, y, z), whether CEPA lets it go there.
     """
 
-    def __init__(self, filled, start_m=HOVER_M, energy=None, limits=None, **asked):
+    def __init__(self, filled, start_m=HOVER_M, energy=None, limits=None, explorer=EXPLORER, **asked):
         self.flight = Flight(filled, start_m)
         if limits is not None:
             self.flight.planner = PathPlanner(PLANNER, parse_limits(limits))
             self.flight.look()
         given = ExplorationParameters(**{"first_sink": 0.0, "home_speed": 0.8, **asked})
-        self.exploration = Exploration(self.flight.planner, Explorer(EXPLORER), given, energy)
+        self.exploration = Exploration(self.flight.planner, Explorer(explorer), given, energy)
         self.exploration.begin(0.0, self.flight.place_m)
         self.now_s, self.energy, self.charge = 0.0, energy, 1.0
         self.may_go = lambda _: True
@@ -188,9 +189,11 @@ def test_a_door_that_opens_again_lets_it_home():
     assert led.exploration.is_home
 
 
-def test_a_person_who_follows_it_holds_it_up_for_a_while_only():
+@pytest.mark.parametrize("by_volume", [False, True])
+def test_a_person_who_follows_it_holds_it_up_for_a_while_only(by_volume):
     # Given somebody a metre behind the UAV, wherever it flies
-    led = Led(room((6.2, 4.6, 2.4), DOOR), patience=4.0)
+    explorer = replace(EXPLORER, by_volume=by_volume)
+    led = Led(room((6.2, 4.6, 2.4), DOOR), explorer=explorer, patience=4.0)
     trail, person = [], [None]
 
     def follow():

@@ -15,7 +15,6 @@ from inspection_tools.exploration import (
     ExplorationParameters,
     Explorer,
     ExplorerParameters,
-    explorer_of,
 )
 from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.steep import SteepSteps
@@ -181,7 +180,7 @@ def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_all
 def explored_way_m(filled, directions, **asked):
     """Explore with range finders or without; return the flight, the exploration and the length flown."""
     flight = Flight(filled, (1.3, 1.7, 1.2), directions)
-    explorer = explorer_of(ExplorerParameters(spacing=0.4, reach=8.0, by_volume=True), is_steep=True)
+    explorer = Explorer(ExplorerParameters(spacing=0.4, reach=8.0, by_volume=True), is_steep=True)
     exploration = Exploration(flight.planner, explorer, ExplorationParameters(first_sink=0.0, **asked))
     exploration.begin(0.0, flight.place_m)
     for there_m in next_places(exploration, flight, 0.3):

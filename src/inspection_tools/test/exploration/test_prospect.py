@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from voxel_room import PLANNER, SIDE_M, TILE
 
 from inspection_tools.exploration.kernels.revealed import STEP, WALL, count_unknown, mark_walls, revealed
-from inspection_tools.exploration.views.prospect import Prospect, Vain
+from inspection_tools.exploration.views.prospect import Prospect
+from inspection_tools.exploration.views.vain import Vain
 from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -8,7 +8,6 @@ from inspection_tools.exploration.explorer import Decision, Explorer
 from inspection_tools.exploration.leftovers import Leftover, Why
 from inspection_tools.exploration.parameters import ExplorationParameters, ExplorerParameters
 from inspection_tools.exploration.told import End, Explored
-from inspection_tools.exploration.volume_explorer import VolumeExplorer, explorer_of
 
 __all__ = [
     "Decision",
@@ -19,7 +18,5 @@ __all__ = [
     "Explorer",
     "ExplorerParameters",
     "Leftover",
-    "VolumeExplorer",
     "Why",
-    "explorer_of",
 ]

@@ -27,7 +27,7 @@ class ExplorerParameters:
         rate_min: And so many m2 for each second that it costs.
         room_min: Unknown room for the UAV itself counts from so many m3 in one piece. At 0 all counts.
         by_volume: Views are worth the unknown volume that they would show, not the border; see
-            `VolumeExplorer`. For places of many small rooms, and high ones.
+            `RevealingViews`. For places of many small rooms, and high ones.
         volume_min, volume_rate: A view is then worth a flight if it shows so many m3, and so many for each
             second.
         near_first: And before the UAV flies farther than this, it takes what is small and nearer, m.

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from inspection_tools.exploration.explorer import Explorer
 from inspection_tools.exploration.kernels.views import sights_of
 from inspection_tools.exploration.parameters import ExplorerParameters
-from inspection_tools.exploration.volume_explorer import explorer_of
 from inspection_tools.planning.warm_up import planner_in_free_space, warm_up_planning
 
 
@@ -17,6 +17,6 @@ def warm_up_exploration() -> None:
     here = np.array((0.9, 1.5, 1.5))
     blind = ExplorerParameters(rate_min=1e3, reach=0.5)
     for parameters in (ExplorerParameters(), blind, ExplorerParameters(by_volume=True)):
-        explorer_of(parameters, is_steep=True).decide(planner.space(0.0, here), here)
+        Explorer(parameters, is_steep=True).decide(planner.space(0.0, here), here)
     kinds, voxels = np.ones((1, 1, 1), np.uint8), np.zeros((1, 3), np.int64)
     sights_of(kinds, voxels, voxels, (-1.0, 1.0), (0.0, 1.0))  # that space has no border of room

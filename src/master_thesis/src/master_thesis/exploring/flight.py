@@ -13,8 +13,8 @@ from inspection_tools.exploration import (
     Exploration,
     ExplorationParameters,
     Explored,
+    Explorer,
     ExplorerParameters,
-    explorer_of,
 )
 from inspection_tools.planning import Limits, PathPlanner, PlannerParameters
 from master_thesis.exploring.drift import Drift
@@ -77,7 +77,7 @@ class ExploringFlight:
         self._loop, self._energy, self._drift = loop, energy, drift
         self.volume = VolumeOfFlight(PathPlanner(planner, limits), volume)
         asked = parameters or ExplorationParameters()
-        chooses = explorer_of(explorer, asked.steep)
+        chooses = Explorer(explorer, asked.steep)
         self.exploration = Exploration(self.volume.planner, chooses, asked, energy)
         self.landings: list[Landing] = []
         self._clouds = FlownClouds(loop, self.volume, "Exploration")

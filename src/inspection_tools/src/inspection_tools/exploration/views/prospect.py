@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from inspection_tools.exploration.kernels.revealed import count_unknown, mark_walls, revealed
+from inspection_tools.exploration.views.vain import Vain
 from inspection_tools.planning.space import Space
 from inspection_tools.planning.voxel_grid import FREE, OCCUPIED, UNKNOWN
 
@@ -26,30 +27,6 @@ AROUND, RINGS = 72, 5
 """Beams of a view: around, and above each other."""
 ROUGHLY = 3
 """For a first look, every so many beams around."""
-SAME = 0.8
-"""A cell has not changed if it still has this share of its unknown voxels."""
-TRIES = 1.0
-"""A cell does not count any more after views in vain that count so much."""
-
-
-class Vain:
-    """Cells that were looked at, and of which much stayed unknown."""
-
-    def __init__(self) -> None:
-        self._cells: dict[tuple[int, ...], tuple[int, float]] = {}
-        """By cell: its unknown voxels when it was looked at, and what the views count."""
-
-    def note(self, cells: np.ndarray, counts: np.ndarray, view: float) -> None:
-        """Take a view of cells (n, 3) that still have so many unknown voxels (n,)."""
-        for cell, count in zip(map(tuple, cells.tolist()), counts.tolist()):
-            before, tries = self._cells.get(cell, (count, 0.0))
-            self._cells[cell] = (count, (tries if count >= SAME * before else 0.0) + view)
-
-    def left(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the cells (n, 3) that were looked at often enough, and how many voxels (n,) they had."""
-        left = [(cell, count) for cell, (count, tries) in self._cells.items() if tries >= TRIES]
-        cells = np.array([cell for cell, _ in left], np.int64).reshape(-1, 3)
-        return cells, np.array([count for _, count in left], np.int64)
 
 
 class Prospect:
@@ -96,12 +73,10 @@ class Prospect:
         return is_wall
 
     def _leave_out_vain(self) -> None:
-        cells, before = self._vain.left()
-        cells = cells - self._first_cell
-        is_inside = ((cells >= 0) & (cells < self._counts.shape)).all(axis=1)
-        cells, before = cells[is_inside], before[is_inside]
-        is_same = self._counts[tuple(cells.T)] >= SAME * before
-        self._is_vain[tuple(cells[is_same].T)] = True
+        cells = self._vain.left() - self._first_cell
+        cells = cells[((cells >= 0) & (cells < self._counts.shape)).all(axis=1)]
+        is_left = self._vain.is_left(cells + self._first_cell, self._counts[tuple(cells.T)])
+        self._is_vain[tuple(cells[is_left].T)] = True
         self._counts[self._is_vain] = 0
 
     def is_vain(self, voxels: np.ndarray) -> np.ndarray:
@@ -132,7 +107,8 @@ class Prospect:
         """
         _, stamps = self._revealed(place[None], np.zeros(1, np.int64), False)
         cells = np.argwhere((stamps > 0) & (self._counts > 0))
-        self._vain.note(cells + self._first_cell, self._counts[tuple(cells.T)], view)
+        counts = self._counts[tuple(cells.T)]
+        self._vain.note(cells + self._first_cell, counts, np.full(len(counts), view))
         self._leave_out_vain()
 
     def _revealed(

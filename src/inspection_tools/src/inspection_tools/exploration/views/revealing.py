@@ -7,10 +7,13 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
+from inspection_tools.exploration.frontiers import Frontiers
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.exploration.views.prospect import Prospect
-from inspection_tools.exploration.views.view import View
+from inspection_tools.exploration.views.scene import Scene
+from inspection_tools.exploration.views.vain import Vain
+from inspection_tools.exploration.views.view import Look, View
 from inspection_tools.planning.kernels.distances import squared_clearances
 from inspection_tools.planning.space import Space
 
@@ -42,36 +45,51 @@ class Candidates(NamedTuple):
 class RevealingViews:
     """Looks for views.
 
+    References: Bircher et al. 2016 (gain by volume).
+
     Args:
-        parameters: of the explorer.
+        parameters: of the explorer. is_steep: the UAV may climb and sink into what only range finders see.
     """
 
-    def __init__(self, parameters: ExplorerParameters) -> None:
-        self._p = parameters
+    def __init__(self, parameters: ExplorerParameters, is_steep: bool) -> None:
+        self._p, self._is_steep, self._vain = parameters, is_steep, Vain()
+        self._prospect: Prospect | None = None
+        """Of the present decision."""
+
+    def note(self, scene: Scene, looked: Look) -> None:
+        """Take what the UAV looked at since the last decision."""
+        self._prospect = self._of(scene)
+        for at in filter(None, map(scene.space.grid.index_of, looked.places_m)):
+            self._prospect.note(np.array(at), looked.counts)
+
+    def is_left(self, scene: Scene, cells: Frontiers) -> np.ndarray:
+        """Return (m,) whether cells of the border were looked at in vain."""
+        return self._of(scene).is_vain(cells.places - 1)
+
+    def news_voxels(self, space: Space) -> float:
+        """Return how many voxels must be new before a view may be worth it again."""
+        return self._p.volume_min / space.grid.resolution_m**3
+
+    def _of(self, scene: Scene) -> Prospect:
+        p = self._p
+        return Prospect(scene.space, (p.elevation_min, p.elevation_max), (p.near, p.reach), self._vain)
 
     def best(
-        self,
-        space: Space,
-        prospect: Prospect,
-        roadmap: Roadmap,
-        nodes: np.ndarray,
-        here_m: np.ndarray,
-        is_steep: bool,
-        present: View | None,
+        self, scene: Scene, roadmap: Roadmap, nodes: np.ndarray, here_m: np.ndarray, present: View | None
     ) -> View | None:
         """Return the view that reveals most for its time; None: none is worth it.
 
         Args:
-            space: the map.
-            prospect: what is unknown in it.
+            scene: the map. `note` was called with it.
             roadmap: the ways from the UAV.
             nodes: of the roadmap that are looked from.
             here_m: (x, y, z) of the UAV.
-            is_steep: whether it may climb and sink into what only range finders see.
             present: the view that the UAV flies to. It is kept unless another is worth `keep` times more.
         """
+        assert self._prospect is not None, "note first"
+        space, prospect = scene.space, self._prospect
         found = [_level(roadmap, nodes)]
-        if is_steep:
+        if self._is_steep:
             columns = _columns(space, prospect, roadmap, nodes, here_m)
             found.append(_promising(prospect, columns, self._times_s(columns)))
         goes_on = None

@@ -1,0 +1,36 @@
+"""What was looked at, and stayed unknown."""
+
+from __future__ import annotations
+
+import numpy as np
+
+SAME = 0.8
+"""A cell has not changed if it still has this share of its voxels."""
+TRIES = 1.0
+"""A cell does not count any more after views in vain that count so much."""
+
+
+class Vain:
+    """Cells that were looked at, and how often in vain. Of a cell that has changed, that is forgotten."""
+
+    def __init__(self) -> None:
+        self._cells: dict[tuple[int, ...], tuple[int, float]] = {}
+        """By cell: its voxels when it was looked at, and what the views count."""
+
+    def note(self, cells: np.ndarray, counts: np.ndarray, views: np.ndarray) -> None:
+        """Take views of cells (n, 3) that still have so many voxels (n,); the views count so much (n,)."""
+        for cell, count, view in zip(map(tuple, cells.tolist()), counts.tolist(), views.tolist()):
+            before, tries = self._cells.get(cell, (count, 0.0))
+            self._cells[cell] = (count, (tries if count >= SAME * before else 0.0) + view)
+
+    def is_left(self, cells: np.ndarray, counts: np.ndarray) -> np.ndarray:
+        """Return (n,) whether cells (n, 3) with so many voxels (n,) were looked at often enough."""
+        found = [self._cells.get(cell, (0, 0.0)) for cell in map(tuple, cells.tolist())]
+        before, tries = np.array(found, float).reshape(-1, 2).T
+        is_left: np.ndarray = (tries >= TRIES) & (counts >= SAME * before)
+        return is_left
+
+    def left(self) -> np.ndarray:
+        """Return the cells (n, 3) that were looked at often enough, changed or not."""
+        left = [cell for cell, (_, tries) in self._cells.items() if tries >= TRIES]
+        return np.array(left, np.int64).reshape(-1, 3)
