@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from cepa import Reason
 from gridslam.volume import VolumeParameters
 from inspection_tools.energy import EnergyWatch
 from inspection_tools.exploration import End, ExplorationParameters, ExplorerParameters
@@ -13,6 +14,7 @@ from inspection_tools.planning import PlannerParameters
 from master_thesis.errors import FlightError
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.exploring.flight import ExploringFlight
+from master_thesis.exploring.places import SMALL_ROOMS, place_of
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import PhaseLimits
 from simulation_tools.vehicle.energy.battery import BatteryStart
@@ -46,6 +48,18 @@ def test_it_knows_more_and_more_and_lands_at_home_when_its_time_is_over():
     volumes = [volume for _, volume in told.known_m3]
     assert volumes[-1] > volumes[0] > 20.0
     assert told.views >= 2
+
+
+def test_between_closed_rooms_cepa_never_waits_for_a_way_that_the_planner_knows(tmp_path):
+    place = place_of(SMALL_ROOMS, 3)
+    with ClosedLoop(place.loop_parameters(place.written_to(tmp_path), 3, 200.0)) as loop:
+        asked = ExplorationParameters(time_max=40.0, steep=True)
+        ExploringFlight(loop, place.planner, place.explorer, place.volume, asked).run()
+        outcome, reasons = loop.outcome, [row[5] for row in loop.log.decisions.rows]
+    assert outcome.landed
+    assert not outcome.collision
+    assert len(reasons) > 500
+    assert Reason.NO_WAY.value not in reasons
 
 
 def test_it_comes_home_with_its_reserve_gets_a_full_battery_and_goes_on():

@@ -33,6 +33,11 @@ SMALL_PLANNER = replace(PLANNER, margin=0.1)
 """For rooms, whose doors are a few voxels wide: half a voxel less than the judge asks for."""
 
 
+LED_CEPA = replace(CEPA, window_m=0.0)
+"""The planner knows the ways. CEPA would stand still in a room that is closed at its height, or fly away from
+a place before a wall: it thinks that the reference leads far ahead, for the UAV aims ahead on its way."""
+
+
 @dataclass(frozen=True)
 class Uav:
     """model: of the UAV. lidar: on it. algorithm: of CEPA. cepa: its parameters."""
@@ -40,7 +45,7 @@ class Uav:
     model: str = "iris"
     lidar: str = "puck"
     algorithm: str = "dynamic"
-    cepa: CepaParameters = CEPA
+    cepa: CepaParameters = LED_CEPA
 
 
 TANK_RADIUS_M = 0.2
