@@ -15,7 +15,7 @@ from gridslam.evaluation.volume.surface import read_surface
 from gridslam.evaluation.volume.visibility import Places
 from gridslam.evaluation.volume.volume_error import volume_error
 from gridslam.evaluation.volume.voxels import voxels_of
-from gridslam.volume import Pose, VolumeParameters
+from gridslam.volume import FLAT_MISS, Pose, VolumeParameters
 from gridslam.volume.warm_up import warm_up_volume
 from inspection_tools.planning import PathPlanner, PlannerParameters
 from master_thesis.exploring.flown_clouds import FlownClouds
@@ -24,7 +24,7 @@ from master_thesis.flight.closed_loop import ClosedLoop
 from simulation_tools.sensors.cloud import CloudLidar
 
 RESOLUTION_M, RANGE_M = 0.1, 30.0
-"""Of volume.launch."""
+"""Of volume.launch. `miss` is that of mapping.launch."""
 METRICS = ("p95_m", "within_a_voxel", "mapped", "free_right", "ate_m")
 LESS_IS_WORSE = ("within_a_voxel", "mapped", "free_right")
 
@@ -42,7 +42,8 @@ def fly(world: str, lidar: str, seed: int, minutes: float) -> dict:
         rays = empty.simulation.world.rays
         mission = climb.mission(rays, np.random.default_rng(seed), 60.0 * minutes)
     volume = VolumeOfFlight(
-        PathPlanner(PlannerParameters()), VolumeParameters(resolution_m=RESOLUTION_M, max_range_m=RANGE_M)
+        PathPlanner(PlannerParameters()),
+        VolumeParameters(resolution_m=RESOLUTION_M, max_range_m=RANGE_M, miss=FLAT_MISS),
     )
     places: list[Pose] = []
     with ClosedLoop(parameters_of(climb, lidar, seed, mission)) as loop:

@@ -366,3 +366,18 @@ def test_the_perspective_publishes_what_the_launch_files_know(path):
         assert f'"{entry["topic_name"]}"' in launched
         assert not entry["enabled"], "nothing flies by opening a window"
         assert all(field.startswith(entry["topic_name"] + "/") for field in entry["expressions"])
+
+
+def test_flights_with_clouds_map_with_the_miss_for_level_lidars():
+    from gridslam.volume import FLAT_MISS
+
+    for launch in ("mapping", "errand"):
+        tree = ElementTree.parse(ROOT / f"src/master_thesis/launch/include/{launch}.launch")
+        told = [
+            arg.get("value")
+            for include in tree.iter("include")
+            if include.get("file", "").endswith("volume.launch") and "not in" not in include.get("if", "")
+            for arg in include.iter("arg")
+            if arg.get("name") == "miss"
+        ]
+        assert [float(each) for each in told] == [FLAT_MISS], launch

@@ -6,7 +6,7 @@ from gridslam.volume.corrected_map import CorrectedMap
 from gridslam.volume.nodes import CloudNode, NodeSpacing
 from gridslam.volume.octree.files import read_octree, write_octree
 from gridslam.volume.octree.stream import OctreeStream, map_from, stream_of
-from gridslam.volume.parameters import VolumeParameters
+from gridslam.volume.parameters import FLAT_MISS, VolumeParameters
 from gridslam.volume.planning_layers import DistanceField, Frontiers
 from gridslam.volume.range_points import RangePoints
 from gridslam.volume.rebuilding import Rebuilding
@@ -17,6 +17,7 @@ from gridslam.volume.tile_table import Box
 from gridslam.volume.voxel_map import VoxelMap
 
 __all__ = [
+    "FLAT_MISS",
     "FREE",
     "OCCUPIED",
     "UNKNOWN",

@@ -12,6 +12,12 @@ from gridslam.volume.kernels.tiles import Model
 
 RESOLUTIONS_M = (0.001, 100.0)
 """Smallest and greatest side of a voxel."""
+FLAT_MISS = 0.46
+"""`miss` for a level lidar, which sees floor and deck at a flat angle only.
+
+There a ray crosses three voxels of the surface before it hits one. With OctoMap's 0.4 these misses weigh more
+than the hits, and erase the surface.
+"""
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from cepa import CepaParameters
-from gridslam.volume import VolumeParameters
+from gridslam.volume import FLAT_MISS, VolumeParameters
 from inspection_tools import PositionControllerParameters
 from inspection_tools.exploration import ExplorerParameters
 from inspection_tools.planning import PlannerParameters
@@ -115,9 +115,9 @@ def place_of(row: str, seed: int) -> Place:
             WORLDS / "hold_3d.world",
             HOLD_START_M,
             box_m,
-            VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=0.46),
+            VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=FLAT_MISS),
         )
-    fine = VolumeParameters(resolution_m=0.1, max_range_m=20.0, miss=0.46)
+    fine = VolumeParameters(resolution_m=0.1, max_range_m=20.0, miss=FLAT_MISS)
     if row == TANK:
         return _ballast_tank(fine)
     rng = np.random.default_rng(seed)

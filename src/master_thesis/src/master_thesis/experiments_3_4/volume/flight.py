@@ -16,7 +16,7 @@ from gridslam.evaluation.volume.volume_error import VolumeError, volume_error
 from gridslam.evaluation.volume.volume_picture import volume_error_figure
 from gridslam.evaluation.volume.voxels import Voxels, voxels_of
 from gridslam.trajectory import Trajectory
-from gridslam.volume import CorrectedMap, Pose, VolumeParameters
+from gridslam.volume import FLAT_MISS, CorrectedMap, Pose, VolumeParameters
 from gridslam.volume.path_poses import OdometryHistory, PathCorrections
 from master_thesis.errors import FlightError
 from master_thesis.flight.flight_recording import FlightRecording
@@ -26,7 +26,7 @@ from simulation_tools.sensors.cloud import CloudLidar
 from simulation_tools.vehicle.uav import load_uav
 
 RESOLUTION_M, RANGE_M = 0.1, 30.0
-"""Of volume.launch."""
+"""Of volume.launch. `miss` is that of mapping.launch."""
 
 
 @dataclass(frozen=True)
@@ -81,22 +81,41 @@ def map_and_judge(
     rng, surface = np.random.default_rng(seed), read_surface(world)
     sensor = CloudLidar(_cloud_sensor(lidar), rng)
     mount = geometry.Pose(recording.lidar.position_m, recording.lidar.orientation_xyzw)
-    history = OdometryHistory()
-    for scan in recording:
-        history.add(scan.t_s, _as_volume(scan.odometry))
-    corrections = PathCorrections(path.stamps_s, path.poses_in_map, history)
-    corrected = CorrectedMap(VolumeParameters(resolution_m=RESOLUTION_M, max_range_m=RANGE_M))
+    corrections = corrections_of(recording, path)
+    corrected = CorrectedMap(VolumeParameters(resolution_m=RESOLUTION_M, max_range_m=RANGE_M, miss=FLAT_MISS))
     rays, places, clouds = SurfaceRays(surface), [], 0
     for scan in recording:
-        sensor_in_odom, true_place = _as_volume(scan.odometry @ mount), scan.truth @ mount
-        places.append(_as_volume(true_place))
+        sensor_in_odom, true_place = as_volume(scan.odometry @ mount), scan.truth @ mount
+        places.append(as_volume(true_place))
         if not (corrections.cover(scan.t_s) and corrected.asks_for(scan.t_s, sensor_in_odom)):
             continue
         points = sensor.read(rays, true_place).points_m
         corrected.add(scan.t_s, points, sensor_in_odom, corrections.at(scan.t_s))
         clouds += 1
+    return judged(corrected, surface, places, lidar, rng, clouds)
+
+
+def corrections_of(recording: FlightRecording, path: Trajectory) -> PathCorrections:
+    """Return where SLAM's path says that odometry's frame was; raises PoseError if it cannot."""
+    history = OdometryHistory()
+    for scan in recording:
+        history.add(scan.t_s, as_volume(scan.odometry))
+    return PathCorrections(path.stamps_s, path.poses_in_map, history)
+
+
+def judged(
+    corrected: CorrectedMap,
+    surface: Surface,
+    places: Sequence[Pose],
+    lidar: str,
+    rng: np.random.Generator,
+    clouds: int,
+) -> JudgedVolume:
+    """Judge a map. places: true poses of the lidar; lidar: its name; clouds: that are in the map."""
     voxels = voxels_of(corrected.voxels, Pose.identity(), rng)
-    seen_from = _as_places(places)
+    seen_from = Places(
+        np.array([each.translation for each in places]), np.array([each.rotation for each in places])
+    )
     error, distances_m = volume_error(voxels, surface, rng, seen_from, _view(lidar))
     return JudgedVolume(surface, voxels, seen_from, error, distances_m, clouds)
 
@@ -114,9 +133,6 @@ def _view(lidar: str) -> LidarView:
     return LidarView(beams.elevation_deg, beams.field_of_view_deg, min(beams.range_max_m, RANGE_M))
 
 
-def _as_volume(pose: geometry.Pose) -> Pose:
+def as_volume(pose: geometry.Pose) -> Pose:
+    """Return a simulated pose as the map's."""
     return Pose(pose.rotation, np.array(pose.position_m))
-
-
-def _as_places(poses: Sequence[Pose]) -> Places:
-    return Places(np.array([pose.translation for pose in poses]), np.array([pose.rotation for pose in poses]))
