@@ -8,7 +8,8 @@ rebuild_wall_s, rebuild_nodes}.
 
 `--rows flown`: `hold_3d` flown without GNSS between the bottom and the deck, by odometry from clouds. Keys:
 volume.hold_3d.{puck, m8}.{flights, flown, contact}, and {p95_m, within_a_voxel, mapped, free_right, ate_m,
-parts.THING}.{median, worst}.
+parts.THING}.{median, worst}. volume.hold.{ust, urg}: Experiment 4 without GNSS, whose lidar nods at each
+stop.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks.shared.results import ROOT, Results, table
-from benchmarks.shared.trials import run_crossed, trial_options
-from benchmarks.volume_rows import flown
+from benchmarks.shared.trials import run_all, trial_options
+from benchmarks.volume_rows import flown, nodding
 from gridslam.volume import (
     Board,
     CorrectedMap,
@@ -38,12 +39,14 @@ from gridslam.volume import (
     stream_of,
 )
 from gridslam.volume.warm_up import warm_up_volume
+from master_thesis.trials.trial import Trial
 
 sys.path.append(str(ROOT / "src/gridslam/test"))
 
 from room_clouds import puck_directions, ranges_in_hold
 
 ROWS, LIDARS, WORLD = ("speed", "flown"), ("puck", "m8"), "hold_3d"
+NODDING = ("ust", "urg")
 SEEDS = (21, 22, 23)
 """Nothing was developed on these."""
 RATE_HZ = 20.0
@@ -157,7 +160,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = trial_options(__doc__ or "")
     parser.add_argument("--rows", nargs="+", default=ROWS, choices=ROWS)
     parser.add_argument("--seeds", nargs="+", type=int, default=None, help="of the flown rows")
-    parser.add_argument("--lidars", nargs="+", default=LIDARS, choices=LIDARS, help="of the flown rows")
+    parser.add_argument(
+        "--lidars", nargs="+", default=LIDARS, choices=(*LIDARS, *NODDING), help="of the flown rows"
+    )
     parser.add_argument("--minutes", type=float, default=2.0, metavar="MIN", help="of a flown flight")
     parser.add_argument("--clouds", type=int, default=12, metavar="NUMBER", help="beside OctoMap")
     parser.add_argument("--seconds", type=float, default=60.0, metavar="S", help="of the flight")
@@ -177,13 +182,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _fly(given: argparse.Namespace, results: Results) -> None:
     seeds = given.seeds or SEEDS[: 1 if given.brief else None]
     lidars, minutes = given.lidars[: 1 if given.brief else None], 0.3 if given.brief else given.minutes
-    found = run_crossed(
-        "volume", flown.fly, given, world=[WORLD], lidar=lidars, seed=seeds, minutes=[minutes]
-    )
-    for lidar in lidars:
-        numbers = flown.summary([found[WORLD, lidar, seed, minutes] for seed in seeds])
-        results.add(f"volume.{WORLD}.{lidar}", numbers)
+    trials = {lidar: [_trial(lidar, seed, minutes) for seed in seeds] for lidar in lidars}
+    done = iter(run_all("volume", [trial for each in trials.values() for trial in each], given))
+    for lidar, its in trials.items():
+        numbers = flown.summary([next(done) for _ in its])
+        results.add(f"volume.{nodding.WORLD if lidar in NODDING else WORLD}.{lidar}", numbers)
         print(lidar, json.dumps(numbers))
+
+
+def _trial(lidar: str, seed: int, minutes: float) -> Trial:
+    if lidar in NODDING:
+        return Trial(f"{lidar} nods {seed}", nodding.fly, {"lidar": lidar, "seed": seed})
+    given = {"world": WORLD, "lidar": lidar, "seed": seed, "minutes": minutes}
+    return Trial(" ".join(map(str, given.values())), flown.fly, given)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ setup(
             "master_thesis.exploring.report",
             "master_thesis.flight",
             "master_thesis.flight.judging",
+            "master_thesis.flight.lidar",
             "master_thesis.graph",
             "master_thesis.inspecting",
             "master_thesis.launch_arguments",

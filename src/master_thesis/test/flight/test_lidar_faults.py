@@ -7,7 +7,7 @@ import pytest
 
 from master_thesis.errors import FlightError
 from master_thesis.flight.conditions import Conditions
-from master_thesis.flight.lidar_faults import TURNS_S, LidarFaults, Pane, panes_of
+from master_thesis.flight.lidar.faults import TURNS_S, LidarFaults, Pane, panes_of
 from master_thesis.worlds.drawn.barriers import GLASS, barriers_sdf
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.parser import load_world

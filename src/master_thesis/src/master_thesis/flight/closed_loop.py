@@ -26,6 +26,7 @@ from master_thesis.errors import FlightError
 from master_thesis.flight.conditions import Delivery
 from master_thesis.flight.course import Action, Outcome, Phase
 from master_thesis.flight.flight_log import FlightLog
+from master_thesis.flight.lidar.nodding import NoddingLidar
 from master_thesis.flight.mission_time import TimeIsOver
 from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.parameters import ClosedLoopParameters
@@ -52,7 +53,8 @@ class ClosedLoop:
 
     own_odometry: without GNSS, the odometry that everything is flown by. correct: takes time in s and the
     pose of `pose_source`, returns the position and the heading that the mission is flown by (SLAM's).
-    outage: a part that dies; set it at any time. position_controller: flies unless a pilot does.
+    outage: a part that dies; set it at any time. position_controller: flies unless a pilot does. nodding: the
+    lidar, if it nods; then only what lies near the level plane steers, and listeners get whole level scans.
     """
 
     def __init__(
@@ -79,6 +81,7 @@ class ClosedLoop:
         assert px4 is not None  # no other mode was requested
         self._faults = parameters.conditions.faults_of(self.simulation.parameters, lidar)
         self.lidar, self._px4 = lidar, px4
+        self.nodding = None if parameters.nod is None else NoddingLidar(self.simulation, parameters.nod)
         self._steering = SteeringChain(
             lidar,
             self.simulation.payload,
@@ -108,6 +111,8 @@ class ClosedLoop:
         self.is_over = False
         """Whether the run has ended."""
         self._begun = False
+        self._is_whole = True
+        """Whether every beam of the newest scan lies near the level plane."""
 
     @property
     def log(self) -> FlightLog:
@@ -152,6 +157,7 @@ class ClosedLoop:
         output = self._spoiled(output)
         if output.ground_truth is not None:
             self._truth = output.ground_truth.pose
+        output = self._levelled(output)
         reached = [self._on_odometry(*estimated) for estimated in self._odometry_known(output)]
         if output.ground_truth is not None:
             self._on_truth(1e-6 * output.time_us, self._truth)
@@ -171,6 +177,15 @@ class ClosedLoop:
         body, rays = output.ground_truth.pose, self.simulation.world.rays
         at_s, own = 1e-6 * output.time_us, self.simulation.uav_name
         return output._replace(scan=self._faults.spoiled(output.scan, at_s, rays, body, own))
+
+    def _levelled(self, output: StepOutput) -> StepOutput:
+        """Return what a lidar that nods tells of the level plane."""
+        self._is_whole = True
+        if self.nodding is None or output.scan is None:
+            return output
+        level = self.nodding.level(1e-6 * output.time_us, output.scan, self._truth)
+        self._is_whole = level.is_whole
+        return output._replace(scan=level.ranges)
 
     def _odometry_known(self, output: StepOutput) -> list[Estimated]:
         """Return the odometry that is known now. Without GNSS it comes with the scans only."""
@@ -195,6 +210,8 @@ class ClosedLoop:
         position_m, yaw_rad = self.correct(t_s, self._truth if by_truth else arrived.pose)
         reached = self._follow_mission(t_s, position_m)
         command = self._command(t_s, position_m, yaw_rad)
+        if self.nodding is not None:
+            self.nodding.on_odometry(t_s, odometry.linear_velocity_m_s, command.goal_reached)
         v_ref = command.velocity_m_s
         if self._pilot is not None and self.publisher.ready:
             v_ref = self._pilot(t_s, self._truth)
@@ -243,7 +260,8 @@ class ClosedLoop:
         self._mission = Mission(home, self.parameters.patience_s)
 
     def _on_scan(self, output: StepOutput, ranges: np.ndarray) -> None:
-        self._untold.append((output.time_us, ranges, self._truth))
+        if self._is_whole:
+            self._untold.append((output.time_us, ranges, self._truth))
         self._tell_listeners()
         self.log.add_scan(1e-6 * output.time_us, ranges, self.lidar.angle_min, self.lidar.angle_increment)
         self._fly(self._steering.on_scan(output.time_us, ranges))

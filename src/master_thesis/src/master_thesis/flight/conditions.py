@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from master_thesis.errors import FlightError
-from master_thesis.flight.lidar_faults import ALL_ANGLES_DEG, LidarFaults, Pane, panes_of
+from master_thesis.flight.lidar.faults import ALL_ANGLES_DEG, LidarFaults, Pane, panes_of
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.sensors.lidar import Lidar

@@ -22,6 +22,7 @@ from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.mission_time import MissionTime
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.simulation import SimulationParameters
+from simulation_tools.vehicle.nod import Nod
 
 POSE_SOURCES = ("ground_truth", "odometry")
 CEPA = CepaParameters(speed_fractions=SLOW_DETOURS)
@@ -36,8 +37,8 @@ class ClosedLoopParameters:
     zero. mission: waypoints instead of the goal. The goal counts as reached after the last one, or after
     duration_s. return_to_start: after duration_s the UAV flies back to its start, and the goal counts as
     reached there. patience_s: if a waypoint takes longer, the run fails. algorithm: of `cepa.ALGORITHMS`.
-    range_finders: CEPA climbs and sinks into what range finders up and down have seen. conditions: those
-    that are worse than the simulation's own parameters.
+    range_finders: CEPA climbs and sinks into what range finders up and down have seen. nod: of the lidar
+    wherever the UAV stops; None: none. conditions: those that are worse than the simulation's own parameters.
     """
 
     simulation: SimulationParameters
@@ -48,6 +49,7 @@ class ClosedLoopParameters:
     patience_s: float = 60.0
     algorithm: str = "improved"
     range_finders: bool = False
+    nod: Nod | None = None
     pose_source: str = "ground_truth"
     cepa: CepaParameters = CEPA
     median_filter: MedianFilterParameters = field(default_factory=MedianFilterParameters)

@@ -30,7 +30,7 @@ class Size:
 
     seeds: of Experiment 1's flights, over goal_x_m. placements: variations of each of Experiment 2's.
     map_seeds: of the flights that map; map_duration_s: 0: the whole mission. without_gnss: worlds and lidars
-    of the flights without GNSS, which take longest. volumes: lidars whose clouds are mapped in three
+    of the flights without GNSS, which take longest. volumes: lidars whose clouds or nods are mapped in three
     dimensions. explored: places that are explored. launches, builds: number of rounds; 0: no measurement.
     """
 
@@ -46,7 +46,7 @@ class Size:
     worlds: tuple[str, ...] = WORLDS
     lidars: tuple[str, ...] = scenario.LIDARS
     without_gnss: tuple[tuple[str, str], ...] = tuple(product(WORLDS, scenario.LIDARS))
-    volumes: tuple[str, ...] = ("puck", "m8")
+    volumes: tuple[str, ...] = ("puck", "m8", "ust", "urg")
     explored: tuple[str, ...] = ("hold_3d", "cells")
     map_duration_s: float = 0.0
 

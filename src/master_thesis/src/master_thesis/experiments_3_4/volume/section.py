@@ -43,7 +43,8 @@ def section(size: Size, store: Store) -> Section:
         title="Experiment 4 in three dimensions",
         reference="not in the thesis, which maps a plane and asks for a SLAM that can grow (1.2)",
         method=(
-            "The flights of Experiment 4 with the lidars that have clouds. The clouds enter a map of voxels "
+            "The flights of Experiment 4 with the lidars that have clouds, and with planar ones that nod at "
+            "stops along the same way. The clouds enter a map of voxels "
             "at poses of odometry that SLAM's path corrects. Rays from the true path through the world "
             "tell which surface the lidar could see."
         ),
