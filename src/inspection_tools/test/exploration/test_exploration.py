@@ -143,8 +143,8 @@ def next_places(exploration, flight, step_m):
         yield flight.place_m + away_m * min(1.0, step_m / max(math.hypot(*away_m), 1e-9))
 
 
-@pytest.mark.parametrize("steep", [False, True])
-def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_allowed(steep):
+@pytest.mark.parametrize(("steep", "cepa_looks_up"), [(False, True), (True, True), (True, False)])
+def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_allowed(steep, cepa_looks_up):
     # Given a level lidar, whose beams do not lead through a hole above, and a room on the deck
     slab = [
         ((0.2, 0.2, 2.2), (2.6, 3.2, 2.4)),
@@ -164,7 +164,7 @@ def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_all
     for there_m in next_places(exploration, flight, 0.3):
         climb_m = there_m[2] - flight.place_m[2]
         ahead = (there_m + np.array((0.0, 0.0, math.copysign(0.4, climb_m)))) / SIDE_M
-        if flight.filled[tuple(ahead.astype(int)[::-1])]:
+        if cepa_looks_up and flight.filled[tuple(ahead.astype(int)[::-1])]:
             continue  # a range finder sees that, and CEPA does not fly there
         flight.place_m = there_m
         flight.look()
@@ -359,3 +359,23 @@ def test_steep_steps_without_a_way_are_tried_at_the_same_look(free_step, goes_on
 
     assert steep.take(0.0, HOVER_M, set_out) is goes_on
     assert len(asked) == tried
+
+
+def test_a_steep_step_is_flown_only_as_far_as_a_range_finder_has_seen():
+    """The planar CEPA of small UAVs does not look up: a step that nobody has seen ends in the deck."""
+    # Given a step of 0.4 m from z = 4.3 m on, above which nothing is known
+    kinds = np.full((32, 32, 32), FREE, np.uint8)
+    kinds[22:] = UNKNOWN
+    step_m = np.stack((np.full(3, 1.1), np.full(3, 2.1), (4.3, 4.5, 4.7)), -1)[None]
+    planner = PathPlanner(PlannerParameters(radius=0.3, margin=0.1))
+    planner.update_map(0.2, 32, np.zeros((1, 3), np.int64), kinds.reshape(1, -1))
+    steep = SteepSteps(planner, lambda space, here_m: step_m, 0.4)
+    # Then the UAV flies below it, from where a range finder looks up
+    np.testing.assert_allclose(steep.begin(0.0, HOVER_M), step_m[0, 0])
+    steep.settle()
+    # When it is there and nothing came of it, then there is no step
+    assert steep.begin(1.0, step_m[0, 0]) is None
+    # When the range finder has seen 0.2 m more, then it climbs so far
+    kinds[22, 10, 5] = FREE
+    planner.update_map(0.2, 32, np.zeros((1, 3), np.int64), kinds.reshape(1, -1))
+    np.testing.assert_allclose(steep.begin(2.0, step_m[0, 0]), step_m[0, 1])

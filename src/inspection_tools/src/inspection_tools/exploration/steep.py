@@ -19,8 +19,8 @@ FAR_M = 1.0
 """Unknown room counts if it begins so near above or below a place where the UAV may be."""
 STEP_M = 0.4
 """The UAV goes so far into it, and looks again."""
-TRIES = 2
-"""A step is tried so often to about the same place."""
+TRIES = 3
+"""A step is tried so often to about the same place: from below, to look up, and twice to fly it."""
 STEPS = 3
 """So many steps to which there is no way are tried at one look: more would take too long."""
 BESIDE_M = 0.15
@@ -30,7 +30,9 @@ WIDTH_WORTH = 5.0
 
 
 class SteepSteps:
-    """Chooses a step, and lets the planner fly it: what the UAV does not fly, stays unknown.
+    """Chooses a step, and lets the planner fly what range finders have seen of it: not every CEPA looks up.
+
+    What the UAV does not fly, stays unknown.
 
     Args:
         planner: knows the map. steps_of: the steps from a place (x, y, z) in a space, as `steep_steps`.
@@ -60,7 +62,6 @@ class SteepSteps:
     def take(self, stamp_s: float, here_m: np.ndarray, set_out: Callable[[np.ndarray], bool]) -> bool:
         """Let the UAV set out for a step. Return whether it did, or more are to be tried at the next look.
 
-        Straight up or down the lidar does not look; CEPA flies there if range finders do.
         set_out: for an end (x, y, z); returns whether there is a way.
         """
         for _ in range(STEPS):
@@ -74,25 +75,30 @@ class SteepSteps:
 
     def climb(self, column_m: np.ndarray, space: Space) -> np.ndarray:
         """Open a column (k, 3) up to where a range finder has seen; return the end (x, y, z) to fly to."""
-        seen_m = column_m[: _seen(column_m, space)]
+        return self._open(column_m[: _seen(column_m, space)], space)
+
+    def _open(self, seen_m: np.ndarray, space: Space) -> np.ndarray:
         self._step_m, self._is_flown = seen_m, np.zeros(len(seen_m), bool)
         self._planner.venture(seen_m, space.clearance_m + space.grid.resolution_m)
         end_m: np.ndarray = seen_m[-1]
         return end_m
 
     def begin(self, stamp_s: float, here_m: np.ndarray) -> np.ndarray | None:
-        """Open the best step that was not tried often; return its end (x, y, z). None: there is none."""
+        """Open the best step that was not tried often; return the end (x, y, z) of what was seen of it.
+
+        That is where it begins, as long as no range finder has looked from there. None: there is no step.
+        """
         space = self._planner.space(stamp_s, here_m)
         for step_m in self._steps_of(space, here_m):
             if any(math.dist(step_m[-1], closure.place_m) < closure.radius_m for closure in space.closed):
                 continue
             cell = tuple(np.floor(step_m[-1] / self._spacing_m).astype(int).tolist())
-            if self._tried[cell] < TRIES:
-                self._tried[cell] += 1
-                self._step_m, self._is_flown = step_m, np.zeros(len(step_m), bool)
-                self._planner.venture(step_m, space.clearance_m + space.grid.resolution_m)
-                end_m: np.ndarray = step_m[-1]
-                return end_m
+            if self._tried[cell] >= TRIES:
+                continue
+            self._tried[cell] += 1
+            seen_m = step_m[: _seen(step_m, space)]
+            if math.dist(seen_m[-1], here_m) > space.grid.resolution_m:
+                return self._open(seen_m, space)
         return None
 
 
