@@ -79,6 +79,17 @@ def test_the_covariance_is_not_smaller_than_the_error_allows():
     assert (np.abs(off) <= 4.0 * sigmas + 0.005).mean() > 0.95
 
 
+def test_what_it_tells_slam_of_a_metre_of_way_does_not_grow_with_the_way():
+    """The place in `odom` walks at random: each metre adds the same variance, the first one and the last."""
+    flown = fly(odometry(), 32.0, rng())
+    added = np.array([each.pose_covariance[0, 0] - each.matched_covariance[0, 0] for _, each, _ in flown])
+    places = np.array([estimate.position_xyz for _, estimate, _ in flown])
+    ways_m = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))))
+    assert ways_m[-1] > 10.0
+    told = CloudOdometryParameters().drift ** 2 * ways_m
+    np.testing.assert_allclose(added - added[0], told, atol=0.03 * told[-1])
+
+
 def test_another_start_only_moves_the_frame():
     """The same readings, begun at another place and heading."""
     turned = CloudOdometry(start=(10.0, -4.0, 1.0))

@@ -260,7 +260,7 @@ class CloudOdometry(BodySensedOdometry):
         rotation = pose.rotation
         covariance = 0.5 * (self._covariance + self._covariance.T)
         drifted = covariance.copy()
-        drifted[PLACE, PLACE] += (self._p.drift * self._way_m) ** 2 * np.eye(3)
+        drifted[PLACE, PLACE] += self._p.drift**2 * self._way_m * np.eye(3)
         velocity_covariance = np.zeros((6, 6))
         velocity_covariance[PLACE, PLACE] = rotation.T @ self._velocity_covariance @ rotation
         velocity_covariance[TURN, TURN] = self._p.lean_noise_rad**2 * np.eye(3)

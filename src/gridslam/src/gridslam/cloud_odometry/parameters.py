@@ -57,8 +57,8 @@ class CloudOdometryParameters:
     """s: the map is levelled by the mean of the IMU's roll and pitch over so long."""
     rest_time_s: float = 2.0
     """s: time in which the speed decays along a direction that the clouds do not tell."""
-    drift: float = 0.002
-    """Growth of the place's standard deviation in `odom`, m per m of way."""
+    drift: float = 0.003
+    """Growth of the place's standard deviation in `odom`, m per root metre of way."""
     voxels_max: int = 4_000_000
     """Of all levels. A full map takes no more, and says so."""
 
