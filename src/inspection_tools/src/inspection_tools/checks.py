@@ -13,6 +13,12 @@ def check_whole(name: str, value: Any, low: int, high: int) -> None:
         raise ParameterError(f"{name} is {value!r}; it must be a whole number from {low} to {high}.")
 
 
+def check_flag(name: str, value: Any) -> None:
+    """Raise ParameterError unless `value` is True or False; the text "false" would count as true."""
+    if not isinstance(value, bool):
+        raise ParameterError(f"{name} is {value!r}; it must be true or false.")
+
+
 def check_number(name: str, value: Any, low: float, high: float) -> None:
     """Raise ParameterError unless `value` is a finite number from `low` to `high`."""
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)

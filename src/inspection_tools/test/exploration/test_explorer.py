@@ -11,7 +11,7 @@ from scipy import ndimage
 from voxel_room import PLANNER, SIDE_M, TILE, Flight, beams, reachable, room
 
 from inspection_tools.errors import ParameterError
-from inspection_tools.exploration import Explorer, ExplorerParameters
+from inspection_tools.exploration import ExplorationParameters, Explorer, ExplorerParameters
 from inspection_tools.exploration.leftovers import Why
 from inspection_tools.planning import FREE, UNKNOWN
 
@@ -142,6 +142,14 @@ def test_parameters_that_make_no_sense_are_refused(name):
     for value in (-5.0, math.nan, "1"):
         with pytest.raises(ParameterError, match=name):
             ExplorerParameters(**{name: value})
+
+
+@pytest.mark.parametrize("value", ["false", 0, math.nan, -1.0, None])
+def test_what_is_neither_true_nor_false_is_refused(value):
+    with pytest.raises(ParameterError, match=r"by_volume is .*; it must be true or false"):
+        ExplorerParameters(by_volume=value)
+    with pytest.raises(ParameterError, match=r"steep is .*; it must be true or false"):
+        ExplorationParameters(steep=value)
 
 
 def test_beams_from_above_to_below_are_refused():

@@ -1,9 +1,12 @@
 """More photographs show what a plan's did not, and cost counts where the UAV has little room."""
 
+import math
+
 import numpy as np
 import pytest
 import trimesh
 
+from inspection_tools.errors import SurveyError
 from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters
 from inspection_tools.survey.coverage import judge_on
 from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
@@ -59,6 +62,13 @@ def test_no_photograph_is_planned_where_none_could_be_taken(surface):
     more = supplement.plan_more(left_out_m, np.random.default_rng(1))
     for each in more.views:
         assert np.linalg.norm(np.array(left_out_m) - each.place_m, axis=1).min() > 0.5
+
+
+@pytest.mark.parametrize("place_m", [(math.nan, 1.0, 2.0), (1.0, 2.0), (math.inf, 0.0, 0.0)])
+def test_a_place_that_is_none_is_named_and_leaves_no_place_out(surface, place_m):
+    supplement = Supplement(planned(surface), surface)
+    with pytest.raises(SurveyError, match="not three finite numbers"):
+        supplement.plan_more([place_m], np.random.default_rng(1))
 
 
 def test_a_place_costs_more_the_less_room_it_has_and_the_plan_avoids_it(surface):

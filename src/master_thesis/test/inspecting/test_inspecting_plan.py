@@ -61,3 +61,15 @@ def test_a_plan_is_made_from_a_map_or_a_mesh_with_a_page_beside_it(tmp_path, nam
 def test_a_drawing_that_is_missing_is_named():
     with pytest.raises(ScenarioError, match="no such drawing"):
         read({**ASKED, "drawing": "nowhere.stl"}, 0.5)
+
+
+@pytest.mark.parametrize("name", ["supplement", "second_look", "explore"])
+@pytest.mark.parametrize("value", ["yes", 1, -1.0, float("nan")])
+def test_what_is_neither_true_nor_false_is_named(name, value):
+    with pytest.raises(ScenarioError, match=f"is no {name}; give true or false"):
+        read({**ASKED, name: value}, 0.5)
+
+
+@pytest.mark.parametrize("value", ["True", "true", True])
+def test_true_is_read_however_it_is_written(value):
+    assert read({**ASKED, "supplement": value}, 0.5).supplement

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from inspection_tools.checks import check_number
+from inspection_tools.checks import check_flag, check_number
 from inspection_tools.errors import ParameterError
 
 
@@ -72,6 +72,7 @@ class ExplorerParameters:
         check_number("worth_min", self.worth_min, 0.0, 1e3)
         check_number("rate_min", self.rate_min, 0.0, 1e3)
         check_number("room_min", self.room_min, 0.0, 1e3)
+        check_flag("by_volume", self.by_volume)
         check_number("volume_min", self.volume_min, 0.0, 1e3)
         check_number("volume_rate", self.volume_rate, 0.0, 1e3)
         check_number("near_first", self.near_first, 0.0, 1e3)
@@ -126,6 +127,7 @@ class ExplorationParameters:
     home_period: float = 5.0
 
     def __post_init__(self) -> None:
+        check_flag("steep", self.steep)
         if not self.time_max > 0.0:
             raise ParameterError(f"time_max is {self.time_max}; it must be a positive number of seconds.")
         check_number("look_period", self.look_period, 0.1, 60.0)

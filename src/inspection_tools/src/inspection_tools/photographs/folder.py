@@ -211,7 +211,10 @@ def _check(record: PhotographRecord) -> None:
     if not np.linalg.norm(record.orientation_xyzw) > 0.0:
         raise ValueError("orientation_xyzw must not be 0")
     for name in ("stamp_s", "exposure_s", "iso", "lux", "blur_px", "view"):
-        float(getattr(record, name))
+        if not math.isfinite(float(getattr(record, name))):
+            raise ValueError(f"{name} must be a finite number")
+    if record.blur_px < 0.0:
+        raise ValueError("blur_px must not be negative")
 
 
 def _is_number(name: str) -> bool:

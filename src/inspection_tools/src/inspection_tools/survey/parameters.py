@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from inspection_tools.checks import check_number
+from inspection_tools.checks import check_flag, check_number
 
 HOVER_W, GRAVITY_M_S2 = 3.12, 9.81
 
@@ -107,6 +107,7 @@ class FlightParameters:
     def __post_init__(self) -> None:
         check_number("speed", self.speed, 0.05, 20.0)
         check_number("acceleration", self.acceleration, 0.05, 20.0)
+        check_flag("passing", self.passing)
         check_number("passing_speed", self.passing_speed, 0.01, self.speed)
         check_number("settle", self.settle, 0.0, 60.0)
         check_number("yaw_rate", self.yaw_rate, 1.0, 720.0)

@@ -10,6 +10,7 @@ from typing import Sequence
 
 import numpy as np
 
+from inspection_tools.errors import SurveyError
 from inspection_tools.survey.coverage import fine_patches, shown_by
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.poses import Taken
@@ -56,8 +57,13 @@ class Supplement:
         left_out_m: places (x, y, z) of photographs that could not be taken.
 
         Raises:
-            SurveyError: there is no way to a photograph, or not on one battery.
+            SurveyError: there is no way to a photograph, or not on one battery; or a place is none.
         """
+        for place_m in left_out_m:
+            if len(place_m) != 3 or not np.isfinite(np.asarray(place_m, float)).all():
+                raise SurveyError(
+                    f"The place {list(place_m)} of a photograph left out is not three finite numbers."
+                )
         room, asked = self._surface.room, self._plan.asked
         careful = replace(
             asked,

@@ -67,7 +67,9 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
     source = Path(drawing) if drawing else flight.description.scenario.world_path
     if not source.is_file():
         raise ScenarioError(f"{source}: there is no such drawing. Give a mesh, a world, or a map.bt.")
-    second_look, supplement = (asked.get(key, False) is True for key in ("second_look", "supplement"))
+    second_look, supplement = (
+        scenario.flag(key, asked.get(key, False)) for key in ("second_look", "supplement")
+    )
     try:
         camera = SurveyCamera(
             scenario.whole_number("width", asked.get("width", SurveyCamera.width), 16, 20_000),
@@ -93,7 +95,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
 
 def _explore_s(asked: Mapping[str, Any]) -> float | None:
     time_s = scenario.number("explore_time", asked.get("explore_time", 600.0), 1.0, exploring.LONGEST_S)
-    return time_s if str(asked.get("explore", False)).lower() == "true" else None
+    return time_s if scenario.flag("explore", asked.get("explore", False)) else None
 
 
 def _check_plan(path: Path, camera: SurveyCamera) -> None:

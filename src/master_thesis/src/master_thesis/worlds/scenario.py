@@ -106,6 +106,18 @@ def whole_number(what: str, given: Any, least: int, greatest: int) -> int:
     return int(value)
 
 
+def flag(what: str, given: Any) -> bool:
+    """Return whether the given value is true: as roslaunch sets it, or as one writes it.
+
+    Raises:
+        ScenarioError: a sentence that says what is expected.
+    """
+    text = str(given).lower()
+    if text not in ("true", "false"):
+        raise ScenarioError(f"'{given}' is no {what}; give true or false.")
+    return text == "true"
+
+
 def absolute(what: str, given: str) -> Path:
     """Return an absolute path, because roslaunch starts nodes in another folder.
 
