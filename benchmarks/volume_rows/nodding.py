@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from benchmarks.volume_rows.flown import figures_of
 from gridslam.odometry.warm_up import warm_up_odometry
 from gridslam.volume.warm_up import warm_up_volume
 from gridslam.warm_up import warm_up
@@ -22,18 +23,11 @@ def fly(lidar: str, seed: int) -> dict:
         f"hold, {lidar}, seed {seed}", with_nod(parameters_without_gnss(WORLD, lidar, seed))
     )
     volume, ate_m = flight.map_and_judge(lidar, seed)
-    error = volume.error
     return {
         "flown": flight.outcome.reached_goal and flight.outcome.landed,
         "contact": flight.outcome.collision,
         "minutes": flight.swept[-1].t_s / 60.0,
         "nodes": volume.clouds,
         "ate_m": ate_m,
-        "p95_m": error.p95_m,
-        "mean_m": error.mean_m,
-        "within_a_voxel": error.within_a_voxel,
-        "visible_m2": error.visible_m2,
-        "mapped": error.mapped,
-        "free_right": error.free_right,
-        "parts": error.mapped_by_part,
+        **figures_of(volume.error),
     }
