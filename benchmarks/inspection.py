@@ -15,7 +15,11 @@ battery does not count. With --photographs 0 it flies the whole plan, searched f
 what stays open. The judge takes the true poses. share_of_planned: of what these photographs would show from
 their own places. share, shares: of what is reachable, of all and of each thing.
 
-Keys: inspection.hold_3d.plan.{photographs, lp_ratio, tour_ratio, flights, flight_s, share, cpu_s} and
+mapped: a plan on the map of an exploration, flown as in `bench explore` with a Puck. share, shares: what its
+photographs would show of the drawing, of what is reachable there. mesh_cpu_s: of the map's surface.
+
+Keys: inspection.hold_3d.mapped.{photographs, share, shares, mesh_cpu_s, cpu_s, contacts}, medians, and
+inspection.hold_3d.plan.{photographs, lp_ratio, tour_ratio, flights, flight_s, share, cpu_s} and
 inspection.hold_3d.{findings, second_look}.{rust, cracks, wide_cracks}.{found, shown},
 .false_{rust, cracks}_per_100_m2, .off_p95_m, .area_m2, .photographs, .cpu_s
 and inspection.hold_3d.flown.{asked, taken, left_out, shots, contacts, landed, flights, least_charge,
@@ -36,6 +40,8 @@ from typing import Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from benchmarks.inspection_rows import mapped
+from benchmarks.inspection_rows.hold import ASKED, FLYING, HOME_M, WORLD
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
 from gridslam.volume import VolumeParameters
@@ -48,7 +54,6 @@ from inspection_tools.photographs.folder import photographs_in
 from inspection_tools.planning import PlannerParameters
 from inspection_tools.survey.closer import closer_plan
 from inspection_tools.survey.coverage import judge_on
-from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.planner import SurveyPlanner
 from inspection_tools.survey.poses import Taken
@@ -61,7 +66,6 @@ from master_thesis.flight.course import Outcome, PhaseLimits
 from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.inspecting.findings_judge import JudgedFindings, disturbed, judge_findings, shows
 from master_thesis.inspecting.flight import InspectingFlight, Photographed, controller_of, regulator
-from master_thesis.inspecting.request import COMFORT_M
 from master_thesis.photographing.command import photograph, poses_of
 from master_thesis.worlds.defects import write_defects
 from simulation_tools.camera.defects import Defect, decals_of, read_defects
@@ -73,20 +77,15 @@ from simulation_tools.sdf.parser import load_world
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.vehicle.energy.battery import BatteryStart
 
-WORLD = Path(__file__).resolve().parents[1] / "src/master_thesis/worlds/hold_3d.world"
-HOME_M = (-9.0, 5.0, 1.5)
 PLAN_SEEDS = (11, 12, 13)
 DEFECT_SEEDS = (21, 22)
 """The finder was developed on the defects of the seeds 1 and 7."""
-ASKED = SurveyParameters(radius=0.35, margin=0.25)
-FLYING = replace(ASKED, comfort=COMFORT_M)
-"""As inspection.launch plans: the bounds of row plan are those of all places."""
 SEARCH_S, BRIEF_SEARCH_S = 20.0, 0.0
 CLOSER_MM = 0.3
 OFF_M, OFF_DEG = 0.006, 0.33
 BRIEF_PHOTOGRAPHS = 3
 """The brief run takes so many of each look."""
-ROWS = ("plan", "findings", "flown")
+ROWS = ("plan", "findings", "flown", "mapped")
 FLIGHT_SEEDS, FLOWN, BRIEF_FLOWN = (31, 32, 33), 20, 1
 PROGRESS = 25
 """After so many photographs a flight of the whole plan prints a line."""
@@ -128,6 +127,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 "inspection_flown", fly, given, seed=seeds, most=[most], battery=[given.battery]
             )
             _add(results, "inspection.hold_3d.flown", _medians(list(flights.values())))
+        if "mapped" in given.rows:
+            seeds = given.seeds or mapped.SEEDS[: 1 if given.brief else None]
+            time_s = mapped.BRIEF_TIME_S if given.brief else mapped.TIME_S
+            search_s = BRIEF_SEARCH_S if given.brief else SEARCH_S
+            maps = run_crossed(
+                "inspection_mapped", mapped.fly, given, seed=seeds, time_s=[time_s], search_s=[search_s]
+            )
+            _add(results, "inspection.hold_3d.mapped", _medians(list(maps.values())))
 
 
 def _add(results: Results, key: str, numbers: dict) -> None:

@@ -29,6 +29,7 @@ setup(
             "gridslam.volume.drawing",
             "gridslam.volume.kernels",
             "gridslam.volume.octree",
+            "gridslam.volume.plates",
             "gridslam.volume.saved",
             "gridslam.volume.scans",
             "gridslam_ros",

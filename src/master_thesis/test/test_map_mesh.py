@@ -1,13 +1,28 @@
 """Given a map of voxels whose shape is known, its mesh has that shape, and a survey finds its surface."""
 
 import numpy as np
+import pytest
+import trimesh
 
-from gridslam.volume import Board, VolumeParameters, VoxelMap
+from gridslam import SlamError
+from gridslam.volume import FLAT_MISS, Board, CorrectedMap, Pose, VolumeParameters, VoxelMap
 from gridslam.volume.octree.files import write_octree
 from gridslam.volume.octree.stream import stream_of
+from gridslam.volume.path_poses import OdometryHistory
+from gridslam.volume.saved.map_time import MapTime
+from gridslam.volume.saved.saved_map import state_of, write_volume
 from inspection_tools.survey.parameters import SurveyParameters
+from inspection_tools.survey.surface.of_mesh import MAPPED, Sight
 from inspection_tools.survey.surface.reading import read_surface
-from master_thesis.photographing.map_mesh import FREE, OCCUPIED, UNKNOWN, borders, mesh_of_map, smoothed
+from master_thesis.photographing.map_mesh import (
+    FREE,
+    OCCUPIED,
+    UNKNOWN,
+    borders,
+    mesh_of_map,
+    smoothed,
+    surfaces_of_map,
+)
 
 
 def facing(corners, quads):
@@ -94,6 +109,77 @@ def test_a_survey_finds_the_surface_of_a_map_and_leaves_the_unknown_out(tmp_path
     surface = read_surface(tmp_path / "map.glb", SurveyParameters())
     inner = size_m - 2 * resolution_m
     walls_m2 = 2 * (inner[0] + inner[1]) * 2.2 + inner[0] * inner[1]
-    assert set(surface.patches.names) == {"surface", "unknown"}
+    assert set(surface.patches.names) == {"mapped", "unknown"}
     found_m2 = surface.patches.areas_m2.sum()
     assert 0.85 * walls_m2 < found_m2 < 1.02 * walls_m2  # below the deck some voxels of the walls stay unseen
+
+
+def web_in_a_room(resolution_m=0.2):
+    """Map of a room of 6 x 5 x 4 m, turned by 10 deg, with a web of 5 cm that was seen from x > 3 m only."""
+    turn, rng = np.radians(10.0), np.random.default_rng(9)
+    rotation = np.array(((np.cos(turn), -np.sin(turn), 0), (np.sin(turn), np.cos(turn), 0), (0, 0, 1.0)))
+    room = trimesh.creation.box(bounds=((0, 0, 0), (6, 5, 4)))
+    room.invert()
+    web = trimesh.creation.box(bounds=((2.95, 4.0, 0), (3.0, 5.0, 4)))
+    triangles_m = np.concatenate((room.triangles, web.triangles)) @ rotation.T
+    sight = Sight(triangles_m)
+    corrected = CorrectedMap(VolumeParameters(resolution_m=resolution_m, miss=FLAT_MISS))
+    for number, x in enumerate(np.linspace(3.2, 5.0, 8)):
+        directions = rng.normal(size=(6000, 3))
+        directions /= np.linalg.norm(directions, axis=1)[:, None]
+        here_m = rotation @ (x, rng.uniform(1.0, 3.5), rng.uniform(1.0, 3.0))
+        ranges_m = sight.ranges_m(np.tile(here_m, (6000, 1)), directions) + rng.normal(0.0, 0.008, 6000)
+        pose = Pose(np.eye(3), here_m)
+        corrected.add(
+            float(number), (directions * ranges_m[:, None]).astype(np.float32), pose, Pose.identity()
+        )
+    return corrected, rotation
+
+
+def surface_in(scene):
+    return scene.geometry[scene.graph[MAPPED][1]]
+
+
+def test_clouds_give_a_thin_web_its_two_sides_and_even_walls(tmp_path):
+    corrected, rotation = web_in_a_room()
+    path = tmp_path / "map.bt"
+    write_octree(path, stream_of(corrected.voxels, is_binary=True), corrected.parameters.resolution_m)
+    by_voxels = surface_in(mesh_of_map(path))
+    write_volume(state_of(corrected, OdometryHistory(), MapTime()), path.with_suffix(".state"))
+    by_clouds = surface_in(mesh_of_map(path))
+    walls = np.concatenate((np.eye(3), -np.eye(3))) @ rotation.T
+
+    def even(mesh):
+        """Share of the area that faces as a wall does, within 8 deg."""
+        faces = (mesh.face_normals @ walls.T).max(axis=1) > np.cos(np.radians(8.0))
+        return mesh.area_faces[faces].sum() / mesh.area
+
+    assert even(by_clouds) > 0.95 > 0.7 > even(by_voxels)
+    own = by_clouds.triangles_center @ rotation  # in the room's frame
+    for sign in (1.0, -1.0):
+        faces = by_clouds.face_normals @ (sign * walls[0]) > 0.99
+        on_web = faces & (np.abs(own[:, 0] - 2.975) < 0.06) & (own[:, 1] > 4.0)
+        assert by_clouds.area_faces[on_web].sum() == pytest.approx(4.0, rel=0.15)
+
+
+def test_a_wall_before_the_unknown_has_no_back(tmp_path):
+    corrected, rotation = web_in_a_room()
+    path = tmp_path / "map.bt"
+    write_octree(path, stream_of(corrected.voxels, is_binary=True), corrected.parameters.resolution_m)
+    corners_m, quads = surfaces_of_map(path, corrected.nodes)[MAPPED]
+    mesh = trimesh.Trimesh(
+        corners_m, np.concatenate((quads[:, [0, 1, 2]], quads[:, [0, 2, 3]])), process=False
+    )
+    own, facing_m = mesh.triangles_center @ rotation, mesh.face_normals @ rotation
+    floor = np.abs(own[:, 2]) < 0.1
+    assert mesh.area_faces[floor & (facing_m[:, 2] > 0.9)].sum() > 20.0
+    assert mesh.area_faces[floor & (facing_m[:, 2] < -0.9)].sum() < 0.5
+
+
+def test_clouds_that_are_damaged_are_told(tmp_path):
+    corrected, _ = web_in_a_room()
+    path = tmp_path / "map.bt"
+    write_octree(path, stream_of(corrected.voxels, is_binary=True), corrected.parameters.resolution_m)
+    path.with_suffix(".state").write_bytes(b"none")
+    with pytest.raises(SlamError, match=r"map\.state"):
+        mesh_of_map(path)

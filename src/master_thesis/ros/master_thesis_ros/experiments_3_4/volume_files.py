@@ -1,10 +1,14 @@
-"""Keeps the map of voxels that `slam_octomap` has made: map.bt, map.ot and a picture, in the run's folder."""
+"""Keeps the map of voxels that `slam_octomap` has made: map.bt, map.ot and a picture, in the run's folder.
+
+On request also map.state, which has the clouds.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import rospy
 from octomap_msgs.srv import GetOctomap
+from std_srvs.srv import Trigger
 
 from gridslam import MapError
 from gridslam.volume import VolumeParameters, VoxelMap, map_from, stream_of, write_octree
@@ -12,7 +16,7 @@ from gridslam.volume.drawing.picture import volume_figure
 from master_thesis.results.picture_files import png
 from master_thesis.results.run_folder import RunFolder
 
-SERVICE = "/octomap_full"
+SERVICE, NODE = "/octomap_full", "/slam_octomap"
 PATIENCE_S = 20.0
 """Wall time to wait for the map."""
 
@@ -39,6 +43,19 @@ def save_volume(folder: RunFolder) -> bool:
         rospy.logwarn(f"There is no map.bt: slam_octomap gave no map ({error}).")
         return False
     return True
+
+
+def save_clouds(folder: RunFolder) -> None:
+    """Let `slam_octomap` write map.state. If it does not, that is told: a plan on the map is coarser then."""
+    rospy.set_param(f"{NODE}/state_file", str(folder.path / "map.state"))
+    try:
+        rospy.wait_for_service(f"{NODE}/save_state", PATIENCE_S)
+        answer = rospy.ServiceProxy(f"{NODE}/save_state", Trigger)()
+        told = "" if answer.success else answer.message
+    except (rospy.ROSException, rospy.ServiceException) as error:
+        told = str(error)
+    if told:
+        rospy.logwarn(f"There is no map.state, so the plan needs more photographs and shows less: {told}")
 
 
 def _write(folder: RunFolder, voxels: VoxelMap) -> None:

@@ -27,7 +27,7 @@ from master_thesis_ros.experiments.part import Flown, Part
 from master_thesis_ros.experiments.progress import ProgressLog
 from master_thesis_ros.experiments.run import Run
 from master_thesis_ros.experiments.simulator_services import SimulatorServices
-from master_thesis_ros.experiments_3_4.volume_files import save_volume
+from master_thesis_ros.experiments_3_4.volume_files import save_clouds, save_volume
 from master_thesis_ros.exploring.part import ExplorationPart
 from master_thesis_ros.exploring.part import figures as exploration_figures
 from master_thesis_ros.inspecting.part import SurveyPart
@@ -61,6 +61,7 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
         if request.explore_s is not None:
             if not save_volume(run.folder):
                 raise FlightError("There is no map to plan photographs on.")
+            save_clouds(run.folder)
             planned = replace(request, drawing=folder / "map.bt")
         return provide_plan(planned, folder / "plan.yaml", flight.description.seed, rospy.loginfo)
 

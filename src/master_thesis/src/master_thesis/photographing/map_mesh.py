@@ -3,48 +3,83 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Mapping, Sequence
 
 import numpy as np
 import trimesh
 from scipy.sparse import coo_matrix
 
+from gridslam.volume import CloudNode
 from gridslam.volume.octree.files import read_octree
-from inspection_tools.survey.surface.of_mesh import NOT_SURVEYED
+from gridslam.volume.plates import plates_of
+from gridslam.volume.saved.saved_map import read_volume
+from inspection_tools.survey.surface.of_mesh import MAPPED, NOT_SURVEYED
 from master_thesis.errors import ScenarioError
+from master_thesis.photographing.plate_mesh import Kinds, not_of, standing, with_backs
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
-NAMES = {OCCUPIED: "surface", UNKNOWN: NOT_SURVEYED}
+NAMES = {OCCUPIED: MAPPED, UNKNOWN: NOT_SURVEYED}
 """What free voxels border on. The unknown closes the space, and is no surface to photograph."""
+STATE_SUFFIX = ".state"
+"""Of the file beside a map that has its clouds: what slam_octomap's ~save_state writes."""
+SEED = 1
+"""Of the planes that are tried: one map gives one mesh."""
 PASSES, SHRINK, SWELL = 10, 0.5, -0.53
 """Of Taubin's filter: how often, and its factors, of which the second outweighs the first."""
 
 
 def mesh_of_map(path: Path) -> trimesh.Scene:
-    """Return the borders of the free voxels of a .bt or .ot file in the map, m, smoothed, facing the air.
+    """Return the surface of a .bt or .ot file in the map, m, facing the air, and where the unknown begins.
+
+    Where the file NAME.state beside it has the clouds of the map, the surface consists of plates that are
+    fitted to their points. Elsewhere it is the smoothed border of the free voxels.
 
     Raises:
-        MapError: the file cannot be read.
+        MapError: the file cannot be read. StateError: the clouds cannot.
         ScenarioError: no voxel of it is free, or none is occupied.
+    """
+    state = path.with_suffix(STATE_SUFFIX)
+    nodes = read_volume(state).corrected.nodes if state.is_file() else ()
+    return scene_of(surfaces_of_map(path, nodes))
+
+
+def surfaces_of_map(path: Path, nodes: Sequence[CloudNode]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    """Return corners (n, 3), m, and quads (m, 4) of the known surface and of the unknown, by their names.
+
+    nodes: with the clouds of the map, or none. Raises: as `mesh_of_map`.
     """
     voxels = read_octree(path)
     box = voxels.box()
     values = np.pad(voxels.values(box), 1, constant_values=np.nan).T  # x, y, z
     kinds = np.where(np.isnan(values), UNKNOWN, np.where(values > 0.0, OCCUPIED, FREE)).astype(np.int8)
-    low_m = (np.asarray(box.low) - 1) * voxels.resolution_m
+    side_m = voxels.resolution_m
+    low_m = (np.asarray(box.low) - 1) * side_m
     corners, quads, of = borders(kinds)
-    corners_m = smoothed(corners, quads) * voxels.resolution_m + low_m
-    scene = trimesh.Scene()
-    for kind, name in NAMES.items():
-        mine = quads[of == kind]
-        if len(mine):
-            faces = np.concatenate((mine[:, [0, 1, 2]], mine[:, [0, 2, 3]]))
-            mesh = trimesh.Trimesh(corners_m, faces, process=False)
-            mesh.remove_unreferenced_vertices()
-            scene.add_geometry(mesh, node_name=name)
-    if NAMES[OCCUPIED] not in scene.graph.nodes_geometry:
+    if not (of == OCCUPIED).any():
         raise ScenarioError(
             f"{path}: no free voxel lies beside an occupied one, so there is no surface in it."
         )
+    corners_m = smoothed(corners, quads) * side_m + low_m
+    surfaces = {NAMES[kind]: (corners_m, quads[of == kind]) for kind in NAMES if (of == kind).any()}
+    if nodes:
+        known, faces = Kinds(kinds, low_m, side_m), quads[of == OCCUPIED]
+        plates = plates_of(nodes, np.random.default_rng(SEED))
+        plates = with_backs(standing(plates, known, OCCUPIED), known, FREE)
+        left = faces[not_of(plates, corners[faces] * side_m + low_m, side_m)]
+        whole_m = np.concatenate((corners_m, plates.corners_m.reshape(-1, 3)))
+        own = np.arange(len(corners_m), len(whole_m)).reshape(-1, 4)
+        surfaces[MAPPED] = (whole_m, np.concatenate((left, own)))
+    return surfaces
+
+
+def scene_of(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> trimesh.Scene:
+    """Return a scene of corners (n, 3) and quads (m, 4), by their names."""
+    scene = trimesh.Scene()
+    for name, (corners_m, quads) in surfaces.items():
+        faces = np.concatenate((quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]))
+        mesh = trimesh.Trimesh(corners_m, faces, process=False)
+        mesh.remove_unreferenced_vertices()
+        scene.add_geometry(mesh, node_name=name)
     return scene
 
 

@@ -22,6 +22,8 @@ INTO_M = 1e-3
 """Samples count to the voxel this far behind them: walls on voxels' borders do not thicken inwards."""
 NOT_SURVEYED = "unknown"
 """Name of a thing that bounds the air and is no surface: what an explored map does not know."""
+MAPPED = "mapped"
+"""Name of a thing of sheets that each show their front only: what an explored map knows."""
 FRONT = 1.5
 """A side of a surface is in the air if a place so many voxels before it is."""
 
@@ -82,7 +84,8 @@ def patches_of_mesh(
 ) -> Patches:
     """Return the patches of all sides of the surface that are in the UAV's air.
 
-    A closed body shows one side: its outer one, or its inner one if the air is inside. A sheet shows both.
+    A closed body shows one side: its outer one, or its inner one if the air is inside. A sheet shows both;
+    one of an explored map shows its front.
 
     Raises:
         SurveyError: no side is in the air.
@@ -103,6 +106,7 @@ def patches_of_mesh(
         kept.append((free_m > step_m) & _air_near(room, begins + step_m * towards) | strict)
     surveyed = np.array([name != NOT_SURVEYED for name in mesh.names])[mesh.part[near]]
     kept = [each & surveyed[samples.triangles] for each in kept]
+    kept[1] &= np.array([name != MAPPED for name in mesh.names])[mesh.part[near]][samples.triangles]
     for side, other in ((0, 1), (1, 0)):
         loses = is_closed & (votes[side] < votes[other] + (side == 1) * 1e-12)
         kept[side] &= ~loses[bodies[samples.triangles]]

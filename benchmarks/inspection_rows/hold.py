@@ -1,0 +1,15 @@
+"""The hold that is inspected, and what is asked of its photographs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from inspection_tools.survey.parameters import SurveyParameters
+from master_thesis.inspecting.request import COMFORT_M
+
+WORLD = Path(__file__).resolve().parents[2] / "src/master_thesis/worlds/hold_3d.world"
+HOME_M = (-9.0, 5.0, 1.5)
+ASKED = SurveyParameters(radius=0.35, margin=0.25)
+FLYING = replace(ASKED, comfort=COMFORT_M)
+"""As inspection.launch plans: the bounds of row plan are those of all places."""

@@ -1,0 +1,56 @@
+"""A plan on the map of an exploration, and what its photographs would show of the drawing."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+
+from benchmarks.inspection_rows.hold import FLYING, HOME_M, WORLD
+from gridslam.volume import stream_of, write_octree
+from inspection_tools.exploration import ExplorationParameters
+from inspection_tools.survey.coverage import judge_on
+from inspection_tools.survey.planner import SurveyPlanner
+from inspection_tools.survey.poses import Taken
+from inspection_tools.survey.surface.reading import read_surface
+from master_thesis.exploring.flight import ExploringFlight
+from master_thesis.exploring.places import HOLD, place_of
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.photographing.map_mesh import scene_of, surfaces_of_map
+
+SEEDS = (53, 54)
+"""Plans on maps were developed on the flight with seed 1."""
+TIME_S, BRIEF_TIME_S = 400.0, 15.0
+"""Of simulation; then the UAV flies home, explored or not."""
+
+
+def fly(seed: int, time_s: float, search_s: float) -> dict:
+    """Explore, plan on the map, and judge the plan on the drawing."""
+    place = place_of(HOLD, seed)
+    with ClosedLoop(place.loop_parameters(WORLD, seed, 2.0 * time_s)) as loop:
+        asked = ExplorationParameters(time_max=time_s, arrived=place.arrived_m, steep=True)
+        flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, asked)
+        flight.run()
+        contact = loop.outcome.collision
+    corrected = flight.volume.corrected
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "map.bt"
+        write_octree(path, stream_of(corrected.voxels, is_binary=True), place.volume.resolution_m)
+        began_s = time.process_time()
+        scene_of(surfaces_of_map(path, corrected.nodes)).export(path.with_suffix(".glb"))
+        mesh_cpu_s = time.process_time() - began_s
+        began_s = time.process_time()
+        surface = read_surface(path.with_suffix(".glb"), FLYING, HOME_M)
+    planner = SurveyPlanner(surface.room, surface.patches, surface.ranges_m, asked=FLYING)
+    *_, made = (each.plan for each in planner.improve(seed, search_s, bound=False))
+    cpu_s = time.process_time() - began_s
+    drawing = read_surface(WORLD, FLYING, HOME_M)
+    (shown,) = judge_on(drawing, ([Taken.of_view(each) for each in made.views],), made.camera, FLYING)
+    return {
+        "photographs": len(made.views),
+        "share": shown.share(),
+        "shares": {name: shown.share(number) for number, name in enumerate(shown.patches.names)},
+        "mesh_cpu_s": mesh_cpu_s,
+        "cpu_s": cpu_s,
+        "contacts": contact,
+    }
