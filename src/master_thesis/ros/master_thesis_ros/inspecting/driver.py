@@ -127,13 +127,10 @@ def _complete(flown: FlownRun, survey: SurveyPart, ship: Path | None, content: d
 
 
 def _draw(flown: FlownRun, judged: Judged, inspection: dict) -> None:
-    from master_thesis.inspecting.pictures import write_inspected  # matplotlib takes half a second
+    from master_thesis.inspecting.pictures import caption, write_inspected  # matplotlib takes half a second
 
     folder, _, log, _ = flown
-    words = (
-        f"{inspection['taken']} photographs show {judged.true_m2:.0f} m²\n"
-        f"in {inspection['flight_s'] / 60.0:.1f} min of flight, without GNSS"
-    )
+    words = caption(judged, inspection["flight_s"])
     path_m = log.truth.array("x_m", "y_m", "z_m")
     write_inspected(folder, folder.path / "coverage_truth.npz", path_m, judged.taken, words)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.surface_record import SurfaceRecord, read_surface_record
+from master_thesis.inspecting.coverage import Judged
 from master_thesis.results.picture_files import png
 from master_thesis.results.run_folder import RunFolder
 
@@ -19,6 +20,14 @@ VIEWS = ((0, 1, "from above"), (0, 2, "from the side"), (1, 2, "from ahead"))
 SHOWN, PATH, LOOK = "#1b7837", "#d1410c", "#2166ac"
 LOOK_M, EDGE_M = 0.8, 0.5
 WIDTH_IN, LABELS_IN = 9.0, 1.4
+
+
+def caption(judged: Judged, flight_s: float) -> str:
+    """Return the words for the picture. flight_s: time of all flights with photographs."""
+    return (
+        f"{len(judged.taken)} photographs show {judged.true_m2:.0f} m²\n"
+        f"in {flight_s / 60.0:.1f} min of flight, without GNSS"
+    )
 
 
 def write_inspected(
