@@ -6,6 +6,7 @@ import sys
 import unittest
 from pathlib import Path
 
+import dynamic_reconfigure.client
 import numpy as np
 import rospy
 import rostest
@@ -188,6 +189,14 @@ class CloudsTest(unittest.TestCase):
         self.fly(low_wall())
         self.warned.wait_for("clock jumped back")
         wait_until(lambda: self.fly(low_wall())[2] > 0.2, "the next climb")
+
+    def test_6_an_algorithm_that_stays_level_comes_no_nearer_to_the_ceiling_than_r_lb(self):
+        client = dynamic_reconfigure.client.Client("/cepa", timeout=20.0)
+        client.update_configuration({"algorithm": "improved", "r_lb": 0.5})
+        self.assertEqual(self.climb(0.45), 0.0)
+        self.assertEqual(self.climb(8.0), 0.5)
+        self.climb(math.nan)
+        self.warned.wait_for("The range finder that looks up measures nothing (NaN); the UAV does not climb.")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import pytest
 
 from cepa import CepaParameters, LaserScan2D, MountError, SteeringLoop
 from cepa.decision import Decision, Reason
+from cepa.motion import Ranging
 from cepa.steering.clouds import CloudLimits, SensedPoints
 from cepa.steering.mount import Mount
 from cepa.steering.own_motion import OwnState
@@ -69,6 +70,14 @@ def test_a_scan_is_answered_with_its_own_stamp_and_the_references_climb():
     command = Bench().instant(100)
     assert (command.stamp_ns, command.velocity_m_s) == (100 * MS, AHEAD)
     assert (command.scan_stamp_ns, command.frame) == (100 * MS, "laser")
+
+
+def test_a_climb_that_the_algorithm_leaves_to_the_reference_ends_under_the_ceiling():
+    bench = Bench(uses_range_finders=True)
+    for source, up in (("range_finder", -1.0), ("range_finder_up", 1.0)):
+        ranging = Ranging((0.0, 0.0, 0.0), (0.0, 0.0, up), bench.algorithm.parameters.r_lb, 0.05, 40.0)
+        bench.loop.on_range(source, 100 * MS, ranging)
+    assert bench.instant(100).velocity_m_s == (*AHEAD[:2], 0.0)
 
 
 def test_a_scan_waits_for_what_has_its_stamp():

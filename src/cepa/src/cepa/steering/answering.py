@@ -15,6 +15,7 @@ from cepa.levelling import LidarAttitude, levelled
 from cepa.motion import Cloud, Ranging, Vector3
 from cepa.scan import LaserScan2D
 from cepa.steering.clouds import CloudLimits, SensedPoints
+from cepa.steering.height_guard import guarded_climb
 from cepa.steering.mount import Mount, in_lidar_frame
 from cepa.steering.own_motion import OwnMotion, OwnState
 from stamp_pairing.pairing import Paired
@@ -93,14 +94,17 @@ class Answering:
         own_xy = mount.turn.undo(*self._own_velocity(own, trusted=motion is not None)[:2])
         if self.algorithm.parameters.levelling:
             scan = self._levelled(scan, paired, mount, math.hypot(*own_xy))
-        self.algorithm.take_ranges(self._ranges(paired, mount))
+        rangings = self._ranges(paired)
+        self.algorithm.take_ranges(in_lidar_frame(rangings, mount))
         decision = self.algorithm.steer(scan, reference_xy, own_xy, motion, self._cloud(paired, mount))
         cpu_ms = 1e3 * (time.thread_time() - cpu_started_s)
         computation_ms = 1e3 * (time.perf_counter() - started_s)
         for sentence in decision.warnings:
             self._warn(sentence)
         self._last_xy = mount.turn.apply(*decision.velocity_xy)
-        climb = v_ref[2] if decision.climb_m_s is None else decision.climb_m_s
+        climb = decision.climb_m_s
+        if climb is None:
+            climb = guarded_climb(v_ref[2], rangings, self.algorithm.parameters, self._warn)
         velocity = (*self._last_xy, climb)
         asked = scan, (reference_xy, own_xy)
         return Answer(velocity, decision, *asked, computation_ms, cpu_ms, is_mirrored)
@@ -125,14 +129,14 @@ class Answering:
         sensed: SensedPoints = cloud.value
         return self._limits.cloud(sensed.seen_from(mount))
 
-    def _ranges(self, paired: Paired, mount: Mount) -> list[Ranging]:
-        """Return what the range finders measured lately, in the scan's frame."""
+    def _ranges(self, paired: Paired) -> list[Ranging]:
+        """Return what the range finders measured lately, in the body's frame."""
         sources = [source for source in RANGE_FINDERS if source in paired.values]
         rangings = [paired.fresh(source, MAX_AGE_OF_RANGE_NS, None) for source in sources]
         found = [ranging for ranging in rangings if ranging is not None]
         if sources and not found:
             self._warn("No range of a range finder is near to the scan in time; check their topics.")
-        return in_lidar_frame(found, mount)
+        return found
 
     def _own_velocity(self, own: OwnState | None, trusted: bool) -> tuple[float, ...]:
         """Return the own velocity; zero if it is not known, or the last command if that counts more."""
