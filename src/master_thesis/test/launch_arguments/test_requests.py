@@ -71,6 +71,20 @@ def test_a_mission_may_hold_for_longer_than_the_flights_limit(worlds_folder, tmp
     assert flight.limits.flight_timeout_s == 3.0 * legs_m / 2.0 + 4 * 100.0
 
 
+@pytest.mark.parametrize(
+    ("given", "returns"), [(True, True), ("true", True), ("True", True), (False, False), ("yes", None)]
+)
+def test_a_mission_ends_at_its_start_if_one_says_so(worlds_folder, tmp_path, given, returns):
+    mission = tmp_path / "inspection.yaml"
+    mission.write_text("waypoints: ['10 0 2', '10 20 2']\n")
+    asked = {"world": str(worlds_folder / "empty.world"), "mission": str(mission), "return_to_start": given}
+    if returns is None:
+        with pytest.raises(MasterThesisError, match=r"'yes' is no return_to_start; give true or false\."):
+            mission_flight.read(asked, KEEP_M)
+        return
+    assert mission_flight.read(asked, KEEP_M).time.returns is returns
+
+
 MODELS = Path(__file__).resolve().parents[4] / "src/simulation_tools/models"
 
 

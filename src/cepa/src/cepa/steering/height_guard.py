@@ -15,8 +15,9 @@ Warn = Callable[[str], None]
 def guarded_climb(climb_m_s: float, rangings: Sequence[Ranging], p: CepaParameters, warn: Warn) -> float:
     """Return the part of a climb (< 0: a descent) after which the UAV can stop at r_LB from what is ahead.
 
-    As CEPA's inner cushion, upright: r_LB counts from the body's middle, and within it the UAV goes no nearer.
-    It is never pushed away, so it can stand on the ground. Without a range in this direction all is allowed.
+    As CEPA's inner cushion, upright: r_LB counts from the body's middle, and within it the UAV goes no
+    nearer. It is never pushed away, so it can stand on the ground. Without a range in this direction all is
+    allowed.
 
     rangings: in the body's frame. warn: takes a sentence about a range finder that measures nothing.
     """
@@ -37,8 +38,8 @@ def guarded_climb(climb_m_s: float, rangings: Sequence[Ranging], p: CepaParamete
 def stopping_speed(free_m: float, p: CepaParameters) -> float:
     """Return the vertical speed (m/s) that is lost within `free_m`; 0 where nothing is free.
 
-    The UAV flies on for the braking latency and twice the vertical lag, then brakes with `braking_deceleration`.
-    With one lag it would come some 0.02 m nearer before it stops.
+    The UAV flies on for the braking latency and twice the vertical lag, then brakes with
+    `braking_deceleration`. With one lag it would come some 0.02 m nearer before it stops.
     """
     late_m_s = p.braking_deceleration * (p.braking_latency + 2.0 * CLIMB_LAG_S)
     return math.sqrt(late_m_s**2 + 2.0 * p.braking_deceleration * max(0.0, free_m)) - late_m_s

@@ -55,7 +55,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
     limits = limits.for_way(way_m(waypoints, start[:3]), speed_m_s, hold_s(waypoints))
     duration_s = scenario.number("duration", asked.get("duration", 0.0), 0.0, LONGEST_S)
     check_course(flown, description.model, description.lidar, sorted(set(places)), keep_m)
-    returns = asked.get("return_to_start", False) is True
+    returns = scenario.flag("return_to_start", asked.get("return_to_start", False))
     return MissionFlight(description, limits, MissionTime(duration_s or math.inf, returns), waypoints)
 
 

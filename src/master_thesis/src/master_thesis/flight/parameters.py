@@ -37,7 +37,7 @@ class ClosedLoopParameters:
     zero. mission: waypoints instead of the goal. The goal counts as reached after the last one, or after
     duration_s. return_to_start: after duration_s the UAV flies back to its start, and the goal counts as
     reached there. patience_s: if a waypoint takes longer, the run fails. algorithm: of `cepa.ALGORITHMS`.
-    range_finders: CEPA climbs and sinks into what range finders up and down have seen. nod: of the lidar
+    range_finders: CEPA uses those that look up and down: see the node's. nod: of the lidar
     wherever the UAV stops; None: none. conditions: those that are worse than the simulation's own parameters.
     """
 

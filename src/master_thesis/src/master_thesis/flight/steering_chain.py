@@ -49,8 +49,8 @@ class SteeringChain:
 
     Every message goes in when it comes, and each call returns what is to be flown.
 
-    payload: the UAV's further sensors. uses_range_finders: the algorithm climbs and sinks into what range
-    finders have seen. warn: takes a sentence whenever something is wrong.
+    payload: the UAV's further sensors. uses_range_finders: CEPA heeds those that look up and down. warn:
+    takes a sentence whenever something is wrong.
     """
 
     def __init__(
