@@ -63,7 +63,7 @@ def test_clouds_find_out_a_floor_that_sinks_under_the_range_finder_as_if_in_a_cl
         o.on_range(time_s - 0.01, place[2] + sunk_m, LIMITS_M, DOWN)
         off.append(o.on_cloud(time_s, cloud(place, rotation, generator), LEVEL).position_xyz[2] - place[2])
     assert max(off) > 0.1  # it was misled
-    assert np.abs(off[-20:]).max() < 0.03
+    assert np.abs(off[-20:]).max() < 0.05
 
 
 def test_without_a_range_finder_it_still_knows_x_y_and_yaw():

@@ -162,7 +162,7 @@ def test_a_match_finds_the_pose_from_nearby(seed):
     )
     seen = (patches(rng, 2000) - true.place) @ true.rotation
     guess = true.moved(np.concatenate((rng.uniform(-0.09, 0.09, 3), rng.uniform(-0.03, 0.03, 3))))
-    found = match(planes, seen, np.ones(len(seen)), guess, 1e-3 * np.eye(6), P)
+    found = match(planes, seen, guess, 1e-3 * np.eye(6), P)
     off = found.pose.difference(true)
     told = np.array([True, False, True])  # nothing tells y: floor, wall and slope are all parallel to it
     assert np.abs(off[:3][told]).max() < 0.01

@@ -31,14 +31,12 @@ SILENT_LEAN_RAD = 0.1
 """Standard deviation of roll and pitch then."""
 HEIGHT_SIGMA_M = 0.01
 """Least standard deviation of the predicted height."""
-MAP_SIGMA_M = 0.2
-"""Standard deviation of the height that one cloud tells, beside that of its points. The map errs alike for
-all clouds of a place, so they count little beside range finder and accelerometer."""
+HEIGHT_NOISE_M = 0.05
+"""Standard deviation of the height that one cloud tells, beside that of its points: few of them lie on floors
+and decks, and a coarse plane holds them back."""
 FREE_HEIGHT_M = 0.1
 """Standard deviation of the predicted height while a cloud is matched: so floor and deck are found, also if
 the range finder has misled the height."""
-RANGE_AGE_S = 0.1
-"""An older range tells nothing about a cloud's instant."""
 POINTS_MIN = 20
 """Fewer points are no cloud."""
 FIRST_HEIGHT_S = 1.0
@@ -76,21 +74,8 @@ class CloudOdometry(BodySensedOdometry):
         self._velocity, self._velocity_covariance = np.zeros(3), 0.01 * np.eye(3)
         self._covariance = FIRST_VARIANCE * np.eye(6)
         self._keyframe: PoseInSpace | None = None
-        self._floor_point: tuple[float, np.ndarray] | None = None
         self._untold = np.zeros((0, 3))
         self._way_m = 0.0
-
-    def on_range(
-        self,
-        stamp_s: float,
-        range_m: float,
-        limits_m: tuple[float, float],
-        finder_in_base: tuple[Sequence[float], Sequence[float]],
-    ) -> None:
-        """Take a range of the range finder; see `BodySensors.on_range`."""
-        end = self._sensors.on_range(stamp_s, range_m, limits_m, finder_in_base)
-        if end is not None:
-            self._floor_point = stamp_s, end
 
     def on_cloud(
         self, stamp_s: float, points: np.ndarray, lidar_in_base: tuple[Sequence[float], Sequence[float]]
@@ -156,7 +141,7 @@ class CloudOdometry(BodySensedOdometry):
             self._covariance[5, 5] += self._p.turn_noise**2 * dt_s
         if self.height.is_known_at(stamp_s):
             height_m, climb, variance_m2 = self.height.at(stamp_s)
-            place = np.array((*place[:2], height_m))
+            place = np.array((*place[:2], height_m + self.height.map_m))
             place[2] -= self._levelling.rise_m(place)
             self._velocity[2] = climb
             self._covariance[2, :] = self._covariance[:, 2] = 0.0
@@ -180,14 +165,10 @@ class CloudOdometry(BodySensedOdometry):
             if len(in_base) < POINTS_MIN:
                 remarks.append("The cloud tells no place: nothing has been in range yet.")
             return None
-        points, readings = thinned(in_base, self._p.thinned_m), None
-        readings = np.ones(len(points))
-        if self._floor_point and abs(stamp_s - self._floor_point[0]) <= RANGE_AGE_S:
-            points = np.vstack((points, self._floor_point[1]))
-            readings = np.append(readings, self._p.floor_readings)
+        points = thinned(in_base, self._p.thinned_m)
         prior, freed = np.linalg.inv(self._covariance), self._covariance.copy()
         freed[2, 2] = max(freed[2, 2], FREE_HEIGHT_M**2)
-        found = match(self.planes, points, readings, predicted, np.linalg.inv(freed), self._p)
+        found = match(self.planes, points, predicted, np.linalg.inv(freed), self._p)
         if (
             found.found < POINTS_MIN
             or found.agreement < self._p.agreement_min
@@ -204,9 +185,9 @@ class CloudOdometry(BodySensedOdometry):
         rise_m = self._levelling.rise_m(found.pose.place)
         if self.height.is_known_at(stamp_s):
             height_m, variance_m2 = found.height_alone()
-            self.height.on_height(stamp_s, height_m + rise_m, variance_m2 + MAP_SIGMA_M**2)
+            self.height.on_height(stamp_s, height_m + rise_m, variance_m2 + HEIGHT_NOISE_M**2)
             x, y, _ = found.pose.place
-            z = self.height.at(stamp_s)[0] - rise_m
+            z = self.height.at(stamp_s)[0] + self.height.map_m - rise_m
             found = replace(found, pose=PoseInSpace(np.array((x, y, z)), found.pose.rotation))
         else:
             height_m = float(found.pose.place[2]) + rise_m
@@ -265,6 +246,7 @@ class CloudOdometry(BodySensedOdometry):
         velocity_covariance[PLACE, PLACE] = rotation.T @ self._velocity_covariance @ rotation
         velocity_covariance[TURN, TURN] = self._p.lean_noise_rad**2 * np.eye(3)
         x, y, z = pose.place.tolist()
+        z -= self.height.map_m
         u, v, w = (self._pose.rotation.T @ self._velocity).tolist()
         return OdometryEstimate(
             stamp_s,

@@ -80,7 +80,6 @@ class CloudMatch:
 def match(
     planes: PlaneMap,
     points: np.ndarray,
-    readings: np.ndarray,
     predicted: PoseInSpace,
     prior: np.ndarray,
     p: CloudOdometryParameters,
@@ -90,7 +89,6 @@ def match(
     Args:
         planes: the map.
         points: (n, 3) in the base frame, m.
-        readings: (n,) how many readings each point counts for.
         predicted: the pose before.
         prior: (6, 6) information of the prediction: move and turn in the map's axes.
         p: parameters.
@@ -98,7 +96,7 @@ def match(
     References: Vizzo et al. 2023 (KISS-ICP) for a robust kernel that shrinks; Yuan et al. 2022 for planes in
     voxels of several sizes.
     """
-    weights = readings / (p.points_per_reading * p.point_noise_m**2)
+    weights = np.full(len(points), 1.0 / (p.points_per_reading * p.point_noise_m**2))
     information, pull = np.empty((6, 6)), np.empty(6)
     pose, reach_m, found, near = predicted, p.first_reach_m, 0, 0
     for _ in range(STEPS_MAX):

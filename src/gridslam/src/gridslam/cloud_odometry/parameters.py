@@ -41,8 +41,6 @@ class CloudOdometryParameters:
     """m: standard deviation of a point across its plane."""
     points_per_reading: float = 20.0
     """So many points err together and count as one reading."""
-    floor_readings: float = 30.0
-    """The range finder's point counts as so many of the cloud."""
     agreement_min: float = 0.5
     """If a smaller share of the points in voxels with planes lies on these, the cloud does not count."""
     told_m: float = 0.05

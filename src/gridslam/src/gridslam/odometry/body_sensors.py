@@ -38,7 +38,7 @@ class BodySensors:
         range_m: float,
         limits_m: tuple[float, float],
         finder_in_base: tuple[Sequence[float], Sequence[float]],
-    ) -> np.ndarray | None:
+    ) -> None:
         """Take a range of the range finder, which looks along x of its own frame.
 
         Ranges beyond the limits, NaN and infinite ones do not count, but for -inf: too close (REP-117), as
@@ -50,23 +50,18 @@ class BodySensors:
             range_m: distance.
             limits_m: least and greatest range.
             finder_in_base: its (xyz, quaternion xyzw) in the base frame.
-
-        Returns:
-            The point (3,) below that it met, in the base frame; None if it is not known.
         """
         is_close = range_m == -math.inf and 0.0 < limits_m[0] < math.inf
         if is_close:
             range_m = 0.5 * limits_m[0]
         elif not limits_m[0] <= range_m <= limits_m[1]:
-            return None
+            return
         lean = self.inertial.lean_at(stamp_s) or LEVEL
         x, y, z = finder_in_base[0]
         end = np.array((x, y, z)) + range_m * matrix_of_quaternion(finder_in_base[1])[:, 0]
         below_m = -float((matrix_of_lean(lean.roll_rad, lean.pitch_rad) @ end)[2])
-        if below_m <= 0.0:
-            return None
-        self.height.on_range(stamp_s, below_m, 0.5 * limits_m[0] if is_close else 0.0)
-        return None if is_close else end
+        if below_m > 0.0:
+            self.height.on_range(stamp_s, below_m, 0.5 * limits_m[0] if is_close else 0.0)
 
 
 class BodySensedOdometry:
@@ -100,6 +95,16 @@ class BodySensedOdometry:
         if self._inertial.is_back(reading):
             self._go_back(self._inertial.newest_s - reading.stamp_s)
         self._sensors.on_imu(reading)
+
+    def on_range(
+        self,
+        stamp_s: float,
+        range_m: float,
+        limits_m: tuple[float, float],
+        finder_in_base: tuple[Sequence[float], Sequence[float]],
+    ) -> None:
+        """Take a range of the range finder; see `BodySensors.on_range`."""
+        self._sensors.on_range(stamp_s, range_m, limits_m, finder_in_base)
 
     def _check_stamp(self, stamp_s: float, what: str) -> None:
         """Check the stamp of the lidar's next reading, a scan or a cloud.

@@ -17,6 +17,7 @@ from gridslam.odometry.floor_hypotheses import (
     CLIMB_FIRST,
     FLOOR,
     HEIGHT,
+    MAP,
     NEW,
     SAME_LEVEL_M,
     Hypothesis,
@@ -30,6 +31,9 @@ CONFIRMED = 3
 LEVELS_MAX = 20
 BIAS_WALK = 0.02
 BIAS_FIRST = 0.2
+MAP_SIGMA_M, MAP_TIME_S = 0.03, 5.0
+"""The map of the clouds is off by so much, and by another height after this time. So a cloud hardly tells the
+height, but that it has not changed."""
 SILENT_S = 1.0
 """If the last reading that counted is older, the height is not known any more; the next one begins anew."""
 HELD_S = 0.05
@@ -42,20 +46,26 @@ class FloorHeight:
 
     def __init__(self, parameters: LidarOdometryParameters) -> None:
         self._p = parameters
-        first = np.diag((1.0, CLIMB_FIRST**2, BIAS_FIRST**2, 0.0))
-        self._alive = [Hypothesis(np.zeros(4), first)]
+        first = np.diag((1.0, CLIMB_FIRST**2, BIAS_FIRST**2, 0.0, MAP_SIGMA_M**2))
+        self._alive = [Hypothesis(np.zeros(5), first)]
         self._levels = [Level(0.0, 0.0)]
         self._stamp_s: float | None = None
         self._acceleration = 0.0
         self._held_until_s = -math.inf
         self._range_m = math.nan  # the newest reading
         self._counted_s: float | None = None
-        self._told_s = -math.inf  # by something else, while no reading counted
+        self._told_s = -math.inf  # by clouds, while no reading counted
+        self._off_m = 0.0  # by which the newest height by clouds was off
 
     @property
     def floor_m(self) -> float:
         """Height of the floor below now over that of the start, m."""
         return float(self._alive[0].state[FLOOR])
+
+    @property
+    def map_m(self) -> float:
+        """By how much the clouds' map tells too great a height, m."""
+        return float(self._alive[0].state[MAP])
 
     def is_known_at(self, stamp_s: float) -> bool:
         """Whether a reading has counted lately."""
@@ -67,7 +77,12 @@ class FloorHeight:
         return float(self._alive[0].covariance[CLIMB, CLIMB])
 
     def on_acceleration(self, stamp_s: float, acceleration_m_s2: float) -> None:
-        """Take the vertical acceleration, upwards and without gravity, that holds from this instant on."""
+        """Take the vertical acceleration, upwards and without gravity, of the time up to an instant.
+
+        It counts on until the next one comes, too.
+        """
+        if stamp_s <= self._held_until_s:
+            self._acceleration = acceleration_m_s2
         self._advance(stamp_s)
         self._acceleration, self._held_until_s = acceleration_m_s2, stamp_s + HELD_S
 
@@ -77,14 +92,14 @@ class FloorHeight:
         past_s = stamp_s - now_s
         held_s = max(min(stamp_s, self._held_until_s) - now_s, 0.0)
         best = self._alive[0]
-        z, climb, bias, _ = best.state.tolist()
+        z, climb, bias, *_ = best.state.tolist()
         gain = held_s * (self._acceleration - bias)
         z_at = z + past_s * climb + (past_s - 0.5 * held_s) * gain
         return z_at, climb + gain, self._variance(best.covariance, past_s, held_s)
 
     def _variance(self, covariance: np.ndarray, past_s: float, held_s: float) -> float:
         """Return the height's variance after ``past_s``, during ``held_s`` of which an acceleration holds."""
-        model = np.array((1.0, past_s, -(past_s - 0.5 * held_s) * held_s, 0.0))
+        model = np.array((1.0, past_s, -(past_s - 0.5 * held_s) * held_s, 0.0, 0.0))
         silent_s = max(past_s - held_s, 0.0)
         measured, unknown = self._p.climb_noise**2, self._p.acceleration_unknown**2
         noise = measured * (max(past_s, 0.0) ** 3 - silent_s**3) + unknown * silent_s**3
@@ -117,7 +132,7 @@ class FloorHeight:
         self._confirm_level()
 
     def on_height(self, stamp_s: float, height_m: float, variance_m2: float) -> None:
-        """Take the height over the floor of the start, as something else tells it at an instant.
+        """Take the height over the floor of the start, as the clouds' map tells it at an instant.
 
         While the range finder is silent this counts alone. So a floor that comes into its sight then is new
         unless it fits one of before.
@@ -125,16 +140,18 @@ class FloorHeight:
         self._advance(stamp_s)
         if not self.is_known_at(stamp_s):
             best = replace(self._alive[0], log_chance=0.0)
-            self._alive = [_at_rest(best, height_m, variance_m2)]
+            self._alive = [_at_rest(best, height_m - self.map_m, variance_m2)]
             self._told_s = stamp_s
             return
-        model = np.array((1.0, stamp_s - (self._stamp_s or stamp_s), 0.0, 0.0))
+        model = np.array((1.0, stamp_s - (self._stamp_s or stamp_s), 0.0, 0.0, 1.0))
+        off_m = height_m - float(model @ self._alive[0].state)
+        jump_m, self._off_m = off_m - self._off_m, off_m
         self._alive = likeliest(
             [
                 meaning
                 for each in self._alive
                 for meaning in each.after_height(
-                    model, height_m, variance_m2, self._levels, self._p.floor_step_m
+                    model, height_m, jump_m, variance_m2, self._levels, self._p.floor_step_m
                 )
             ]
         )
@@ -178,11 +195,13 @@ class FloorHeight:
         if dt <= 0.0:
             return
         pull, q = dt * is_measured, noise**2
-        model, added = np.eye(4), np.zeros((4, 4))
+        model, added = np.eye(5), np.zeros((5, 5))
         model[HEIGHT, CLIMB], model[HEIGHT, BIAS], model[CLIMB, BIAS] = dt, -0.5 * dt * pull, -pull
         added[:2, :2] = ((q * dt**3 / 3.0, q * dt**2 / 2.0), (q * dt**2 / 2.0, q * dt))
         added[BIAS, BIAS] = BIAS_WALK**2 * dt
-        push = np.array((0.5 * dt * dt * acceleration, dt * acceleration, 0.0, 0.0))
+        kept = math.exp(-dt / MAP_TIME_S)
+        model[MAP, MAP], added[MAP, MAP] = kept, MAP_SIGMA_M**2 * (1.0 - kept**2)
+        push = np.array((0.5 * dt * dt * acceleration, dt * acceleration, 0.0, 0.0, 0.0))
         self._alive = [
             replace(
                 each, state=model @ each.state + push, covariance=model @ each.covariance @ model.T + added

@@ -16,8 +16,8 @@ from typing import Sequence
 
 import numpy as np
 
-HEIGHT, CLIMB, BIAS, FLOOR = range(4)
-"""Of a state: m, m/s, m/s2, and m over the floor of the start."""
+HEIGHT, CLIMB, BIAS, FLOOR, MAP = range(5)
+"""Of a state: m, m/s, m/s2, m over the floor of the start, and m by which the clouds' map tells too much."""
 CLIMB_FIRST = 0.5
 SAME_LEVEL_M = 0.05
 """A floor nearer than this to one that was seen before is that one."""
@@ -35,6 +35,8 @@ STEP_SIGMA_M = 1.0
 """Of a new floor's height."""
 LOST_DENSITY = 0.1
 """1/m: a reading that tells nothing may be any within some 10 m."""
+MAP_CHANCE = 0.01
+"""Chance that a cloud's map is off by another height than that of the cloud before."""
 ALIVE, LEAST_LOG_CHANCE = 6, -12.0
 SAME_M = 0.01
 """Two hypotheses that differ by less are one."""
@@ -52,7 +54,7 @@ class Level:
 class Hypothesis:
     """A filter with an opinion on the floor.
 
-    state: (4,), see `HEIGHT`. covariance: (4, 4). log_chance: of it, up to a constant. level: index of the
+    state: (5,), see `HEIGHT`. covariance: (5, 5). log_chance: of it, up to a constant. level: index of the
     floor below among the levels, or `NEW`. readings: how many in a row agree with that floor. has_counted:
     whether it counted the newest one.
     """
@@ -65,7 +67,7 @@ class Hypothesis:
     has_counted: bool = True
 
     def measured(self, model: np.ndarray, value: float, variance_m2: float) -> Hypothesis:
-        """Return it after a measurement of ``model`` (4,) times the state, and its chance with that."""
+        """Return it after a measurement of ``model`` (5,) times the state, and its chance with that."""
         spread = self.covariance @ model
         total = float(model @ spread) + variance_m2
         innovation = value - float(model @ self.state)
@@ -89,16 +91,28 @@ class Hypothesis:
         )
 
     def after_height(
-        self, model: np.ndarray, height_m: float, variance_m2: float, levels: Sequence[Level], step_m: float
+        self,
+        model: np.ndarray,
+        height_m: float,
+        jump_m: float,
+        variance_m2: float,
+        levels: Sequence[Level],
+        step_m: float,
     ) -> list[Hypothesis]:
-        """Return what a height that something else tells may mean; model as of `measured`.
+        """Return what a height that clouds tell may mean; model as of `measured`.
 
-        If it is off by more than a step, the floor may have sunk or risen so slowly that it passed for a
-        climb, as at an edge in the range finder's cone. Then height and floor are off alike.
+        If it is off by more than a step, the map of the clouds may be off, as where a cloud meets surfaces
+        that were entered at another height. If it has come to be off little by little, the floor may have
+        sunk or risen so slowly that it passed for a climb, as at an edge in the range finder's cone. Then
+        height and floor are off alike.
+
+        jump_m: by how much more it is off than the height before.
         """
         off_m = height_m - float(model @ self.state)
         meanings = [self.measured(model, height_m, variance_m2)]
         if abs(off_m) > step_m:
+            meanings.append(self._with_other_map(off_m).measured(model, height_m, variance_m2))
+        if abs(off_m) > step_m and abs(jump_m) < JUMP_SHARE * abs(off_m):
             floor_m, level = float(self.state[FLOOR]) + off_m, NEW
             for index, seen in enumerate(levels):
                 if abs(seen.height_m - floor_m) < SAME_LEVEL_M:
@@ -107,6 +121,12 @@ class Hypothesis:
             meanings.append(self._shifted(off_m, level, variance_m2, STEP_CHANCE / (1 + len(levels))))
             meanings[-1] = meanings[-1].measured(model, height_m, variance_m2)
         return meanings
+
+    def _with_other_map(self, off_m: float) -> Hypothesis:
+        """Return it with a map that is off by about this much, whatever it was off by before."""
+        covariance = self.covariance.copy()
+        covariance[MAP, MAP] += off_m**2
+        return replace(self, covariance=covariance, log_chance=self.log_chance + math.log(MAP_CHANCE))
 
     def _shifted(self, off_m: float, level: int, variance_m2: float, chance: float) -> Hypothesis:
         """Return it with height and floor moved alike, so that the readings fit as before."""
@@ -137,7 +157,7 @@ class Hypothesis:
             levels: floors that were seen.
             step_m: a smaller step is none.
         """
-        model = np.array((1.0, -delay_s, 0.0, -1.0))
+        model = np.array((1.0, -delay_s, 0.0, -1.0, 0.0))
         off_m = range_m - float(model @ self.state)
         chances = STEP_CHANCE / (1 + len(levels))
         floors = [self]

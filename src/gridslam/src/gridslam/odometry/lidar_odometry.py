@@ -98,16 +98,6 @@ class LidarOdometry(BodySensedOdometry):
     def _begin_map(self) -> None:
         self._map = LocalMap(self._p)
 
-    def on_range(
-        self,
-        stamp_s: float,
-        range_m: float,
-        limits_m: tuple[float, float],
-        finder_in_base: tuple[Sequence[float], Sequence[float]],
-    ) -> None:
-        """Take a range of the range finder; see `BodySensors.on_range`."""
-        self._sensors.on_range(stamp_s, range_m, limits_m, finder_in_base)
-
     def on_scan(
         self,
         stamp_s: float,
