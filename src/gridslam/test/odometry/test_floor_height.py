@@ -68,23 +68,20 @@ def test_a_box_shows_as_another_floor():
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_floor_that_sinks_too_slowly_for_a_step_is_found_out_by_clouds(seed):
-    """Near an edge the readings grow bit by bit, as in a climb. Clouds tell the height from 6 s on."""
-    rng = np.random.default_rng(seed)
-
-    def floor_at(t: float) -> float:
-        return 0.0 if t < 3.0 else max(-0.15, -0.15 * (t - 3.0))
-
-    rows, floor = fly(hover, floor_at, 6.0, seed=seed)
-    misled_m = rows[-1, 1] - hover(6.0)
-    assert misled_m > 0.1
-    for k in range(60):
-        t = 6.0 + k * RANGE_EVERY * IMU_S
-        floor.on_range(t, round(2.15 + 0.01 * rng.standard_normal(), 2))
-        floor.on_height(t, 2.0 + 0.02 * rng.standard_normal(), 0.2**2)
+@pytest.mark.parametrize(("rate_m_s", "sunk_m"), [(0.15, 1.0), (0.08, 0.8)])
+def test_a_floor_that_sinks_too_slowly_for_a_step_is_found_out_by_clouds(seed, rate_m_s, sunk_m):
+    """Over a slope the readings grow bit by bit, as in a climb. Clouds tell that the height stays."""
+    rng, floor, told_m = np.random.default_rng(seed), FloorHeight(LidarOdometryParameters()), []
+    for k in range(int(20.0 / IMU_S)):
+        t = k * IMU_S
         floor.on_acceleration(t, 0.0)
-    assert floor.at(9.0)[0] == pytest.approx(2.0, abs=0.04)
-    assert floor.floor_m == pytest.approx(-0.15, abs=0.04)
+        if k % RANGE_EVERY == 0:
+            below_m = 2.0 + min(sunk_m, max(0.0, rate_m_s * (t - 3.0)))
+            floor.on_range(t, round(below_m + 0.01 * rng.standard_normal(), 2))
+            floor.on_height(t, 2.0 + 0.008 * rng.standard_normal(), 0.05**2)
+        told_m.append(floor.at(t)[0])
+    assert max(told_m) < 2.0 + 0.4 * sunk_m
+    assert told_m[-1] == pytest.approx(2.0, abs=0.08)
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -229,4 +226,4 @@ def test_a_cloud_whose_map_jumps_does_not_move_a_height_that_the_range_finder_te
         floor.on_height(t, told_m, 0.05**2)
         assert floor.at(t)[0] == pytest.approx(2.0, abs=0.05)
     assert floor.floor_m == 0.0
-    assert floor.map_m == pytest.approx(0.2, abs=0.05)
+    assert floor.map_m > 0.1

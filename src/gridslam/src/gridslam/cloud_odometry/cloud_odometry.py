@@ -31,9 +31,6 @@ SILENT_LEAN_RAD = 0.1
 """Standard deviation of roll and pitch then."""
 HEIGHT_SIGMA_M = 0.01
 """Least standard deviation of the predicted height."""
-HEIGHT_NOISE_M = 0.05
-"""Standard deviation of the height that one cloud tells, beside that of its points: few of them lie on floors
-and decks, and a coarse plane holds them back."""
 FREE_HEIGHT_M = 0.1
 """Standard deviation of the predicted height while a cloud is matched: so floor and deck are found, also if
 the range finder has misled the height."""
@@ -185,7 +182,7 @@ class CloudOdometry(BodySensedOdometry):
         rise_m = self._levelling.rise_m(found.pose.place)
         if self.height.is_known_at(stamp_s):
             height_m, variance_m2 = found.height_alone()
-            self.height.on_height(stamp_s, height_m + rise_m, variance_m2 + HEIGHT_NOISE_M**2)
+            self.height.on_height(stamp_s, height_m + rise_m, variance_m2)
             x, y, _ = found.pose.place
             z = self.height.at(stamp_s)[0] + self.height.map_m - rise_m
             found = replace(found, pose=PoseInSpace(np.array((x, y, z)), found.pose.rotation))

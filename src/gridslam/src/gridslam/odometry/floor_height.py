@@ -34,6 +34,13 @@ BIAS_FIRST = 0.2
 MAP_SIGMA_M, MAP_TIME_S = 0.03, 5.0
 """The map of the clouds is off by so much, and by another height after this time. So a cloud hardly tells the
 height, but that it has not changed."""
+EDGE_S = 1.0
+"""So long after a reading of the range finder that was off by a step, clouds decide what it was."""
+CLOUD_SIGMA_M, EDGE_SIGMA_M = 0.2, 0.03
+"""Standard deviation of the height that one cloud tells, beside that of its points; the second at an edge.
+Few rings on new planes hold a climb back, so else the range finder counts more."""
+JUMP_M, JUMP_S = 0.07, 3.0
+"""So long after such a jump of the height that clouds tell it is their map that is off."""
 SILENT_S = 1.0
 """If the last reading that counted is older, the height is not known any more; the next one begins anew."""
 HELD_S = 0.05
@@ -55,7 +62,9 @@ class FloorHeight:
         self._range_m = math.nan  # the newest reading
         self._counted_s: float | None = None
         self._told_s = -math.inf  # by clouds, while no reading counted
-        self._off_m = 0.0  # by which the newest height by clouds was off
+        self._off_m = 0.0  # by which the newest height by clouds is off
+        self._edge_s = -math.inf  # time of the newest reading that was off by a step
+        self._jump_s = -math.inf  # time of the newest jump of the height by clouds
 
     @property
     def floor_m(self) -> float:
@@ -118,6 +127,9 @@ class FloorHeight:
             self._begin(stamp_s, height_m, variance_m2)
             return
         delay_s = (self._stamp_s or stamp_s) - stamp_s
+        best = self._alive[0].state
+        if abs(height_m - (best[HEIGHT] - delay_s * best[CLIMB] - best[FLOOR])) > self._p.floor_step_m:
+            self._edge_s = stamp_s
         self._alive = likeliest(
             [
                 meaning
@@ -143,18 +155,24 @@ class FloorHeight:
             self._alive = [_at_rest(best, height_m - self.map_m, variance_m2)]
             self._told_s = stamp_s
             return
+        is_at_edge = stamp_s - self._edge_s < EDGE_S
+        variance_m2 += (EDGE_SIGMA_M if is_at_edge else CLOUD_SIGMA_M) ** 2
         model = np.array((1.0, stamp_s - (self._stamp_s or stamp_s), 0.0, 0.0, 1.0))
         off_m = height_m - float(model @ self._alive[0].state)
-        jump_m, self._off_m = off_m - self._off_m, off_m
+        if abs(off_m - self._off_m) > JUMP_M:
+            self._jump_s = stamp_s
+            self._alive = [each.with_other_map(off_m) for each in self._alive]
+        may_shift = stamp_s - self._jump_s > JUMP_S
         self._alive = likeliest(
             [
                 meaning
                 for each in self._alive
                 for meaning in each.after_height(
-                    model, height_m, jump_m, variance_m2, self._levels, self._p.floor_step_m
+                    model, height_m, variance_m2, self._levels, self._p.floor_step_m, may_shift
                 )
             ]
         )
+        self._off_m = height_m - float(model @ self._alive[0].state)
 
     def _begin(self, stamp_s: float, height_m: float, variance_m2: float) -> None:
         """Begin at a reading over the floor of before, as if at rest."""

@@ -35,8 +35,6 @@ STEP_SIGMA_M = 1.0
 """Of a new floor's height."""
 LOST_DENSITY = 0.1
 """1/m: a reading that tells nothing may be any within some 10 m."""
-MAP_CHANCE = 0.01
-"""Chance that a cloud's map is off by another height than that of the cloud before."""
 ALIVE, LEAST_LOG_CHANCE = 6, -12.0
 SAME_M = 0.01
 """Two hypotheses that differ by less are one."""
@@ -94,10 +92,10 @@ class Hypothesis:
         self,
         model: np.ndarray,
         height_m: float,
-        jump_m: float,
         variance_m2: float,
         levels: Sequence[Level],
         step_m: float,
+        may_shift: bool,
     ) -> list[Hypothesis]:
         """Return what a height that clouds tell may mean; model as of `measured`.
 
@@ -106,13 +104,11 @@ class Hypothesis:
         sunk or risen so slowly that it passed for a climb, as at an edge in the range finder's cone. Then
         height and floor are off alike.
 
-        jump_m: by how much more it is off than the height before.
+        may_shift: whether it has come to be off little by little.
         """
         off_m = height_m - float(model @ self.state)
         meanings = [self.measured(model, height_m, variance_m2)]
-        if abs(off_m) > step_m:
-            meanings.append(self._with_other_map(off_m).measured(model, height_m, variance_m2))
-        if abs(off_m) > step_m and abs(jump_m) < JUMP_SHARE * abs(off_m):
+        if abs(off_m) > step_m and may_shift:
             floor_m, level = float(self.state[FLOOR]) + off_m, NEW
             for index, seen in enumerate(levels):
                 if abs(seen.height_m - floor_m) < SAME_LEVEL_M:
@@ -122,11 +118,11 @@ class Hypothesis:
             meanings[-1] = meanings[-1].measured(model, height_m, variance_m2)
         return meanings
 
-    def _with_other_map(self, off_m: float) -> Hypothesis:
-        """Return it with a map that is off by about this much, whatever it was off by before."""
+    def with_other_map(self, off_m: float) -> Hypothesis:
+        """Return it with a map of the clouds that may be off by this much, whatever it was off by before."""
         covariance = self.covariance.copy()
         covariance[MAP, MAP] += off_m**2
-        return replace(self, covariance=covariance, log_chance=self.log_chance + math.log(MAP_CHANCE))
+        return replace(self, covariance=covariance)
 
     def _shifted(self, off_m: float, level: int, variance_m2: float, chance: float) -> Hypothesis:
         """Return it with height and floor moved alike, so that the readings fit as before."""
