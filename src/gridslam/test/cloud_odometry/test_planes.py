@@ -14,6 +14,8 @@ from gridslam.cloud_odometry.plane_map import POINTS_MIN, PlaneMap, thinned
 
 PLACES = st.tuples(st.integers(0, 3), *[st.integers(-500_000, 500_000)] * 3)
 P = CloudOdometryParameters()
+MIDDLE_M = np.array((0.0, 0.0, 0.5))
+"""A place over the floor and under the slope of `patches`."""
 
 
 @settings(max_examples=50, deadline=None)
@@ -72,7 +74,7 @@ def test_planes_are_those_of_numpy():
     rng = np.random.default_rng(3)
     points = patches(rng)
     planes = PlaneMap(P)
-    planes.add(points)
+    planes.add(points, MIDDLE_M)
     expected = slow_planes(points)
     assert len(planes) == len(expected)
     assert sum(plane is not None for plane in expected.values()) > 100
@@ -94,7 +96,7 @@ def test_a_table_that_grows_keeps_its_planes():
     planes = PlaneMap(P)
     slots = len(planes.keys)
     for part in np.array_split(points, 6):
-        planes.add(part)
+        planes.add(part, np.array((0.0, 0.0, 1.0)))
     assert len(planes.keys) > slots
     assert len(planes) == len(slow_planes_count(points))
 
@@ -111,7 +113,7 @@ def slow_planes_count(points):
 def test_normal_equations_are_those_of_numpy():
     rng = np.random.default_rng(6)
     planes = PlaneMap(P)
-    planes.add(patches(rng))
+    planes.add(patches(rng), MIDDLE_M)
     expected = slow_planes(patches(np.random.default_rng(6)))
     pose = PoseInSpace(np.array([0.02, -0.03, 0.04]), Rotation.from_rotvec([0.01, -0.02, 0.03]).as_matrix())
     points, weights = patches(rng, 300), rng.uniform(0.5, 2.0, 300)
@@ -135,6 +137,7 @@ def test_normal_equations_are_those_of_numpy():
     found, found_near = normal_equations(
         points,
         weights,
+        np.zeros(3),
         pose.rotation,
         pose.place,
         planes.levels_m,
@@ -156,13 +159,13 @@ def test_a_match_finds_the_pose_from_nearby(seed):
     """Moved by up to 0.15 m and turned by up to 3 degrees, with a prediction that is hardly trusted."""
     rng = np.random.default_rng(seed)
     planes = PlaneMap(P)
-    planes.add(patches(np.random.default_rng(1), 12_000))
+    planes.add(patches(np.random.default_rng(1), 12_000), MIDDLE_M)
     true = PoseInSpace(
-        rng.uniform(-0.1, 0.1, 3), Rotation.from_rotvec(rng.uniform(-0.03, 0.03, 3)).as_matrix()
+        MIDDLE_M + rng.uniform(-0.1, 0.1, 3), Rotation.from_rotvec(rng.uniform(-0.03, 0.03, 3)).as_matrix()
     )
     seen = (patches(rng, 2000) - true.place) @ true.rotation
     guess = true.moved(np.concatenate((rng.uniform(-0.09, 0.09, 3), rng.uniform(-0.03, 0.03, 3))))
-    found = match(planes, seen, guess, 1e-3 * np.eye(6), P)
+    found = match(planes, seen, np.zeros(3), guess, 1e-3 * np.eye(6), P)
     off = found.pose.difference(true)
     told = np.array([True, False, True])  # nothing tells y: floor, wall and slope are all parallel to it
     assert np.abs(off[:3][told]).max() < 0.01
@@ -170,3 +173,38 @@ def test_a_match_finds_the_pose_from_nearby(seed):
     assert found.agreement > 0.9
     (direction,) = found.untold(P.told_m)
     assert abs(direction[1]) > 0.99
+
+
+def level_points(rng, height_m):
+    """Points of a level surface, 3 m wide."""
+    x, y = rng.uniform(-1.5, 1.5, (2, 4000))
+    return np.column_stack((x, y, np.full(4000, height_m))) + rng.normal(0.0, 0.005, (4000, 3))
+
+
+def found_on(planes, points, place):
+    """How many points (n, 3) of the map, seen from a place, find a plane."""
+    information, pull, table = np.empty((6, 6)), np.empty(6), (planes.keys, planes.planes)
+    seen = points - place, np.ones(len(points)), np.zeros(3), np.eye(3), place
+    return normal_equations(*seen, planes.levels_m, 0.3, *table, information, pull)[0]
+
+
+def test_a_plane_counts_for_who_is_on_its_side():
+    """A deck 0.15 m thick: who climbs through a hole in it takes its top for no part of its underside."""
+    rng = np.random.default_rng(8)
+    below, above = np.array((0.0, 0.0, -1.0)), np.array((0.0, 0.0, 1.0))
+    planes = PlaneMap(P)
+    planes.add(level_points(rng, 0.05), below)
+    underside, top = level_points(rng, 0.05), level_points(rng, 0.2)
+    assert found_on(planes, underside, below) == len(underside)
+    assert found_on(planes, top, above) == found_on(planes, top, np.array((0.0, 0.0, 0.15))) == 0
+
+
+def test_a_thin_plate_counts_for_both_sides_once_it_was_seen_from_both():
+    rng = np.random.default_rng(9)
+    below, above = np.array((0.0, 0.0, -1.0)), np.array((0.0, 0.0, 1.0))
+    planes = PlaneMap(P)
+    planes.add(level_points(rng, 0.05), below)
+    planes.add(level_points(rng, 0.06), above)
+    points = level_points(rng, 0.055)
+    assert found_on(planes, points, below) > 0.9 * len(points)
+    assert found_on(planes, points, above) > 0.9 * len(points)

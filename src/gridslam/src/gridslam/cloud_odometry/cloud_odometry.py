@@ -72,6 +72,8 @@ class CloudOdometry(BodySensedOdometry):
         self._covariance = FIRST_VARIANCE * np.eye(6)
         self._keyframe: PoseInSpace | None = None
         self._untold = np.zeros((0, 3))
+        self._lidar_m = np.zeros(3)
+        """Of the lidar in the base frame, when it gave the newest cloud."""
         self._way_m = 0.0
 
     def on_cloud(
@@ -93,7 +95,7 @@ class CloudOdometry(BodySensedOdometry):
         lean = self._inertial.lean_at(stamp_s)
         if lean is None:
             remarks.append("The IMU is silent, so the attitude comes from the clouds alone.")
-        in_base = self._in_base(points, lidar_in_base)
+        in_base, self._lidar_m = self._in_base(points, lidar_in_base), np.array(lidar_in_base[0], float)
         before = self._pose
         predicted = self._predict(stamp_s, lean)
         found = self._match(stamp_s, in_base, predicted, remarks)
@@ -165,7 +167,7 @@ class CloudOdometry(BodySensedOdometry):
         points = thinned(in_base, self._p.thinned_m)
         prior, freed = np.linalg.inv(self._covariance), self._covariance.copy()
         freed[2, 2] = max(freed[2, 2], FREE_HEIGHT_M**2)
-        found = match(self.planes, points, predicted, np.linalg.inv(freed), self._p)
+        found = match(self.planes, points, self._lidar_m, predicted, np.linalg.inv(freed), self._p)
         if (
             found.found < POINTS_MIN
             or found.agreement < self._p.agreement_min
@@ -229,7 +231,8 @@ class CloudOdometry(BodySensedOdometry):
             if not self.height.is_known_at(stamp_s):
                 self.height.on_height(stamp_s, float(self._pose.place[2]), FIRST_VARIANCE)
             self._levelling.begin(self._pose.place)
-        self.planes.add(in_base @ self._pose.rotation.T + self._pose.place)
+        rotation, place = self._pose.rotation, self._pose.place
+        self.planes.add(in_base @ rotation.T + place, rotation @ self._lidar_m + place)
         self._keyframe = self._pose
         self._matched_s = stamp_s
 

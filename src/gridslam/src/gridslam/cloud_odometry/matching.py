@@ -80,6 +80,7 @@ class CloudMatch:
 def match(
     planes: PlaneMap,
     points: np.ndarray,
+    origin: np.ndarray,
     predicted: PoseInSpace,
     prior: np.ndarray,
     p: CloudOdometryParameters,
@@ -89,6 +90,7 @@ def match(
     Args:
         planes: the map.
         points: (n, 3) in the base frame, m.
+        origin: (3,) of the lidar in the base frame, m.
         predicted: the pose before.
         prior: (6, 6) information of the prediction: move and turn in the map's axes.
         p: parameters.
@@ -103,6 +105,7 @@ def match(
         found, near = normal_equations(
             points,
             weights,
+            origin,
             pose.rotation,
             pose.place,
             planes.levels_m,

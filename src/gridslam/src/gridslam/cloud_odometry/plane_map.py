@@ -19,7 +19,7 @@ class PlaneMap:
     """Voxels with planes, in the map's frame.
 
     Attributes:
-        keys: (m,) int64 and planes: (m, 7), see `kernels.planes`. levels_m: (4,) sides of the voxels.
+        keys: (m,) int64 and planes: (m, 8), see `kernels.planes`. levels_m: (4,) sides of the voxels.
         is_full: whether it takes no more voxels.
     """
 
@@ -41,8 +41,11 @@ class PlaneMap:
         """Return the number of voxels, of all levels."""
         return self._voxels
 
-    def add(self, points: np.ndarray) -> None:
-        """Enter points (n, 3), m, in the map's frame. A full map stays as it is."""
+    def add(self, points: np.ndarray, origin: np.ndarray) -> None:
+        """Enter points (n, 3) that were seen from an origin (3,), m, in the map's frame.
+
+        A full map stays as it is.
+        """
         entries_max = len(points) * len(self.levels_m)
         self.is_full = self._voxels + entries_max > self._p.voxels_max
         if self.is_full:
@@ -53,14 +56,16 @@ class PlaneMap:
             points, self.levels_m, POINTS_MIN, self._p.points_max, self.keys, self._moments, changed
         )
         self._voxels += new
-        self._fit(np.unique(changed[:entries]))
+        self._fit(np.unique(changed[:entries]), origin)
 
-    def _fit(self, slots: np.ndarray) -> None:
+    def _fit(self, slots: np.ndarray, origin: np.ndarray) -> None:
         keys = self.keys[slots]
         levels = keys >> 60
         places = np.column_stack([((keys >> shift) & MASK) - HALF for shift in (40, 20, 0)])
         middles = (places + 0.5) * self.levels_m[levels][:, None]
-        fit_planes(slots, middles, levels, self.levels_m, self._p.flatness_m, self._moments, self.planes)
+        fit_planes(
+            slots, middles, levels, self.levels_m, self._p.flatness_m, origin, self._moments, self.planes
+        )
 
     def reserve(self, voxels: int) -> None:
         """Make room for so many voxels of all levels."""

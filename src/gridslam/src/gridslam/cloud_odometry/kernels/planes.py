@@ -13,9 +13,15 @@ voxel's middle, and the number of points when the plane was fitted."""
 MOMENTS = 11
 GROWTH = 1.2
 """A plane is fitted anew when its voxel has so many times the points."""
-NORMAL, MIDDLE, IS_PLANE = 0, 3, 6
-"""Columns of planes (m, 7): unit normal, mean of the points in the map's frame, and 1 if it is one."""
-PLANE = 7
+NORMAL, MIDDLE, IS_PLANE, BOTH_SIDES = 0, 3, 6, 7
+"""Columns of planes (m, 8): unit normal to the side from which it was seen, mean of the points in the map's
+frame, 1 if it is one, and 1 if it was seen from both sides, as a thin plate is."""
+PLANE = 8
+BEHIND_M = 0.05
+"""Who is so far behind a plane does not see it, but the other side of what it belongs to."""
+LEVEL = 0.9
+"""A plane whose normal is so steep is a floor or a deck, taken as level when it is asked who is behind it: a
+plane of few points leans by degrees, and at a flat angle nearly all would be before it."""
 WIDTH_SHARE = 0.12
 """A plane's points scatter at least this share of the voxel's side along it: a line is no plane."""
 
@@ -75,17 +81,20 @@ def fit_planes(
     levels: np.ndarray,
     levels_m: np.ndarray,
     flatness_m: float,
+    origin: np.ndarray,
     moments: np.ndarray,
     planes: np.ndarray,
 ) -> None:
     """Fit the planes of voxels anew: the axis of least scatter of their points is the normal.
 
-    slots: (n,). middles: (n, 3) of the voxels, m. levels: (n,).
+    slots: (n,). middles: (n, 3) of the voxels, m. levels: (n,). origin: (3,) from which the newest points
+    were seen.
     """
     scatter = np.empty((3, 3))
     for index in range(len(slots)):
         row, plane = moments[slots[index]], planes[slots[index]]
         level, n = levels[index], row[COUNT]
+        was_plane = plane[IS_PLANE] > 0.0
         plane[IS_PLANE] = 0.0
         row[FITTED] = n
         x, y, z = row[SUM] / n, row[SUM + 1] / n, row[SUM + 2] / n
@@ -98,17 +107,44 @@ def fit_planes(
         variances, axes = np.linalg.eigh(scatter)
         width_m = WIDTH_SHARE * levels_m[level]
         if variances[0] < flatness_m**2 and variances[1] > width_m**2:
-            plane[NORMAL : NORMAL + 3] = axes[:, 0]
             plane[MIDDLE] = x + middles[index, 0]
             plane[MIDDLE + 1] = y + middles[index, 1]
             plane[MIDDLE + 2] = z + middles[index, 2]
+            _orient(axes[:, 0].copy(), origin, was_plane, plane)
             plane[IS_PLANE] = 1.0
+
+
+@njit(cache=True)
+def _orient(normal: np.ndarray, origin: np.ndarray, was_plane: bool, plane: np.ndarray) -> None:
+    """Enter a normal (3,) of a plane with its middle. It stays on the side from which it was seen first."""
+    turn = 0.0
+    for axis in range(3):
+        turn += normal[axis] * plane[NORMAL + axis]
+    plane[NORMAL : NORMAL + 3] = normal
+    before_m = _before_m(plane, origin)
+    if (turn if was_plane else before_m) < 0.0:
+        plane[NORMAL : NORMAL + 3] = -normal
+        before_m = -before_m
+    if not was_plane:
+        plane[BOTH_SIDES] = 0.0
+    elif before_m < -BEHIND_M:
+        plane[BOTH_SIDES] = 1.0
+
+
+@njit(cache=True)
+def _before_m(plane: np.ndarray, place: np.ndarray) -> float:
+    """Return how far a place (3,) is before a plane, on the side of its normal."""
+    x, y, z = place[0] - plane[MIDDLE], place[1] - plane[MIDDLE + 1], place[2] - plane[MIDDLE + 2]
+    if abs(plane[NORMAL + 2]) > LEVEL:
+        return z if plane[NORMAL + 2] > 0.0 else -z
+    return plane[NORMAL] * x + plane[NORMAL + 1] * y + plane[NORMAL + 2] * z
 
 
 @njit(cache=True)
 def normal_equations(
     points: np.ndarray,
     weights: np.ndarray,
+    origin: np.ndarray,
     rotation: np.ndarray,
     place: np.ndarray,
     levels_m: np.ndarray,
@@ -120,11 +156,14 @@ def normal_equations(
 ) -> tuple[int, int]:
     """Add up points against the planes of their voxels, the finest level that has one.
 
-    points: (n, 3) in the base frame. weights: (n,) 1/m2. rotation (3, 3), place (3,): base to map. Each
-    distance e from a plane counts by Geman and McClure's 1 / (1 + (e / reach_m)^2)^2. information: (6, 6),
-    pull: (6,): of a move and a small turn about the base, in the map's axes; set here. Return how many
-    points have a plane, and how many of these are within the reach of it.
+    points: (n, 3) in the base frame. weights: (n,) 1/m2. origin: (3,) from which they were seen, in the base
+    frame. rotation (3, 3), place (3,): base to map. Each distance e from a plane counts by Geman and
+    McClure's 1 / (1 + (e / reach_m)^2)^2. A plane that was seen from the other side only does not count: a
+    deck has two, as far apart as it is thick. information: (6, 6), pull: (6,): of a move and a small turn
+    about the base, in the map's axes; set here. Return how many points have a plane, and how many of these
+    are within the reach of it.
     """
+    eye = rotation @ origin + place
     information[:] = 0.0
     pull[:] = 0.0
     found, near = 0, 0
@@ -143,6 +182,8 @@ def normal_equations(
             if keys[slot] == EMPTY or plane[IS_PLANE] == 0.0:
                 continue
             a, b, c = plane[NORMAL], plane[NORMAL + 1], plane[NORMAL + 2]
+            if plane[BOTH_SIDES] == 0.0 and _before_m(plane, eye) < -BEHIND_M:
+                continue
             e = a * (x - plane[MIDDLE]) + b * (y - plane[MIDDLE + 1]) + c * (z - plane[MIDDLE + 2])
             weight = weights[index] / (1.0 + (e / reach_m) ** 2) ** 2
             j[0], j[1], j[2] = a, b, c
