@@ -6,7 +6,7 @@ import numpy as np
 from scipy import ndimage
 
 from inspection_tools.errors import NoPathError
-from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner, PlannerParameters
+from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner, PlannerParameters, parse_limits
 
 SIDE_M = 0.2
 TILE = 64
@@ -94,3 +94,25 @@ def reachable(flight):
     labels, _ = ndimage.label(fits, np.ones((3, 3, 3)))
     x, y, z = (flight.places_m[0] / SIDE_M).astype(int)
     return labels == labels[z, y, x]
+
+
+def next_places(exploration, flight, step_m):
+    """Yield where the UAV would be half a second later, until the exploration ends."""
+    for stamp_s in np.arange(0.0, 900.0, 0.5):
+        if exploration.follow(float(stamp_s), flight.place_m):
+            exploration.look(float(stamp_s), flight.place_m)
+        if exploration.told.end is not None:
+            return
+        away_m = exploration.setpoint_m - flight.place_m
+        yield flight.place_m + away_m * min(1.0, step_m / max(math.hypot(*away_m), 1e-9))
+
+
+def open_box(side=32):
+    """A planner that knows a free box of 6.4 m, and may not be at x > 4 m."""
+    planner = PathPlanner(
+        PlannerParameters(radius=0.3, margin=0.1),
+        parse_limits({"keep_in": {"low": [-9] * 3, "high": [4, 9, 9]}}),
+    )
+    kinds = np.full((1, side**3), FREE, np.uint8)
+    planner.update_map(0.2, side, np.zeros((1, 3), np.int64), kinds)
+    return planner

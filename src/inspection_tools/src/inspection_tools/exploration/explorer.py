@@ -6,7 +6,7 @@ References: Yamauchi 1997 (frontiers); Gonzalez-Banos and Latombe 2002 (informat
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Sequence
 
 import numpy as np
@@ -27,6 +27,8 @@ PASSING = 0.25
 VIEWS_M = 1.2
 """One place in each cube of this side is tried: the one with the most room. For room itself, then all."""
 NODES_VOXELS_MIN = 2
+LAYER_M = 0.2
+"""What stays unknown under a ceiling and over a floor is a layer of about this thickness."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,10 @@ class Explorer:
     def __init__(self, parameters: ExplorerParameters | None = None, is_steep: bool = False):
         self._p = parameters or ExplorerParameters()
         self._worthy = RevealingViews(self._p, is_steep) if self._p.by_volume else BorderViews(self._p)
+        has_last = is_steep and not self._p.by_volume
+        self._last = RevealingViews(_of_layers(self._p), is_steep) if has_last else None
+        """What shows more when no level view of the border does: views straight above and below."""
+        self._last_view: View | None = None
         self._room, self._seeks_room = RoomViews(self._p), False
         self._goal: View | None = None
         """The view that the UAV flies to."""
@@ -82,7 +88,8 @@ class Explorer:
         """Return what to do from a place (x, y, z).
 
         What shows enough for its time comes first. Then all of the border counts behind which the UAV itself
-        might fit. What is left after that is too small to matter, or no view shows it.
+        might fit. Then layers under ceilings and over floors, to which no level view leads. What is left
+        after that is too small to matter, or no view shows it.
 
         space: what the planner lets the UAV fly through now.
         """
@@ -102,6 +109,10 @@ class Explorer:
         if chosen is None:
             since = (looked, self._home_m, present) if sought_room else (NO_LOOK, self._home_m, None)
             chosen = self._room.best(scene, roadmap, nodes, *since)
+            if chosen is None and self._last is not None:
+                self._last.note(scene, looked)
+                goes_on = present if present is self._last_view else None
+                chosen = self._last_view = self._last.best(scene, roadmap, nodes, place_m, goes_on)
         self._goal = chosen
         if chosen is None:
             return Decision(None, leftovers=self._left_over(scene, roadmap))
@@ -170,3 +181,8 @@ class Explorer:
     @staticmethod
     def _voxels(space: Space, length_m: float, least: int = 1) -> int:
         return max(least, round(length_m / space.grid.resolution_m))
+
+
+def _of_layers(p: ExplorerParameters) -> ExplorerParameters:
+    """Return parameters by which a volume is worth as much as the border before a layer of it."""
+    return replace(p, volume_min=LAYER_M * p.worth_min, volume_rate=LAYER_M * p.rate_min)

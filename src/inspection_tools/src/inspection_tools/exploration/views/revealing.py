@@ -3,43 +3,26 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Sequence
 
 import numpy as np
 
 from inspection_tools.exploration.frontiers import Frontiers
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
+from inspection_tools.exploration.views.columns import Candidates, Climbs, columns, joined, view_of
 from inspection_tools.exploration.views.prospect import Prospect
 from inspection_tools.exploration.views.scene import Scene
 from inspection_tools.exploration.views.vain import Vain
 from inspection_tools.exploration.views.view import Look, View
-from inspection_tools.planning.kernels.distances import squared_clearances
 from inspection_tools.planning.space import Space
 
-CLIMB_M = 2.0
-"""The UAV climbs or sinks so far into what no beam has shown, at most."""
-CLIMB_STEP_M = 0.4
-"""Between the heights to which it could climb."""
+CLIMBS = Climbs(far_m=2.0, step_m=0.2)
 PROMISING = 20
 """So many of the views above and below are looked at with all beams."""
 STILL = 0.5
 """The UAV goes on to a view that shows this share of `volume_min`."""
 SMALL = 0.3
 """Before the UAV flies far, it takes the near views that show this share of `volume_min`."""
-
-
-class Candidates(NamedTuple):
-    """Views to choose from: (n,) of their ends, voxels z, y, x, and of where ways to them end.
-
-    places: (m, 3) from which they look. views: (m,) the view that each place belongs to.
-    """
-
-    bases: np.ndarray
-    ends: np.ndarray
-    ways_m: np.ndarray
-    places: np.ndarray
-    views: np.ndarray
 
 
 class RevealingViews:
@@ -90,16 +73,16 @@ class RevealingViews:
         space, prospect = scene.space, self._prospect
         found = [_level(roadmap, nodes)]
         if self._is_steep:
-            columns = _columns(space, prospect, roadmap, nodes, here_m)
-            found.append(_promising(prospect, columns, self._times_s(columns)))
+            steep = _columns(space, prospect, roadmap, nodes, here_m)
+            found.append(_promising(prospect, steep, self._times_s(steep)))
         goes_on = None
         if present is not None and present.column_m is None:
             goes_on = _again(space, roadmap, present, self._p.spacing)
-        all_ = _joined(found if goes_on is None else [*found, goes_on])
+        all_ = joined(found if goes_on is None else [*found, goes_on])
         times_s = self._times_s(all_)
         gains = prospect.gains_m3(all_.places, all_.views)
         best = self._choose(all_.ways_m, gains, times_s, goes_on is not None)
-        return None if best is None else _view(space, all_, best, float(gains[best]))
+        return None if best is None else view_of(space, all_, best, float(gains[best]))
 
     def _times_s(self, found: Candidates) -> np.ndarray:
         times_s: np.ndarray = found.ways_m / self._p.speed + self._p.pause
@@ -141,48 +124,11 @@ def _columns(
     space: Space, prospect: Prospect, roadmap: Roadmap, nodes: np.ndarray, here_m: np.ndarray
 ) -> Candidates:
     """Return the views straight above and below nodes, and the UAV, in what no beam has shown."""
-    fits = squared_clearances(prospect.is_blocked, math.isqrt(space.need - 1) + 1) >= space.need
-    for closure in space.closed:
-        fits &= ~_ball(space, closure.place_m, closure.radius_m)
     bases, ways_m = roadmap.nodes[nodes], roadmap.ways_m[nodes]
     here = space.grid.index_of(here_m)
     if here is not None:
         bases, ways_m = np.vstack((bases, here)), np.append(ways_m, 0.0)
-    return _joined([_one_way(space, fits, bases, ways_m, sign) for sign in (1, -1)])
-
-
-def _one_way(space: Space, fits: np.ndarray, bases: np.ndarray, ways_m: np.ndarray, sign: int) -> Candidates:
-    """Return the views above (sign 1) or below (-1) bases (n, 3), and at all heights up to them.
-
-    fits: (d, h, w) where the UAV would fit if all were empty that seems so.
-    """
-    voxel_m, is_clear = space.grid.resolution_m, space.squares >= space.need
-    step = max(1, round(CLIMB_STEP_M / voxel_m))
-    at, is_open, is_new = bases.copy(), np.ones(len(bases), bool), np.zeros(len(bases), bool)
-    passed: list[np.ndarray] = []
-    found = []
-    for length in range(1, round(CLIMB_M / voxel_m) + 1):
-        at[:, 0] += sign
-        is_open &= (at[:, 0] >= 0) & (at[:, 0] < len(fits))
-        inside = tuple(np.where(is_open[:, None], at, 0).T)
-        is_open &= fits[inside]
-        is_new |= is_open & ~is_clear[inside]
-        if length % step:
-            continue
-        passed.append(at.copy())
-        which = np.flatnonzero(is_open & is_new)
-        places = np.concatenate([places[which] for places in passed])
-        views = np.tile(np.arange(len(which)), len(passed))
-        ways = ways_m[which] + length * voxel_m
-        found.append(Candidates(bases[which], at[which], ways, places, views))
-    return _joined(found)
-
-
-def _joined(found: Sequence[Candidates]) -> Candidates:
-    begins = np.cumsum([0, *(len(each.ways_m) for each in found)])
-    bases, ends, ways_m, places = (np.concatenate([each[part] for each in found]) for part in range(4))
-    views = np.concatenate([begin + each.views for begin, each in zip(begins, found)])
-    return Candidates(bases, ends, ways_m, places, views)
+    return columns(space, prospect.is_blocked, bases, ways_m, CLIMBS)
 
 
 def _promising(prospect: Prospect, found: Candidates, times_s: np.ndarray) -> Candidates:
@@ -192,21 +138,3 @@ def _promising(prospect: Prospect, found: Candidates, times_s: np.ndarray) -> Ca
     which = np.isin(found.views, kept)
     views = np.searchsorted(kept, found.views[which])
     return Candidates(found.bases[kept], found.ends[kept], found.ways_m[kept], found.places[which], views)
-
-
-def _view(space: Space, found: Candidates, number: int, gain_m3: float) -> View:
-    base, end = found.bases[number], found.ends[number]
-    column_m = None
-    if base[0] != end[0]:
-        column = np.repeat(base[None], abs(end[0] - base[0]) + 1, axis=0)
-        column[:, 0] += np.sign(end[0] - base[0]) * np.arange(len(column))
-        column_m = space.grid.centres_m(column)
-    return View(space.grid.centres_m(end[None])[0], float(found.ways_m[number]), gain_m3, column_m)
-
-
-def _ball(space: Space, place_m: tuple[float, float, float], radius_m: float) -> np.ndarray:
-    """Return (d, h, w) which voxels' centres are in a ball."""
-    centre = space.inner(np.array(place_m))
-    axes = [(np.arange(size) + 0.5 - at) ** 2 for size, at in zip(space.squares.shape, centre)]
-    far: np.ndarray = axes[0][:, None, None] + axes[1][:, None] + axes[2]
-    return far <= (radius_m / space.grid.resolution_m) ** 2
