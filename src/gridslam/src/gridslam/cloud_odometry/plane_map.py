@@ -53,7 +53,15 @@ class PlaneMap:
         self.reserve(self._voxels + entries_max)
         changed = np.empty(entries_max, dtype=np.int64)
         entries, new = add_points(
-            points, self.levels_m, POINTS_MIN, self._p.points_max, self.keys, self._moments, changed
+            points,
+            origin,
+            self.levels_m,
+            POINTS_MIN,
+            self._p.points_max,
+            self.keys,
+            self._moments,
+            self.planes,
+            changed,
         )
         self._voxels += new
         self._fit(np.unique(changed[:entries]), origin)

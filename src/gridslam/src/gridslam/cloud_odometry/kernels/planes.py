@@ -13,12 +13,13 @@ voxel's middle, and the number of points when the plane was fitted."""
 MOMENTS = 11
 GROWTH = 1.2
 """A plane is fitted anew when its voxel has so many times the points."""
-NORMAL, MIDDLE, IS_PLANE, BOTH_SIDES = 0, 3, 6, 7
+NORMAL, MIDDLE, IS_PLANE, FROM_BEHIND = 0, 3, 6, 7
 """Columns of planes (m, 8): unit normal to the side from which it was seen, mean of the points in the map's
-frame, 1 if it is one, and 1 if it was seen from both sides, as a thin plate is."""
+frame, 1 if it is one, and the number of points on it that were seen from the other side."""
 PLANE = 8
-BEHIND_M = 0.05
-"""Who is so far behind a plane does not see it, but the other side of what it belongs to."""
+BEHIND_M, BEHIND_POINTS = 0.05, 5.0
+"""Who is so far behind a plane does not see it, but the other side of what it belongs to. The plane of a thin
+plate has two sides: so many points that were seen from behind lie so near to it."""
 LEVEL = 0.9
 """A plane whose normal is so steep is a floor or a deck, taken as level when it is asked who is behind it: a
 plane of few points leans by degrees, and at a flat angle nearly all would be before it."""
@@ -27,16 +28,27 @@ WIDTH_SHARE = 0.12
 
 
 @njit(cache=True)
+def _before_m(plane: np.ndarray, place: np.ndarray) -> float:
+    """Return how far a place (3,) is before a plane, on the side of its normal."""
+    x, y, z = place[0] - plane[MIDDLE], place[1] - plane[MIDDLE + 1], place[2] - plane[MIDDLE + 2]
+    if abs(plane[NORMAL + 2]) > LEVEL:
+        return z if plane[NORMAL + 2] > 0.0 else -z
+    return plane[NORMAL] * x + plane[NORMAL + 1] * y + plane[NORMAL + 2] * z
+
+
+@njit(cache=True)
 def add_points(
     points: np.ndarray,
+    origin: np.ndarray,
     levels_m: np.ndarray,
     points_min: np.ndarray,
     points_max: int,
     keys: np.ndarray,
     moments: np.ndarray,
+    planes: np.ndarray,
     changed: np.ndarray,
 ) -> tuple[int, int]:
-    """Enter points (n, 3), in the map's frame, into the voxels of all levels.
+    """Enter points (n, 3) that were seen from an origin (3,), in the map's frame, into all levels' voxels.
 
     Return how many entries of ``changed`` are set, the slots of voxels whose plane is to be fitted, and how
     many voxels are new. changed: (n * levels,) int64. points_min: for each level, how many points a plane
@@ -53,7 +65,9 @@ def add_points(
             if keys[slot] == EMPTY:
                 keys[slot] = key
                 new += 1
-            row = moments[slot]
+            row, plane = moments[slot], planes[slot]
+            if plane[IS_PLANE] > 0.0 and _before_m(plane, origin) < -BEHIND_M:
+                plane[FROM_BEHIND] += abs(_before_m(plane, points[index])) <= BEHIND_M
             if row[COUNT] >= points_max:
                 continue
             u, v, w = x - (i + 0.5) * side, y - (j + 0.5) * side, z - (k + 0.5) * side
@@ -121,23 +135,11 @@ def _orient(normal: np.ndarray, origin: np.ndarray, was_plane: bool, plane: np.n
     for axis in range(3):
         turn += normal[axis] * plane[NORMAL + axis]
     plane[NORMAL : NORMAL + 3] = normal
-    before_m = _before_m(plane, origin)
-    if (turn if was_plane else before_m) < 0.0:
-        plane[NORMAL : NORMAL + 3] = -normal
-        before_m = -before_m
     if not was_plane:
-        plane[BOTH_SIDES] = 0.0
-    elif before_m < -BEHIND_M:
-        plane[BOTH_SIDES] = 1.0
-
-
-@njit(cache=True)
-def _before_m(plane: np.ndarray, place: np.ndarray) -> float:
-    """Return how far a place (3,) is before a plane, on the side of its normal."""
-    x, y, z = place[0] - plane[MIDDLE], place[1] - plane[MIDDLE + 1], place[2] - plane[MIDDLE + 2]
-    if abs(plane[NORMAL + 2]) > LEVEL:
-        return z if plane[NORMAL + 2] > 0.0 else -z
-    return plane[NORMAL] * x + plane[NORMAL + 1] * y + plane[NORMAL + 2] * z
+        plane[FROM_BEHIND] = 0.0
+        turn = _before_m(plane, origin)
+    if turn < 0.0:
+        plane[NORMAL : NORMAL + 3] = -normal
 
 
 @njit(cache=True)
@@ -182,7 +184,7 @@ def normal_equations(
             if keys[slot] == EMPTY or plane[IS_PLANE] == 0.0:
                 continue
             a, b, c = plane[NORMAL], plane[NORMAL + 1], plane[NORMAL + 2]
-            if plane[BOTH_SIDES] == 0.0 and _before_m(plane, eye) < -BEHIND_M:
+            if plane[FROM_BEHIND] < BEHIND_POINTS and _before_m(plane, eye) < -BEHIND_M:
                 continue
             e = a * (x - plane[MIDDLE]) + b * (y - plane[MIDDLE + 1]) + c * (z - plane[MIDDLE + 2])
             weight = weights[index] / (1.0 + (e / reach_m) ** 2) ** 2
