@@ -192,11 +192,21 @@ def test_a_plane_counts_for_who_is_on_its_side():
     """A deck 0.15 m thick: who climbs through a hole in it takes its top for no part of its underside."""
     rng = np.random.default_rng(8)
     below, above = np.array((0.0, 0.0, -1.0)), np.array((0.0, 0.0, 1.0))
-    planes = PlaneMap(P)
+    planes, underside, top = PlaneMap(P), level_points(rng, 0.05), level_points(rng, 0.2)
     planes.add(level_points(rng, 0.05), below)
-    underside, top = level_points(rng, 0.05), level_points(rng, 0.2)
     assert found_on(planes, underside, below) == len(underside)
     assert found_on(planes, top, above) == found_on(planes, top, np.array((0.0, 0.0, 0.15))) == 0
+
+
+def test_few_points_of_its_top_make_a_deck_no_thin_plate():
+    """They come into the voxels of its underside, whose planes are fitted anew for other points."""
+    rng = np.random.default_rng(10)
+    below, above = np.array((0.0, 0.0, -1.0)), np.array((0.0, 0.0, 1.0))
+    planes, top = PlaneMap(P), level_points(rng, 0.2)
+    for _ in range(2):
+        planes.add(level_points(rng, 0.05), below)
+        planes.add(top[::200], above)
+    assert found_on(planes, top, above) == 0
 
 
 def test_a_thin_plate_counts_for_both_sides_once_it_was_seen_from_both():

@@ -24,8 +24,6 @@ from inspection_tools.planning.space import Space
 
 PASSING = 0.25
 """What a view from the way counts, as a share of one from its goal."""
-VIEWS_M = 1.2
-"""One place in each cube of this side is tried: the one with the most room. For room itself, then all."""
 NODES_VOXELS_MIN = 2
 LAYER_M = 0.2
 """What stays unknown under a ceiling and over a floor is a layer of about this thickness."""
@@ -101,7 +99,8 @@ class Explorer:
         scene, (looked, is_there) = Scene.of(space, self._p), self._look_from(place_m)
         self._worthy.note(scene, looked)
         present = None if is_there else self._goal
-        nodes, sought_room, chosen = self._views(space, roadmap), self._seeks_room, None
+        nodes = roadmap.spread(np.arange(len(roadmap.nodes)))
+        sought_room, chosen = self._seeks_room, None
         if self._has_news(space) or is_there:
             goes_on = None if sought_room else present
             chosen = self._worthy.best(scene, roadmap, nodes, place_m, goes_on)
@@ -168,15 +167,6 @@ class Explorer:
             return NO_LOOK, False
         self._looked_m = place_m
         return Look((place_m,), PASSING), False
-
-    def _views(self, space: Space, roadmap: Roadmap) -> np.ndarray:
-        """Return one node of each cube: the one with the most room."""
-        cubes = roadmap.nodes // self._voxels(space, VIEWS_M)
-        size = cubes.max(axis=0) + 1
-        cube = (cubes[:, 0] * size[1] + cubes[:, 1]) * size[2] + cubes[:, 2]
-        order = np.lexsort((-roadmap.clearances, cube))
-        first = np.concatenate(([True], np.diff(cube[order]) > 0))
-        return order[first]
 
     @staticmethod
     def _voxels(space: Space, length_m: float, least: int = 1) -> int:

@@ -10,6 +10,8 @@ from inspection_tools.exploration.kernels.lattice import lattice_ways
 from inspection_tools.planning.kernels.pulling import leg_cost
 from inspection_tools.planning.space import Space
 
+APART_M = 1.2
+"""Between places to look from: near ones show the same."""
 LINK_M = 1.5
 """The UAV joins the lattice at places nearer than this, beyond the lattice's own spacing."""
 
@@ -53,6 +55,28 @@ class Roadmap:
         ways = lattice_ways(space.squares, space.need, self._spacing, begin, np.zeros(1))
         lengths_m: np.ndarray = ways[tuple((self.nodes // self._spacing).T)] * space.grid.resolution_m
         return lengths_m
+
+    def spread(self, nodes: np.ndarray) -> np.ndarray:
+        """Return of nodes (k,) one in each cube of the side `APART_M`: the one with the most room."""
+        if not len(nodes):
+            return nodes
+        cubes = self.nodes[nodes] // max(1, round(APART_M / self._space.grid.resolution_m))
+        size = cubes.max(axis=0) + 1
+        cube = (cubes[:, 0] * size[1] + cubes[:, 1]) * size[2] + cubes[:, 2]
+        order = np.lexsort((-self.clearances[nodes], cube))
+        first = np.concatenate(([True], np.diff(cube[order]) > 0))
+        spread: np.ndarray = nodes[order[first]]
+        return spread
+
+    def ends_of_columns(self) -> np.ndarray:
+        """Return the nodes (k,) without a node next above, or without one next below."""
+        height, depth_width = self.nodes[:, 0], self.nodes[:, 1:]
+        size = self.nodes.max(axis=0) + 1
+        column = depth_width[:, 0] * size[2] + depth_width[:, 1]
+        order = np.lexsort((height, column))
+        apart = (np.diff(column[order]) != 0) | (np.diff(height[order]) != self._spacing)
+        is_end = np.concatenate(([True], apart)) | np.concatenate((apart, [True]))
+        return order[is_end]
 
     def nearest(self, place_m: np.ndarray) -> int:
         """Return the node that is nearest to a place (x, y, z)."""

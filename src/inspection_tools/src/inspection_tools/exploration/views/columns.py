@@ -50,7 +50,9 @@ def _one_way(
 ) -> Candidates:
     """Return the views above (sign 1) or below (-1) bases (n, 3), and at all heights up to them.
 
-    fits: (d, h, w) where the UAV would fit if all were empty that seems so.
+    The highest place, or the lowest, is one of them, though a way may lead there: near a ceiling or a floor a
+    lattice leaves out the places that show most of it. fits: (d, h, w) where the UAV would fit if all were
+    empty that seems so.
     """
     voxel_m, is_clear = space.grid.resolution_m, space.squares >= space.need
     step = max(1, round(climbs.step_m / voxel_m))
@@ -58,20 +60,28 @@ def _one_way(
     passed: list[np.ndarray] = []
     found = []
     for length in range(1, round(climbs.far_m / voxel_m) + 1):
+        before, was_open = at.copy(), is_open.copy()
         at[:, 0] += sign
         is_open &= (at[:, 0] >= 0) & (at[:, 0] < len(fits))
         inside = tuple(np.where(is_open[:, None], at, 0).T)
         is_open &= fits[inside]
         is_new |= is_open & ~is_clear[inside]
-        if length % step:
-            continue
-        passed.append(at.copy())
-        which = np.flatnonzero(is_open & is_new)
-        places = np.concatenate([places[which] for places in passed])
-        views = np.tile(np.arange(len(which)), len(passed))
-        ways = ways_m[which] + length * voxel_m
-        found.append(Candidates(bases[which], at[which], ways, places, views))
+        if (length - 1) % step:
+            is_last = np.flatnonzero(was_open & ~is_open)
+            found.append(_ends(bases, [*passed, before], ways_m + (length - 1) * voxel_m, is_last))
+        if length % step == 0:
+            passed.append(at.copy())
+            found.append(_ends(bases, passed, ways_m + length * voxel_m, np.flatnonzero(is_open & is_new)))
     return joined(found)
+
+
+def _ends(
+    bases: np.ndarray, passed: Sequence[np.ndarray], ways_m: np.ndarray, which: np.ndarray
+) -> Candidates:
+    """Return the views at the last of the passed places, for those of the bases that count."""
+    places = np.concatenate([places[which] for places in passed])
+    views = np.tile(np.arange(len(which)), len(passed))
+    return Candidates(bases[which], passed[-1][which], ways_m[which], places, views)
 
 
 def joined(found: Sequence[Candidates]) -> Candidates:

@@ -73,7 +73,7 @@ class RevealingViews:
         space, prospect = scene.space, self._prospect
         found = [_level(roadmap, nodes)]
         if self._is_steep:
-            steep = _columns(space, prospect, roadmap, nodes, here_m)
+            steep = _columns(space, prospect, roadmap, here_m)
             found.append(_promising(prospect, steep, self._times_s(steep)))
         goes_on = None
         if present is not None and present.column_m is None:
@@ -120,10 +120,9 @@ def _again(space: Space, roadmap: Roadmap, present: View, spacing_m: float) -> C
     return Candidates(places, places, roadmap.ways_m[[node]], places, np.zeros(1, np.int64))
 
 
-def _columns(
-    space: Space, prospect: Prospect, roadmap: Roadmap, nodes: np.ndarray, here_m: np.ndarray
-) -> Candidates:
+def _columns(space: Space, prospect: Prospect, roadmap: Roadmap, here_m: np.ndarray) -> Candidates:
     """Return the views straight above and below nodes, and the UAV, in what no beam has shown."""
+    nodes = roadmap.spread(roadmap.ends_of_columns())
     bases, ways_m = roadmap.nodes[nodes], roadmap.ways_m[nodes]
     here = space.grid.index_of(here_m)
     if here is not None:
