@@ -38,7 +38,7 @@ def parameters(lidar, gnss=False):
 
 def test_it_knows_more_and_more_and_lands_at_home_when_its_time_is_over():
     with ClosedLoop(parameters("puck")) as loop:
-        told = ExploringFlight(loop, *SETTINGS, ExplorationParameters(time_max=6.0)).run()
+        told = ExploringFlight(loop, *SETTINGS, ExplorationParameters(time_max=12.0)).run()
         outcome, truth = loop.outcome, loop.log.truth.array("x_m", "y_m")
     assert told.end is End.TIME
     assert outcome.landed
