@@ -34,6 +34,19 @@ def outside_the_corner(a_m, b_m):
     return bool(((points[:, 0] > 1.9) | (points[:, 1] < 0.1)).all())
 
 
+def no_wall(a_m, b_m):
+    return math.dist(a_m, b_m)
+
+
+def a_wall(a_m, b_m):
+    return math.dist(a_m, b_m) if outside_the_corner(a_m, b_m) else math.inf
+
+
+def less_room(a_m, b_m):
+    """No wall, but what `outside_the_corner` forbids costs three times its length."""
+    return math.dist(a_m, b_m) * (1.0 if outside_the_corner(a_m, b_m) else 3.0)
+
+
 def test_without_sight_ahead_each_place_is_flown_to_in_turn():
     way = Way(PLACES_M)
     assert way.setpoint_m is CORNER_M
@@ -43,7 +56,7 @@ def test_without_sight_ahead_each_place_is_flown_to_in_turn():
 
 
 def test_in_the_open_a_corner_is_cut_and_the_aim_stays_ahead():
-    way = Way(PLACES_M, lambda a, b: True, 1.0)
+    way = Way(PLACES_M, no_wall, 1.0)
     track_m, aims_m = flown(way, (0.0, 0.0, 1.0))
     assert np.linalg.norm(track_m - CORNER_M, axis=1).min() > 0.3
     length_m = np.linalg.norm(np.diff(track_m, axis=0), axis=1).sum()
@@ -52,8 +65,9 @@ def test_in_the_open_a_corner_is_cut_and_the_aim_stays_ahead():
     assert min(aims_m[:-12]) > 0.7
 
 
-def test_a_corner_with_something_inside_is_not_cut():
-    way = Way(PLACES_M, outside_the_corner, 1.0)
+@pytest.mark.parametrize("cost_m", [a_wall, less_room])
+def test_a_corner_with_something_inside_is_not_cut(cost_m):
+    way = Way(PLACES_M, cost_m, 1.0)
     track_m, _ = flown(way, (0.0, 0.0, 1.0))
     for a_m, b_m in zip(track_m, track_m[1:]):
         assert outside_the_corner(a_m, b_m)
@@ -61,7 +75,7 @@ def test_a_corner_with_something_inside_is_not_cut():
 
 
 def test_the_rest_begins_with_the_aim_and_ends_with_the_goal():
-    way = Way(PLACES_M, lambda a, b: True, 1.0)
+    way = Way(PLACES_M, no_wall, 1.0)
     way.follow(np.array((1.5, 0.0, 1.0)), 0.15)
     rest_m = way.rest_m
     assert len(rest_m) == 2

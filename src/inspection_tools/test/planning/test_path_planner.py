@@ -66,10 +66,10 @@ def test_a_leg_that_sinks_behind_a_wall_is_not_clear_for_a_uav_that_sinks_before
     low, high = np.array((3.5, 4.5, 5.5)), np.array((13.5, 4.5, 10.5))
     space = planner_on(kinds, SLIM).space(0.0, low)
     assert space.is_clear(low, high)
-    assert space.is_clear_whatever_climb(low, high)  # above first
+    assert space.cost_whatever_climb_m(low, high) == space.cost_m(low, high) < math.inf  # above first
     before, behind = np.array((3.5, 4.5, 10.5)), np.array((13.5, 4.5, 5.5))
     assert space.is_clear(before, behind)
-    assert not space.is_clear_whatever_climb(before, behind)
+    assert space.cost_whatever_climb_m(before, behind) == math.inf
     assert not space.is_clear(low, np.array((99.0, 4.5, 5.5)))  # beyond the map
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -12,14 +14,14 @@ MS = 1_000_000
 FLYING = PublisherParameters(needs_vision=True)
 
 
-def limit_ms(gaps_ms):
+def limit_ms(gaps_ms, p=FLYING):
     """Return the time after which the UAV is blind, with these gaps before."""
     watch, now_ms = VisionWatch(), 5000
-    watch.expect_pose(now_ms * MS, FLYING)
+    watch.expect_pose(now_ms * MS, p)
     for gap_ms in (0, *gaps_ms):
         now_ms += gap_ms
         watch.on_pose(now_ms * MS)
-    return next(ms for ms in range(1000) if watch.blindness((now_ms + ms) * MS, FLYING).is_too_long)
+    return next(ms for ms in range(1000) if watch.blindness((now_ms + ms) * MS, p).is_too_long)
 
 
 @pytest.mark.parametrize(
@@ -41,6 +43,11 @@ def limit_ms(gaps_ms):
 )
 def test_the_limit_follows_the_longest_gap_but_one(gaps_ms, expected_ms):
     assert limit_ms(gaps_ms) == pytest.approx(expected_ms, abs=1)
+
+
+@pytest.mark.parametrize(("period_ms", "expected_ms"), [(25, 110), (50, 110), (100, 220)])
+def test_in_lockstep_a_pose_may_be_heard_a_gap_late(period_ms, expected_ms):
+    assert limit_ms(20 * [period_ms], replace(FLYING, in_lockstep=True)) == pytest.approx(expected_ms, abs=1)
 
 
 def test_without_need_for_poses_or_before_one_can_come_nobody_is_blind():

@@ -92,8 +92,8 @@ class ExplorationParameters:
         sweep: A lidar that nods where the UAV hovers needs so long to see all around, s. Then the UAV decides
             only after it has hovered so long. 0: the lidar sees all the time.
         arrived: The UAV has arrived if it is nearer than this, m.
-        ahead: The UAV aims at places on its way that are so far ahead, if a straight line there is clear, m.
-            Below the way in which the position controller brakes, it flies slower.
+        ahead: The UAV aims at places on its way so far ahead, if a straight line there is clear and hardly
+            dearer than the way, m. Below the way in which the position controller brakes, it flies slower.
         patience: A place that the UAV comes no nearer to for so long is closed for a while, and its view is
             given up, s. CEPA may keep the UAV off.
         stranded: On its way home, a UAV that stays where it is for so long must land there, s.

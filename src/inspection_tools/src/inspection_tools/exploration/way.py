@@ -16,6 +16,8 @@ SAME_M = 0.3
 
 AIM_M = 0.25
 """Between the places on a way that a UAV may aim at: short beside the way on which it turns."""
+CUT_COST = 1.1
+"""A UAV cuts a corner that costs at most so much of the way round it: not near the rim of a manhole."""
 
 
 class Progress:
@@ -60,22 +62,22 @@ class Stay:
 class Way:
     """A way that one thread follows. Another one may replace it at any time, but does not change it.
 
-    The UAV aims at a place on the way, as far ahead as a straight line there is clear. So it slows down only
-    at corners that it cannot cut, and at the end.
+    The UAV aims at a place on the way, as far ahead as a straight line there costs hardly more than the way.
+    So it slows down only at corners that it cannot cut, and at the end.
 
     Args:
         places_m: (x, y, z) each, without the place where the UAV is.
-        is_clear: tells whether the UAV may fly straight from one place to another.
+        cost_m: how long a straight leg from one place to another seems, m; infinite: it may not be flown.
         ahead_m: it aims at places that are not farther than this. 0: at each of the places in turn.
     """
 
     def __init__(
         self,
         places_m: Sequence[np.ndarray] = (),
-        is_clear: Callable[[np.ndarray, np.ndarray], bool] | None = None,
+        cost_m: Callable[[np.ndarray, np.ndarray], float] | None = None,
         ahead_m: float = 0.0,
     ) -> None:
-        self._is_clear, self._ahead_m = is_clear, ahead_m
+        self._cost_m, self._ahead_m = cost_m, ahead_m
         self._aims_m, self._corners = _divided(places_m, AIM_M if ahead_m > 0.0 else math.inf)
         self._aim, self._has_arrived = 0, not self._aims_m
 
@@ -87,12 +89,22 @@ class Way:
         while self._is_within(farthest + 1, here_m, self._ahead_m):
             farthest += 1
         for aim in range(farthest, self._aim, -1):
-            if self._is_clear is not None and self._is_clear(here_m, self._aims_m[aim]):
+            if self._may_cut_to(aim, here_m):
                 self._aim = aim
                 return
         if self._is_within(self._aim, here_m, arrived_m):
             self._has_arrived = self._aim + 1 == len(self._aims_m)
             self._aim += not self._has_arrived
+
+    def _may_cut_to(self, aim: int, here_m: np.ndarray) -> bool:
+        """Whether to fly straight there costs hardly more than to follow the way."""
+        if self._cost_m is None:
+            return False
+        cut_m = self._cost_m(here_m, self._aims_m[aim])
+        if not math.isfinite(cut_m):
+            return False
+        way_m = [here_m, *self._aims_m[self._aim : aim + 1]]
+        return cut_m <= CUT_COST * sum(map(self._cost_m, way_m, way_m[1:]))
 
     def _is_within(self, aim: int, here_m: np.ndarray, reach_m: float) -> bool:
         return aim < len(self._aims_m) and math.dist(here_m, self._aims_m[aim]) < reach_m

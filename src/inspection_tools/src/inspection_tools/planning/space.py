@@ -75,19 +75,25 @@ class Space:
 
     def is_clear(self, begin_m: np.ndarray, end_m: np.ndarray) -> bool:
         """Return whether a straight leg between two places (x, y, z) keeps what a plan promises."""
+        return math.isfinite(self.cost_m(begin_m, end_m))
+
+    def cost_m(self, begin_m: np.ndarray, end_m: np.ndarray) -> float:
+        """Return how long a straight leg seems, m: longer without comfort, infinite if it is not clear."""
         legs = np.array([self.inner(begin_m), self.inner(end_m)])
         if (legs < 0.0).any() or (legs >= self.squares.shape).any():
-            return False
-        return math.isfinite(leg_cost(self.squares, self.need, self.factors, legs[0], legs[1]))
+            return math.inf
+        voxels = leg_cost(self.squares, self.need, self.factors, legs[0], legs[1])
+        return float(voxels) * self.grid.resolution_m
 
-    def is_clear_whatever_climb(self, begin_m: np.ndarray, end_m: np.ndarray) -> bool:
-        """Return whether a leg is clear, also for a UAV that is early at its end's height.
+    def cost_whatever_climb_m(self, begin_m: np.ndarray, end_m: np.ndarray) -> float:
+        """Return a leg's cost; it is infinite also if a UAV that is early at its end's height has no room.
 
         Up and down it flies on when CEPA slows it down on the level.
         """
         above_m = np.array((begin_m[0], begin_m[1], end_m[2]))
-        legs = (begin_m, end_m), (begin_m, above_m), (above_m, end_m)
-        return all(self.is_clear(*leg) for leg in legs)
+        if not (self.is_clear(begin_m, above_m) and self.is_clear(above_m, end_m)):
+            return math.inf
+        return self.cost_m(begin_m, end_m)
 
 
 def _factors(parameters: PlannerParameters, resolution_m: float) -> np.ndarray:

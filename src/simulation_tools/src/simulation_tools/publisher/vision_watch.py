@@ -16,6 +16,8 @@ LATER = 1.5
 """The next pose may be later than the latest but one of the last poses, by this factor."""
 SLOW_GAPS = 1.4
 """A pose may stay away for so many usual gaps, if that is longer than vision_timeout_s."""
+LOCKSTEP_GAPS = 2.2
+"""In lockstep the simulator may run on by one gap before its last pose is heard here. Then it waits."""
 
 
 class Blindness(NamedTuple):
@@ -75,6 +77,8 @@ def _limit_s(gaps_s: Collection[float], p: PublisherParameters) -> float:
         return p.vision_timeout_s
     longest_but_one_s = sorted(gaps_s)[-2]
     usual_s = statistics.median([gap for gap in gaps_s if gap > BURST_S] or [longest_but_one_s])
+    if p.in_lockstep:
+        return max(p.vision_timeout_s, LOCKSTEP_GAPS * usual_s)
     late_s = max(longest_but_one_s - usual_s, 0.0)
     most_s = max(p.vision_timeout_s, SLOW_GAPS * usual_s)
     return min(max(usual_s + LATER * late_s + p.vision_spare_s, p.vision_timeout_least_s), most_s)
