@@ -50,7 +50,7 @@ class PublisherParameters:
     to it for the usual gap between the last poses, 1.5 times the lateness of the latest but one, and
     vision_spare_s more, the UAV stops, because it then knows its own speed for a few seconds only. It waits
     for vision_timeout_least_s at least, and for vision_timeout_s or 1.4 usual gaps at most.
-    in_lockstep: the simulator itself waits for each external pose, but a pose may be heard a gap later.
+    in_lockstep: the simulator itself waits for each external pose, but a pose may be heard some gaps later.
     It stops within brake_time_s, see `Brake`. A fast one takes longer, so that the plan needs at most
     brake_acceleration_m_s2. The command is brake_speed_m_s at most, because PX4's tilt limit allows no more.
     A pose that is brake_pose_age_s old has come; the stop cannot wait for decision_delay_s.

@@ -16,8 +16,8 @@ LATER = 1.5
 """The next pose may be later than the latest but one of the last poses, by this factor."""
 SLOW_GAPS = 1.4
 """A pose may stay away for so many usual gaps, if that is longer than vision_timeout_s."""
-LOCKSTEP_GAPS = 2.2
-"""In lockstep the simulator may run on by one gap before its last pose is heard here. Then it waits."""
+LOCKSTEP_GAPS = 4.0
+"""In lockstep the simulator waits for each pose. It has been heard here up to three gaps later."""
 
 
 class Blindness(NamedTuple):
