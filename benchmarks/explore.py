@@ -1,4 +1,4 @@
-"""Exploration without GNSS and without ROS by a Puck: the hold, the tank, rooms, bug traps.
+"""Exploration without GNSS and without ROS: the tank by a QT64; hold, rooms and bug traps by a Puck.
 
 Odometry by clouds, the map of voxels, planner and explorer, flown with dynamics. A flight depends on its
 place and its seed alone. Times count from the first setpoint after the hover. `time_99_s` is when 99 % of the
@@ -6,7 +6,7 @@ volume was known that the map knows at the end. The judge works on the world's s
 `known_share` is of all that the UAV with its clearance can fill, `mapped_share` of the surface that its lidar
 can see from there. `false_ends`: flights that ended as explored, and less than 99 % was known.
 
-Keys: explore.ROW.puck.{flights, ended, contacts, landed_home, false_ends, left_m2}, and {time_99_s, end_s,
+Keys: explore.ROW.LIDAR.{flights, ended, contacts, landed_home, false_ends, left_m2}, and {time_99_s, end_s,
 home_s, known_share, mapped_share, views, decision_ms, decision_max_ms}.{median, worst}.
 
 The row `batteries` is a campaign of missions whose battery is too small: see `explore_rows/batteries.py`.
@@ -73,7 +73,7 @@ def _fly_rows(given: argparse.Namespace, rows: Sequence[str], results: Results) 
     found = run_crossed("explore", fly, given, row=rows, seed=seeds, time_s=[time_s])
     for row in rows:
         numbers = summary([found[row, seed, time_s] for seed in seeds])
-        results.add(f"explore.{row}.puck", numbers)
+        results.add(f"explore.{row}.{place_of(row, seeds[0]).uav.lidar}", numbers)
         print(row, json.dumps(numbers))
 
 

@@ -207,6 +207,21 @@ def test_an_inspection_explores_as_explore_launch_does():
         assert inspected == explored
 
 
+@pytest.mark.ros
+@pytest.mark.parametrize("lidar", ["puck", "near_puck", "qt64", "m8"])
+def test_explorer_and_cepa_know_where_a_lidar_s_beams_look(lidar):
+    model = ElementTree.parse(ROOT / f"src/simulation_tools/models/lidar_{lidar}/model.sdf").getroot()
+    (ray,) = model.iterfind(".//sensor[@name='cloud']/ray")
+    beams = [float(ray.findtext(f"scan/vertical/{end}_angle")) for end in ("min", "max")]
+    config = loaded(ROOT / "src/master_thesis/launch/explore.launch", f"lidar:={lidar}")
+    params = {key: each.value for key, each in config.params.items()}
+    assert [params[f"/explore/elevation_{end}"] for end in ("min", "max")] == pytest.approx(beams, abs=1e-3)
+    limits = yaml.safe_load((ROOT / f"src/cepa/config/clouds/{lidar}.yaml").read_text())
+    assert [limits["elevation_min"], limits["elevation_max"]] == pytest.approx(beams, abs=1e-3)
+    ranges = [float(ray.findtext(f"range/{end}")) for end in ("min", "max")]
+    assert [limits["range_min"], limits["range_max"]] == ranges
+
+
 @pytest.mark.parametrize("path", LAUNCH + ROSTESTS, ids=name)
 def test_package_declares_what_its_launch_file_uses(path):
     package = ROOT / "src" / path.relative_to(ROOT / "src").parts[0]

@@ -19,7 +19,8 @@ CUSHIONS = {"body_radius": RADIUS_M, "r_lb": 0.22, "r_ub": 0.4, "emergency_looka
 """As exploring.launch has them for this radius."""
 
 
-def test_the_small_uav_passes_a_manhole_both_ways(worlds_folder):
+@pytest.mark.parametrize("lidar", ["near_puck", "qt64"])
+def test_the_small_uav_passes_a_manhole_both_ways(lidar, worlds_folder):
     tank = BallastTankParameters()
     manhole = tank.manhole(2)
     bulkhead_x, y, z = tank.bulkheads_x_m[2], sum(manhole.across_m) / 2, sum(manhole.height_m) / 2
@@ -27,7 +28,7 @@ def test_the_small_uav_passes_a_manhole_both_ways(worlds_folder):
     simulation = SimulationParameters(
         str(worlds_folder / "ballast_tank.world"),
         model="small_quad",
-        lidar="near_puck",
+        lidar=lidar,
         spawn_pose=Pose((0.0, 0.375, 0.0)),
     )
     parameters = ClosedLoopParameters(

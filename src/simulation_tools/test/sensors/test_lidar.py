@@ -169,7 +169,7 @@ def test_a_sensor_of_several_rows_scans_with_the_most_level_one():
     assert device.scan(wall, Pose())[0] == pytest.approx(2.0 / math.cos(0.05), abs=1e-5)
 
 
-@pytest.mark.parametrize("key", ["urg", "ust", "utm", "puck", "near_puck", "tim", "m8"])
+@pytest.mark.parametrize("key", ["urg", "ust", "utm", "puck", "near_puck", "qt64", "tim", "m8"])
 def test_every_shipped_lidar_on_the_iris_sees_the_room_and_not_the_iris(key):
     iris = attach(load_model("model://iris"), load_model(f"model://lidar_{key}"), "lidar_mount")
     (link, ray_sensor) = iris.sensors(RaySensor)[0]

@@ -37,7 +37,7 @@ ALL = (SIMULATOR, THESIS_CEPA, DYNAMIC_CEPA, SLAM, LOOP_CLOSURE, ODOMETRY, CLOUD
 """The parts that are compiled one by one: module and function that runs through all kernels of the part."""
 FIRST_FLIGHT = (SIMULATOR, THESIS_CEPA)
 """Those of Experiment 1 with its defaults."""
-CLOUD_LIDARS = ("puck", "near_puck", "m8")
+CLOUD_LIDARS = ("puck", "near_puck", "qt64", "m8")
 """Their clouds are matched without GNSS, in place of scans."""
 NO = ("false", "0")
 PACKAGES = Path(__file__).resolve().parents[4]

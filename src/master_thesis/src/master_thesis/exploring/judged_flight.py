@@ -54,7 +54,7 @@ def fly_and_judge(place: Place, world: Path, seed: int, time_s: float, longest_s
         told = flight.run()
         outcome, path_m = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")
     rng, hover_m = np.random.default_rng(seed), np.array((*place.start_m[:2], HOVER_M))
-    view = replace(VIEWS["puck"], range_max_m=place.volume.max_range_m)
+    view = replace(VIEWS[place.uav.lidar], range_max_m=place.volume.max_range_m)
     judged = judge_map(flight.volume.shown, world, place.box_m, hover_m, place.clearance_m, view, rng)
     is_home = outcome.landed and math.dist(path_m[-1, :2], place.start_m[:2]) < HOME_M
     began_s = outcome.times_s[Phase.FLYING]

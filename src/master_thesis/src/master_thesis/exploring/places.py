@@ -51,13 +51,21 @@ class Uav:
 TANK_RADIUS_M = 0.2
 TANK_CEPA = replace(CEPA, body_radius=TANK_RADIUS_M, r_lb=0.22, r_ub=0.4, emergency_lookahead=0.4)
 """As exploring.launch has it for this radius."""
-TANK_UAV = Uav("small_quad", "near_puck", "improved", TANK_CEPA)
+TANK_UAV = Uav("small_quad", "qt64", "improved", TANK_CEPA)
 TANK_PLANNER = PlannerParameters(
     radius=TANK_RADIUS_M, margin=0.0, comfort=0.2, preference=3.0, closed_radius=0.5
 )
 """It leads through the middle of a manhole: no margin is kept from the rim."""
 TANK_ARRIVED_M = 0.15
-TANK_EXPLORER = replace(EXPLORER, speed=0.8, spacing=0.4, way_spacing=0.2, by_volume=True)
+TANK_EXPLORER = replace(
+    EXPLORER,
+    elevation_min=-0.707,
+    elevation_max=0.909,
+    speed=0.8,
+    spacing=0.4,
+    way_spacing=0.2,
+    by_volume=True,
+)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from master_thesis.worlds import scenario
 from simulation_tools import values
 from simulation_tools.vehicle.nod import Nod
 
-WITH_CLOUD = ("puck", "near_puck", "m8")
+WITH_CLOUD = ("puck", "near_puck", "qt64", "m8")
 MOST_SWEEPS = 100
 
 

@@ -1,4 +1,4 @@
-"""The beams of the lidars of the thesis's tables 8.2 and D.1."""
+"""The beams of the lidars of the thesis's tables 8.2 and D.1, and of those for tanks."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ VIEWS = {
     "utm": LidarView(PLANE_DEG, 270.0, 30.0),
     "puck": LidarView((-15.0, 15.0), 360.0, 100.0),
     "near_puck": LidarView((-15.0, 15.0), 360.0, 100.0),
+    "qt64": LidarView((-40.5, 52.1), 360.0, 60.0),
     "tim": LidarView(PLANE_DEG, 270.0, 25.0),
     "m8": LidarView((-17.0, 3.0), 360.0, 150.0),
 }
