@@ -68,8 +68,7 @@ class Way:
     Args:
         places_m: (x, y, z) each, without the place where the UAV is.
         cost_m: how long a straight leg from one place to another seems, m; infinite: it may not be flown.
-        ahead_m: it aims at places to which a straight leg costs no more than this. In a manhole they are
-            near, and the UAV flies slowly. 0: at each of the places in turn.
+        ahead_m: it aims at places that are not farther than this. 0: at each of the places in turn.
     """
 
     def __init__(
@@ -102,7 +101,7 @@ class Way:
         if self._cost_m is None:
             return False
         cut_m = self._cost_m(here_m, self._aims_m[aim])
-        if cut_m > self._ahead_m:
+        if not math.isfinite(cut_m):
             return False
         way_m = [here_m, *self._aims_m[self._aim : aim + 1]]
         return cut_m <= CUT_COST * sum(map(self._cost_m, way_m, way_m[1:]))
