@@ -74,6 +74,31 @@ def test_a_corner_with_something_inside_is_not_cut(cost_m):
     np.testing.assert_allclose(track_m[-1], PLACES_M[-1], atol=0.15)
 
 
+SILL_M = np.array((3.0, 0.0, 0.5))
+
+
+def under_a_lintel(a_m, b_m):
+    """What is at x = 1.5 is open below a height of 1 m only."""
+    shares = np.linspace(0.0, 1.0, 50)[:, None]
+    points = a_m + shares * (b_m - a_m)
+    beyond = np.abs(points[:, 0] - 1.5) < 0.2
+    return math.dist(a_m, b_m) if (points[beyond, 2] < 1.0).all() else math.inf
+
+
+@pytest.mark.parametrize("climbs_first", [True, False])
+def test_before_an_opening_at_another_height_it_climbs_or_sinks_first_if_it_shall(climbs_first):
+    begin_m = np.array((0.5, 0.0, 1.2))
+    assert under_a_lintel(begin_m, SILL_M) < math.inf  # straight down through the opening
+    way = Way([SILL_M], under_a_lintel, 5.0, climbs_first)
+    track_m, _ = flown(way, begin_m)
+    high = track_m[track_m[:, 2] > 1.0]
+    assert (np.ptp(high[:, 0]) < 1e-9) == climbs_first
+    np.testing.assert_allclose(track_m[-1], SILL_M, atol=0.15)
+    # In the open it flies straight
+    straight_m, _ = flown(Way([SILL_M], no_wall, 5.0, climbs_first), begin_m)
+    assert len(straight_m) == math.ceil((math.dist(begin_m, SILL_M) - 0.15) / 0.1)
+
+
 def test_the_rest_begins_with_the_aim_and_ends_with_the_goal():
     way = Way(PLACES_M, no_wall, 1.0)
     way.follow(np.array((1.5, 0.0, 1.0)), 0.15)

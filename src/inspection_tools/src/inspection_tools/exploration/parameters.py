@@ -94,6 +94,8 @@ class ExplorationParameters:
         arrived: The UAV has arrived if it is nearer than this, m.
         ahead: The UAV aims at places on its way so far ahead, if a straight line there is clear and hardly
             dearer than the way, m. Below the way in which the position controller brakes, it flies slower.
+        climbs_first: The UAV climbs or sinks on the spot while the level way to where it aims is not clear.
+            For a CEPA that sees one height only, and so no manhole below or above.
         patience: A place that the UAV comes no nearer to for so long is closed for a while, and its view is
             given up, s. CEPA may keep the UAV off.
         stranded: On its way home, a UAV that stays where it is for so long must land there, s.
@@ -117,6 +119,7 @@ class ExplorationParameters:
     sweep: float = 0.0
     arrived: float = 0.3
     ahead: float = 1.5
+    climbs_first: bool = False
     patience: float = 6.0
     stranded: float = 60.0
     track_spacing: float = 0.5
@@ -128,6 +131,7 @@ class ExplorationParameters:
 
     def __post_init__(self) -> None:
         check_flag("steep", self.steep)
+        check_flag("climbs_first", self.climbs_first)
         if not self.time_max > 0.0:
             raise ParameterError(f"time_max is {self.time_max}; it must be a positive number of seconds.")
         check_number("look_period", self.look_period, 0.1, 60.0)

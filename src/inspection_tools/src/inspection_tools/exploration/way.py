@@ -16,6 +16,8 @@ SAME_M = 0.3
 
 AIM_M = 0.25
 """Between the places on a way that a UAV may aim at: short beside the way on which it turns."""
+LEVEL_M = 0.1
+"""A UAV that is so near to the height of its aim flies on."""
 CUT_COST = 1.1
 """A UAV cuts a corner that costs at most so much of the way round it: not near the rim of a manhole."""
 
@@ -69,6 +71,8 @@ class Way:
         places_m: (x, y, z) each, without the place where the UAV is.
         cost_m: how long a straight leg from one place to another seems, m; infinite: it may not be flown.
         ahead_m: it aims at places that are not farther than this. 0: at each of the places in turn.
+        climbs_first: it climbs or sinks on the spot to the height of the aim while the level way there is not
+            clear. A CEPA that sees one height only would keep it away from a manhole below or above.
     """
 
     def __init__(
@@ -76,15 +80,21 @@ class Way:
         places_m: Sequence[np.ndarray] = (),
         cost_m: Callable[[np.ndarray, np.ndarray], float] | None = None,
         ahead_m: float = 0.0,
+        climbs_first: bool = False,
     ) -> None:
-        self._cost_m, self._ahead_m = cost_m, ahead_m
+        self._cost_m, self._ahead_m, self._climbs_first = cost_m, ahead_m, climbs_first
         self._aims_m, self._corners = _divided(places_m, AIM_M if ahead_m > 0.0 else math.inf)
         self._aim, self._has_arrived = 0, not self._aims_m
+        self._beside_m: np.ndarray | None = None
+        """The place over or under the UAV at the height of its aim, while it climbs or sinks first."""
 
     def follow(self, here_m: np.ndarray, arrived_m: float) -> None:
         """Aim farther ahead if the UAV (x, y, z) can, or is nearer than this to the present aim."""
-        if self._has_arrived:
-            return
+        if not self._has_arrived:
+            self._choose_aim(here_m, arrived_m)
+        self._beside_m = self._climb_first(here_m) if self._climbs_first and self.is_left else None
+
+    def _choose_aim(self, here_m: np.ndarray, arrived_m: float) -> None:
         farthest = self._aim
         while self._is_within(farthest + 1, here_m, self._ahead_m):
             farthest += 1
@@ -105,6 +115,16 @@ class Way:
             return False
         way_m = [here_m, *self._aims_m[self._aim : aim + 1]]
         return cut_m <= CUT_COST * sum(map(self._cost_m, way_m, way_m[1:]))
+
+    def _climb_first(self, here_m: np.ndarray) -> np.ndarray | None:
+        """Return the place to climb or sink to before the UAV flies on; None: it flies straight on."""
+        aim_m = self._aims_m[self._aim]
+        level_m, beside_m = np.array((*aim_m[:2], here_m[2])), np.array((*here_m[:2], aim_m[2]))
+        if self._cost_m is None or abs(aim_m[2] - here_m[2]) < LEVEL_M:
+            return None
+        if math.isfinite(self._cost_m(here_m, level_m)):
+            return None
+        return beside_m if math.isfinite(self._cost_m(here_m, beside_m)) else None
 
     def _is_within(self, aim: int, here_m: np.ndarray, reach_m: float) -> bool:
         return aim < len(self._aims_m) and math.dist(here_m, self._aims_m[aim]) < reach_m
@@ -130,6 +150,8 @@ class Way:
     @property
     def setpoint_m(self) -> np.ndarray | None:
         """The place to fly to now, in the end the last one; None: the way has none."""
+        if self._beside_m is not None:
+            return self._beside_m
         return self._aims_m[self._aim] if self._aims_m else None
 
 

@@ -49,7 +49,12 @@ class JudgedFlight:
 def fly_and_judge(place: Place, world: Path, seed: int, time_s: float, longest_s: float) -> JudgedFlight:
     """Explore. world: the place's file. time_s: then the UAV flies home. longest_s: then it lands."""
     with ClosedLoop(place.loop_parameters(world, seed, longest_s)) as loop:
-        asked = ExplorationParameters(time_max=time_s, arrived=place.arrived_m, steep=True)
+        asked = ExplorationParameters(
+            time_max=time_s,
+            arrived=place.arrived_m,
+            climbs_first=place.uav.algorithm != "dynamic",
+            steep=True,
+        )
         flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, asked)
         told = flight.run()
         outcome, path_m = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")
