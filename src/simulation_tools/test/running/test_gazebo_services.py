@@ -91,6 +91,14 @@ def test_a_link_of_a_spinning_body_moves_with_the_spin(served):
     np.testing.assert_allclose(state.linear_velocity_m_s, (1.0, 6.0, 0.0), atol=1e-9)
 
 
+def test_a_state_tells_its_time_and_keeps_it_while_the_simulation_goes_on(served):
+    simulation, services, _ = served
+    simulation.step()
+    asked_us, answer = simulation.time_us, services.get_state("iris", "")
+    simulation.step()
+    assert asked_us == answer.time_us < simulation.time_us
+
+
 def test_the_imu_does_not_feel_a_hand_that_moves_the_uav(served):
     """Put elsewhere at another speed: no acceleration, but a place."""
     simulation, services, _ = served

@@ -29,8 +29,8 @@ from gridslam.odometry.parameters import LidarOdometryParameters
 CONFIRMED = 3
 """So many readings in a row make a floor that is recognised later."""
 LEVELS_MAX = 20
-BIAS_WALK = 0.02
-BIAS_FIRST = 0.2
+BIAS_WALK, BIAS_FIRST = 0.02, 0.2
+"""Of the accelerometer's bias: its walk, m/s2 in the root of a second, and its first uncertainty, m/s2."""
 MAP_SIGMA_M, MAP_TIME_S = 0.03, 5.0
 """The map of the clouds is off by so much, and by another height after this time. So a cloud hardly tells the
 height, but that it has not changed."""

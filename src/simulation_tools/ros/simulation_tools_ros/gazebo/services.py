@@ -121,9 +121,9 @@ class Services:
     def _on_get_state(self, request: srv.GetModelStateRequest) -> srv.GetModelStateResponse:
         answer = self._services.get_state(request.model_name, request.relative_entity_name)
         response = srv.GetModelStateResponse(success=answer.success, status_message=answer.status_message)
-        response.header.stamp = conversions.stamp(self._simulation.time_us)
         response.header.frame_id = request.relative_entity_name
         if answer.state is not None:
+            response.header.stamp = conversions.stamp(answer.time_us)
             response.pose = conversions.pose_message(answer.state.pose)
             response.twist = conversions.twist_message(
                 answer.state.linear_velocity_m_s, answer.state.angular_velocity_rad_s

@@ -29,11 +29,16 @@ class ServiceError(SimulationToolsError):
 
 @dataclass(frozen=True)
 class Answer:
-    """What a service answers. state: of `get_model_state` only; names: of `get_world_properties` only."""
+    """What a service answers.
+
+    state, time_us: of `get_model_state` only: a model's state, and the time of simulation that it is of.
+    names: of `get_world_properties` only.
+    """
 
     success: bool
     status_message: str
     state: BodyState | None = None
+    time_us: int = 0
     names: tuple[str, ...] = ()
 
 
@@ -117,7 +122,8 @@ class GazeboServices:
                 to_origin, _difference(state.angular_velocity_rad_s, origin.angular_velocity_rad_s)
             ),
         )
-        return Answer(True, f'State of "{name}" relative to "{reference or "world"}".', relative)
+        sentence = f'State of "{name}" relative to "{reference or "world"}".'
+        return Answer(True, sentence, relative, self._simulation.time_us)
 
     def _set_state(self, name: str, state: BodyState, reference: str) -> Answer:
         self._require_model(name)
