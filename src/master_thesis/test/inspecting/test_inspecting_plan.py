@@ -58,6 +58,27 @@ def test_a_plan_is_made_from_a_map_or_a_mesh_with_a_page_beside_it(tmp_path, nam
     assert "Survey plan, before the flight" in out.with_suffix(".html").read_text()
 
 
+@pytest.mark.parametrize(("model", "radius_m", "passes"), [("small_quad", 0.2, True), ("iris", 0.35, False)])
+def test_a_plan_for_the_small_uav_leads_through_manholes(tmp_path, model, radius_m, passes):
+    # Given two rooms with a manhole of 0.6 x 0.8 m between them
+    beside = [
+        ((2.5, 0.0, 0.0), (2.7, 1.2, 4.0)),
+        ((2.5, 1.8, 0.0), (2.7, 3.0, 4.0)),
+        ((2.5, 1.2, 0.0), (2.7, 1.8, 1.6)),
+        ((2.5, 1.2, 2.4), (2.7, 1.8, 4.0)),
+    ]
+    wall = [trimesh.creation.box(bounds=bounds) for bounds in beside]
+    shell = trimesh.creation.box(bounds=((0.0, 0.0, 0.0), (5.2, 3.0, 4.0)))
+    shell.invert()
+    path = tmp_path / "rooms.stl"
+    trimesh.util.concatenate([shell, *wall]).export(path)
+    asked = {**ASKED, "drawing": str(path), "start": "1.2 1.5 0 0", "model": model, "radius": radius_m}
+    plan = provide_plan(read(asked, 0.5), tmp_path / "plan.yaml", 1, lambda _: None)
+    places_m = np.array([each.view.place_m for flight in plan.flights for each in flight.views])
+    assert (places_m[:, 0] < 2.5).any()
+    assert (places_m[:, 0] > 2.7).any() == passes
+
+
 def test_a_drawing_that_is_missing_is_named():
     with pytest.raises(ScenarioError, match="no such drawing"):
         read({**ASKED, "drawing": "nowhere.stl"}, 0.5)

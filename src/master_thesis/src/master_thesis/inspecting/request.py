@@ -17,9 +17,11 @@ from master_thesis.worlds import scenario
 
 PLAN_MARGIN_M = 0.25
 """Beyond the UAV's radius, in a plan that is made here: the flight's map is coarser than the drawing."""
+SMALL_MARGIN_M = 0.0
+"""The same for a small UAV: with 0.05 m, the plan ends at the first manhole."""
 COMFORT_M = 1.05
 """Beyond the radius: 0.2 m more than CEPA's r_ub. Nearer, CEPA pushes the UAV about, and a photograph takes
-longer. A small UAV's is less than the plan's margin."""
+longer. A small UAV's is `PLAN_MARGIN_M`."""
 
 
 @dataclass(frozen=True)
@@ -79,8 +81,8 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
         wanted = SurveyParameters(
             resolution=scenario.number("detail", asked.get("detail", 1.0), 0.01, 100.0),
             radius=scenario.number("radius", asked.get("radius", 0.35), 0.05, 5.0),
-            margin=PLAN_MARGIN_M,
-            comfort=0.0 if flight.description.model == "small_quad" else COMFORT_M,
+            margin=SMALL_MARGIN_M if flight.description.model == "small_quad" else PLAN_MARGIN_M,
+            comfort=PLAN_MARGIN_M if flight.description.model == "small_quad" else COMFORT_M,
             voxel=0.05 if flight.description.model == "small_quad" else 0.1,
         )
         if path:
