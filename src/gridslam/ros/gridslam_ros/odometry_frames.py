@@ -132,13 +132,17 @@ class OdometryFrames:
 
     def know(self, scan: LaserScan) -> bool:
         """Whether TF has reached the scan's stamp. Then a later look-up gives the same result."""
+        lidar_frame = scan.header.frame_id.lstrip("/")
+        return all(self._has_reached(scan.header.stamp, source) for source in (lidar_frame, self.base_frame))
+
+    def _has_reached(self, stamp: rospy.Time, source: str) -> bool:
         try:
-            newest = self._buffer.get_latest_common_time(self.odom_frame, scan.header.frame_id.lstrip("/"))
-            base = self._buffer.get_latest_common_time(self.odom_frame, self.base_frame)
+            newest = self._buffer.get_latest_common_time(self.odom_frame, source)
         except tf2_py.TransformException:
             return False
-        # Zero: there are only static transforms, which hold at any time
-        return all(time.is_zero() or time >= scan.header.stamp for time in (newest, base))
+        if newest.is_zero():  # only static transforms, which hold at any time, or a simulation that begins
+            return self._buffer.can_transform_core(self.odom_frame, source, stamp)[0]
+        return newest >= stamp
 
     def look_up(self, scan: LaserScan) -> tuple[Pose, Pose]:
         """Return (base in odom, lidar in base) at the scan's stamp, each as (xyz, quaternion xyzw).

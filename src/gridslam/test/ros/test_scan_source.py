@@ -44,3 +44,24 @@ def test_a_scan_before_all_odometry_is_told_apart_from_one_that_odometry_leaves_
     with pytest.raises(FrameError) as late:
         frames.look_up(room_scan(rospy.Time(11), (0.0, 0.0, 0.0), frame="lidar"))
     assert not isinstance(late.value, EarlyScanError)
+
+
+def test_a_scan_waits_for_its_odometry_also_when_the_odometry_began_at_time_zero():
+    # Given a simulation that begins at 0: TF's "newest time" is then 0, as if all transforms were static
+    frames = OdometryFrames("odom", "base_link", lambda sentence: None)
+    frames.add(transform("base_link", "lidar", rospy.Time(0)).transforms, static=True)
+    frames.add(transform("odom", "base_link", rospy.Time(0)).transforms)
+    first, second = (room_scan(rospy.Time(at_s), (0.0, 0.0, 0.0), frame="lidar") for at_s in (0.0, 0.028))
+    # Then the second scan waits until its odometry has come
+    assert frames.know(first)
+    assert not frames.know(second)
+    frames.add(transform("odom", "base_link", rospy.Time(0.028)).transforms)
+    assert frames.know(second)
+    frames.look_up(second)
+
+
+def test_static_odometry_holds_at_any_time():
+    frames = OdometryFrames("odom", "base_link", lambda sentence: None)
+    for edge in (("odom", "base_link"), ("base_link", "lidar")):
+        frames.add(transform(*edge, rospy.Time(0)).transforms, static=True)
+    assert frames.know(room_scan(rospy.Time(9.0), (0.0, 0.0, 0.0), frame="lidar"))
