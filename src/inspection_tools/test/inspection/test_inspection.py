@@ -96,6 +96,22 @@ def test_it_takes_all_photographs_in_their_order_and_comes_home():
     assert np.linalg.norm(uav.place_m - HOME_M) < 2 * QUICK.arrived
 
 
+@pytest.mark.parametrize("climbs_first", [True, False])
+def test_before_a_manhole_at_another_height_it_climbs_first_if_it_shall(climbs_first):
+    # Given a UAV near a wall that is open from z = 1.8 m on, and a photograph behind it
+    walls = [((3.0, 0.0, 0.0), (3.4, 4.0, 1.8))]
+    beyond = View((5.0, 1.0, 1.0), 0.0, 0.0)
+    lead = inspection((beyond,), walls, replace(QUICK, climbs_first=climbs_first))
+    uav, track_m = Uav(lead, (2.55, 1.0, 1.7)), []
+    while not uav.asked:
+        uav.step()
+        track_m.append(uav.place_m)
+    # Then it climbs on the spot if it shall
+    steps_m = np.diff(track_m, axis=0)
+    upright_m = steps_m[np.linalg.norm(steps_m[:, :2], axis=1) < 1e-6, 2].sum()
+    assert (upright_m > 0.15) == climbs_first
+
+
 def test_the_shutter_opens_where_the_camera_is_at_its_place_and_at_rest():
     lead = inspection(VIEWS[1:2])
     uav = Uav(lead)

@@ -79,6 +79,26 @@ def test_a_plan_for_the_small_uav_leads_through_manholes(tmp_path, model, radius
     assert (places_m[:, 0] > 2.7).any() == passes
 
 
+def test_a_plan_on_a_map_leads_through_manholes_that_the_rims_voxels_make_narrower(tmp_path):
+    # Given two rooms and a manhole of 0.6 x 0.8 m. The noise of the beams has filled all voxels at its rim
+    size_m, low_m, high_m = np.array((5.2, 3.0, 4.0)), np.array((1.3, 1.7)), np.array((1.7, 2.3))
+    axes = [np.arange(VOXEL_M / 4, side, VOXEL_M / 2) for side in size_m]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    in_hole = ((places[:, 1:] > low_m) & (places[:, 1:] < high_m)).all(axis=1)
+    in_wall = (np.abs(places[:, 0] - 2.6) < VOXEL_M) & ~in_hole
+    at_shell = (np.minimum(places, size_m - places) < VOXEL_M).any(axis=1)
+    cells = np.unique(np.floor(places[in_wall | at_shell] / VOXEL_M), axis=0)
+    voxels = VoxelMap(VolumeParameters(resolution_m=VOXEL_M))
+    for x_m in (1.21, 4.01):
+        voxels.insert(voxels.rays((x_m, 1.51, 2.01), (cells + 0.5) * VOXEL_M), Board())
+    path = tmp_path / "map.bt"
+    write_octree(path, stream_of(voxels, is_binary=True), VOXEL_M)
+    asked = {**ASKED, "drawing": str(path), "start": "1.2 1.5 0 0", "model": "small_quad", "radius": 0.2}
+    plan = provide_plan(read(asked, 0.5), tmp_path / "plan.yaml", 1, lambda _: None)
+    places_m = np.array([view.place_m for view in plan.views])
+    assert (places_m[:, 0] > 2.7).any()
+
+
 def test_a_drawing_that_is_missing_is_named():
     with pytest.raises(ScenarioError, match="no such drawing"):
         read({**ASKED, "drawing": "nowhere.stl"}, 0.5)

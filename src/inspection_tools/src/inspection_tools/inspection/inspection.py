@@ -303,7 +303,7 @@ class Inspection:
         with self._lock:
             if self._is_paused or self.end is not None:
                 return ""
-            self._leg, self._way = leg, Way(list(way_m[1:]))
+            self._leg, self._way = leg, self._way_along(way_m[1:], stamp_s, here_m)
             self.front_rad, self.tilt_rad = task.view.yaw_rad, task.view.tilt_rad
         return ""
 
@@ -321,8 +321,15 @@ class Inspection:
             return
         way_m = self._homing.next_way(stamp_s, here_m, is_stuck)
         if way_m is not None:
+            # The planner knows no way along the track: each of its places counts.
+            is_planned = not self._homing.is_by_track
             with self._lock:
-                self._way = Way(way_m)
+                self._way = self._way_along(way_m, stamp_s, here_m) if is_planned else Way(way_m)
+
+    def _way_along(self, places_m: Sequence[np.ndarray], stamp_s: float, here_m: np.ndarray) -> Way:
+        """Return a way along places (x, y, z), whose corners are cut where that is safe."""
+        space = self._planner.space(stamp_s, here_m)
+        return Way(places_m, space.cost_whatever_climb_m, self._p.ahead, self._p.climbs_first)
 
     def _is_clear(self, here_m: np.ndarray, rest_m: list[np.ndarray], stamp_s: float) -> bool:
         return self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)

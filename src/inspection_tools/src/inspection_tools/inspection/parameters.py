@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from inspection_tools.checks import check_number, check_whole
+from inspection_tools.checks import check_flag, check_number, check_whole
 
 
 @dataclass(frozen=True)
@@ -15,6 +15,7 @@ class InspectionParameters:
         time_max: After so long the UAV comes home, s.
         speed: At which the UAV flies, m/s; for the time that a leg may take.
         arrived: A corner of the way is passed within this distance, m.
+        ahead, climbs_first: As in `ExplorationParameters`.
         near: At a photograph the UAV is at most so far from its place, m.
         turned: Its front is at most so far from the photograph's, deg.
         still: It moves slower than this, m/s, if it does not turn.
@@ -50,6 +51,8 @@ class InspectionParameters:
     time_max: float = 3600.0
     speed: float = 1.5
     arrived: float = 0.4
+    ahead: float = 1.5
+    climbs_first: bool = False
     near: float = 0.15
     turned: float = 1.5
     still: float = 0.16
@@ -81,6 +84,8 @@ class InspectionParameters:
         check_number("time_max", self.time_max, 1.0, 86_400.0)
         check_number("speed", self.speed, 0.05, 20.0)
         check_number("arrived", self.arrived, 0.05, 5.0)
+        check_number("ahead", self.ahead, 0.0, 20.0)
+        check_flag("climbs_first", self.climbs_first)
         check_number("near", self.near, 0.02, 2.0)
         check_number("turned", self.turned, 0.1, 45.0)
         check_number("still", self.still, 0.01, 5.0)

@@ -22,7 +22,7 @@ class SurveyParameters:
         voxel: Side of the voxels in which the UAV's room is known, m. Of a map, its own.
         spacing: Of the lattice of places from which photographs are tried, m.
         radius: Of the UAV, rotors included, m.
-        margin: Beyond the radius, m.
+        margin: Beyond the radius, m. Below 0 only where the surfaces are known to be too near, as in a map.
         comfort: Beyond the radius, m. Nearer places are tried only if they show what no other does.
         pointing_error: Of the camera, deg; the picture's edge counts as this much narrower.
         around: The UAV may fly so far outside the box around a mesh, m.
@@ -53,7 +53,7 @@ class SurveyParameters:
         check_number("voxel", self.voxel, 0.02, 1.0)
         check_number("spacing", self.spacing, 0.1, 10.0)
         check_number("radius", self.radius, 0.05, 5.0)
-        check_number("margin", self.margin, 0.0, 5.0)
+        check_number("margin", self.margin, -0.5 * self.radius, 5.0)
         check_number("comfort", self.comfort, 0.0, 5.0)
         check_number("pointing_error", self.pointing_error, 0.0, 10.0)
         check_number("around", self.around, 0.0, 100.0)

@@ -6,9 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Callable
 
+from gridslam.volume.octree.files import read_octree
 from inspection_tools.report.plan_page import write_plan_page
 from inspection_tools.ship.ship_file import read_ship
-from inspection_tools.survey.parameters import FlightParameters
+from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.planner import SurveyPlanner
@@ -39,14 +40,15 @@ def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable
         )
         return read_plan(out)
     x, y, z, _ = request.flight.description.scenario.start_xyz_yaw
-    drawing = request.drawing
+    drawing, asked = request.drawing, request.asked
     if drawing.suffix in MAP_SUFFIXES:
+        asked = on_map(asked, read_octree(drawing).resolution_m)
         mesh_of_map(drawing).export(out.with_name("drawing.glb"))
         drawing = out.with_name("drawing.glb")
     say(f"The survey is planned from {request.drawing}.")
-    surface = read_surface(drawing, request.asked, (x, y, z + HOVER_M))
+    surface = read_surface(drawing, asked, (x, y, z + HOVER_M))
     planner = SurveyPlanner(
-        surface.room, surface.patches, surface.ranges_m, request.camera, request.asked, FlightParameters(),
+        surface.room, surface.patches, surface.ranges_m, request.camera, asked, FlightParameters(),
         str(drawing),
     )  # fmt: skip
     for progress in planner.improve(seed, request.search_s, bound=False):
@@ -61,6 +63,16 @@ def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable
     plan, ship = read_plan(out), ship_file(request)
     write_plan_page(out.with_suffix(".html"), plan, surface.patches, read_ship(ship) if ship else None)
     return plan
+
+
+def on_map(asked: SurveyParameters, side_m: float) -> SurveyParameters:
+    """Return what is asked of a plan on a map of voxels.
+
+    A plan without margin is for manholes. The rim of one fills voxels that it only touches, so the manhole of
+    the map is narrower than the true one. As the planner of the flight does, such a plan measures to the
+    middle of the voxels.
+    """
+    return asked if asked.margin > 0.0 else replace(asked, margin=asked.margin - side_m / 2)
 
 
 def ship_file(request: InspectingRequest) -> Path | None:
