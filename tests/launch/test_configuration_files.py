@@ -103,8 +103,10 @@ def test_launch_file_loads_and_its_nodes_exist(path, change):
 
 
 THESIS, OWN_WORLD = "improved", "dynamic"
+MAPPING = "$(eval 'dynamic' if nod else 'improved')"
 ALGORITHMS = (
-    *((f"master_thesis/launch/experiment_{number}", THESIS) for number in (1, 2, 3, 4)),
+    *((f"master_thesis/launch/experiment_{number}", THESIS) for number in (1, 2)),
+    *((f"master_thesis/launch/experiment_{number}", MAPPING) for number in (3, 4)),
     ("master_thesis/launch/fly_to_goal", OWN_WORLD),
     ("master_thesis/launch/teleop", OWN_WORLD),
     ("master_thesis/launch/real", OWN_WORLD),
@@ -116,6 +118,21 @@ ALGORITHMS = (
 def test_own_worlds_are_flown_by_the_safe_algorithm_not_the_thesiss(file, algorithm):
     defaults = {arg.get("name"): arg.get("default") for arg in arguments(ROOT / f"src/{file}.launch")}
     assert defaults["algorithm"] == algorithm
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("number", [3, 4])
+@pytest.mark.parametrize(
+    ("given", "algorithm"),
+    [
+        ((), "improved"),
+        (("lidar:=ust", "nod:=true"), "dynamic"),
+        (("lidar:=ust", "nod:=true", "algorithm:=improved"), "improved"),
+    ],
+)
+def test_a_lidar_that_nods_is_flown_by_the_algorithm_that_remembers(number, given, algorithm):
+    config = loaded(ROOT / f"src/master_thesis/launch/experiment_{number}.launch", *given, "gnss:=false")
+    assert config.params["/experiment/algorithm"].value == algorithm
 
 
 FLYING = ("experiment_1", "experiment_2", "experiment_3", "experiment_4", "fly_to_goal", "teleop")

@@ -13,6 +13,7 @@ from simulation_tools.camera.gimbal import (
     TiltParameters,
     blur_px,
     marks_px,
+    motion_of,
     smeared,
 )
 from simulation_tools.camera.optics import CameraOptics
@@ -89,6 +90,15 @@ def test_blur_of_motion_and_of_turning_in_closed_form():
     corner = (marks_px(OPTICS)[1] - OPTICS.centre_px) / OPTICS.focal_px
     flow = OPTICS.focal_px * 0.01 * np.array((1.0 + corner[0] ** 2, corner[0] * corner[1]))
     assert longest == pytest.approx(np.linalg.norm(flow))
+
+
+def test_what_the_camera_moves_and_turns_bounds_its_blur():
+    moves = camera(velocity=(0.3, 0.0, 0.4), rates=(0.0, 0.2, 0.0))
+    shift_m, turn_rad = motion_of(moves, OPTICS.exposure_s)
+    assert (shift_m, turn_rad) == (pytest.approx(0.005), pytest.approx(0.002))
+    longest, _ = blur_px(moves, OPTICS, FAR)
+    corner = np.linalg.norm((*((marks_px(OPTICS)[1] - OPTICS.centre_px) / OPTICS.focal_px), 1.0))
+    assert longest <= OPTICS.focal_px * (shift_m * corner / 4.0 + turn_rad * corner**2)
 
 
 def test_a_picture_is_smeared_along_the_motion_only():

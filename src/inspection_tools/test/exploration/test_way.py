@@ -74,6 +74,27 @@ def test_a_corner_with_something_inside_is_not_cut(cost_m):
     np.testing.assert_allclose(track_m[-1], PLACES_M[-1], atol=0.15)
 
 
+def a_manhole(a_m, b_m):
+    """From x = 2.6 to 3.4 there is little room: a leg in it seems thrice as long."""
+    shares = np.linspace(0.0, 1.0, 200)[:, None]
+    x_m = (a_m + shares * (b_m - a_m))[:, 0]
+    return math.dist(a_m, b_m) * (1.0 + 2.0 * float((np.abs(x_m - 3.0) < 0.4).mean()))
+
+
+@pytest.mark.parametrize("corners_x_m", [(1.0, 6.0), (6.0,), (3.4, 6.0)])
+def test_it_enters_a_narrow_part_slowly_and_so_in_its_middle(corners_x_m):
+    aims_m, here_m = [], np.array((0.0, 0.0, 1.0))
+    way = Way([np.array((x, 0.0, 1.0)) for x in corners_x_m], a_manhole, 2.0, begin_m=here_m)
+    while way.is_left:
+        way.follow(here_m, 0.15)
+        aims_m.append((here_m[0], way.setpoint_m[0]))
+        here_m = here_m + 0.1 * (way.setpoint_m - here_m) / max(math.dist(way.setpoint_m, here_m), 0.1)
+    before = [aim for x, aim in aims_m if x < 2.2]
+    # Then it aims at the begin of the narrow part until it is there, and then far ahead again
+    assert 2.4 < max(before) < 2.7
+    assert max(aim - x for x, aim in aims_m if x > 2.6) > 1.0
+
+
 SILL_M = np.array((3.0, 0.0, 0.5))
 
 

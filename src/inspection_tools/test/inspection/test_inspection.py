@@ -145,6 +145,29 @@ def test_a_bad_photograph_is_shot_again_and_then_left_out(shot, word):
     assert lead.is_home
 
 
+@pytest.mark.parametrize(
+    ("shift_mm", "turn_mrad", "is_closer", "is_good"),
+    [
+        (0.49, 0.0, False, True),
+        (0.51, 0.0, False, False),
+        (0.0, 0.124, False, True),
+        (0.0, 0.126, False, False),
+        (0.3, 0.06, False, False),
+        (0.14, 0.0, True, True),
+        (0.16, 0.0, True, False),
+        (0.0, 0.124, True, True),
+        (math.nan, 0.0, False, False),
+    ],
+)
+def test_blur_counts_on_the_surface_as_far_away_as_the_detail_is_drawn(
+    shift_mm, turn_mrad, is_closer, is_good
+):
+    """1 mm per pixel is drawn up to 4 m, 0.3 mm up to 1.2 m; half of it may blur, however many px that is."""
+    asked = InspectionParameters(blur_max=0.5, closer=0.3).for_photographs(1.0, 4000.0)
+    shot = Shot(9.0, 100.0, 800.0, 0.0, 1e-3 * shift_mm, 1e-3 * turn_mrad)
+    assert (shot.fault(asked, is_closer) == "") == is_good
+
+
 def test_a_photograph_that_failed_twice_waits_for_the_others():
     lead = inspection(parameters=replace(QUICK, tries=3))
     uav = Uav(lead)
@@ -359,8 +382,9 @@ def test_after_a_restart_the_folder_tells_what_is_done(tmp_path):
     body = StampedPose(5.0, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0))
     camera = ((0.1, 0.0, -0.05), (-0.5, 0.5, -0.5, 0.5))
     todo = Todo(VIEWS)
-    for task, blur in zip(todo.tasks, (0.3, 7.0)):
-        told = type("Told", (), {"exposure": 0.002, "iso": 800.0, "lux": 90.0, "blur": blur})
+    for task, shift_m in zip(todo.tasks, (0.0003, 0.0007)):
+        told = type("Told", (), {"exposure": 0.002, "iso": 800.0, "lux": 90.0, "blur": 1.0})
+        told.shift, told.turn = shift_m, 0.0
         record = record_of(task, 5.0 + task.number, body, camera, told)
         np.testing.assert_allclose(record.position_m, (1.1, 2.0, 2.95))
         folder.save(np.zeros((48, 64, 3), np.uint8), record)

@@ -7,10 +7,11 @@ import pytest
 import trimesh
 
 from inspection_tools.errors import SurveyError
+from inspection_tools.photographs.folder import PhotographRecord
 from inspection_tools.survey import SurveyCamera, SurveyParameters
 from inspection_tools.survey.command import main
 from inspection_tools.survey.coverage import judge
-from inspection_tools.survey.poses import read_taken
+from inspection_tools.survey.poses import Taken, read_taken
 
 CAMERA = SurveyCamera(width=648, height=486)
 ASKED = SurveyParameters(resolution=8.0, spacing=1.0, voxel=0.2)
@@ -35,6 +36,30 @@ def test_a_photograph_from_2_m_shows_its_frame_and_a_blurred_one_nothing(
     coverage = judge(room_file, taken, camera, ASKED)
     assert low_m2 <= coverage.patches.areas_m2[coverage.shown].sum() <= high_m2
     assert (coverage.patches.points_m[coverage.shown, 0] > 2.99).all()
+
+
+@pytest.mark.parametrize(
+    ("shift_m", "turn_rad", "is_shown"),
+    [(0.0, 0.0, True), (0.006, 0.0, True), (0.009, 0.0, False), (0.0, 0.003, True), (0.0, 0.0045, False)],
+)
+def test_the_motion_of_a_record_counts_on_the_surface_in_place_of_its_longest_blur(
+    room_file, shift_m, turn_rad, is_shown
+):
+    """2 m away in the middle: pixels of 3.6 mm, and a blur of the shift, or of 2 m times the turn."""
+    record = PhotographRecord(
+        1.0,
+        (1.0, 0.0, 0.0),
+        (-0.5, 0.5, -0.5, 0.5),
+        0.01,
+        100.0,
+        90.0,
+        9.0,
+        shift_m=shift_m,
+        turn_rad=turn_rad,
+    )
+    coverage = judge(room_file, [Taken.of_record(record)], CAMERA, ASKED)
+    middle = np.linalg.norm(coverage.patches.points_m - (3.0, 0.0, 0.0), axis=1) < 0.2
+    assert (coverage.shown[middle] == is_shown).all()
 
 
 def test_the_command_judges_a_folder_of_photographs(room_file, tmp_path):

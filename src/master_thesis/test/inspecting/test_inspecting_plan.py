@@ -99,6 +99,12 @@ def test_a_plan_on_a_map_leads_through_manholes_that_the_rims_voxels_make_narrow
     assert (places_m[:, 0] > 2.7).any()
 
 
+@pytest.mark.parametrize("exposure", [0.0, -1.0, "short", float("nan"), 20.0])
+def test_an_exposure_that_makes_no_sense_is_named(exposure):
+    with pytest.raises(ScenarioError, match="exposure"):
+        read({**ASKED, "exposure": exposure}, 0.5)
+
+
 def test_a_drawing_that_is_missing_is_named():
     with pytest.raises(ScenarioError, match="no such drawing"):
         read({**ASKED, "drawing": "nowhere.stl"}, 0.5)

@@ -75,6 +75,8 @@ class TestInspectionCamera(unittest.TestCase):
         middle_px = RATE_RAD_S * 0.002 * 160.0 / math.tan(math.radians(30.0))
         self.assertGreater(turning.blur, middle_px)
         self.assertLess(turning.blur, 2.0 * middle_px)
+        self.assertAlmostEqual(turning.turn, RATE_RAD_S * 0.002)
+        self.assertLess(max(rests.turn, rests.shift, turning.shift), 1e-4)
         for told, tilt_rad in ((turning, RATE_RAD_S * 0.24), (rests, math.radians(30.0))):
             q = told.pose.orientation
             ahead = rotate((q.x, q.y, q.z, q.w), (0.0, 0.0, 1.0))

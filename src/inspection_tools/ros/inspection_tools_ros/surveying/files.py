@@ -19,11 +19,12 @@ from inspection_tools.survey.surface.reading import read_room
 
 
 class SurveyFiles(NamedTuple):
-    """What a goal names. todo: knows what the folder holds already."""
+    """What a goal names. todo: knows what the folder holds already. parameters: for its photographs."""
 
     plan: SurveyPlan
     folder: PhotographFolder
     todo: Todo
+    parameters: InspectionParameters
 
 
 def name_of(goal: SurveyGoal) -> str:
@@ -41,10 +42,12 @@ def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
     folder = PhotographFolder(Path(goal.folder), plan.camera)
     for sentence in folder.damaged:
         rospy.logwarn("%s", sentence)
-    done = done_in(folder.folder, parameters)
+    wanted = parameters.for_photographs(plan.asked.resolution, plan.camera.focal_px)
+    done = done_in(folder.folder, wanted)
     if done:
         rospy.loginfo("%d photographs are in %s already.", len(done), goal.folder)
-    return SurveyFiles(plan, folder, Todo(plan.views[: goal.photographs or None], done, parameters.tries))
+    todo = Todo(plan.views[: goal.photographs or None], done, parameters.tries)
+    return SurveyFiles(plan, folder, todo, wanted)
 
 
 class Drawings:

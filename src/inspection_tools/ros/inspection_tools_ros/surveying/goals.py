@@ -69,8 +69,8 @@ class SurveyGoals:
         with self._planner_lock:
             if prior is not self._feed.prior:
                 self._feed.use(prior)
-        p = self._parameters
-        is_fine = files.plan.asked.resolution <= FINE_MM
+        p, detail = files.parameters, files.plan.asked.resolution
+        is_fine = detail <= FINE_MM
         still = min(p.still, p.still_closer) if is_fine else p.still
         given = replace(p, time_max=goal.time_max or p.time_max, still=still)
         self._name, self.plan, self.folder = name_of(goal), files.plan, files.folder

@@ -110,7 +110,8 @@ class Guide:
             self.set_out(Way(in_steps(places_m, STEP_M)[1:]))
             return True
         space = self._planner.space(stamp_s, here_m)
-        self.set_out(Way(places_m[1:], space.cost_whatever_climb_m, self._p.ahead, self._p.climbs_first))
+        way = Way(places_m[1:], space.cost_whatever_climb_m, self._p.ahead, self._p.climbs_first, here_m)
+        self.set_out(way)
         return True
 
     def mind_the_pace(self, stamp_s: float, here_m: np.ndarray, rest_m: list[np.ndarray]) -> bool:

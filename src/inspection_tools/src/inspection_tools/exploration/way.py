@@ -22,6 +22,10 @@ CUT_COST = 1.1
 """A UAV cuts a corner that costs at most so much of the way round it: not near the rim of a manhole."""
 
 
+NARROW_COST = 2.0
+"""A leg that costs so many times its length is narrow, as a manhole is."""
+
+
 class Progress:
     """Whether a UAV comes nearer to its goal, whichever way it takes."""
 
@@ -65,7 +69,7 @@ class Way:
     """A way that one thread follows. Another one may replace it at any time, but does not change it.
 
     The UAV aims at a place on the way, as far ahead as a straight line there costs hardly more than the way.
-    So it slows down only at corners that it cannot cut, and at the end.
+    So it slows down only at corners that it cannot cut, before narrow places, and at the end.
 
     Args:
         places_m: (x, y, z) each, without the place where the UAV is.
@@ -73,6 +77,7 @@ class Way:
         ahead_m: it aims at places that are not farther than this. 0: at each of the places in turn.
         climbs_first: it climbs or sinks on the spot to the height of the aim while the level way there is not
             clear. A CEPA that sees one height only would keep it away from a manhole below or above.
+        begin_m: where the UAV is, (x, y, z). If the way to the first place is narrow, it is divided, too.
     """
 
     def __init__(
@@ -81,9 +86,15 @@ class Way:
         cost_m: Callable[[np.ndarray, np.ndarray], float] | None = None,
         ahead_m: float = 0.0,
         climbs_first: bool = False,
+        begin_m: np.ndarray | None = None,
     ) -> None:
         self._cost_m, self._ahead_m, self._climbs_first = cost_m, ahead_m, climbs_first
-        self._aims_m, self._corners = _divided(places_m, AIM_M if ahead_m > 0.0 else math.inf)
+        first_m = [] if begin_m is None or not len(places_m) else self._narrow_first(begin_m, places_m[0])
+        aims_m, corners = _divided(places_m, AIM_M if ahead_m > 0.0 else math.inf)
+        self._aims_m = (*first_m, *aims_m)
+        self._corners = [corner + len(first_m) for corner in corners]
+        self._gates = self._narrow_begins()
+        """Aims where a narrow part of the way begins. The UAV enters it slowly, and in its middle."""
         self._aim, self._has_arrived = 0, not self._aims_m
         self._beside_m: np.ndarray | None = None
         """The place over or under the UAV at the height of its aim, while it climbs or sinks first."""
@@ -96,7 +107,7 @@ class Way:
 
     def _choose_aim(self, here_m: np.ndarray, arrived_m: float) -> None:
         farthest = self._aim
-        while self._is_within(farthest + 1, here_m, self._ahead_m):
+        while farthest not in self._gates and self._is_within(farthest + 1, here_m, self._ahead_m):
             farthest += 1
         for aim in range(farthest, self._aim, -1):
             if self._may_cut_to(aim, here_m):
@@ -115,6 +126,19 @@ class Way:
             return False
         way_m = [here_m, *self._aims_m[self._aim : aim + 1]]
         return cut_m <= CUT_COST * sum(map(self._cost_m, way_m, way_m[1:]))
+
+    def _narrow_first(self, begin_m: np.ndarray, end_m: np.ndarray) -> list[np.ndarray]:
+        """Return the places between, if a part of the leg is narrow."""
+        places_m = in_steps((begin_m, end_m), AIM_M)
+        is_narrow = any(map(self._is_narrow, places_m, places_m[1:]))
+        return places_m[1:-1] if is_narrow and self._ahead_m > 0.0 else []
+
+    def _narrow_begins(self) -> set[int]:
+        narrow = list(map(self._is_narrow, self._aims_m, self._aims_m[1:])) if self._ahead_m > 0.0 else []
+        return {k for k, (before, now) in enumerate(zip([True, *narrow], narrow)) if now and not before}
+
+    def _is_narrow(self, a_m: np.ndarray, b_m: np.ndarray) -> bool:
+        return self._cost_m is not None and self._cost_m(a_m, b_m) > NARROW_COST * math.dist(a_m, b_m)
 
     def _climb_first(self, here_m: np.ndarray) -> np.ndarray | None:
         """Return the place to climb or sink to before the UAV flies on; None: it flies straight on."""

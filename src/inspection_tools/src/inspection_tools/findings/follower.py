@@ -56,9 +56,7 @@ class Follower:
         """Take a photograph. One that is damaged is left out."""
         try:
             if self._supplement is not None:
-                record = read_record(photograph.with_suffix(".json"))
-                pose = record.position_m, record.orientation_xyzw
-                self._supplement.take(Taken.of_pose(*pose, record.blur_px))
+                self._supplement.take(Taken.of_record(read_record(photograph.with_suffix(".json"))))
             if self._search is not None:
                 self._search.add(photograph)
         except PhotographError:

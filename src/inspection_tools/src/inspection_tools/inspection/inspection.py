@@ -174,7 +174,7 @@ class Inspection:
 
     def judge(self, task: Task, shot: Shot) -> str:
         """Take what the camera told. Return why the photograph is not kept; empty: it is good."""
-        fault = shot.fault(self._p)
+        fault = shot.fault(self._p, is_closer=task.number < 0)
         with self._lock:
             if self._leg is not None and self._leg.task is task:
                 self._leg = None
@@ -303,7 +303,7 @@ class Inspection:
         with self._lock:
             if self._is_paused or self.end is not None:
                 return ""
-            self._leg, self._way = leg, self._way_along(way_m[1:], stamp_s, here_m)
+            self._leg, self._way = leg, self._way_along(list(way_m[1:]), stamp_s, here_m)
             self.front_rad, self.tilt_rad = task.view.yaw_rad, task.view.tilt_rad
         return ""
 
@@ -329,7 +329,7 @@ class Inspection:
     def _way_along(self, places_m: Sequence[np.ndarray], stamp_s: float, here_m: np.ndarray) -> Way:
         """Return a way along places (x, y, z), whose corners are cut where that is safe."""
         space = self._planner.space(stamp_s, here_m)
-        return Way(places_m, space.cost_whatever_climb_m, self._p.ahead, self._p.climbs_first)
+        return Way(places_m, space.cost_whatever_climb_m, self._p.ahead, self._p.climbs_first, here_m)
 
     def _is_clear(self, here_m: np.ndarray, rest_m: list[np.ndarray], stamp_s: float) -> bool:
         return self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)

@@ -50,8 +50,7 @@ class LiveCoverage:
 
     def take(self, record: PhotographRecord) -> None:
         """Take a photograph that was stored."""
-        taken = Taken.of_pose(record.position_m, record.orientation_xyzw, record.blur_px)
-        self.shown |= self._shown_by([taken])
+        self.shown |= self._shown_by([Taken.of_record(record)])
 
     def _shown_by(self, taken: list[Taken]) -> np.ndarray:
         return shown_by(taken, self.mesh, self.patches, self._camera, self._asked)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from inspection_tools.checks import check_flag, check_number, check_whole
 
@@ -29,7 +29,7 @@ class InspectionParameters:
             and moves at most twice as fast.
         far: See `patience`, m.
         tilt_rate: Of the gimbal, deg/s. The shutter waits for its turn.
-        blur_max: A photograph with more blur is shot again, px.
+        blur_max: A photograph with more blur on the surface is shot again, as a share of the detail.
         lux_min: And one with less light in its middle.
         iso_max: And one with a higher ISO speed: it is dark.
         deviation_max: And one whose place is known less well, m: the pose's standard deviation.
@@ -37,7 +37,8 @@ class InspectionParameters:
         wait: If there is no way to any photograph, the UAV hovers so long before they count as failed, s. The
             map may lack a part for a moment, as after a restart.
         nearby: If there is no way to its place, it is taken from a place within this distance, m.
-        closer: Resolution of a closer look, mm per pixel.
+        detail, closer: Resolution of a photograph and of a closer look, mm per pixel.
+        reach: Where the camera's pixel covers as much as the detail, m.
         look_period: Between two checks of the way, s.
         home_period: Between two plans of the way home, s.
         home_speed: Of the way home, m/s.
@@ -55,9 +56,9 @@ class InspectionParameters:
     climbs_first: bool = False
     near: float = 0.15
     turned: float = 1.5
-    still: float = 0.16
+    still: float = 0.2
     still_closer: float = 0.08
-    still_turn: float = 0.05
+    still_turn: float = 0.045
     settle: float = 0.2
     rest: float = 1.5
     calm: float = 2.5
@@ -71,7 +72,9 @@ class InspectionParameters:
     tries: int = 3
     wait: float = 10.0
     nearby: float = 0.5
+    detail: float = 1.0
     closer: float = 0.3
+    reach: float = 4.5
     look_period: float = 0.5
     home_period: float = 2.0
     home_speed: float = 0.8
@@ -79,6 +82,10 @@ class InspectionParameters:
     camera_x: float = 0.1
     camera_y: float = 0.0
     camera_z: float = -0.05
+
+    def for_photographs(self, detail_mm: float, focal_px: float) -> InspectionParameters:
+        """Return them for photographs of this resolution, mm per pixel, by a camera of this focal length."""
+        return replace(self, detail=detail_mm, reach=1e-3 * detail_mm * focal_px)
 
     def __post_init__(self) -> None:
         check_number("time_max", self.time_max, 1.0, 86_400.0)
@@ -104,7 +111,9 @@ class InspectionParameters:
         check_whole("tries", self.tries, 1, 20)
         check_number("wait", self.wait, 0.0, 600.0)
         check_number("nearby", self.nearby, 0.0, 5.0)
+        check_number("detail", self.detail, 0.01, 100.0)
         check_number("closer", self.closer, 0.01, 100.0)
+        check_number("reach", self.reach, 0.01, 1000.0)
         check_number("look_period", self.look_period, 0.05, 10.0)
         check_number("home_period", self.home_period, 0.05, 60.0)
         check_number("home_speed", self.home_speed, 0.05, 20.0)

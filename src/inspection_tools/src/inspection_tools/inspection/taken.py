@@ -69,6 +69,8 @@ class Told(Protocol):
     iso: float
     lux: float
     blur: float
+    shift: float
+    turn: float
 
 
 def record_of(
@@ -82,7 +84,7 @@ def record_of(
     qx, qy, qz, qw = optical.tolist()
     return PhotographRecord(
         stamp_s, (x, y, z), (qx, qy, qz, qw), told.exposure, told.iso, told.lux, told.blur, body.covariance,
-        view=task.number,
+        view=task.number, shift_m=told.shift, turn_rad=told.turn,
     )  # fmt: skip
 
 
@@ -90,7 +92,7 @@ def shot_of(record: PhotographRecord) -> Shot:
     """Return by what a photograph is judged."""
     places = np.reshape(record.covariance, (6, 6))[:3, :3]
     deviation_m = float(np.sqrt(max(np.linalg.eigvalsh(places).max(), 0.0)))
-    return Shot(record.blur_px, record.lux, record.iso, deviation_m)
+    return Shot(record.blur_px, record.lux, record.iso, deviation_m, record.shift_m, record.turn_rad)
 
 
 def done_in(folder: Path, parameters: InspectionParameters) -> set[int]:
@@ -99,5 +101,8 @@ def done_in(folder: Path, parameters: InspectionParameters) -> set[int]:
     One whose record is damaged is not.
     """
     whole, _ = records_in(folder)
-    good = [record for _, record in whole if record.view and not shot_of(record).fault(parameters)]
-    return {record.view for record in good}
+    return {record.view for _, record in whole if record.view and not _fault(record, parameters)}
+
+
+def _fault(record: PhotographRecord, parameters: InspectionParameters) -> str:
+    return shot_of(record).fault(parameters, is_closer=record.view < 0)

@@ -25,19 +25,31 @@ class Task:
 class Shot:
     """What is known of a photograph at once. blur_px: the longest in it. lux: in its middle.
 
-    deviation_m: standard deviation of the place, along the axis that is known least.
+    deviation_m: standard deviation of the place, along the axis that is known least. shift_m, turn_rad: of
+    the camera during the exposure; None: only blur_px is known.
     """
 
     blur_px: float
     lux: float
     iso: float
     deviation_m: float = 0.0
+    shift_m: float | None = None
+    turn_rad: float | None = None
 
-    def fault(self, parameters: InspectionParameters) -> str:
-        """Return why the photograph must be taken again; empty: it is good."""
+    def fault(self, parameters: InspectionParameters, is_closer: bool = False) -> str:
+        """Return why the photograph must be taken again; empty: it is good.
+
+        Blur counts on the surface, as far away as the camera draws it as finely as asked: a near surface
+        blurs by more px, but no more on the surface.
+        """
         p = parameters
-        if not self.blur_px <= p.blur_max:
-            return f"it was blurred by {self.blur_px:.1f} px; {p.blur_max:g} px are allowed"
+        share = p.closer / p.detail if is_closer else 1.0
+        reach_m, most_mm = share * p.reach, p.blur_max * share * p.detail
+        if self.shift_m is None or self.turn_rad is None:
+            if not self.blur_px <= p.blur_max:
+                return f"it was blurred by {self.blur_px:.1f} px; {p.blur_max:g} px are allowed"
+        elif not (blur_mm := 1e3 * (self.shift_m + reach_m * self.turn_rad)) <= most_mm:
+            return f"it was blurred by {blur_mm:.2f} mm on the surface; {most_mm:.2g} mm are allowed"
         if not (self.lux >= p.lux_min and self.iso <= p.iso_max):
             return f"it was dark: {self.lux:.1f} lux, ISO {self.iso:.0f}"
         if not self.deviation_m <= p.deviation_max:

@@ -38,8 +38,9 @@ class PhotographRecord:
 
     position_m, orientation_xyzw: of the optical frame (x right, y down, z ahead) in the map. covariance: 36
     numbers, row by row, of x, y, z and the rotation about x, y, z. exposure_s, iso, lux: of the picture, lux
-    in its middle. blur_px: by motion and turning during the exposure. patches: of the surface, seen in it.
-    view: number of the photograph in the plan that it is taken for; 0: none.
+    in its middle. blur_px: by motion and turning during the exposure, the longest. patches: of the surface,
+    seen in it. view: number of the photograph in the plan that it is taken for; 0: none. shift_m, turn_rad:
+    that the camera moved and turned during the exposure; None: only blur_px is known.
     """
 
     stamp_s: float
@@ -52,6 +53,8 @@ class PhotographRecord:
     covariance: tuple[float, ...] = (0.0,) * 36
     patches: tuple[int, ...] = ()
     view: int = 0
+    shift_m: float | None = None
+    turn_rad: float | None = None
 
 
 KEYS = frozenset(each.name for each in fields(PhotographRecord))
@@ -213,8 +216,10 @@ def _check(record: PhotographRecord) -> None:
     for name in ("stamp_s", "exposure_s", "iso", "lux", "blur_px", "view"):
         if not math.isfinite(float(getattr(record, name))):
             raise ValueError(f"{name} must be a finite number")
-    if record.blur_px < 0.0:
-        raise ValueError("blur_px must not be negative")
+    for name in ("blur_px", "shift_m", "turn_rad"):
+        value = getattr(record, name)
+        if value is not None and not 0.0 <= value < math.inf:
+            raise ValueError(f"{name} must be a finite number, not negative")
 
 
 def _is_number(name: str) -> bool:

@@ -116,7 +116,7 @@ def shown_by(
         cosine = -(towards * rays[hit]).sum(axis=1) / lengths[hit]
         depth_m = hits["tfar"][hit] / lengths[hit]
         footprint_m = _footprints_m(rays[hit], towards, depth_m, each.axes, camera.focal_px)
-        fine = 1e3 * footprint_m * np.hypot(1.0, each.blur_px) <= asked.resolution
+        fine = 1e3 * each.widths_m(footprint_m, depth_m, lengths[hit]) <= asked.resolution
         fine &= cosine >= np.cos(np.radians(asked.incidence))
         places_m = each.place_m + depth_m[fine, None] * rays[hit[fine]]
         found = patches.numbers(places_m, towards[fine], mesh.part[triangles[fine]])

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from inspection_tools.errors import SurveyError
+from inspection_tools.photographs.folder import PhotographRecord
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.plan_file import read_plan
 from inspection_tools.survey.views.candidates import View
@@ -25,11 +26,16 @@ NO_PHOTOGRAPHS = ("coverage.json", "findings.json", "result.json")
 
 @dataclass(frozen=True)
 class Taken:
-    """A photograph: place_m (3,) of the camera; axes (3, 3), the optical frame's in its columns; blur, px."""
+    """A photograph: place_m (3,) of the camera; axes (3, 3), the optical frame's in its columns; its blur.
+
+    blur_px: where the motion is not known. shift_m, turn_rad: of the camera during the exposure.
+    """
 
     place_m: np.ndarray
     axes: np.ndarray
     blur_px: float = 0.0
+    shift_m: float = 0.0
+    turn_rad: float = 0.0
 
     @classmethod
     def of_view(cls, view: View) -> Taken:
@@ -37,11 +43,27 @@ class Taken:
         return cls(np.array(view.place_m), optical_axes(view.yaw_rad, view.tilt_rad))
 
     @classmethod
-    def of_pose(
-        cls, place_m: Sequence[float], orientation_xyzw: Sequence[float], blur_px: float = 0.0
-    ) -> Taken:
-        """Return the photograph of a camera at this pose of its optical frame."""
-        return cls(np.array(place_m), Rotation.from_quat(orientation_xyzw).as_matrix(), blur_px)
+    def of_record(cls, record: PhotographRecord) -> Taken:
+        """Return the photograph of a record."""
+        axes = Rotation.from_quat(record.orientation_xyzw).as_matrix()
+        taken = cls(np.array(record.position_m), axes, record.blur_px)
+        return taken.moved(record.shift_m, record.turn_rad)
+
+    def moved(self, shift_m: float | None, turn_rad: float | None) -> Taken:
+        """Return it with a motion that counts in place of the blur in px, unless it is not known."""
+        if shift_m is None or turn_rad is None:
+            return self
+        return replace(self, blur_px=0.0, shift_m=shift_m, turn_rad=turn_rad)
+
+    def widths_m(self, footprints_m: np.ndarray, depths_m: np.ndarray, lengths: np.ndarray) -> np.ndarray:
+        """Return (k,) how widely pixels are spread over the surface, blur included, m.
+
+        footprints_m: (k,) of the pixels without blur. depths_m: (k,) along the optical axis. lengths: (k,) of
+        the lines of sight up to depth 1. The motion is reckoned across the line of sight.
+        """
+        blur_m = self.shift_m * lengths + self.turn_rad * depths_m * lengths**2
+        widths_m: np.ndarray = np.hypot(footprints_m * np.hypot(1.0, self.blur_px), blur_m)
+        return widths_m
 
 
 def read_taken(
@@ -78,12 +100,21 @@ def _of_folder(folder: Path, say: Callable[[str], None]) -> list[Taken]:
         try:
             content = json.loads(path.read_text(encoding="utf-8"))
             numbers = [*content["position_m"], *content["orientation_xyzw"], content.get("blur_px", 0.0)]
-            found.append(_taken(f"{path}", numbers[:3], numbers[3:-1], numbers[-1]))
+            taken = _taken(f"{path}", numbers[:3], numbers[3:-1], numbers[-1])
+            found.append(taken.moved(*_motion(path, content)))
         except SurveyError as error:
             say(f"{error} It is left out.")
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
             say(f"{path}: is no record of a photograph ({error}). It is left out.")
     return found
+
+
+def _motion(path: Path, content: Mapping[str, Any]) -> tuple[float | None, float | None]:
+    """Return the camera's motion in a record; None: the record has none."""
+    motion = content.get("shift_m"), content.get("turn_rad")
+    if any(value is not None and not 0.0 <= float(value) < math.inf for value in motion):
+        raise SurveyError(f"{path}: shift_m and turn_rad must be finite numbers of 0 or more.")
+    return motion
 
 
 def _camera_of(path: Path, camera: SurveyCamera) -> SurveyCamera:

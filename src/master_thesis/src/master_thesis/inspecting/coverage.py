@@ -68,7 +68,8 @@ def judge_photographs(
     true = []
     for record in kept:
         place_m, turn = truths[round(record.stamp_s, 6)]
-        true.append(Taken(np.array(place_m), Rotation.from_quat(turn).as_matrix(), record.blur_px))
+        taken = Taken(np.array(place_m), Rotation.from_quat(turn).as_matrix(), record.blur_px)
+        true.append(taken.moved(record.shift_m, record.turn_rad))
     planned = read_taken(plan_file, plan.camera)[0][:views]
     source = Path(plan.source)
     by_slam, by_plan, *more = judge_each(

@@ -32,7 +32,7 @@ from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
 from master_thesis.flight.due import Due
 from master_thesis.inspecting.battery_swap import BatterySwap
-from simulation_tools.camera.gimbal import BodyState, CameraState, TiltGimbal, blur_px, marks_px
+from simulation_tools.camera.gimbal import BodyState, CameraState, TiltGimbal, blur_px, marks_px, motion_of
 from simulation_tools.camera.renderer import Renderer
 from simulation_tools.geometry import quaternion_from_rpy
 from simulation_tools.simulation import StepOutput
@@ -119,7 +119,8 @@ class InspectingFlight:
         self.volume = VolumeOfFlight(PathPlanner(planner), volume, prior)
         self._clouds = FlownClouds(loop, self.volume, "An inspection")
         todo = Todo(plan.views, (), parameters.tries)
-        self.inspection = Inspection(self.volume.planner, todo, parameters, energy)
+        wanted = parameters.for_photographs(plan.asked.resolution, plan.camera.focal_px)
+        self.inspection = Inspection(self.volume.planner, todo, wanted, energy)
         self._supplement, self._rounds = supplement, ROUNDS
         self.inspection.awaits = supplement is not None
         self._errand = Errand(1, swaps)
@@ -196,8 +197,8 @@ class InspectingFlight:
     def _photograph(self, task: Task, estimate: OdometryEstimate) -> None:
         lead, shot = self.inspection, self._shoot(estimate)
         if not lead.judge(task, shot) and task.number in lead.todo.done:
-            self.photographed.true.append(self._true(shot.blur_px))
-            self.photographed.told.append(self._told(estimate, shot.blur_px))
+            self.photographed.true.append(self._true().moved(shot.shift_m, shot.turn_rad))
+            self.photographed.told.append(self._told(estimate).moved(shot.shift_m, shot.turn_rad))
             self.on_photograph()
 
     def _end_flight(self, now_s: float) -> None:
@@ -234,18 +235,18 @@ class InspectingFlight:
         blur, _ = blur_px(self._camera, self._renderer.optics, depths_m)
         # As in the node: the drift, which only grows, is SLAM's to correct.
         deviation_m = math.sqrt(max(np.linalg.eigvalsh(estimate.matched_covariance[:3, :3]).max(), 0.0))
-        return Shot(blur, lux, iso, deviation_m)
+        return Shot(blur, lux, iso, deviation_m, *motion_of(self._camera, self._renderer.optics.exposure_s))
 
-    def _true(self, blur: float) -> Taken:
+    def _true(self) -> Taken:
         assert self._camera is not None
-        return Taken(np.array(self._camera.pose.position_m), self._camera.pose.rotation, blur)
+        return Taken(np.array(self._camera.pose.position_m), self._camera.pose.rotation)
 
-    def _told(self, estimate: OdometryEstimate, blur: float) -> Taken:
+    def _told(self, estimate: OdometryEstimate) -> Taken:
         assert self._camera is not None
         turn = matrix_of_quaternion(quaternion_from_rpy(*estimate.roll_pitch_yaw))
         in_body = self._camera.in_body
         place_m = np.array(estimate.position_xyz) + turn @ np.array(in_body.position_m)
-        return Taken(place_m, turn @ in_body.rotation, blur)
+        return Taken(place_m, turn @ in_body.rotation)
 
 
 def _motion_of(estimate: OdometryEstimate, now_s: float) -> Motion:

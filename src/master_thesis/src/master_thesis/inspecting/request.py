@@ -77,6 +77,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
             scenario.whole_number("width", asked.get("width", SurveyCamera.width), 16, 20_000),
             scenario.whole_number("height", asked.get("height", SurveyCamera.height), 16, 20_000),
             scenario.number("field_of_view", asked.get("field_of_view", 60.0), 1.0, 150.0),
+            exposure=scenario.number("exposure", asked.get("exposure", 0.002), 1e-6, 10.0),
         )
         wanted = SurveyParameters(
             resolution=scenario.number("detail", asked.get("detail", 1.0), 0.01, 100.0),

@@ -134,6 +134,16 @@ def blur_px(camera: CameraState, optics: CameraOptics, depths_m: np.ndarray) -> 
     return float(np.linalg.norm(flow, axis=1).max()), flow.mean(axis=0)
 
 
+def motion_of(camera: CameraState, exposure_s: float) -> tuple[float, float]:
+    """Return how far the camera moves, m, and turns, rad, while the shutter is open.
+
+    Over a surface at depth z the picture blurs by the first plus z times the second, at most, m. At the
+    corners the turn counts up to a half more.
+    """
+    shift_m, turn_rad = np.linalg.norm((camera.velocity_m_s, camera.rates_rad_s), axis=1) * exposure_s
+    return float(shift_m), float(turn_rad)
+
+
 def marks_px(optics: CameraOptics) -> np.ndarray:
     """Return (5, 2) the middle and the corners of a picture, px."""
     right, down = optics.width - 1.0, optics.height - 1.0
