@@ -15,7 +15,6 @@ from typing import Sequence
 import numpy as np
 
 from inspection_tools.energy import EnergyParameters, EnergyWatch
-from inspection_tools.exploration import ExplorationParameters
 from master_thesis.exploring.drift import Drift
 from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.exploring.places import SMALL_ROOMS, place_of
@@ -48,7 +47,7 @@ def fly(seed: int) -> dict:
     start = BatteryStart(float(rng.uniform(*CHARGE)), float(rng.uniform(COLDEST_C, WARM_C)))
     wind_m_s = float(rng.uniform(*WIND_M_S))
     drift = Drift.drawn(rng, LOOP_S, FAR_M, TURN_RAD, LONGEST_S)
-    asked = ExplorationParameters(time_max=TIME_S, arrived=place.arrived_m, steep=True)
+    asked = place.asked(TIME_S)
     swaps = int(seed % (SWAPS_EACH * len(PLACES)) < len(PLACES))
     with tempfile.TemporaryDirectory() as folder:
         given = place.loop_parameters(place.written_to(Path(folder)), seed, LONGEST_S)

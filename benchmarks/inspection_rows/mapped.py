@@ -8,7 +8,6 @@ from pathlib import Path
 
 from benchmarks.inspection_rows.hold import FLYING, HOME_M, WORLD
 from gridslam.volume import stream_of, write_octree
-from inspection_tools.exploration import ExplorationParameters
 from inspection_tools.survey.coverage import judge_on
 from inspection_tools.survey.planner import SurveyPlanner
 from inspection_tools.survey.poses import Taken
@@ -28,8 +27,7 @@ def fly(seed: int, time_s: float, search_s: float) -> dict:
     """Explore, plan on the map, and judge the plan on the drawing."""
     place = place_of(HOLD, seed)
     with ClosedLoop(place.loop_parameters(WORLD, seed, 2.0 * time_s)) as loop:
-        asked = ExplorationParameters(time_max=time_s, arrived=place.arrived_m, steep=True)
-        flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, asked)
+        flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, place.asked(time_s))
         flight.run()
         contact = loop.outcome.collision
     corrected = flight.volume.corrected

@@ -6,6 +6,7 @@ import pytest
 from inspection_tools.findings.candidates import candidates_in, is_thin
 from inspection_tools.findings.lines import line_through, pieces_joined
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.survey.surface.mesh_file import Mesh
 
 PARAMETERS = FindingParameters()
 ROW = np.array([(x, 50) for x in range(20, 180)])
@@ -82,3 +83,17 @@ def test_a_wide_crack_is_found_in_a_fine_photograph(width, detail_mm, count):
     assert bool(found) == bool(count)
     for each in found:
         assert np.abs(each.pixels[:, 0] - (199.5 + 0.5 * width)).max() < 3.0
+
+
+@pytest.mark.parametrize(("bend_px", "count"), [(0.0, 0), (0.3, 0), (4.0, 1)])
+def test_on_the_mesh_of_a_map_straight_lines_are_edges(bend_px, count):
+    """The mesh of a map does not show every edge of the structure. 0.003 of 400 px are 1.2 px."""
+    triangle = np.array([[(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]])
+    drawn, mapped = (Mesh(triangle, (name,), np.zeros(1, int)) for name in ("shell", "mapped"))
+    shot, rows = np.full((600, 400, 3), 150.0), np.arange(100, 500)
+    columns = np.round(200.0 + bend_px * np.sin(rows / 60.0)).astype(int)
+    shot[rows, columns] = shot[rows, columns + 1] = 60.0
+    shot += np.random.default_rng(3).normal(0.0, 2.0, shot.shape)
+    picture = np.clip(shot, 0, 255).astype(np.uint8)
+    assert len(candidates_in(picture, FindingParameters().for_mesh(mapped))) == count
+    assert len(candidates_in(picture, FindingParameters().for_mesh(drawn))) == 1

@@ -14,8 +14,8 @@ from gridslam.volume.kernels.tiles import SIDE, UNSEEN
 from gridslam.volume.nodes import CloudNode, TouchedTiles
 from gridslam.volume.voxel_map import VoxelMap
 
-UNSETTLED = (600, 60)
-"""So many events of the latest may still move: by the closure of a loop, and often."""
+UNSETTLED = (600, 300, 60)
+"""So many events of the latest may still move: by the closure of a long loop, of a short one, and often."""
 AT_ONCE = 256
 """Tiles that are compared at once: more would need memory in proportion."""
 

@@ -24,6 +24,8 @@ CUT_COST = 1.1
 
 NARROW_COST = 2.0
 """A leg that costs so many times its length is narrow, as a manhole is."""
+BEFORE = 1
+"""So many aims before a narrow leg the UAV slows down."""
 
 
 class Progress:
@@ -93,8 +95,10 @@ class Way:
         aims_m, corners = _divided(places_m, AIM_M if ahead_m > 0.0 else math.inf)
         self._aims_m = (*first_m, *aims_m)
         self._corners = [corner + len(first_m) for corner in corners]
-        self._gates = self._narrow_begins()
-        """Aims where a narrow part of the way begins. The UAV enters it slowly, and in its middle."""
+        self._gates = self._before_narrow()
+        """Aims shortly before a narrow part of the way. The UAV does not aim past one before it is there: a
+        fast one that turns there would be carried towards the rim.
+        """
         self._aim, self._has_arrived = 0, not self._aims_m
         self._beside_m: np.ndarray | None = None
         """The place over or under the UAV at the height of its aim, while it climbs or sinks first."""
@@ -133,9 +137,10 @@ class Way:
         is_narrow = any(map(self._is_narrow, places_m, places_m[1:]))
         return places_m[1:-1] if is_narrow and self._ahead_m > 0.0 else []
 
-    def _narrow_begins(self) -> set[int]:
+    def _before_narrow(self) -> set[int]:
         narrow = list(map(self._is_narrow, self._aims_m, self._aims_m[1:])) if self._ahead_m > 0.0 else []
-        return {k for k, (before, now) in enumerate(zip([True, *narrow], narrow)) if now and not before}
+        begins = {k for k, (before, now) in enumerate(zip([True, *narrow], narrow)) if now and not before}
+        return {max(begin - BEFORE, 0) for begin in begins}
 
     def _is_narrow(self, a_m: np.ndarray, b_m: np.ndarray) -> bool:
         return self._cost_m is not None and self._cost_m(a_m, b_m) > NARROW_COST * math.dist(a_m, b_m)

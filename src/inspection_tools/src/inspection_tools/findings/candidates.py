@@ -91,7 +91,7 @@ def _smaller(light: np.ndarray, times: int) -> np.ndarray:
 
 
 def is_thin(line: Line, parameters: FindingParameters) -> bool:
-    """Return whether a line may be a crack: long, thin, dark all along, and alike on both its sides."""
+    """Return whether a line may be a crack: long, thin, dark all along, alike on both sides, not straight."""
     p = parameters
     return bool(
         line.length_px >= p.line_length
@@ -100,6 +100,7 @@ def is_thin(line: Line, parameters: FindingParameters) -> bool:
         and line.unlike <= p.line_unlike
         and line.filled >= p.line_filled
         and line.rough_px <= p.line_rough
+        and line.bent >= p.line_bent
     )
 
 

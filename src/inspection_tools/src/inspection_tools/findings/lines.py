@@ -26,6 +26,7 @@ class Line(NamedTuple):
     pixels: (n, 2), x, y, along its course. length_px: of it. depth: share of light that it lacks.
     width_px: of the dark core, at half its depth. unlike: difference beside it as a multiple of the depth.
     filled: share of its length that is dark. rough_px: deviation of the group's pixels from the course.
+    bent: deviation of the course from a straight line, as a share of the length.
     """
 
     pixels: np.ndarray
@@ -35,6 +36,7 @@ class Line(NamedTuple):
     unlike: float
     filled: float
     rough_px: float
+    bent: float
 
 
 def pieces_joined(groups: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -87,7 +89,8 @@ def line_through(group: np.ndarray, light: np.ndarray) -> Line:
     profiles = map_coordinates(light, (xy[..., 1], xy[..., 0]), order=1, mode="nearest")
     depth, width, unlike = _judged(profiles)
     on_line = middle + steps[:, None] * axes[0] + middles[:, None] * axes[1]
-    return Line(on_line, length, depth, width, unlike, _filled(profiles, depth), rough)
+    bent = float(np.std(middles)) / max(length, 1.0)
+    return Line(on_line, length, depth, width, unlike, _filled(profiles, depth), rough, bent)
 
 
 def _judged(profiles: np.ndarray) -> tuple[float, float, float]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from inspection_tools.checks import check_number, check_whole
+from inspection_tools.survey.surface.mesh_file import Mesh
+from inspection_tools.survey.surface.of_mesh import MAPPED
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,9 @@ class FindingParameters:
         line_unlike: Greatest difference of the surface beside it, as a multiple of its depth.
         line_filled: Least share of its length that is dark.
         line_rough: Greatest deviation of its pixels from its course, px.
+        line_bent: Least deviation from a straight line, root mean square, as a share of the length.
+        line_bent_on_maps: The same with the mesh of an explored map, which does not show every edge. Edges
+            and the shadows beside them are straight.
         keep_off: Cracks keep this far from edges of the mesh, px.
         pose_off, pose_turned: A photograph's pose may be wrong by so much, m and deg. Lines that run along an
             edge of the mesh, not farther from it than this, are no cracks.
@@ -49,12 +54,20 @@ class FindingParameters:
     line_unlike: float = 0.6
     line_filled: float = 0.7
     line_rough: float = 3.0
+    line_bent: float = 0.0
+    line_bent_on_maps: float = 0.003
     keep_off: int = 14
     pose_off: float = 0.02
     pose_turned: float = 0.8
     incidence: float = 75.0
     distance: float = 8.0
     apart: float = 0.06
+
+    def for_mesh(self, mesh: Mesh) -> FindingParameters:
+        """Return them for photographs of a mesh."""
+        if MAPPED not in mesh.names:
+            return self
+        return replace(self, line_bent=max(self.line_bent, self.line_bent_on_maps))
 
     def __post_init__(self) -> None:
         check_number("rust_colour", self.rust_colour, 0.01, 1.0)
@@ -70,6 +83,8 @@ class FindingParameters:
         check_number("line_unlike", self.line_unlike, 0.01, 100.0)
         check_number("line_filled", self.line_filled, 0.0, 1.0)
         check_number("line_rough", self.line_rough, 0.1, 20.0)
+        check_number("line_bent", self.line_bent, 0.0, 1.0)
+        check_number("line_bent_on_maps", self.line_bent_on_maps, 0.0, 1.0)
         check_whole("keep_off", self.keep_off, 1, 1000)
         check_number("pose_off", self.pose_off, 0.0, 1.0)
         check_number("pose_turned", self.pose_turned, 0.0, 20.0)

@@ -39,7 +39,7 @@ class Detector:
     """Marks rust and cracks in photographs of one mesh, in the map's frame."""
 
     def __init__(self, mesh: Mesh, parameters: FindingParameters) -> None:
-        self._surface, self._p = MeshSurface(mesh.triangles_m), parameters
+        self._surface, self._p = MeshSurface(mesh.triangles_m), parameters.for_mesh(mesh)
 
     def posed(self, camera: SurveyCamera, record: PhotographRecord, name: str = "") -> PosedPhotograph:
         """Return where a photograph looks."""
@@ -60,8 +60,8 @@ class PhotographSearch:
     """
 
     def __init__(self, mesh: Mesh, parameters: FindingParameters, first: Path) -> None:
-        self._detector, self._p, self._first = Detector(mesh, parameters), parameters, first
-        self._remembered = Remembered(mesh.triangles_m, parameters)
+        self._detector, self._p, self._first = Detector(mesh, parameters), parameters.for_mesh(mesh), first
+        self._remembered = Remembered(mesh.triangles_m, self._p)
         self._placed: list[Placed] = []
         self._near: list[PosedPhotograph] = []
 

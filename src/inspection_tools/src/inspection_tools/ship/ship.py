@@ -8,6 +8,10 @@ from typing import Mapping, NamedTuple, Sequence
 
 import numpy as np
 
+from inspection_tools.survey.surface.of_mesh import MAPPED, NOT_SURVEYED
+
+OF_MAPS = {MAPPED: "structure", NOT_SURVEYED: "not surveyed"}
+"""What a surveyor calls the two things that the mesh of an explored map has."""
 PORT, STARBOARD = "P", "S"
 SIDES = (PORT, STARBOARD)
 ON_CENTRE_M = 0.05
@@ -74,7 +78,7 @@ class Ship:
 
     def part(self, name: str) -> str:
         """Return the name of a thing of the mesh as words."""
-        return self.parts.get(name, name.replace("_", " "))
+        return self.parts.get(name, OF_MAPS.get(name, name.replace("_", " ")))
 
     def coordinates_m(self, points_m: np.ndarray) -> np.ndarray:
         """Return places (n, 3) of the map as forward of AP, to port, above base."""

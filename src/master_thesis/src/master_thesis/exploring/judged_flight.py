@@ -10,7 +10,7 @@ import numpy as np
 
 from gridslam.evaluation.volume.lidars import VIEWS
 from gridslam.volume.voxel_map import VoxelMap
-from inspection_tools.exploration import ExplorationParameters, Explored
+from inspection_tools.exploration import Explored
 from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.exploring.judge import Judged, judge_map
 from master_thesis.exploring.places import Place
@@ -49,13 +49,7 @@ class JudgedFlight:
 def fly_and_judge(place: Place, world: Path, seed: int, time_s: float, longest_s: float) -> JudgedFlight:
     """Explore. world: the place's file. time_s: then the UAV flies home. longest_s: then it lands."""
     with ClosedLoop(place.loop_parameters(world, seed, longest_s)) as loop:
-        asked = ExplorationParameters(
-            time_max=time_s,
-            arrived=place.arrived_m,
-            climbs_first=place.uav.algorithm != "dynamic",
-            steep=True,
-        )
-        flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, asked)
+        flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, place.asked(time_s))
         told = flight.run()
         outcome, path_m = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")
     rng, hover_m = np.random.default_rng(seed), np.array((*place.start_m[:2], HOVER_M))

@@ -10,7 +10,7 @@ import numpy as np
 from cepa import CepaParameters
 from gridslam.volume import FLAT_MISS, VolumeParameters
 from inspection_tools import PositionControllerParameters
-from inspection_tools.exploration import ExplorerParameters
+from inspection_tools.exploration import ExplorationParameters, ExplorerParameters
 from inspection_tools.planning import PlannerParameters
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
@@ -23,11 +23,14 @@ WORLDS = Path(__file__).resolve().parents[3] / "worlds"
 HOLD, ROOMS, SMALL_ROOMS, TANK = "hold_3d", "rooms", "small_rooms", "ballast_tank"
 ROWS = (HOLD, TANK, ROOMS, *TRAPS)
 HOLD_START_M, TANK_START_M = (-9.0, 5.0, 0.0), (0.0, 0.375, 0.0)
-SPEED_M_S = 1.5
+SPEED_M_S, HOLD_SPEED_M_S = 1.5, 2.0
+AHEAD_M, HOLD_AHEAD_M = 1.5, 2.5
+"""A hold is wide. A faster UAV needs a longer way to brake, and so aims farther ahead."""
 PLANNER = PlannerParameters(radius=0.35, margin=0.15)
 EXPLORER = ExplorerParameters(
     speed=SPEED_M_S, spacing=0.6, reach=12.0, cell=1.0, worth_min=0.8, rate_min=0.5, room_min=0.5
 )
+HOLD_EXPLORER = replace(EXPLORER, speed=HOLD_SPEED_M_S)
 SMALL_EXPLORER = replace(EXPLORER, spacing=0.4)
 SMALL_PLANNER = replace(PLANNER, margin=0.1)
 """For rooms, whose doors are a few voxels wide: half a voxel less than the judge asks for."""
@@ -73,7 +76,7 @@ class Place:
     """A world, where the UAV starts in it, and how it explores.
 
     world: the text of its file, or its path. box_m: lowest and highest corner of what is judged. clearance_m:
-    of what the judge counts as reachable. arrived_m: see ExplorationParameters.
+    of what the judge counts as reachable. arrived_m, ahead_m: see ExplorationParameters.
     """
 
     world: str | Path
@@ -85,6 +88,17 @@ class Place:
     clearance_m: float = PLANNER.clearance_m
     uav: Uav = Uav()
     arrived_m: float = 0.3
+    ahead_m: float = AHEAD_M
+
+    def asked(self, time_s: float) -> ExplorationParameters:
+        """Return how it is explored for so long at most."""
+        return ExplorationParameters(
+            time_max=time_s,
+            arrived=self.arrived_m,
+            ahead=self.ahead_m,
+            climbs_first=self.uav.algorithm != "dynamic",
+            steep=True,
+        )
 
     def written_to(self, folder: Path) -> Path:
         """Return the path of the world's file, which is written if need be."""
@@ -127,6 +141,8 @@ def place_of(row: str, seed: int) -> Place:
             HOLD_START_M,
             box_m,
             VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=FLAT_MISS),
+            explorer=HOLD_EXPLORER,
+            ahead_m=HOLD_AHEAD_M,
         )
     fine = VolumeParameters(resolution_m=0.1, max_range_m=20.0, miss=FLAT_MISS)
     if row == TANK:
