@@ -17,6 +17,8 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
+from master_thesis.exploring.places import HOLD, TANK, place_of
+
 ROOT = Path(__file__).resolve().parents[2]
 
 
@@ -222,6 +224,29 @@ def test_an_inspection_explores_as_explore_launch_does():
             for file in ("explore", "inspection")
         )
         assert inspected == explored
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("world", [HOLD, TANK])
+def test_flights_without_ros_explore_as_the_launch_file_does(world):
+    config = loaded(ROOT / "src/master_thesis/launch/explore.launch", f"world:={world}")
+    given = {key: each.value for key, each in config.params.items()}
+    place = place_of(world, 1)
+    asked, explorer = place.asked(600.0), place.explorer
+    assert given["/position_controller/max_speed"] == explorer.speed
+    for name in ("arrived", "ahead", "climbs_first", "steep"):
+        assert given[f"/explore/{name}"] == getattr(asked, name), name
+    for name in (
+        "elevation_min",
+        "elevation_max",
+        "reach",
+        "cell",
+        "spacing",
+        "worth_min",
+        "speed",
+        "by_volume",
+    ):
+        assert given[f"/explore/{name}"] == pytest.approx(getattr(explorer, name), abs=1e-3), name
 
 
 @pytest.mark.ros
