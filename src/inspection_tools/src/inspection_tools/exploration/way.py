@@ -20,12 +20,10 @@ LEVEL_M = 0.1
 """A UAV that is so near to the height of its aim flies on."""
 CUT_COST = 1.1
 """A UAV cuts a corner that costs at most so much of the way round it: not near the rim of a manhole."""
-
-
 NARROW_COST = 2.0
-"""A leg that costs so many times its length is narrow, as a manhole is."""
-BEFORE = 1
-"""So many aims before a narrow leg the UAV slows down."""
+"""A leg that costs so many times its length is narrow, as one through a manhole is."""
+GATE_AIMS = 1
+"""So many aims before a narrow leg it slows down."""
 
 
 class Progress:
@@ -140,7 +138,7 @@ class Way:
     def _before_narrow(self) -> set[int]:
         narrow = list(map(self._is_narrow, self._aims_m, self._aims_m[1:])) if self._ahead_m > 0.0 else []
         begins = {k for k, (before, now) in enumerate(zip([True, *narrow], narrow)) if now and not before}
-        return {max(begin - BEFORE, 0) for begin in begins}
+        return {max(begin - GATE_AIMS, 0) for begin in begins}
 
     def _is_narrow(self, a_m: np.ndarray, b_m: np.ndarray) -> bool:
         return self._cost_m is not None and self._cost_m(a_m, b_m) > NARROW_COST * math.dist(a_m, b_m)

@@ -113,7 +113,7 @@ class InspectionParameters:
         check_number("nearby", self.nearby, 0.0, 5.0)
         check_number("detail", self.detail, 0.01, 100.0)
         check_number("closer", self.closer, 0.01, 100.0)
-        check_number("reach", self.reach, 0.01, 1000.0)
+        check_number("reach", self.reach, 1e-4, 1e6)
         check_number("look_period", self.look_period, 0.05, 10.0)
         check_number("home_period", self.home_period, 0.05, 60.0)
         check_number("home_speed", self.home_speed, 0.05, 20.0)
