@@ -89,10 +89,10 @@ def test_it_enters_a_narrow_part_slowly_and_so_in_its_middle(corners_x_m):
         way.follow(here_m, 0.15)
         aims_m.append((here_m[0], way.setpoint_m[0]))
         here_m = here_m + 0.1 * (way.setpoint_m - here_m) / max(math.dist(way.setpoint_m, here_m), 0.1)
-    before = [aim for x, aim in aims_m if x < 2.2]
-    # Then it aims at the begin of the narrow part until it is there, and then far ahead again
-    assert 2.4 < max(before) < 2.7
-    assert max(aim - x for x, aim in aims_m if x > 2.6) > 1.0
+    # Then it aims before the narrow part until it is there, then behind it, and only then far ahead again
+    assert 2.0 < max(aim for x, aim in aims_m if x < 2.0) < 2.6
+    assert 3.4 < max(aim for x, aim in aims_m if 2.6 < x < 3.2) < 4.2
+    assert max(aim - x for x, aim in aims_m if x > 4.0) > 1.0
 
 
 SILL_M = np.array((3.0, 0.0, 0.5))

@@ -23,7 +23,9 @@ CUT_COST = 1.1
 NARROW_COST = 2.0
 """A leg that costs so many times its length is narrow, as one through a manhole is."""
 GATE_AIMS = 1
-"""So many aims before a narrow leg it slows down."""
+"""So many aims before a narrow part the UAV enters it, and so many behind it leaves it."""
+ENTRY_M, EXIT_M = 0.1, 0.3
+"""It has entered and left it when it is so near to these aims: it enters slowly."""
 
 
 class Progress:
@@ -93,9 +95,9 @@ class Way:
         aims_m, corners = _divided(places_m, AIM_M if ahead_m > 0.0 else math.inf)
         self._aims_m = (*first_m, *aims_m)
         self._corners = [corner + len(first_m) for corner in corners]
-        self._gates = self._before_narrow()
-        """Aims shortly before a narrow part of the way. The UAV does not aim past one before it is there: a
-        fast one that turns there would be carried towards the rim.
+        self._entries, self._exits = self._narrow_ends()
+        """Aims shortly before and behind a narrow part of the way. The UAV does not aim past one before it is
+        there: a fast one that turns in between would be carried towards the rim.
         """
         self._aim, self._has_arrived = 0, not self._aims_m
         self._beside_m: np.ndarray | None = None
@@ -109,13 +111,14 @@ class Way:
 
     def _choose_aim(self, here_m: np.ndarray, arrived_m: float) -> None:
         farthest = self._aim
-        while farthest not in self._gates and self._is_within(farthest + 1, here_m, self._ahead_m):
+        gates = self._entries | self._exits
+        while farthest not in gates and self._is_within(farthest + 1, here_m, self._ahead_m):
             farthest += 1
         for aim in range(farthest, self._aim, -1):
             if self._may_cut_to(aim, here_m):
                 self._aim = aim
                 return
-        if self._is_within(self._aim, here_m, arrived_m):
+        if self._is_within(self._aim, here_m, self._reach_m(arrived_m)):
             self._has_arrived = self._aim + 1 == len(self._aims_m)
             self._aim += not self._has_arrived
 
@@ -135,10 +138,19 @@ class Way:
         is_narrow = any(map(self._is_narrow, places_m, places_m[1:]))
         return places_m[1:-1] if is_narrow and self._ahead_m > 0.0 else []
 
-    def _before_narrow(self) -> set[int]:
+    def _reach_m(self, arrived_m: float) -> float:
+        """Return within which distance of its aim the UAV has arrived."""
+        if self._aim in self._entries:
+            return min(arrived_m, ENTRY_M)
+        return max(arrived_m, EXIT_M) if self._aim in self._exits else arrived_m
+
+    def _narrow_ends(self) -> tuple[set[int], set[int]]:
+        """Return the aims shortly before and behind narrow parts, but for the way's own ends."""
         narrow = list(map(self._is_narrow, self._aims_m, self._aims_m[1:])) if self._ahead_m > 0.0 else []
-        begins = {k for k, (before, now) in enumerate(zip([True, *narrow], narrow)) if now and not before}
-        return {max(begin - GATE_AIMS, 0) for begin in begins}
+        begins = [k for k, (before, now) in enumerate(zip([True, *narrow], narrow)) if now and not before]
+        ends = [k for k, (now, after) in enumerate(zip(narrow, narrow[1:])) if now and not after]
+        exits = {k + 1 + GATE_AIMS for k in ends}
+        return {max(k - GATE_AIMS, 0) for k in begins}, {k for k in exits if k < len(self._aims_m) - 1}
 
     def _is_narrow(self, a_m: np.ndarray, b_m: np.ndarray) -> bool:
         return self._cost_m is not None and self._cost_m(a_m, b_m) > NARROW_COST * math.dist(a_m, b_m)
