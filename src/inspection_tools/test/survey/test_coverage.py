@@ -11,7 +11,7 @@ from inspection_tools.photographs.folder import PhotographRecord
 from inspection_tools.survey import SurveyCamera, SurveyParameters
 from inspection_tools.survey.command import main
 from inspection_tools.survey.coverage import judge
-from inspection_tools.survey.poses import Taken, read_taken
+from inspection_tools.survey.poses import read_taken
 
 CAMERA = SurveyCamera(width=648, height=486)
 ASKED = SurveyParameters(resolution=8.0, spacing=1.0, voxel=0.2)
@@ -57,7 +57,7 @@ def test_the_motion_of_a_record_counts_on_the_surface_in_place_of_its_longest_bl
         shift_m=shift_m,
         turn_rad=turn_rad,
     )
-    coverage = judge(room_file, [Taken.of_record(record)], CAMERA, ASKED)
+    coverage = judge(room_file, [record.taken], CAMERA, ASKED)
     middle = np.linalg.norm(coverage.patches.points_m - (3.0, 0.0, 0.0), axis=1) < 0.2
     assert (coverage.shown[middle] == is_shown).all()
 

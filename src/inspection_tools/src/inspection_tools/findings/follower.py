@@ -23,7 +23,6 @@ from inspection_tools.findings.wanted import Wanted
 from inspection_tools.photographs.folder import PhotographError, read_record
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
-from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.supplement import ROUNDS, Supplement
 from inspection_tools.survey.surface.reading import Surface, read_surface
 
@@ -56,7 +55,7 @@ class Follower:
         """Take a photograph. One that is damaged is left out."""
         try:
             if self._supplement is not None:
-                self._supplement.take(Taken.of_record(read_record(photograph.with_suffix(".json"))))
+                self._supplement.take(read_record(photograph.with_suffix(".json")).taken)
             if self._search is not None:
                 self._search.add(photograph)
         except PhotographError:

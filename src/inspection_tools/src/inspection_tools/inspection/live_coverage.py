@@ -50,7 +50,7 @@ class LiveCoverage:
 
     def take(self, record: PhotographRecord) -> None:
         """Take a photograph that was stored."""
-        self.shown |= self._shown_by([Taken.of_record(record)])
+        self.shown |= self._shown_by([record.taken])
 
     def _shown_by(self, taken: list[Taken]) -> np.ndarray:
         return shown_by(taken, self.mesh, self.patches, self._camera, self._asked)

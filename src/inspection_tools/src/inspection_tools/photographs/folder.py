@@ -20,6 +20,7 @@ from PIL import Image
 
 from inspection_tools.errors import InspectionToolsError, ParameterError
 from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.survey.poses import Taken
 
 JPEG_QUALITY = 92
 POSES_HEAD = "# timestamp tx ty tz qx qy qz qw of the optical frame\n"
@@ -55,6 +56,12 @@ class PhotographRecord:
     view: int = 0
     shift_m: float | None = None
     turn_rad: float | None = None
+
+    @property
+    def taken(self) -> Taken:
+        """Where the camera was, and how the picture is blurred."""
+        taken = Taken.of_pose(self.position_m, self.orientation_xyzw, self.blur_px)
+        return taken.moved(self.shift_m, self.turn_rad)
 
 
 KEYS = frozenset(each.name for each in fields(PhotographRecord))

@@ -13,7 +13,6 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from inspection_tools.errors import SurveyError
-from inspection_tools.photographs.folder import PhotographRecord
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.plan_file import read_plan
 from inspection_tools.survey.views.candidates import View
@@ -43,11 +42,11 @@ class Taken:
         return cls(np.array(view.place_m), optical_axes(view.yaw_rad, view.tilt_rad))
 
     @classmethod
-    def of_record(cls, record: PhotographRecord) -> Taken:
-        """Return the photograph of a record."""
-        axes = Rotation.from_quat(record.orientation_xyzw).as_matrix()
-        taken = cls(np.array(record.position_m), axes, record.blur_px)
-        return taken.moved(record.shift_m, record.turn_rad)
+    def of_pose(
+        cls, place_m: Sequence[float], orientation_xyzw: Sequence[float], blur_px: float = 0.0
+    ) -> Taken:
+        """Return the photograph of a camera at this pose of its optical frame."""
+        return cls(np.array(place_m), Rotation.from_quat(orientation_xyzw).as_matrix(), blur_px)
 
     def moved(self, shift_m: float | None, turn_rad: float | None) -> Taken:
         """Return it with a motion that counts in place of the blur in px, unless it is not known."""
