@@ -98,7 +98,7 @@ class Uav:
             picture.data = data[:1000]
         self._pictures.publish(picture)
         pose = Pose(Point(0.1, 0.0, -0.05), Quaternion(-0.5, 0.5, -0.5, 0.5))
-        return SHOOT._response_class(True, "", stamp, pose, 0.002, 400.0, 200.0, 0.1)
+        return SHOOT._response_class(True, "", stamp, pose, 0.002, 400.0, 200.0, 0.1, 1e-4, 0.0)
 
     def tell(self):
         """Tell pose, map and battery of the next instant."""
