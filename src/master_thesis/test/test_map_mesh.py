@@ -12,7 +12,8 @@ from gridslam.volume.path_poses import OdometryHistory
 from gridslam.volume.saved.map_time import MapTime
 from gridslam.volume.saved.saved_map import state_of, write_volume
 from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.surface.of_mesh import MAPPED, Sight
+from inspection_tools.survey.surface.mesh_file import MAPPED
+from inspection_tools.survey.surface.of_mesh import Sight
 from inspection_tools.survey.surface.reading import read_surface
 from master_thesis.photographing.map_mesh import (
     FREE,

@@ -105,6 +105,16 @@ def test_an_exposure_that_makes_no_sense_is_named(exposure):
         read({**ASKED, "exposure": exposure}, 0.5)
 
 
+def test_a_given_plan_is_flown_with_the_exposure_that_is_asked(tmp_path):
+    first, again = ({**ASKED, "exposure": value} for value in (0.002, 0.0005))
+    path = tmp_path / "first.yaml"
+    provide_plan(
+        read({**first, "drawing": str(box_mesh(tmp_path / "box.stl"))}, 0.5), path, 1, lambda _: None
+    )
+    plan = provide_plan(read({**again, "plan": str(path)}, 0.5), tmp_path / "plan.yaml", 1, lambda _: None)
+    assert plan.camera.exposure == 0.0005
+
+
 def test_a_drawing_that_is_missing_is_named():
     with pytest.raises(ScenarioError, match="no such drawing"):
         read({**ASKED, "drawing": "nowhere.stl"}, 0.5)

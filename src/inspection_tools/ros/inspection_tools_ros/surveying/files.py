@@ -42,7 +42,7 @@ def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
     folder = PhotographFolder(Path(goal.folder), plan.camera)
     for sentence in folder.damaged:
         rospy.logwarn("%s", sentence)
-    wanted = parameters.for_photographs(plan.asked.resolution, plan.camera.focal_px)
+    wanted = parameters.for_plan(plan)
     done = done_in(folder.folder, wanted)
     if done:
         rospy.loginfo("%d photographs are in %s already.", len(done), goal.folder)

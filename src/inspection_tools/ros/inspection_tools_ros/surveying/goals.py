@@ -25,7 +25,7 @@ from inspection_tools_ros.surveying.detector_link import DetectorLink
 from inspection_tools_ros.surveying.files import Drawings, files_of, name_of
 
 FINE_MM = 0.5
-"""Photographs as fine as this are closer looks: the UAV rests more."""
+"""Photographs as fine as this are closer looks: they need none."""
 
 
 class SurveyGoals:
@@ -69,13 +69,11 @@ class SurveyGoals:
         with self._planner_lock:
             if prior is not self._feed.prior:
                 self._feed.use(prior)
-        p, detail = files.parameters, files.plan.asked.resolution
-        is_fine = detail <= FINE_MM
-        still = min(p.still, p.still_closer) if is_fine else p.still
-        given = replace(p, time_max=goal.time_max or p.time_max, still=still)
+        given = replace(files.parameters, time_max=goal.time_max or self._parameters.time_max)
         self._name, self.plan, self.folder = name_of(goal), files.plan, files.folder
         inspection = self._inspection = Inspection(self._planner, files.todo, given, self._energy)
         self.close()
+        is_fine = files.plan.asked.resolution <= FINE_MM
         wanted = Wanted(goal.supplement and not goal.photographs, goal.second_look and not is_fine)
         if any(wanted):
             search = BackgroundSearch(Path(goal.plan), files.folder.folder / "closer.yaml", wanted)

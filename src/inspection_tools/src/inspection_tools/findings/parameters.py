@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from inspection_tools.checks import check_number, check_whole
-from inspection_tools.survey.surface.mesh_file import Mesh
-from inspection_tools.survey.surface.of_mesh import MAPPED
+from inspection_tools.survey.surface.mesh_file import MAPPED, Mesh
 
 
 @dataclass(frozen=True)

@@ -300,10 +300,11 @@ class Inspection:
         tilt_rad = task.view.tilt_rad - self.tilt_rad
         failures = self.todo.failures_of(task)
         leg = PhotographLeg(task, place_m, stamp_s, length_m, tilt_rad, self._p, failures)
+        way = self._way_along(list(way_m[1:]), stamp_s, here_m)
         with self._lock:
             if self._is_paused or self.end is not None:
                 return ""
-            self._leg, self._way = leg, self._way_along(list(way_m[1:]), stamp_s, here_m)
+            self._leg, self._way = leg, way
             self.front_rad, self.tilt_rad = task.view.yaw_rad, task.view.tilt_rad
         return ""
 
@@ -322,9 +323,9 @@ class Inspection:
         way_m = self._homing.next_way(stamp_s, here_m, is_stuck)
         if way_m is not None:
             # The planner knows no way along the track: each of its places counts.
-            is_planned = not self._homing.is_by_track
+            way = Way(way_m) if self._homing.is_by_track else self._way_along(way_m, stamp_s, here_m)
             with self._lock:
-                self._way = self._way_along(way_m, stamp_s, here_m) if is_planned else Way(way_m)
+                self._way = way
 
     def _way_along(self, places_m: Sequence[np.ndarray], stamp_s: float, here_m: np.ndarray) -> Way:
         """Return a way along places (x, y, z), whose corners are cut where that is safe."""

@@ -56,9 +56,8 @@ class PhotographLeg:
         failures: int = 0,
     ) -> None:
         self.task, self.is_shot, self._place_m, self._p = task, False, place_m, parameters
-        still = parameters.still_closer if task.number < 0 else parameters.still
         stricter = 1.0 + STRICTER * failures
-        self._still, self._still_turn = still / stricter, parameters.still_turn / stricter
+        self._still_mm = parameters.still * parameters.most_blur_mm(task.number < 0) / stricter
         self._until_s = stamp_s + SLOW * way_m / self._p.speed + LEG_S
         self._tilted_s = stamp_s + abs(math.degrees(tilt_rad)) / self._p.tilt_rate + self._p.settle
         self._arrived_s: float | None = None
@@ -103,7 +102,9 @@ class PhotographLeg:
 
     def _rests(self, motion: Motion, times: float = 1.0) -> bool:
         """Return whether the UAV moves and turns slower than allowed, so many times. Both blur: they add."""
-        return motion.speed / self._still + abs(motion.turn_rate) / self._still_turn <= times
+        p = self._p
+        shift_m, turn_rad = p.exposure * motion.speed, p.exposure * abs(motion.turn_rate)
+        return p.blur_mm(shift_m, turn_rad, self.task.number < 0) <= times * self._still_mm
 
 
 def _since(before_s: float | None, holds: bool, stamp_s: float) -> float | None:

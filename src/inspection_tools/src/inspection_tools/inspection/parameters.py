@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from inspection_tools.checks import check_flag, check_number, check_whole
+from inspection_tools.survey.plan import SurveyPlan
 
 
 @dataclass(frozen=True)
@@ -18,9 +19,7 @@ class InspectionParameters:
         ahead, climbs_first: As in `ExplorationParameters`.
         near: At a photograph the UAV is at most so far from its place, m.
         turned: Its front is at most so far from the photograph's, deg.
-        still: It moves slower than this, m/s, if it does not turn.
-        still_closer: The same for a closer look, which motion blurs more.
-        still_turn: It turns slower than this, rad/s, if it does not move. The shares of both add up.
+        still: It moves and turns so slowly that this share of `blur_max` is blurred.
         settle: All this holds for so long before the shutter opens, s.
         rest: Or it has been at rest for so long within `far`, s. CEPA may keep it off a little.
         calm: After so long near the place it opens at the first instant of rest within `far`, s. Where CEPA
@@ -39,6 +38,7 @@ class InspectionParameters:
         nearby: If there is no way to its place, it is taken from a place within this distance, m.
         detail, closer: Resolution of a photograph and of a closer look, mm per pixel.
         reach: Where the camera's pixel covers as much as the detail, m.
+        exposure: Of a photograph, s.
         look_period: Between two checks of the way, s.
         home_period: Between two plans of the way home, s.
         home_speed: Of the way home, m/s.
@@ -56,9 +56,7 @@ class InspectionParameters:
     climbs_first: bool = False
     near: float = 0.15
     turned: float = 1.5
-    still: float = 0.2
-    still_closer: float = 0.08
-    still_turn: float = 0.045
+    still: float = 0.8
     settle: float = 0.2
     rest: float = 1.5
     calm: float = 2.5
@@ -75,6 +73,7 @@ class InspectionParameters:
     detail: float = 1.0
     closer: float = 0.3
     reach: float = 4.5
+    exposure: float = 0.002
     look_period: float = 0.5
     home_period: float = 2.0
     home_speed: float = 0.8
@@ -83,9 +82,25 @@ class InspectionParameters:
     camera_y: float = 0.0
     camera_z: float = -0.05
 
-    def for_photographs(self, detail_mm: float, focal_px: float) -> InspectionParameters:
-        """Return them for photographs of this resolution, mm per pixel, by a camera of this focal length."""
-        return replace(self, detail=detail_mm, reach=1e-3 * detail_mm * focal_px)
+    def for_plan(self, plan: SurveyPlan) -> InspectionParameters:
+        """Return them for the photographs of a plan, by its camera."""
+        detail_mm, camera = plan.asked.resolution, plan.camera
+        reach_m = 1e-3 * detail_mm * camera.focal_px
+        return replace(self, detail=detail_mm, reach=reach_m, exposure=camera.exposure)
+
+    def blur_mm(self, shift_m: float, turn_rad: float, is_closer: bool = False) -> float:
+        """Return what a motion during the exposure blurs on the surface, where the detail is just drawn, mm.
+
+        A near surface blurs by more px, but no more on the surface.
+        """
+        return 1e3 * (shift_m + self._share(is_closer) * self.reach * turn_rad)
+
+    def most_blur_mm(self, is_closer: bool = False) -> float:
+        """Return the blur on the surface that is allowed, mm."""
+        return self.blur_max * self._share(is_closer) * self.detail
+
+    def _share(self, is_closer: bool) -> float:
+        return self.closer / self.detail if is_closer else 1.0
 
     def __post_init__(self) -> None:
         check_number("time_max", self.time_max, 1.0, 86_400.0)
@@ -95,9 +110,7 @@ class InspectionParameters:
         check_flag("climbs_first", self.climbs_first)
         check_number("near", self.near, 0.02, 2.0)
         check_number("turned", self.turned, 0.1, 45.0)
-        check_number("still", self.still, 0.01, 5.0)
-        check_number("still_closer", self.still_closer, 0.01, 5.0)
-        check_number("still_turn", self.still_turn, 0.001, 5.0)
+        check_number("still", self.still, 0.01, 1.0)
         check_number("settle", self.settle, 0.0, 60.0)
         check_number("rest", self.rest, 0.0, 60.0)
         check_number("calm", self.calm, 0.0, 600.0)
@@ -114,6 +127,7 @@ class InspectionParameters:
         check_number("detail", self.detail, 0.01, 100.0)
         check_number("closer", self.closer, 0.01, 100.0)
         check_number("reach", self.reach, 1e-4, 1e6)
+        check_number("exposure", self.exposure, 1e-6, 10.0)
         check_number("look_period", self.look_period, 0.05, 10.0)
         check_number("home_period", self.home_period, 0.05, 60.0)
         check_number("home_speed", self.home_speed, 0.05, 20.0)

@@ -37,18 +37,13 @@ class Shot:
     turn_rad: float | None = None
 
     def fault(self, parameters: InspectionParameters, is_closer: bool = False) -> str:
-        """Return why the photograph must be taken again; empty: it is good.
-
-        Blur counts on the surface, as far away as the camera draws it as finely as asked: a near surface
-        blurs by more px, but no more on the surface.
-        """
+        """Return why the photograph must be taken again; empty: it is good."""
         p = parameters
-        share = p.closer / p.detail if is_closer else 1.0
-        reach_m, most_mm = share * p.reach, p.blur_max * share * p.detail
+        most_mm = p.most_blur_mm(is_closer)
         if self.shift_m is None or self.turn_rad is None:
             if not self.blur_px <= p.blur_max:
                 return f"it was blurred by {self.blur_px:.1f} px; {p.blur_max:g} px are allowed"
-        elif not (blur_mm := 1e3 * (self.shift_m + reach_m * self.turn_rad)) <= most_mm:
+        elif not (blur_mm := p.blur_mm(self.shift_m, self.turn_rad, is_closer)) <= most_mm:
             return f"it was blurred by {blur_mm:.2f} mm on the surface; {most_mm:.2g} mm are allowed"
         if not (self.lux >= p.lux_min and self.iso <= p.iso_max):
             return f"it was dark: {self.lux:.1f} lux, ISO {self.iso:.0f}"

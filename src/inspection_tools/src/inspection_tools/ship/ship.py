@@ -8,7 +8,7 @@ from typing import Mapping, NamedTuple, Sequence
 
 import numpy as np
 
-from inspection_tools.survey.surface.of_mesh import MAPPED, NOT_SURVEYED
+from inspection_tools.survey.surface.mesh_file import MAPPED, NOT_SURVEYED
 
 OF_MAPS = {MAPPED: "structure", NOT_SURVEYED: "not surveyed"}
 """What a surveyor calls the two things that the mesh of an explored map has."""

@@ -119,8 +119,7 @@ class InspectingFlight:
         self.volume = VolumeOfFlight(PathPlanner(planner), volume, prior)
         self._clouds = FlownClouds(loop, self.volume, "An inspection")
         todo = Todo(plan.views, (), parameters.tries)
-        wanted = parameters.for_photographs(plan.asked.resolution, plan.camera.focal_px)
-        self.inspection = Inspection(self.volume.planner, todo, wanted, energy)
+        self.inspection = Inspection(self.volume.planner, todo, parameters.for_plan(plan), energy)
         self._supplement, self._rounds = supplement, ROUNDS
         self.inspection.awaits = supplement is not None
         self._errand = Errand(1, swaps)

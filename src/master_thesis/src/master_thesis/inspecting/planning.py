@@ -35,14 +35,14 @@ def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable
     if request.plan is not None:
         plan = read_plan(request.plan)
         source = request.plan.parent / plan.source
-        write_plan(
-            out, replace(plan, source=str(source if plan.source and source.exists() else request.drawing))
-        )
+        known = source if plan.source and source.exists() else request.drawing
+        camera = replace(plan.camera, exposure=request.camera.exposure)
+        write_plan(out, replace(plan, source=str(known), camera=camera))
         return read_plan(out)
     x, y, z, _ = request.flight.description.scenario.start_xyz_yaw
     drawing, asked = request.drawing, request.asked
     if drawing.suffix in MAP_SUFFIXES:
-        asked = on_map(asked, read_octree(drawing).resolution_m)
+        asked = on_map(asked, drawing)
         mesh_of_map(drawing).export(out.with_name("drawing.glb"))
         drawing = out.with_name("drawing.glb")
     say(f"The survey is planned from {request.drawing}.")
@@ -65,14 +65,16 @@ def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable
     return plan
 
 
-def on_map(asked: SurveyParameters, side_m: float) -> SurveyParameters:
-    """Return what is asked of a plan on a map of voxels.
+def on_map(asked: SurveyParameters, path: Path) -> SurveyParameters:
+    """Return what is asked of a plan on a map of voxels, a .bt or .ot file.
 
     A plan without margin is for manholes. The rim of one fills voxels that it only touches, so the manhole of
     the map is narrower than the true one. As the planner of the flight does, such a plan measures to the
     middle of the voxels.
     """
-    return asked if asked.margin > 0.0 else replace(asked, margin=asked.margin - side_m / 2)
+    if asked.margin > 0.0:
+        return asked
+    return replace(asked, margin=asked.margin - read_octree(path).resolution_m / 2)
 
 
 def ship_file(request: InspectingRequest) -> Path | None:

@@ -13,7 +13,7 @@ from gridslam.volume import CloudNode
 from gridslam.volume.octree.files import read_octree
 from gridslam.volume.plates import plates_of
 from gridslam.volume.saved.saved_map import read_volume
-from inspection_tools.survey.surface.of_mesh import MAPPED, NOT_SURVEYED
+from inspection_tools.survey.surface.mesh_file import MAPPED, NOT_SURVEYED
 from master_thesis.errors import ScenarioError
 from master_thesis.photographing.plate_mesh import Kinds, not_of, standing, with_backs
 

@@ -19,6 +19,10 @@ MOST_TRIANGLES = 2_000_000
 STL_HEADER_BYTES, STL_TRIANGLE_BYTES = 84, 50
 ENDLESS_M = 300.0
 """A thing this long is the ground of a world; it does not say how large the room is."""
+NOT_SURVEYED = "unknown"
+"""Name of a thing that bounds the air and is no surface: what an explored map does not know."""
+MAPPED = "mapped"
+"""Name of a thing of sheets that each show their front only: what an explored map knows."""
 
 
 @dataclass(frozen=True)

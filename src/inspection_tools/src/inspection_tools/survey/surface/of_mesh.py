@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey.kernels.filling import mark_columns
 from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.surface.mesh_file import Mesh
+from inspection_tools.survey.surface.mesh_file import MAPPED, NOT_SURVEYED, Mesh
 from inspection_tools.survey.surface.patches import Patches, grouped
 from inspection_tools.survey.surface.room import MOST_VOXELS, Room, room_of
 from inspection_tools.survey.surface.samples import Samples, clipped, normals_of, samples_on
@@ -20,10 +20,6 @@ EDGE_M = 0.6
 """More on each side of the box around a mesh."""
 INTO_M = 1e-3
 """Samples count to the voxel this far behind them: walls on voxels' borders do not thicken inwards."""
-NOT_SURVEYED = "unknown"
-"""Name of a thing that bounds the air and is no surface: what an explored map does not know."""
-MAPPED = "mapped"
-"""Name of a thing of sheets that each show their front only: what an explored map knows."""
 FRONT = 1.5
 """A side of a surface is in the air if a place so many voxels before it is."""
 

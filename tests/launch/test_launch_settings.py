@@ -1,0 +1,150 @@
+"""What the launch files of mapping, exploration and inspection tell their nodes."""
+
+from __future__ import annotations
+
+import math
+import os
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+import yaml
+
+from master_thesis.exploring.places import HOLD, TANK, place_of
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def loaded(path, *given):
+    """Return roslaunch's configuration of a launch file."""
+    from launch_files import load
+
+    return load(path, *given)
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("number", [3, 4])
+@pytest.mark.parametrize(
+    ("given", "algorithm"),
+    [
+        ((), "improved"),
+        (("lidar:=ust", "nod:=true"), "dynamic"),
+        (("lidar:=ust", "nod:=true", "algorithm:=improved"), "improved"),
+    ],
+)
+def test_a_lidar_that_nods_is_flown_by_the_algorithm_that_remembers(number, given, algorithm):
+    config = loaded(ROOT / f"src/master_thesis/launch/experiment_{number}.launch", *given, "gnss:=false")
+    assert config.params["/experiment/algorithm"].value == algorithm
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(
+    ("file", "given", "leaders"),
+    [
+        ("explore", [], {"explore"}),
+        ("inspection", [], {"explore", "inspect"}),
+        ("inspection", ["explore:=false"], {"inspect"}),
+    ],
+)
+def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, given, leaders):
+    path = ROOT / f"src/master_thesis/launch/{file}.launch"
+    for world, radius_m, manhole_m in (
+        ("hold_3d", 0.35, math.inf),
+        ("hold_3d_cargo", 0.35, math.inf),
+        ("ballast_tank", 0.2, 0.6),
+    ):
+        config = loaded(path, f"world:={world}", *given)
+        params = {key: each.value for key, each in config.params.items()}
+        assert {node.name for node in config.nodes} & {"explore", "inspect"} == leaders
+        for leader in leaders:
+            assert params["/cepa/body_radius"] == params[f"/{leader}/planner/radius"] == radius_m
+            clearance_m = radius_m + params[f"/{leader}/planner/margin"]
+            assert radius_m <= clearance_m <= params["/cepa/r_lb"] < params["/cepa/r_ub"]
+        assert 2.0 * params["/cepa/r_lb"] < manhole_m
+        waits_for = set(params["/gazebo/lockstep_participants"].split())
+        assert waits_for == {
+            f"/{node}/processed" for node in ("experiment", *leaders, "gridslam", "slam_octomap")
+        }
+    assert loaded(path, "lockstep:=false").params["/gazebo/lockstep_participants"].value == ""
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(
+    ("volume", "mappers"), [("false", {"gridslam"}), ("true", {"gridslam", "slam_octomap"})]
+)
+def test_lockstep_of_a_mapping_flight_waits_for_every_map(volume, mappers):
+    path = ROOT / "src/master_thesis/launch/experiment_4.launch"
+    config = loaded(path, "lockstep:=true", "lidar:=puck", f"volume:={volume}")
+    waits_for = set(config.params["/gazebo/lockstep_participants"].value.split())
+    assert waits_for == {f"/{node}/processed" for node in ("experiment", "mission", *mappers)}
+
+
+@pytest.mark.ros
+def test_an_inspection_explores_unless_it_gets_a_plan_or_a_drawing():
+    path = ROOT / "src/master_thesis/launch/inspection.launch"
+    world = str(ROOT / "src/master_thesis/worlds/hold_3d.world")
+    for given, explores, planned, read_at_start in (
+        (None, True, "", ""),
+        ("explore:=false", False, world, world),
+        ("plan:=/plan.yaml", False, world, world),
+        ("drawing:=/maps/hold.stl", False, "/maps/hold.stl", "/maps/hold.stl"),
+        ("drawing:=/maps/map.bt", False, "/maps/map.bt", ""),
+    ):
+        params = {key: each.value for key, each in loaded(path, *([given] if given else [])).params.items()}
+        assert params["/experiment/explore"] is explores
+        assert params["/inspect/use_drawing"] is not explores
+        assert os.path.normpath(params["/experiment/drawing"]) == os.path.normpath(planned)
+        assert params["/inspect/drawing"] == read_at_start
+
+
+@pytest.mark.ros
+def test_an_inspection_explores_as_explore_launch_does_but_for_the_speed():
+    folder = ROOT / "src/master_thesis/launch"
+    for world in ("hold_3d", "hold_3d_cargo", "ballast_tank"):
+        explored, inspected = (
+            {
+                key: each.value
+                for key, each in loaded(folder / f"{file}.launch", f"world:={world}").params.items()
+                if key.startswith("/explore/") and key not in ("/explore/speed", "/explore/ahead")
+            }
+            for file in ("explore", "inspection")
+        )
+        assert inspected == explored
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("world", [HOLD, TANK])
+def test_flights_without_ros_explore_as_the_launch_file_does(world):
+    config = loaded(ROOT / "src/master_thesis/launch/explore.launch", f"world:={world}")
+    given = {key: each.value for key, each in config.params.items()}
+    place = place_of(world, 1)
+    asked, explorer = place.asked(600.0), place.explorer
+    assert given["/position_controller/max_speed"] == explorer.speed
+    for name in ("arrived", "ahead", "climbs_first", "steep"):
+        assert given[f"/explore/{name}"] == getattr(asked, name), name
+    for name in (
+        "elevation_min",
+        "elevation_max",
+        "reach",
+        "cell",
+        "spacing",
+        "worth_min",
+        "speed",
+        "by_volume",
+    ):
+        assert given[f"/explore/{name}"] == pytest.approx(getattr(explorer, name), abs=1e-3), name
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("lidar", ["puck", "near_puck", "qt64", "m8"])
+def test_explorer_and_cepa_know_where_a_lidar_s_beams_look(lidar):
+    model = ElementTree.parse(ROOT / f"src/simulation_tools/models/lidar_{lidar}/model.sdf").getroot()
+    (ray,) = model.iterfind(".//sensor[@name='cloud']/ray")
+    beams = [float(ray.findtext(f"scan/vertical/{end}_angle")) for end in ("min", "max")]
+    config = loaded(ROOT / "src/master_thesis/launch/explore.launch", f"lidar:={lidar}")
+    params = {key: each.value for key, each in config.params.items()}
+    assert [params[f"/explore/elevation_{end}"] for end in ("min", "max")] == pytest.approx(beams, abs=1e-3)
+    limits = yaml.safe_load((ROOT / f"src/cepa/config/clouds/{lidar}.yaml").read_text())
+    assert [limits["elevation_min"], limits["elevation_max"]] == pytest.approx(beams, abs=1e-3)
+    ranges = [float(ray.findtext(f"range/{end}")) for end in ("min", "max")]
+    assert [limits["range_min"], limits["range_max"]] == ranges
