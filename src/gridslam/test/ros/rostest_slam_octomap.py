@@ -56,13 +56,14 @@ def occupied(message):
 
 
 def path_of(places):
-    """SLAM's path through places: stamp, x and y."""
+    """SLAM's path through places: stamp, x, y and, if it is not 0, yaw."""
     path = PathMessage()
-    for stamp, x, y in places:
+    for stamp, x, y, *yaw_rad in places:
         pose = PoseStamped()
         pose.header.stamp = stamp
         pose.pose.position.x, pose.pose.position.y = x, y
-        pose.pose.orientation.w = 1.0
+        half_rad = 0.5 * sum(yaw_rad)
+        pose.pose.orientation.z, pose.pose.orientation.w = math.sin(half_rad), math.cos(half_rad)
         path.poses.append(pose)
     return path
 
@@ -224,6 +225,22 @@ class OctomapTest(unittest.TestCase):
         self.paths.send(
             path_of([(self.stamp - rospy.Duration(2.0 * (2 - k)), float(k), 0.6) for k in range(3)])
         )
+        moved = {tuple(np.round((x, y + 0.6, z), 3).tolist()) for x, y, z in WALL}
+        wait_until(
+            lambda: occupied(self.call("/octomap_binary").map) == moved, "the wall where the path says"
+        )
+
+    def test_a_pose_of_the_path_between_two_clouds_of_the_map_is_compared_with_odometry_then(self):
+        """The map takes a cloud each 0.5 s. In between the UAV has turned, and its path tells the same."""
+        for wait_s, yaw_rad in ((2.0, 0.0), (0.15, 0.6), (0.45, 0.0)):
+            cosine, sine = math.cos(yaw_rad), math.sin(yaw_rad)
+            seen = [(x * cosine + y * sine, y * cosine - x * sine, z) for x, y, z in WALL]
+            self.send(seen, wait_s, at=(0.0, 0.0, yaw_rad))
+        wait_until(
+            lambda: self.call("/octomap_binary").map.header.stamp >= self.stamp, "the clouds in the map"
+        )
+        # All is 0.6 m to the left: were odometry's turn not known, the wall would turn, too
+        self.paths.send(path_of([(self.stamp - rospy.Duration(0.45), 0.0, 0.6, 0.6), (self.stamp, 0.0, 0.6)]))
         moved = {tuple(np.round((x, y + 0.6, z), 3).tolist()) for x, y, z in WALL}
         wait_until(
             lambda: occupied(self.call("/octomap_binary").map) == moved, "the wall where the path says"
