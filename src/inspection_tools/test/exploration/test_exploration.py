@@ -17,7 +17,7 @@ from inspection_tools.exploration import (
     ExplorerParameters,
 )
 from inspection_tools.exploration.leftovers import Why
-from inspection_tools.exploration.way import in_steps
+from inspection_tools.exploration.steps import in_steps
 from inspection_tools.planning import PathPlanner
 
 HOVER_M = np.array((1.0, 2.0, 3.0))

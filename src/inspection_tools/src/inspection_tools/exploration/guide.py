@@ -9,7 +9,8 @@ import numpy as np
 
 from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.parameters import ExplorationParameters
-from inspection_tools.exploration.way import Progress, Way, in_steps
+from inspection_tools.exploration.steps import in_steps
+from inspection_tools.exploration.way import Progress, Way
 from inspection_tools.planning import PathPlanner
 
 SLOW_SHARE, STEP_M = 0.4, 0.6
@@ -81,7 +82,7 @@ class Guide:
 
     def follow(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Take a pose (x, y, z)."""
-        self._way.follow(here_m, self._p.arrived)
+        self._way.follow(stamp_s, here_m, self._p.arrived)
         self._progress.note(stamp_s, here_m, self._way.rest_m)
         if self._way.is_left:
             self._hovers_s = None

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import Callable, Sequence
+from itertools import groupby
+from typing import Sequence
 
 import numpy as np
+
+from inspection_tools.exploration.narrow_part import Cost, Drift, NarrowPart, middle_of
+from inspection_tools.exploration.steps import in_steps
 
 NEARER_M = 0.1
 """A UAV whose way gets so much shorter makes progress."""
@@ -85,7 +89,7 @@ class Way:
     def __init__(
         self,
         places_m: Sequence[np.ndarray] = (),
-        cost_m: Callable[[np.ndarray, np.ndarray], float] | None = None,
+        cost_m: Cost | None = None,
         ahead_m: float = 0.0,
         climbs_first: bool = False,
         begin_m: np.ndarray | None = None,
@@ -95,23 +99,32 @@ class Way:
         aims_m, corners = _divided(places_m, AIM_M if ahead_m > 0.0 else math.inf)
         self._aims_m = (*first_m, *aims_m)
         self._corners = [corner + len(first_m) for corner in corners]
-        self._entries, self._exits = self._narrow_ends()
-        """Aims shortly before and behind a narrow part of the way. The UAV does not aim past one before it is
-        there: a fast one that turns in between would be carried towards the rim.
+        self._narrow = self._narrow_parts(begin_m)
+        """The UAV does not aim past entry and exit of one before it is there: a fast one that turns in
+        between would be carried towards the rim.
         """
-        self._aim, self._has_arrived = 0, not self._aims_m
-        self._beside_m: np.ndarray | None = None
-        """The place over or under the UAV at the height of its aim, while it climbs or sinks first."""
+        self._aim, self._has_arrived, self._drift = 0, not self._aims_m, Drift()
+        self._instead_m: np.ndarray | None = None
+        """Where it flies in place of its aim: along a narrow part, or straight up or down first."""
 
-    def follow(self, here_m: np.ndarray, arrived_m: float) -> None:
+    def follow(self, stamp_s: float, here_m: np.ndarray, arrived_m: float) -> None:
         """Aim farther ahead if the UAV (x, y, z) can, or is nearer than this to the present aim."""
+        self._drift.note(stamp_s, here_m)
         if not self._has_arrived:
             self._choose_aim(here_m, arrived_m)
-        self._beside_m = self._climb_first(here_m) if self._climbs_first and self.is_left else None
+        self._instead_m = self._in_place_of_aim(here_m) if self.is_left else None
+
+    def _in_place_of_aim(self, here_m: np.ndarray) -> np.ndarray | None:
+        for part in self._narrow:
+            if part.is_passage and part.holds(self._aim):
+                aim_m = part.aim_m(here_m, self._drift.velocity_m_s)
+                assert self._cost_m is not None
+                return aim_m if math.isfinite(self._cost_m(here_m, aim_m)) else None
+        return self._climb_first(here_m) if self._climbs_first else None
 
     def _choose_aim(self, here_m: np.ndarray, arrived_m: float) -> None:
         farthest = self._aim
-        gates = self._entries | self._exits
+        gates = {aim for part in self._narrow for aim in (part.entry, part.exit)}
         while farthest not in gates and self._is_within(farthest + 1, here_m, self._ahead_m):
             farthest += 1
         for aim in range(farthest, self._aim, -1):
@@ -140,17 +153,40 @@ class Way:
 
     def _reach_m(self, arrived_m: float) -> float:
         """Return within which distance of its aim the UAV has arrived."""
-        if self._aim in self._entries:
+        if any(self._aim == part.entry for part in self._narrow):
             return min(arrived_m, ENTRY_M)
-        return max(arrived_m, EXIT_M) if self._aim in self._exits else arrived_m
+        is_exit = any(self._aim == part.exit for part in self._narrow) and self._aim + 1 < len(self._aims_m)
+        return max(arrived_m, EXIT_M) if is_exit else arrived_m
 
-    def _narrow_ends(self) -> tuple[set[int], set[int]]:
-        """Return the aims shortly before and behind narrow parts, but for the way's own ends."""
-        narrow = list(map(self._is_narrow, self._aims_m, self._aims_m[1:])) if self._ahead_m > 0.0 else []
-        begins = [k for k, (before, now) in enumerate(zip([True, *narrow], narrow)) if now and not before]
-        ends = [k for k, (now, after) in enumerate(zip(narrow, narrow[1:])) if now and not after]
-        exits = {k + 1 + GATE_AIMS for k in ends}
-        return {max(k - GATE_AIMS, 0) for k in begins}, {k for k in exits if k < len(self._aims_m) - 1}
+    def _narrow_parts(self, begin_m: np.ndarray | None) -> list[NarrowPart]:
+        """Find those of the way, and shift it to their middle. Each begins shortly before what is narrow."""
+        if self._ahead_m <= 0.0 or not self._aims_m or self._cost_m is None:
+            return []
+        known_m = [] if begin_m is None else [begin_m]
+        track_m, before = [*known_m, *self._aims_m], len(known_m)
+        legs, parts = list(map(self._is_narrow, track_m, track_m[1:])), []
+        for is_narrow, run in groupby(range(len(legs)), legs.__getitem__):
+            if not is_narrow:
+                continue
+            numbers = list(run)
+            begin = max(numbers[0] - GATE_AIMS, before) if numbers[0] else 0
+            end = min(numbers[-1] + 1 + GATE_AIMS, len(legs))
+            entry = begin - before if numbers[0] else -1
+            shift_m = middle_of(track_m[numbers[0] : numbers[-1] + 2], self._cost_m)
+            if shift_m is not None:
+                self._shift(track_m, begin, min(end + 1, len(legs)), shift_m)
+            is_passage = shift_m is not None
+            parts.append(NarrowPart(entry, end - before, track_m[begin : end + 1], is_passage))
+        self._aims_m = tuple(track_m[before:])
+        return parts
+
+    def _shift(self, track_m: list[np.ndarray], begin: int, end: int, shift_m: np.ndarray) -> None:
+        """Shift places of the way, but not its end, if it is clear then."""
+        assert self._cost_m is not None
+        shifted_m = [place_m + shift_m for place_m in track_m[begin:end]]
+        around_m = [*track_m[max(begin - 1, 0) : begin], *shifted_m, *track_m[end : end + 1]]
+        if all(map(math.isfinite, map(self._cost_m, around_m, around_m[1:]))):
+            track_m[begin:end] = shifted_m
 
     def _is_narrow(self, a_m: np.ndarray, b_m: np.ndarray) -> bool:
         return self._cost_m is not None and self._cost_m(a_m, b_m) > NARROW_COST * math.dist(a_m, b_m)
@@ -189,18 +225,9 @@ class Way:
     @property
     def setpoint_m(self) -> np.ndarray | None:
         """The place to fly to now, in the end the last one; None: the way has none."""
-        if self._beside_m is not None:
-            return self._beside_m
+        if self._instead_m is not None:
+            return self._instead_m
         return self._aims_m[self._aim] if self._aims_m else None
-
-
-def in_steps(places_m: Sequence[np.ndarray], step_m: float) -> list[np.ndarray]:
-    """Return the places (x, y, z) of a way with others between, so that no step is longer than this."""
-    stepped = [np.asarray(place_m, float) for place_m in places_m[:1]]
-    for begin_m, end_m in zip(places_m, places_m[1:]):
-        count = max(1, math.ceil(math.dist(begin_m, end_m) / step_m))
-        stepped += [begin_m + share * (end_m - begin_m) for share in np.linspace(0.0, 1.0, count + 1)[1:]]
-    return stepped
 
 
 def _divided(places_m: Sequence[np.ndarray], step_m: float) -> tuple[tuple[np.ndarray, ...], list[int]]:

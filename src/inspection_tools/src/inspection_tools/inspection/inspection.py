@@ -158,7 +158,7 @@ class Inspection:
                 self._been_m.append(here_m)
             if self.end is None:
                 self._homing.note(here_m)
-            self._way.follow(here_m, self._p.arrived)
+            self._way.follow(motion.stamp_s, here_m, self._p.arrived)
             if self._leg is not None and (why := self._leg.follow(motion)):
                 self._fail(self._leg.task, why)
             waits = self._is_paused or self.is_waiting or self._no_way_s is not None
