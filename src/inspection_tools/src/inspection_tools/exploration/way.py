@@ -118,8 +118,8 @@ class Way:
         for part in self._narrow:
             if part.is_passage and part.holds(self._aim):
                 aim_m = part.aim_m(here_m, self._drift.velocity_m_s)
-                assert self._cost_m is not None
-                return aim_m if math.isfinite(self._cost_m(here_m, aim_m)) else None
+                if self._cost_m is not None and math.isfinite(self._cost_m(here_m, aim_m)):
+                    return aim_m
         return self._climb_first(here_m) if self._climbs_first else None
 
     def _choose_aim(self, here_m: np.ndarray, arrived_m: float) -> None:
