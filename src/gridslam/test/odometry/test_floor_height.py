@@ -169,6 +169,19 @@ def test_a_shock_is_no_step_of_the_floor(shock, silent_s):
     assert floor.floor_m == 0.0
 
 
+def test_an_edge_that_comes_into_the_cone_little_by_little_close_below_is_no_shock():
+    """As over the sill of a manhole: each reading is nearer than the one before, the last below 0.5 m."""
+    floor, heights_m = FloorHeight(LidarOdometryParameters()), []
+    for k in range(300):
+        floor.on_acceleration(k * IMU_S, 0.0)
+        if k % RANGE_EVERY == 0:
+            sill = (0.76, 0.485, 0.395)[min(k // RANGE_EVERY - 40, 2)] if k >= 40 * RANGE_EVERY else 1.06
+            floor.on_range(k * IMU_S, sill)
+        heights_m.append(floor.at(k * IMU_S)[0])
+    assert np.abs(np.array(heights_m) - 1.06).max() < 0.05
+    assert floor.floor_m == pytest.approx(1.06 - 0.395, abs=0.05)
+
+
 def test_without_readings_the_height_is_not_known():
     _rows, floor = fly(hover, lambda t: 0.0, 6.0, finder=lambda t, h: None if t > 3.0 else h)
     assert not floor.is_known_at(6.0)

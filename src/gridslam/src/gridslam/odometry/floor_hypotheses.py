@@ -26,7 +26,7 @@ NEW = -1
 STEP_CHANCE, LOST_CHANCE, SHOCK_CHANCE = 0.02, 0.02, 0.005
 """Chances that between two readings the floor has a step, that a reading tells nothing, and that a shock has
 spoiled the prediction, as at a touchdown."""
-JUMP_SHARE = 0.5
+JUMP_SHARE = 0.25
 """After a shock the readings go on as before: they jump by less than this share of what they are off by."""
 SHOCK_BELOW_M = 0.5
 """Only so near to what is below there are shocks. Higher up, readings that change from one to the next are an

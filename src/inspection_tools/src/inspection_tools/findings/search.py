@@ -80,9 +80,10 @@ class PhotographSearch:
             picture, _ = read_photograph(path)
             found = self._detector.candidates(picture, posed)
             self._remembered.write(path, found)
-        if posed.sight.finest_mm <= self._p.crack_closer:
-            self._near.append(posed)
         self._placed += [each for each in map(posed.place, found) if each is not None]
+        if posed.sight.finest_mm <= self._p.crack_closer:
+            posed.sight.forget_edges()  # or hundreds of photographs take gigabytes
+            self._near.append(posed)
 
     def findings(self) -> list[Finding]:
         """Return what all photographs show together."""
