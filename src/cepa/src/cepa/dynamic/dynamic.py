@@ -11,7 +11,8 @@ from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason, Vector2
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, leads_back
 from cepa.dynamic.constants.choice import EVASION_M_S, SPOT_CLIMBS, STANDS_M_S
-from cepa.dynamic.cost import Cost
+from cepa.dynamic.constants.response import MEETING_S
+from cepa.dynamic.cost import Cost, progress_as_asked
 from cepa.dynamic.cost_to_go.course import Course, Reference, course_of, reference_of
 from cepa.dynamic.cost_to_go.search import CostToGoSearch
 from cepa.dynamic.destination import Destination
@@ -27,6 +28,7 @@ from cepa.dynamic.remembered.single_beams import SingleBeams
 from cepa.dynamic.report import Considered, Explanation, Report, View, report_of, view_of
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.dynamic.space_knowledge import SpaceKnowledge
+from cepa.dynamic.threats import threats
 from cepa.dynamic.timing import ScanTiming
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
@@ -143,7 +145,7 @@ class Dynamic(Algorithm):
         heading = Heading(now.yaw_rad)
         reference = reference_of(heading.into_odometry(v_ref, now.climb_ref_m_s))
         self._destination.update(now.position_m, reference.velocity.tolist())
-        observed = self._observe(beams, scan.range_max, now, told.age_s, state, cloud)  # 2 what moves
+        observed = self._observe(beams, scan.range_max, now, told.age_s, state, cloud, reference)  # 2 what moves
         knowledge = self._knowledge_of(observed)
         step = Step(knowledge, knowledge.take_in(observed), reference, heading)  # 2 memory
         clear = knowledge.clear_reference(step.snapshot, reference, self.commit_s)  # 3 clear?
@@ -181,6 +183,7 @@ class Dynamic(Algorithm):
         age_s: float,
         state: np.ndarray,
         cloud: Cloud | None,
+        reference: Reference,
     ) -> Observation:
         """Tell what moves from what stands; return it with all that came with the scan."""
         are_upright = self._space is None or not self._space.has_clouds
@@ -189,6 +192,7 @@ class Dynamic(Algorithm):
         if len(scan.points):
             standing = scan.points[~scan.is_moving] if len(scan.movers) else scan.points.copy()
         rangings, self._rangings = self._rangings, ()
+        fastest = max(EVASION_M_S, reference.speed, math.hypot(state[0, 1], state[1, 1]))
         return Observation(
             motion=now,
             state=state,
@@ -199,6 +203,7 @@ class Dynamic(Algorithm):
             standing=standing,
             free=scan.free,
             movers=scan.movers,
+            threats=threats(scan.movers, fastest, self.parameters.r_ub),
             cloud=cloud,
             rangings=rangings,
         )
@@ -216,12 +221,14 @@ class Dynamic(Algorithm):
     def _least_costly(self, step: Step, outlook: Outlook, course: Course) -> Decision:
         """Return the least costly of the admissible candidates, or the way out of an emergency."""
         reference, around, state = step.reference, outlook.around, step.snapshot.state
-        is_threatened = len(step.snapshot.observed.movers) > 0
+        is_threatened = len(outlook.around.movers) > 0
         fan_speed = max(reference.speed, EVASION_M_S) if is_threatened else reference.speed
         level = candidates(reference.velocity, self._command, fan_speed)
         commands = step.knowledge.with_climbs(level, outlook.climb_m_s)  # 5 candidates
         assessed = self._rollouts.assess(commands, state, around, course.direction, self.commit_s)
         outcomes = assessed.outcomes
+        if is_threatened and not outlook.around.cost_to_go.length.size:
+            outcomes[:, PROGRESS] = progress_as_asked(outcomes[:, PROGRESS], reference.speed * MEETING_S)
         is_admissible = assessed.is_admissible & leads_back(commands, outlook.blind_way)  # 6 admissible
         own_speed = math.hypot(state[0, 1], state[1, 1])
         cost = self._cost.of(commands, outcomes, self._command, reference.speed, own_speed)  # 7 cost

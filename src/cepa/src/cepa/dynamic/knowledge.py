@@ -41,6 +41,8 @@ class Observation(NamedTuple):
     """How far each direction is free."""
     movers: np.ndarray
     """(k, 6): what moves, see `Surroundings`."""
+    threats: np.ndarray
+    """(j, 6): those of the movers that the UAV may meet."""
     cloud: Cloud | None = None
     rangings: Sequence[Ranging] = ()
 

@@ -64,7 +64,7 @@ class PlaneKnowledge(Knowledge):
         """Return the reference as a command if its path is clear; see `Knowledge`."""
         p, observed, motion = self._p, snapshot.observed, snapshot.observed.motion
         leads_away = is_leading_away(self._search, reference, p)
-        if len(observed.movers) or leads_away or self._memory.is_astray:
+        if len(observed.threats) or leads_away or self._memory.is_astray:
             return None
         if not self._rollouts.is_clear(reference, snapshot, commit_s):
             return None
@@ -81,7 +81,7 @@ class PlaneKnowledge(Knowledge):
         if self._search is not None and reference.speed >= self._p.reference_speed_min:
             cost_to_go = self._search.search(recalled.obstacles, course, observed.motion).cost_to_go
         free_space = FreeSpace(recalled.reach_m, NOTHING_UNSEEN, 1.0)
-        around = Surroundings(field, free_space, observed.movers, cost_to_go or NO_COST_TO_GO)
+        around = Surroundings(field, free_space, observed.threats, cost_to_go or NO_COST_TO_GO)
         return Outlook(
             around,
             has_way=cost_to_go is not None,

@@ -158,7 +158,7 @@ class SpaceKnowledge(Knowledge):
         space = _space(snapshot)
         field = DistanceField(space.distance, FIELD_CELL_M, LAYER_M, self._memory.far_m)
         free_space = FreeSpace(space.own_reach_m, space.unseen, SEEN_CELL_M)
-        return Surroundings(field, free_space, snapshot.observed.movers, cost_to_go)
+        return Surroundings(field, free_space, snapshot.observed.threats, cost_to_go)
 
     def _open_height_m(self, space: RecalledSpace, reference: Reference) -> float:
         """Return the height, m above the lidar, at which the way straight ahead is open.
