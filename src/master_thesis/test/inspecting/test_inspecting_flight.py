@@ -20,6 +20,7 @@ from inspection_tools.survey.views.candidates import View
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import PhaseLimits
+from master_thesis.flight.parameters import LED_CEPA
 from master_thesis.inspecting.flight import InspectingFlight, controller_of, regulator
 from simulation_tools.camera.defects import decals_of
 from simulation_tools.camera.optics import CameraOptics
@@ -43,7 +44,7 @@ def flight_in_a_room(charge=None):
     parameters = replace(
         given, simulation=simulation, mission=(), goal_xyz_m=None, pose_source="odometry",
         limits=PhaseLimits(flight_timeout_s=90.0), position_controller=controller_of(1.0),
-        yaw_regulator=regulator(),
+        yaw_regulator=regulator(), cepa=LED_CEPA,
     )  # fmt: skip
     return plan, parameters
 

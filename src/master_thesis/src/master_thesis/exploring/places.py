@@ -13,7 +13,7 @@ from inspection_tools import PositionControllerParameters
 from inspection_tools.exploration import ExplorationParameters, ExplorerParameters
 from inspection_tools.planning import PlannerParameters
 from master_thesis.flight.course import PhaseLimits
-from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
+from master_thesis.flight.parameters import LED_CEPA, ClosedLoopParameters
 from master_thesis.worlds.ballast_tank import THICK_M, BallastTankParameters
 from master_thesis.worlds.drawn.rooms import SMALL, TRAPS, Rooms, rooms_world, trap_world
 from simulation_tools.geometry import Pose
@@ -36,11 +36,6 @@ SMALL_PLANNER = replace(PLANNER, margin=0.1)
 """For rooms, whose doors are a few voxels wide: half a voxel less than the judge asks for."""
 
 
-LED_CEPA = replace(CEPA, window_m=0.0)
-"""The planner knows the ways. CEPA would stand still in a room that is closed at its height, or fly away from
-a place before a wall: it thinks that the reference leads far ahead, for the UAV aims ahead on its way."""
-
-
 @dataclass(frozen=True)
 class Uav:
     """model: of the UAV. lidar: on it. algorithm: of CEPA. cepa: its parameters."""
@@ -52,7 +47,7 @@ class Uav:
 
 
 TANK_RADIUS_M = 0.2
-TANK_CEPA = replace(CEPA, body_radius=TANK_RADIUS_M, r_lb=0.22, r_ub=0.4, emergency_lookahead=0.4)
+TANK_CEPA = replace(LED_CEPA, body_radius=TANK_RADIUS_M, r_lb=0.22, r_ub=0.4, emergency_lookahead=0.4)
 """As exploring.launch has it for this radius."""
 TANK_UAV = Uav("small_quad", "qt64", "improved", TANK_CEPA)
 TANK_PLANNER = PlannerParameters(

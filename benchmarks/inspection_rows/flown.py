@@ -1,0 +1,118 @@
+"""A plan, or its first photographs, flown without ROS and judged by the true poses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from benchmarks.inspection_rows.hold import FLYING, HOME_M, WORLD
+from benchmarks.inspection_rows.parts import only
+from gridslam.volume import VolumeParameters
+from inspection_tools.energy import EnergyWatch
+from inspection_tools.inspection import InspectionParameters, PriorMap
+from inspection_tools.planning import PlannerParameters
+from inspection_tools.survey.coverage import judge_on
+from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools.survey.planner import SurveyPlanner
+from inspection_tools.survey.poses import Taken
+from inspection_tools.survey.supplement import Supplement
+from inspection_tools.survey.surface.reading import Surface, read_surface
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.course import Outcome, PhaseLimits
+from master_thesis.flight.parameters import LED_CEPA, ClosedLoopParameters
+from master_thesis.inspecting.flight import InspectingFlight, Photographed, controller_of, regulator
+from simulation_tools.camera.defects import decals_of
+from simulation_tools.camera.optics import CameraOptics
+from simulation_tools.camera.renderer import Renderer
+from simulation_tools.camera.surfaces import surfaces_of
+from simulation_tools.geometry import Pose
+from simulation_tools.sdf.parser import load_world
+from simulation_tools.simulation import SimulationParameters
+from simulation_tools.vehicle.energy.battery import BatteryStart
+
+SEEDS, MOST, BRIEF_MOST = (31, 32, 33), 20, 1
+SEARCH_S, BRIEF_SEARCH_S = 20.0, 0.0
+PROGRESS = 25
+"""After so many photographs a flight of the whole plan prints a line."""
+FLIGHT_S, EACH_S = 300.0, 15.0
+"""A flight may last so long, and so much longer for each photograph."""
+PLANNER = PlannerParameters(radius=0.35, margin=0.05)
+VOLUME = VolumeParameters(resolution_m=0.2, max_range_m=20.0, miss=0.46)
+SPEED_M_S = 1.5
+SWAPS = 20
+
+
+def fly(seed: int, most: int, battery: bool) -> dict:
+    """Fly the first photographs of a plan, or all, and judge what they show. battery: whether it counts."""
+    surface = read_surface(WORLD, FLYING, HOME_M)
+    planner = SurveyPlanner(surface.room, surface.patches, surface.ranges_m, asked=FLYING, source=str(WORLD))
+    if most:
+        first = next(planner.improve(seed, BRIEF_SEARCH_S, bound=False)).plan
+        part = only(first, first.views[:most])
+    else:
+        *_, part = (each.plan for each in planner.improve(seed, SEARCH_S, bound=False))
+    simulation = SimulationParameters(
+        str(WORLD), lidar="puck", sensors=("range_finder", "range_finder_up"), gnss=False, seed=seed,
+        spawn_pose=Pose((*HOME_M[:2], 0.0)), battery=BatteryStart() if battery else None,
+    )  # fmt: skip
+    parameters = ClosedLoopParameters(
+        simulation, goal_xyz_m=None, algorithm="dynamic", range_finders=True, pose_source="odometry",
+        limits=PhaseLimits(flight_timeout_s=FLIGHT_S + EACH_S * len(part.views)),
+        position_controller=controller_of(SPEED_M_S), yaw_regulator=regulator(), cepa=LED_CEPA,
+    )  # fmt: skip
+    surfaces = surfaces_of(load_world(str(WORLD)))
+    renderer = Renderer(surfaces, decals_of((), surfaces), CameraOptics())
+    with ClosedLoop(parameters) as loop:
+        prior = PriorMap(surface.room)
+        watch = EnergyWatch() if battery else None
+        more = None if most else Supplement(part, surface)
+        flight = InspectingFlight(
+            loop, part, renderer, PLANNER, VOLUME, InspectionParameters(), prior, watch, SWAPS, more
+        )
+        if not most:
+            flight.on_photograph = lambda: _tell(seed, flight, loop)
+        photographed, outcome = flight.run(), loop.outcome
+    return _flown_row(flight, photographed, outcome, part, surface)
+
+
+def _tell(seed: int, flight: InspectingFlight, loop: ClosedLoop) -> None:
+    todo, taken = flight.inspection.todo, len(flight.photographed.true)
+    if taken % PROGRESS == 0:
+        print(
+            f"seed {seed}: {loop.time_s:.0f} s, {taken} photographs, {len(todo.open)} open, "
+            f"{len(todo.left_out)} left out, charge {loop.charge:.2f}",
+            flush=True,
+        )
+
+
+def _flown_row(
+    flight: InspectingFlight, photographed: Photographed, outcome: Outcome, part: SurveyPlan, surface: Surface
+) -> dict:
+    """Judge a flight of a plan by the true poses."""
+    planned = [Taken.of_view(each) for each in part.views]
+    shown, by_plan = judge_on(surface, (photographed.true, planned), part.camera, FLYING)
+    areas_m2 = shown.patches.areas_m2
+    area_m2 = float(areas_m2[shown.shown].sum())
+    off = [a.axes @ b.axes.T for a, b in zip(photographed.true, photographed.told)]
+    turned_deg = [math.degrees(math.acos(min(1.0, 0.5 * (np.trace(each) - 1.0)))) for each in off]
+    off_m = [np.linalg.norm(a.place_m - b.place_m) for a, b in zip(photographed.true, photographed.told)]
+    return {
+        "asked": len(part.views),
+        "taken": len(photographed.true),
+        "left_out": len(flight.inspection.todo.left_out),
+        "shots": photographed.shots,
+        "contacts": outcome.collision,
+        "landed": outcome.landed,
+        "flights": len(photographed.flights),
+        "least_charge": min(each.charge for each in photographed.flights),
+        "share_of_planned": area_m2 / float(areas_m2[by_plan.shown].sum()),
+        "share_planned": by_plan.share(),
+        "share": shown.share(),
+        "shares": {name: shown.share(number) for number, name in enumerate(shown.patches.names)},
+        "m2_per_min": 60.0 * area_m2 / photographed.flight_s,
+        "each_s": photographed.flight_s / len(photographed.true),
+        "flight_s": photographed.flight_s,
+        "off_m": float(np.median(off_m)),
+        "off_deg": float(np.median(turned_deg)),
+    }
