@@ -71,6 +71,17 @@ def test_a_damaged_record_is_told_on_the_page(tmp_path, name, told):
     assert told in words(path / "report.html")
 
 
+def test_a_contact_is_told_in_words_of_surveyors(tmp_path):
+    path = folder(tmp_path / "all")
+    result = json.loads((path / "result.json").read_text())
+    result |= {"touched": ["beams::link::web_port_07"], "failure": "The UAV touched beams::link::web_port_07."}
+    (path / "result.json").write_text(json.dumps(result))
+    assert main([str(path)]) == 0
+    told = words(path / "report.html")
+    assert "The aircraft touched the structure in flight: web port 07." in told
+    assert "::" not in told
+
+
 def test_no_folder_no_photographs_and_no_ship_are_one_sentence_each(tmp_path, capsys):
     wrong = (
         [str(tmp_path / "none")],

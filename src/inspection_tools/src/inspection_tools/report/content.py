@@ -86,9 +86,7 @@ def page_content(
         remarks.append(f"{len(damaged)} photographs are damaged, the first {damaged[0]}.")
     if known.scene is None:
         remarks.append("No drawing of the surface was given, so there is no view of it.")
-    result = inspection.result or {}
-    if isinstance(result.get("failure"), str):
-        remarks.append(f"The inspection did not end as planned: {result['failure']}")
+    remarks += records.mishaps(inspection)
     content = {
         "title": ship.name or "Inspection",
         "subtitle": ", ".join(each for each in (ship.space, _date(inspection)) if each),

@@ -77,6 +77,18 @@ def _flown(whole: Mapping[str, Any]) -> list[str]:
     return [" ".join(words)] if words else []
 
 
+def mishaps(inspection: Inspection) -> list[str]:
+    """Return in words what result.json tells of contacts (touched: names of the parts), or of another failure."""
+    result = inspection.result or {}
+    touched = result.get("touched")
+    if isinstance(touched, list) and touched:
+        parts = ", ".join(str(each).rsplit("::", 1)[-1].replace("_", " ") for each in touched)
+        return [f"The aircraft touched the structure in flight: {parts}."]
+    if isinstance(result.get("failure"), str):
+        return [f"The inspection did not end as planned: {result['failure']}"]
+    return []
+
+
 def counted(number: int, what: str) -> str:
     """Return "1 flight", "2 flights"."""
     return f"{number} {what}" + ("s" if number != 1 else "")
