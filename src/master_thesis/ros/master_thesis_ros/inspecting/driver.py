@@ -136,10 +136,10 @@ def _draw(flown: FlownRun, judged: Judged, inspection: dict) -> None:
 
 
 def _command(name: str, *arguments: str) -> None:
-    """Run a command of inspection_tools; what it cannot do is a warning."""
+    """Run a command of inspection_tools; what it cannot do is a warning. It ends when this process does."""
     rospy.loginfo(f"rosrun inspection_tools {name} {' '.join(arguments)}")
     done = subprocess.run(
-        ["rosrun", "inspection_tools", name, *arguments],
+        ["setpriv", "--pdeathsig", "TERM", "rosrun", "inspection_tools", name, *arguments],
         capture_output=True, text=True, timeout=COMMAND_S, check=False,
     )  # fmt: skip
     if done.returncode:
