@@ -2,11 +2,13 @@
 """What slam_octomap promises: the topics and services of octomap_server, boxes that change, and loops."""
 
 import math
+import os
 import subprocess
 import sys
 import tempfile
 import unittest
 from pathlib import Path
+from xmlrpc.client import ServerProxy
 
 import numpy as np
 import rospy
@@ -68,6 +70,14 @@ def path_of(places):
     return path
 
 
+def cpu_s(node):
+    """CPU time that the process of a node has used."""
+    address = rospy.get_master().lookupNode(node)[2]
+    _, _, pid = ServerProxy(address).getPid("/octomap_probe")
+    words = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return sum(map(int, words[11:13])) / os.sysconf("SC_CLK_TCK")
+
+
 class OctomapTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -125,6 +135,14 @@ class OctomapTest(unittest.TestCase):
         """Send the wall, and wait until the map has it."""
         stamp = self.send()
         wait_until(lambda: self.call("/octomap_binary").map.header.stamp >= stamp, "a map with the wall")
+
+    def test_a_change_that_is_not_due_yet_takes_no_processor(self):
+        self.walls()
+        stamp = self.send(wait_s=0.6)  # the map has changed, and was published less than a second before
+        self.processed.last(lambda header: header.stamp == stamp, "the cloud, processed")
+        before_s = cpu_s(NODE)
+        rospy.rostime.wallsleep(1.0)
+        self.assertLess(cpu_s(NODE) - before_s, 0.2)
 
     def test_a_scan_of_a_lidar_that_looks_down_maps_the_floor(self):
         """Its first beam leaves (0.1, 0.1, 0.1), 45 degrees down, and ends 1 m ahead and 1 m below."""
