@@ -110,6 +110,18 @@ def test_a_picture_is_smeared_along_the_motion_only():
     assert (smeared(picture, np.zeros(2)) == picture).all()
 
 
+@pytest.mark.parametrize("flow_px", [(0.4, -0.9), (-2.6, 1.2), (7.0, 0.3)])
+def test_a_smeared_picture_is_the_mean_of_shifted_ones(flow_px):
+    picture = np.random.default_rng(1).integers(0, 256, (12, 20, 3), np.uint8)
+    steps = int(np.ceil(np.abs(flow_px).max()))
+    padded = np.pad(picture.astype(int), ((9, 9), (9, 9), (0, 0)), mode="edge")
+    total = 0
+    for share in np.linspace(-0.5, 0.5, steps + 1):
+        right, down = (int(np.round(share * each)) for each in flow_px)
+        total = total + padded[9 - down : 21 - down, 9 - right : 29 - right]
+    assert (smeared(picture, np.array(flow_px)) == total // (steps + 1)).all()
+
+
 @pytest.mark.parametrize(
     "given", [{"rate": 0.0}, {"tilt_min": 50.0, "tilt_max": 0.0}, {"place_m": (99.0, 0.0, 0.0)}]
 )

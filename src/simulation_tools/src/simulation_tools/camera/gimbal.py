@@ -157,11 +157,13 @@ def smeared(picture: np.ndarray, flow_px: np.ndarray) -> np.ndarray:
     steps = math.ceil(float(np.abs(flow_px).max()))
     if steps < 1:
         return picture
-    total = np.zeros(picture.shape, np.uint16)
     shares = np.linspace(-0.5, 0.5, min(steps, 200) + 1)
-    for share in shares:
-        right, down = np.round(share * flow_px).astype(int)
+    shifts = np.round(shares[:, None] * flow_px).astype(int)
+    if not shifts.any():  # most photographs: the UAV rests
+        return picture
+    total = np.zeros(picture.shape, np.uint16)
+    for right, down in shifts:
         rows = np.clip(np.arange(picture.shape[0]) - down, 0, picture.shape[0] - 1)
         columns = np.clip(np.arange(picture.shape[1]) - right, 0, picture.shape[1] - 1)
         total += picture[rows][:, columns]
-    return (total // len(shares)).astype(np.uint8)
+    return (total // len(shifts)).astype(np.uint8)
