@@ -49,9 +49,9 @@ def test_what_is_left_out_changes_no_answer(movers, own_speed, reference_speed, 
     commands, rollouts = candidates(reference, reference, fastest), Rollouts(PARAMETERS)
     # When commands are judged by all of them, and by those that the UAV may meet
     met = threats(movers, fastest, PARAMETERS.r_ub)
+    state, direction = moving_at(own_speed), reference[:2] / reference_speed
     by_all, by_met = (
-        rollouts.assess(commands, moving_at(own_speed), around(each), reference[:2] / reference_speed, COMMIT_S)
-        for each in (movers, met)
+        rollouts.assess(commands, state, around(each), direction, COMMIT_S) for each in (movers, met)
     )
     # Then nothing differs
     assert np.array_equal(by_all.is_admissible, by_met.is_admissible)

@@ -74,7 +74,8 @@ def test_a_damaged_record_is_told_on_the_page(tmp_path, name, told):
 def test_a_contact_is_told_in_words_of_surveyors(tmp_path):
     path = folder(tmp_path / "all")
     result = json.loads((path / "result.json").read_text())
-    result |= {"touched": ["beams::link::web_port_07"], "failure": "The UAV touched beams::link::web_port_07."}
+    part = "beams::link::web_port_07"
+    result |= {"touched": [part], "failure": f"The UAV touched {part}."}
     (path / "result.json").write_text(json.dumps(result))
     assert main([str(path)]) == 0
     told = words(path / "report.html")

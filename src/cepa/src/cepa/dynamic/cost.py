@@ -26,8 +26,8 @@ from cepa.parameters import CepaParameters
 def progress_as_asked(progress_m: np.ndarray, asked_m: float) -> np.ndarray:
     """Return progress (n,), m, where each metre beyond ``asked_m`` counts as one that is missed.
 
-    Without a cost-to-go, progress has no end. A UAV that may fly faster than it is asked to, because something
-    moves, would fly past the place that it is led to.
+    Without a cost-to-go, progress has no end. A UAV that may fly faster than it is asked to, because
+    something moves, would fly past the place that it is led to.
     """
     return asked_m - np.abs(asked_m - progress_m)
 

@@ -145,7 +145,8 @@ class Dynamic(Algorithm):
         heading = Heading(now.yaw_rad)
         reference = reference_of(heading.into_odometry(v_ref, now.climb_ref_m_s))
         self._destination.update(now.position_m, reference.velocity.tolist())
-        observed = self._observe(beams, scan.range_max, now, told.age_s, state, cloud, reference)  # 2 what moves
+        seen = beams, scan.range_max, now, told.age_s, state, cloud
+        observed = self._observe(*seen, reference.speed)  # 2 what moves
         knowledge = self._knowledge_of(observed)
         step = Step(knowledge, knowledge.take_in(observed), reference, heading)  # 2 memory
         clear = knowledge.clear_reference(step.snapshot, reference, self.commit_s)  # 3 clear?
@@ -183,7 +184,7 @@ class Dynamic(Algorithm):
         age_s: float,
         state: np.ndarray,
         cloud: Cloud | None,
-        reference: Reference,
+        reference_speed: float,
     ) -> Observation:
         """Tell what moves from what stands; return it with all that came with the scan."""
         are_upright = self._space is None or not self._space.has_clouds
@@ -192,7 +193,7 @@ class Dynamic(Algorithm):
         if len(scan.points):
             standing = scan.points[~scan.is_moving] if len(scan.movers) else scan.points.copy()
         rangings, self._rangings = self._rangings, ()
-        fastest = max(EVASION_M_S, reference.speed, math.hypot(state[0, 1], state[1, 1]))
+        fastest = max(EVASION_M_S, reference_speed, math.hypot(state[0, 1], state[1, 1]))
         return Observation(
             motion=now,
             state=state,

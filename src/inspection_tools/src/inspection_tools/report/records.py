@@ -78,7 +78,7 @@ def _flown(whole: Mapping[str, Any]) -> list[str]:
 
 
 def mishaps(inspection: Inspection) -> list[str]:
-    """Return in words what result.json tells of contacts (touched: names of the parts), or of another failure."""
+    """Return in words what result.json tells of contacts (touched: names of parts), or of another failure."""
     result = inspection.result or {}
     touched = result.get("touched")
     if isinstance(touched, list) and touched:

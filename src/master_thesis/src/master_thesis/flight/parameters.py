@@ -28,9 +28,9 @@ POSE_SOURCES = ("ground_truth", "odometry")
 CEPA = CepaParameters(speed_fractions=SLOW_DETOURS)
 """CEPA's parameters as cepa.launch has them."""
 LED_CEPA = replace(CEPA, window_m=0.0)
-"""As errand.launch has them, where a planner knows the ways. CEPA's own search would find none in a room that is
-closed at its height, or lead away from a place before a wall: it thinks that the reference leads far ahead, for
-the UAV aims ahead on its way."""
+"""As errand.launch has them, where a planner knows the ways. CEPA's own search would find none in a room that
+is closed at its height, or lead away from a place before a wall: it thinks that the reference leads far
+ahead, for the UAV aims ahead on its way."""
 
 
 @dataclass(frozen=True)
