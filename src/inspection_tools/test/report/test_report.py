@@ -81,6 +81,11 @@ def test_a_contact_is_told_in_words_of_surveyors(tmp_path):
     told = words(path / "report.html")
     assert "The aircraft touched the structure in flight: web port 07." in told
     assert "::" not in told
+    (path / "result.json").write_text(json.dumps(result | {"failure": "The UAV did not come home."}))
+    assert main([str(path)]) == 0
+    told = words(path / "report.html")
+    assert "touched the structure in flight: web port 07." in told
+    assert "The UAV did not come home." in told
 
 
 def test_no_folder_no_photographs_and_no_ship_are_one_sentence_each(tmp_path, capsys):

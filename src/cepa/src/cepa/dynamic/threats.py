@@ -15,8 +15,8 @@ TIMES_S = PATH_STEP_S * np.arange(1, math.ceil(FORESEEN_S / PATH_STEP_S) + 1)
 def threats(movers: np.ndarray, speed: float, near_m: float) -> np.ndarray:
     """Return those of ``movers`` (k, 6) that may come within ``near_m`` of a UAV, see `Surroundings`.
 
-    speed: the greatest that the UAV may have, m/s, in any direction. What is left out changes neither what is
-    admissible nor what it costs, for no path that is foreseen comes so near to it.
+    speed: the greatest that the UAV may have, m/s, in any direction. No path that is foreseen comes so near
+    to what is left out. So that changes neither what is admissible nor, over the same horizon, what it costs.
     """
     if not len(movers):
         return movers

@@ -79,14 +79,15 @@ def _flown(whole: Mapping[str, Any]) -> list[str]:
 
 def mishaps(inspection: Inspection) -> list[str]:
     """Return in words what result.json tells of contacts (touched: names of parts), or of another failure."""
-    result = inspection.result or {}
-    touched = result.get("touched")
-    if isinstance(touched, list) and touched:
-        parts = ", ".join(str(each).rsplit("::", 1)[-1].replace("_", " ") for each in touched)
-        return [f"The aircraft touched the structure in flight: {parts}."]
-    if isinstance(result.get("failure"), str):
-        return [f"The inspection did not end as planned: {result['failure']}"]
-    return []
+    result, told = inspection.result or {}, []
+    touched, failure = result.get("touched"), result.get("failure")
+    names = [str(each) for each in touched] if isinstance(touched, list) else []
+    if names:
+        parts = ", ".join(each.rsplit("::", 1)[-1].replace("_", " ") for each in names)
+        told.append(f"The aircraft touched the structure in flight: {parts}.")
+    if isinstance(failure, str) and not any(each in failure for each in names):
+        told.append(f"The inspection did not end as planned: {failure}")
+    return told
 
 
 def counted(number: int, what: str) -> str:

@@ -48,7 +48,7 @@ class Uav:
 
 TANK_RADIUS_M = 0.2
 TANK_CEPA = replace(LED_CEPA, body_radius=TANK_RADIUS_M, r_lb=0.22, r_ub=0.4, emergency_lookahead=0.4)
-"""As exploring.launch has it for this radius."""
+"""As errand.launch has it for this radius."""
 TANK_UAV = Uav("small_quad", "qt64", "improved", TANK_CEPA)
 TANK_PLANNER = PlannerParameters(
     radius=TANK_RADIUS_M, margin=0.0, comfort=0.2, preference=3.0, closed_radius=0.5
