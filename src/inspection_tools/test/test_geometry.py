@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from inspection_tools import PoseError
-from inspection_tools.geometry import multiply, normalised, rotate, yaw_of
+from inspection_tools.geometry import heading_rate, multiply, normalised, rotate, yaw_of
 
 component = st.floats(-1.0, 1.0)
 rotation = (
@@ -50,3 +50,16 @@ def test_yaw_of_a_tilted_body(yaw, pitch, roll):
 def test_refuses_what_is_no_rotation(bad):
     with pytest.raises(PoseError, match="not a rotation"):
         normalised(bad)
+
+
+@given(rotation, st.tuples(*[st.floats(-3.0, 3.0)] * 3))
+def test_the_heading_turns_as_fast_as_the_yaw_changes(q, rates):
+    step_s = 1e-6
+    turned = multiply(q, normalised((*(0.5 * step_s * rate for rate in rates), 1.0)))
+    if math.hypot(*matrix(q)[:2, 0]) > 0.1:  # else the x axis points up or down
+        change = math.remainder(yaw_of(turned) - yaw_of(q), 2.0 * math.pi)
+        assert heading_rate(q, rates) == pytest.approx(change / step_s, abs=1e-3)
+
+
+def test_what_points_straight_up_has_no_heading():
+    assert math.isnan(heading_rate((0.0, -math.sqrt(0.5), 0.0, math.sqrt(0.5)), (1.0, 1.0, 1.0)))

@@ -35,10 +35,11 @@ def camera(velocity=STILL, rates=STILL):
 
 @pytest.mark.parametrize("tilt", [-1.2, 0.0, 0.7, math.pi / 2])
 @pytest.mark.parametrize("pitch", [-0.3, 0.0, 0.2])
-def test_the_optical_axis_keeps_its_tilt_while_the_uav_pitches(tilt, pitch):
+@pytest.mark.parametrize("roll", [-0.4, 0.0, 0.1])
+def test_the_camera_keeps_its_tilt_and_stays_level_while_the_uav_leans(tilt, pitch, roll):
     gimbal = TiltGimbal()
     gimbal.command(tilt)
-    pose = gimbal.follow(body(pitch=pitch, yaw=0.4)).pose
+    pose = gimbal.follow(body(roll=roll, pitch=pitch, yaw=0.4)).pose
     right, down, ahead = pose.rotation.T
     level = math.cos(tilt)
     np.testing.assert_allclose(
@@ -48,13 +49,18 @@ def test_the_optical_axis_keeps_its_tilt_while_the_uav_pitches(tilt, pitch):
     np.testing.assert_allclose(np.cross(right, down), ahead, atol=1e-9)
 
 
-def test_it_leaves_the_roll_in_and_carries_the_camera_where_it_is_mounted():
+def test_it_carries_the_camera_where_it_is_mounted():
     state = TiltGimbal(TiltParameters((0.1, 0.0, -0.05))).follow(body(roll=0.2, yaw=math.pi / 2))
     np.testing.assert_allclose(state.in_body.position_m, (0.1, 0.0, -0.05))
     np.testing.assert_allclose(
         state.pose.position_m, (1.0 + 0.05 * -math.sin(0.2), 2.1, 3.0 - 0.05 * math.cos(0.2)), atol=1e-9
     )
-    assert state.pose.rotation[2, 0] == pytest.approx(-math.sin(0.2))
+    np.testing.assert_allclose(state.pose.rotation[:, 0], (1.0, 0.0, 0.0), atol=1e-9)
+
+
+def test_beyond_its_range_the_camera_rolls_with_the_uav():
+    state = TiltGimbal().follow(body(roll=math.radians(60.0)))
+    np.testing.assert_allclose(state.pose.rotation[2, 0], -math.sin(math.radians(15.0)), atol=1e-9)
 
 
 def test_it_turns_no_faster_than_its_rate_and_no_farther_than_its_range():
@@ -69,11 +75,20 @@ def test_it_turns_no_faster_than_its_rate_and_no_farther_than_its_range():
     assert gimbal.follow(body(1.0)).stamp_s == 1.0  # a clock that jumped back
 
 
-def test_a_uav_that_pitches_does_not_turn_the_camera():
+@pytest.mark.parametrize("tilt", [0.0, -1.0])
+def test_a_uav_that_leans_turns_the_camera_about_the_vertical_only(tilt):
+    """Rates of the UAV by the derivatives of its roll, pitch and yaw (Euler's kinematic equations)."""
+    roll, pitch, (roll_rate, pitch_rate, yaw_rate), step_s = 0.2, -0.1, (0.5, -0.3, 0.4), 1e-4
+    rates = (
+        roll_rate - yaw_rate * math.sin(pitch),
+        pitch_rate * math.cos(roll) + yaw_rate * math.sin(roll) * math.cos(pitch),
+        -pitch_rate * math.sin(roll) + yaw_rate * math.cos(roll) * math.cos(pitch),
+    )
     gimbal = TiltGimbal()
-    gimbal.follow(body(0.0))
-    state = gimbal.follow(body(0.1, pitch=0.02, rates=(0.0, 0.2, 0.0)))
-    np.testing.assert_allclose(state.rates_rad_s, 0.0, atol=1e-6)
+    gimbal.command(tilt)
+    gimbal.follow(body(0.0, roll - roll_rate * step_s, pitch - pitch_rate * step_s))
+    state = gimbal.follow(body(step_s, roll, pitch, rates=rates))
+    np.testing.assert_allclose(state.pose.rotation @ state.rates_rad_s, (0.0, 0.0, yaw_rate), atol=1e-3)
 
 
 def test_blur_of_motion_and_of_turning_in_closed_form():

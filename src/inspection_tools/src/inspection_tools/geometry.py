@@ -47,3 +47,14 @@ def rotate(quaternion_xyzw: Quaternion, vector: Vector3) -> Vector3:
     x, y, z, w = quaternion_xyzw
     conjugate = (-x, -y, -z, w)
     return multiply(multiply(quaternion_xyzw, (*vector, 0.0)), conjugate)[:3]
+
+
+def heading_rate(quaternion_xyzw: Quaternion, rates_rad_s: Vector3) -> float:
+    """Return how fast the heading of a body turns, rad/s; nan if its x axis points straight up or down.
+
+    quaternion_xyzw: of the body. rates_rad_s: of its turns, in its own frame.
+    """
+    x, y, z, w = quaternion_xyzw
+    _, up_y, up_z = rotate((-x, -y, -z, w), (0.0, 0.0, 1.0))
+    level = up_y**2 + up_z**2
+    return (rates_rad_s[1] * up_y + rates_rad_s[2] * up_z) / level if level > 0.0 else math.nan

@@ -12,7 +12,7 @@ from sensor_msgs.msg import BatteryState, Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from inspection_tools.geometry import Quaternion, Vector3, multiply, yaw_of
+from inspection_tools.geometry import Quaternion, Vector3, heading_rate, multiply, yaw_of
 from inspection_tools.inspection import Inspection, Task
 from inspection_tools.inspection.leg import Motion
 from inspection_tools.inspection.taken import StampedPose
@@ -30,7 +30,8 @@ def motion_of(odometry: Odometry, place_m: Vector3, yaw_rad: float) -> Motion:
     linear = odometry.twist.twist.linear
     speed = math.sqrt(linear.x**2 + linear.y**2 + linear.z**2)
     angular = odometry.twist.twist.angular
-    turn = math.hypot(angular.x, angular.z)
+    _, orientation = conversions.pose_of(odometry.pose.pose)
+    turn = heading_rate(orientation, (angular.x, angular.y, angular.z))
     return Motion(odometry.header.stamp.to_sec(), np.array(place_m), yaw_rad, speed, turn)
 
 

@@ -23,7 +23,7 @@ LATE = 2.0
 class Motion:
     """The UAV at an instant, in the map's frame. speed: m/s.
 
-    turn_rate: rad/s, about roll and yaw together. The gimbal takes out the pitch.
+    turn_rate: of the heading, rad/s. The gimbal takes out roll and pitch.
     """
 
     stamp_s: float

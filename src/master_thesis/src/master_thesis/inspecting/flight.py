@@ -18,6 +18,7 @@ from gridslam.odometry import OdometryEstimate
 from gridslam.volume import VolumeParameters
 from inspection_tools import PositionControllerParameters, YawRegulatorParameters
 from inspection_tools.energy import EnergyWatch
+from inspection_tools.geometry import heading_rate
 from inspection_tools.inspection import Inspection, InspectionParameters, PriorMap, Shot, Task, Todo
 from inspection_tools.inspection.leg import Motion
 from inspection_tools.planning import PathPlanner, PlannerParameters
@@ -251,5 +252,5 @@ class InspectingFlight:
 def _motion_of(estimate: OdometryEstimate, now_s: float) -> Motion:
     speed = float(np.linalg.norm(estimate.velocity_xyz))
     place_m = np.array(estimate.position_xyz)
-    turn = math.hypot(estimate.rates_rad_s[0], estimate.rates_rad_s[2])
+    turn = heading_rate(quaternion_from_rpy(*estimate.roll_pitch_yaw), estimate.rates_rad_s)
     return Motion(now_s, place_m, estimate.roll_pitch_yaw[2], speed, turn)

@@ -1,4 +1,7 @@
-"""A camera on a gimbal that tilts: where it looks while the UAV moves, and how a picture blurs meanwhile."""
+"""A camera on a gimbal that tilts: where it looks while the UAV moves, and how a picture blurs meanwhile.
+
+As on the lidar's gimbal, there are two hinges, roll outside and pitch inside.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,10 @@ import numpy as np
 
 from simulation_tools.camera.errors import PhotographError
 from simulation_tools.camera.optics import CameraOptics
-from simulation_tools.geometry import Pose, Vector3, quaternion_from_matrix, rotate_inverse
+from simulation_tools.geometry import Pose, Vector3, quaternion_from_matrix
+from simulation_tools.vehicle.gimbal import level_angles
+
+ROLL_MAX_RAD = math.radians(45.0)
 
 
 @dataclass(frozen=True)
@@ -18,7 +24,7 @@ class TiltParameters:
     """The gimbal.
 
     place_m: of the camera in the UAV's frame. tilt_min, tilt_max: of its axis against the horizon, deg; 90
-    looks straight up. rate: greatest, deg/s.
+    looks straight up. rate: greatest, of each hinge, deg/s.
 
     Raises:
         PhotographError: a value is out of range.
@@ -63,15 +69,16 @@ class CameraState(NamedTuple):
 
 
 class TiltGimbal:
-    """Keeps the camera's tilt against the horizon while the UAV pitches. It does not take out the roll.
+    """Keeps the camera's tilt against the horizon, and its right side level, while the UAV leans.
 
-    Within its rate it is exact: its motor is much faster than the airframe.
+    It does not turn about the vertical: the camera looks where the UAV's front does. Within its rates and
+    `ROLL_MAX_RAD` it is exact: its motors are much faster than the airframe.
     """
 
     def __init__(self, parameters: TiltParameters | None = None) -> None:
         self._p = parameters or TiltParameters()
         self.wanted_rad = 0.0
-        self._angle_rad: float | None = None
+        self._angles_rad: tuple[float, float] | None = None
         self._stamp_s = math.nan
 
     def command(self, tilt_rad: float) -> None:
@@ -87,34 +94,32 @@ class TiltGimbal:
 
     def follow(self, body: BodyState) -> CameraState:
         """Turn to the UAV's next state, and return the camera's. One that is older begins anew."""
-        ahead, up = _nose(body.pose)
-        wanted = self.wanted_rad - math.atan2(ahead, up)
+        roll, pitch = level_angles(body.pose.orientation_xyzw)
+        wanted = min(max(roll, -ROLL_MAX_RAD), ROLL_MAX_RAD), pitch - self.wanted_rad
+        before, self._angles_rad = self._angles_rad, wanted
         step_s = body.stamp_s - self._stamp_s
-        rate = 0.0
-        if self._angle_rad is None or not step_s > 0.0:
-            self._angle_rad = wanted if self._angle_rad is None else self._angle_rad
-        else:
-            reach = math.radians(self._p.rate) * step_s
-            turn = min(max(wanted - self._angle_rad, -reach), reach)
-            self._angle_rad += turn
-            rate = turn / step_s
         self._stamp_s = body.stamp_s
-        return _camera(body, self._p.place_m, self._angle_rad, rate)
+        if before is None or not step_s > 0.0:
+            self._angles_rad = wanted if before is None else before
+            return _camera(body, self._p.place_m, self._angles_rad, (0.0, 0.0))
+        reach = math.radians(self._p.rate) * step_s
+        turns = [min(max(to - now, -reach), reach) for to, now in zip(wanted, before)]
+        self._angles_rad = before[0] + turns[0], before[1] + turns[1]
+        return _camera(body, self._p.place_m, self._angles_rad, (turns[0] / step_s, turns[1] / step_s))
 
 
-def _nose(pose: Pose) -> tuple[float, float]:
-    """Return how much of the UAV's x axis, and of its z axis, points up."""
-    x, _, z = rotate_inverse(pose.orientation_xyzw, (0.0, 0.0, 1.0))
-    return x, z
-
-
-def _camera(body: BodyState, place_m: Vector3, angle_rad: float, rate_rad_s: float) -> CameraState:
-    sine, cosine = math.sin(angle_rad), math.cos(angle_rad)
-    axes = np.array(((0.0, -1.0, 0.0), (sine, 0.0, -cosine), (cosine, 0.0, sine))).T
+def _camera(
+    body: BodyState, place_m: Vector3, angles_rad: tuple[float, float], hinges_rad_s: tuple[float, float]
+) -> CameraState:
+    """Return the camera by its hinges: angles about the UAV's x and then its y axis, and their rates."""
+    (roll, pitch), (roll_rate, pitch_rate) = angles_rad, hinges_rad_s
+    across = np.array((0.0, math.cos(roll), math.sin(roll)))
+    ahead = math.cos(pitch) * np.array((1.0, 0.0, 0.0)) - math.sin(pitch) * np.cross((1.0, 0.0, 0.0), across)
+    axes = np.column_stack((-across, np.cross(ahead, -across), ahead))
     in_body = Pose(place_m, quaternion_from_matrix(axes))
     rates = np.array(body.rates_rad_s)
     velocity = np.array(body.velocity_m_s) + np.cross(rates, place_m)
-    turning = rates - np.array((0.0, rate_rad_s, 0.0))
+    turning = rates + roll_rate * np.array((1.0, 0.0, 0.0)) + pitch_rate * across
     return CameraState(body.stamp_s, in_body, body.pose @ in_body, velocity @ axes, turning @ axes)
 
 
