@@ -9,7 +9,7 @@ from inspection_tools.errors import NoPathError
 from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner, PlannerParameters, parse_limits
 
 SIDE_M = 0.2
-TILE = 64
+TILE = 52
 LIDAR_MAX_M = 12.0
 PLANNER = PlannerParameters(radius=0.3, margin=0.1)
 

@@ -107,7 +107,7 @@ def test_over_an_empty_map_it_comes_down_for_want_of_energy_or_time_or_when_it_i
 @pytest.mark.parametrize("jump_m", [(0.4, -0.2, 0.0), (1.6, 0.8, 0.0), (-0.8, 2.4, 0.0)])
 def test_after_the_map_and_the_uav_in_it_jumped_it_explores_on_and_lands(jump_m):
     # Given a UAV that has seen half of two rooms; the map jumps by metres, as SLAM closes a loop
-    led = Led(shifted_room((0, 0, 0)), HOVER_M + np.array((3.0, 3.0, 0.0)))
+    led = Led(shifted_room((0, 0, 0)), HOVER_M + np.array((1.6, 1.6, 0.0)))
     led.fly(lambda: led.told.views > 2)
     voxels = np.round(np.array(jump_m) / SIDE_M).astype(int)
     led.flight.filled = shifted_room(voxels)
@@ -125,7 +125,7 @@ def shifted_room(voxels):
     """Two rooms with a door, farther from the edge of the grid, moved by voxels (x, y, z)."""
     filled = np.ones((TILE, TILE, TILE), bool)
     inner = room((6.2, 4.6, 2.4), DOOR)[:12, :23, :31]
-    filled[:12, 15:38, 15:46] = inner
+    filled[:12, 8:31, 8:39] = inner
     return np.roll(filled, np.array(voxels)[::-1], (0, 1, 2))
 
 

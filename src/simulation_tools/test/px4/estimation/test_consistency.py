@@ -12,7 +12,7 @@ import scipy
 from scipy.spatial.transform import Rotation
 
 from simulation_tools.px4.estimation.error_state_filter import ErrorStateFilter
-from simulation_tools.px4.estimation.kernels import ERROR_SIZE
+from simulation_tools.px4.estimation.kernels.states import ERROR_SIZE
 from simulation_tools.px4.estimation.settings import FilterSettings
 from simulation_tools.px4.parameters import Px4Parameters
 

@@ -8,22 +8,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from simulation_tools.px4.estimation.kernels import (
-    ATTITUDE,
-    ERROR_SIZE,
+from simulation_tools.px4.estimation.kernels.correction import (
     correct,
     forget,
     fuse_components,
     fuse_yaw,
     inject,
-    integrate,
     limit_biases,
-    matrix,
-    propagate,
     reset_yaw,
-    yaw_of,
     yaw_row,
 )
+from simulation_tools.px4.estimation.kernels.prediction import integrate, propagate
+from simulation_tools.px4.estimation.kernels.rotations import matrix, yaw_of
+from simulation_tools.px4.estimation.kernels.states import ATTITUDE, ERROR_SIZE
 
 DT = 0.008
 GRAVITY = np.array([0.0, 0.0, 9.80665])

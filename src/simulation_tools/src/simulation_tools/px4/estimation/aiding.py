@@ -13,7 +13,7 @@ import numpy as np
 from simulation_tools.px4.estimation.delay_buffer import DelayBuffer
 from simulation_tools.px4.estimation.error_state_filter import ErrorStateFilter
 from simulation_tools.px4.estimation.height import HeightAiding
-from simulation_tools.px4.estimation.kernels import ROTATION_ERROR
+from simulation_tools.px4.estimation.kernels.states import ROTATION_ERROR
 from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.px4.estimation.sensors import Fix
 from simulation_tools.px4.estimation.settings import FilterSettings

@@ -14,7 +14,8 @@ from simulation_tools.geometry import Vector3
 from simulation_tools.px4.estimation.aiding import Aiding
 from simulation_tools.px4.estimation.error_state_filter import ErrorStateFilter
 from simulation_tools.px4.estimation.interface import AIDED, ESTIMATE_DTYPE, EstimatorStatus, SolutionFlag
-from simulation_tools.px4.estimation.kernels import POSITION, VELOCITY, publish
+from simulation_tools.px4.estimation.kernels.horizon import publish
+from simulation_tools.px4.estimation.kernels.states import POSITION, VELOCITY
 from simulation_tools.px4.estimation.samples import ExternalVision, RangeSample
 from simulation_tools.px4.estimation.sensors import OwnSensors, SensorErrors
 from simulation_tools.px4.estimation.settings import FilterSettings

@@ -6,7 +6,16 @@ import math
 
 import numpy as np
 
-from simulation_tools.px4.estimation.kernels import (
+from simulation_tools.px4.estimation.kernels.correction import (
+    forget,
+    fuse_components,
+    fuse_yaw,
+    limit_biases,
+    reset_yaw,
+)
+from simulation_tools.px4.estimation.kernels.horizon import advance, follow, jump
+from simulation_tools.px4.estimation.kernels.rotations import matrix, yaw_of
+from simulation_tools.px4.estimation.kernels.states import (
     ACCELEROMETER_BIAS_ERROR,
     ATTITUDE,
     CLOCK_DTYPE,
@@ -17,16 +26,6 @@ from simulation_tools.px4.estimation.kernels import (
     POSITION,
     ROTATION_ERROR,
     VELOCITY,
-    advance,
-    follow,
-    forget,
-    fuse_components,
-    fuse_yaw,
-    jump,
-    limit_biases,
-    matrix,
-    reset_yaw,
-    yaw_of,
 )
 from simulation_tools.px4.estimation.settings import FilterSettings
 
