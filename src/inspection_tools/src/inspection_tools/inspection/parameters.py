@@ -57,7 +57,7 @@ class InspectionParameters:
     near: float = 0.15
     turned: float = 1.5
     still: float = 0.8
-    settle: float = 0.2
+    settle: float = 0.05
     rest: float = 1.5
     calm: float = 2.5
     patience: float = 8.0
