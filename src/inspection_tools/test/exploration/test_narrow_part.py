@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from drawn_legs import of_legs
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -12,6 +13,7 @@ from inspection_tools.exploration.narrow_part import ASIDE_M, LEAD_M, NarrowPart
 SIDE_M = 0.1
 
 
+@of_legs
 def through_a_hole(a_m, b_m):
     """A map of voxels with a hole from y = 0.4 to 1.0 and z = 1.0 to 1.6: nearer to its rim is dearer."""
     shares = np.linspace(0.0, 1.0, 10)[:, None]
@@ -29,6 +31,7 @@ def test_the_middle_of_a_hole_is_amid_its_rim_and_not_the_middle_of_a_voxel(y_m,
 
 
 def test_a_way_along_a_wall_is_no_passage_nor_is_one_that_nobody_can_fly():
+    @of_legs
     def beside_a_wall(a_m, b_m):
         return math.dist(a_m, b_m) * (1.0 + 1.0 / max(math.floor(min(a_m[1], b_m[1]) / SIDE_M), 0.1))
 
@@ -37,6 +40,7 @@ def test_a_way_along_a_wall_is_no_passage_nor_is_one_that_nobody_can_fly():
 
 
 def test_a_hole_in_a_deck_is_flown_through_amid_its_rim_too():
+    @of_legs
     def upwards(a_m, b_m):
         return through_a_hole(a_m[[2, 1, 0]] + (0.0, 0.0, 1.0), b_m[[2, 1, 0]] + (0.0, 0.0, 1.0))
 

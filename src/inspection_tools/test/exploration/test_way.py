@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from drawn_legs import of_legs
 
 from inspection_tools.exploration.way import Way
 
@@ -34,14 +35,17 @@ def outside_the_corner(a_m, b_m):
     return bool(((points[:, 0] > 1.9) | (points[:, 1] < 0.1)).all())
 
 
+@of_legs
 def no_wall(a_m, b_m):
     return math.dist(a_m, b_m)
 
 
+@of_legs
 def a_wall(a_m, b_m):
     return math.dist(a_m, b_m) if outside_the_corner(a_m, b_m) else math.inf
 
 
+@of_legs
 def less_room(a_m, b_m):
     """No wall, but what `outside_the_corner` forbids costs three times its length."""
     return math.dist(a_m, b_m) * (1.0 if outside_the_corner(a_m, b_m) else 3.0)
@@ -74,6 +78,7 @@ def test_a_corner_with_something_inside_is_not_cut(cost_m):
     np.testing.assert_allclose(track_m[-1], PLACES_M[-1], atol=0.15)
 
 
+@of_legs
 def a_manhole(a_m, b_m):
     """From x = 2.6 to 3.4 there is little room: a leg seems thrice as long, beside the middle longer."""
     shares = np.linspace(0.0, 1.0, 200)[:, None]

@@ -70,7 +70,12 @@ def test_a_leg_that_sinks_behind_a_wall_is_not_clear_for_a_uav_that_sinks_before
     before, behind = np.array((3.5, 4.5, 10.5)), np.array((13.5, 4.5, 5.5))
     assert space.is_clear(before, behind)
     assert space.cost_whatever_climb_m(before, behind) == math.inf
-    assert not space.is_clear(low, np.array((99.0, 4.5, 5.5)))  # beyond the map
+    beyond = np.array((99.0, 4.5, 5.5))
+    assert not space.is_clear(low, beyond)  # beyond the map
+    # And many legs at once cost as each alone
+    begins, ends = np.array([[low, before], [low, low]]), np.array([[high, behind], [beyond, low]])
+    costs = [[space.cost_whatever_climb_m(*leg) for leg in zip(*row)] for row in zip(begins, ends)]
+    np.testing.assert_array_equal(space.cost_whatever_climb_m(begins, ends), costs)
 
 
 def test_comfort_keeps_away_from_a_wall():

@@ -1,5 +1,7 @@
 """Given rust of known area on walls of known area, grades and plates follow from the rule's figures."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from drawn_inspection import FINDINGS, finding, mesh, ship, side_walls
@@ -61,3 +63,16 @@ def test_plates_above_the_limit_come_first_for_gauging_and_cracks_for_close_up()
     spots = gauging_spots(plates, RULES)
     assert [(each.plate.first, "15 %" in each.why) for each in spots] == [(0, True), (4, False)]
     assert [each.id for each, _ in close_up_spots(findings)] == [2, 3, 1]
+
+
+def test_a_streak_along_an_edge_counts_with_its_length_and_rust_beside_the_edge_does_not(tmp_path):
+    box = read_mesh(mesh(tmp_path / "box.stl"))
+    edges = edge_places(box.triangles_m, box.part)
+    x = np.arange(-1.0, 1.0, 0.04).tolist()
+    streak = replace(finding(1, "rust", (0.0, 1.5, 0.0), 2.0, 0.1), places_m=tuple((v, 1.5, 0.0) for v in x))
+    beside = replace(streak, places_m=tuple((v, 1.5, 0.3) for v in x))
+    rusted_m = []
+    for each in (streak, beside):
+        port, _ = port_and_starboard([each], lambda points: points[:, 1] > 0, edges)
+        rusted_m.append(port.edge_share * port.edges_m)
+    assert rusted_m == pytest.approx((2.0, 0.0), abs=3 * STEP_M)

@@ -18,9 +18,11 @@ distance it aims at the place abeam, and so does not go on before it is back.
 
 SHIFT_M, SHIFT_STEP_M, ALONG_M = 0.3, 0.02, 0.05
 """A part is shifted to its middle by so much at most, in such steps. It counts in pieces of this length."""
+ALIKE = 1e-6
+"""Costs whose difference is less are the same."""
 
-Cost = Callable[[np.ndarray, np.ndarray], float]
-"""How long a straight leg from one place (x, y, z) to another seems, m; infinite: it may not be flown."""
+Cost = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""How long straight legs (...) between places (..., 3), x, y, z, seem, m; infinite: one may not be flown."""
 
 
 def middle_of(places_m: Sequence[np.ndarray], cost_m: Cost) -> np.ndarray | None:
@@ -32,12 +34,11 @@ def middle_of(places_m: Sequence[np.ndarray], cost_m: Cost) -> np.ndarray | None
     pieces_m = np.array(in_steps(places_m, ALONG_M))
     steps_m = np.arange(-SHIFT_M, SHIFT_M + 1e-9, SHIFT_STEP_M)
     shift_m = None
-    if not math.isfinite(_narrowest(pieces_m, cost_m)):
+    if not np.isfinite(cost_m(pieces_m[:-1], pieces_m[1:])).all():
         return None
     for axis in _axes_across(pieces_m[-1] - pieces_m[0]):
         known_m = np.zeros(3) if shift_m is None else shift_m
-        narrowest = np.array([_narrowest(pieces_m + known_m + step_m * axis, cost_m) for step_m in steps_m])
-        widest = np.flatnonzero(narrowest <= narrowest.min() + 1e-6)
+        widest = _widest(pieces_m + known_m + steps_m[:, None, None] * axis, cost_m)
         runs = np.split(widest, np.flatnonzero(np.diff(widest) > 1) + 1)
         between = [run for run in runs if run[0] > 0 and run[-1] < len(steps_m) - 1]
         if between:
@@ -56,9 +57,12 @@ def _axes_across(along_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, second / max(float(np.linalg.norm(second)), 1e-9)
 
 
-def _narrowest(pieces_m: np.ndarray, cost_m: Cost) -> float:
-    """Return the greatest cost of a piece, by its length."""
-    return max(cost_m(a_m, b_m) / max(math.dist(a_m, b_m), 1e-9) for a_m, b_m in zip(pieces_m, pieces_m[1:]))
+def _widest(parts_m: np.ndarray, cost_m: Cost) -> np.ndarray:
+    """Return which of parts (k, n, 3) beside each other have the most room at their narrowest place."""
+    begins_m, ends_m = parts_m[:, :-1], parts_m[:, 1:]
+    lengths_m = np.maximum(np.linalg.norm(ends_m - begins_m, axis=2), 1e-9)
+    narrowest = (cost_m(begins_m, ends_m) / lengths_m).max(axis=1)
+    return np.flatnonzero(narrowest <= narrowest.min() + ALIKE)
 
 
 class Drift:

@@ -79,7 +79,7 @@ class Way:
 
     Args:
         places_m: (x, y, z) each, without the place where the UAV is.
-        cost_m: how long a straight leg from one place to another seems, m; infinite: it may not be flown.
+        cost_m: how long straight legs seem, m, one or many; infinite: one may not be flown.
         ahead_m: it aims at places that are not farther than this. 0: at each of the places in turn.
         climbs_first: it climbs or sinks on the spot to the height of the aim while the level way there is not
             clear. A CEPA that sees one height only would keep it away from a manhole below or above.
@@ -143,7 +143,7 @@ class Way:
         if not math.isfinite(cut_m):
             return False
         way_m = [here_m, *self._aims_m[self._aim : aim + 1]]
-        return cut_m <= CUT_COST * sum(map(self._cost_m, way_m, way_m[1:]))
+        return bool(cut_m <= CUT_COST * _costs_along(way_m, self._cost_m).sum())
 
     def _narrow_first(self, begin_m: np.ndarray, end_m: np.ndarray) -> list[np.ndarray]:
         """Return the places between, if a part of the leg is narrow."""
@@ -185,11 +185,11 @@ class Way:
         assert self._cost_m is not None
         shifted_m = [place_m + shift_m for place_m in track_m[begin:end]]
         around_m = [*track_m[max(begin - 1, 0) : begin], *shifted_m, *track_m[end : end + 1]]
-        if all(map(math.isfinite, map(self._cost_m, around_m, around_m[1:]))):
+        if np.isfinite(_costs_along(around_m, self._cost_m)).all():
             track_m[begin:end] = shifted_m
 
     def _is_narrow(self, a_m: np.ndarray, b_m: np.ndarray) -> bool:
-        return self._cost_m is not None and self._cost_m(a_m, b_m) > NARROW_COST * math.dist(a_m, b_m)
+        return self._cost_m is not None and bool(self._cost_m(a_m, b_m) > NARROW_COST * math.dist(a_m, b_m))
 
     def _climb_first(self, here_m: np.ndarray) -> np.ndarray | None:
         """Return the place to climb or sink to before the UAV flies on; None: it flies straight on."""
@@ -228,6 +228,12 @@ class Way:
         if self._instead_m is not None:
             return self._instead_m
         return self._aims_m[self._aim] if self._aims_m else None
+
+
+def _costs_along(places_m: Sequence[np.ndarray], cost_m: Cost) -> np.ndarray:
+    """Return the cost of each leg (n - 1,) between places (n, 3)."""
+    track_m = np.reshape(places_m, (-1, 3))
+    return cost_m(track_m[:-1], track_m[1:])
 
 
 def _divided(places_m: Sequence[np.ndarray], step_m: float) -> tuple[tuple[np.ndarray, ...], list[int]]:

@@ -49,6 +49,8 @@ def _finding(path: Path, number: int, given: Any) -> Finding:
         finding = Finding(**known)
         numbers = (*finding.position_m, *finding.normal, finding.length_m, finding.area_m2)
         good = len(numbers) == 8 and all(math.isfinite(each) for each in numbers)
+        places_m = np.array(finding.places_m, float).reshape(len(finding.places_m), 3)
+        good &= bool(np.isfinite(places_m).all())
         good &= isinstance(finding.id, int) and all(isinstance(each, str) for each in finding.photographs)
     except (TypeError, ValueError, AttributeError) as error:
         raise ReportError(f"{where}: is no finding ({error}).") from None
@@ -56,14 +58,14 @@ def _finding(path: Path, number: int, given: Any) -> Finding:
         raise ReportError(f"{where}: it needs a whole id, finite numbers, and names of photographs.")
     if finding.status not in STATUSES:
         raise ReportError(f'{where}: the status is "{finding.status}"; give one of {", ".join(STATUSES)}.')
-    return replace(finding, remark=str(finding.remark))
+    return replace(finding, remark=str(finding.remark), places_m=tuple(map(tuple, places_m.tolist())))
 
 
 def write_findings(path: Path, findings: Sequence[Finding]) -> None:
     """Write a file of findings, whole or not at all. Raises OSError."""
-    content = {"frame": "map", "findings": [asdict(each) for each in findings]}
+    rows = ",\n".join(json.dumps(asdict(each)) for each in findings)
     partial = path.with_name(path.name + ".part")
-    partial.write_text(json.dumps(content, indent=1), encoding="utf-8")
+    partial.write_text(f'{{"frame": "map", "findings": [\n{rows}\n]}}\n', encoding="utf-8")
     os.replace(partial, path)
 
 

@@ -9,7 +9,7 @@ from typing import Sequence
 import numpy as np
 
 from inspection_tools.planning.closures import Closure
-from inspection_tools.planning.kernels.pulling import leg_cost
+from inspection_tools.planning.kernels.pulling import leg_costs
 from inspection_tools.planning.limits import Limits
 from inspection_tools.planning.parameters import PlannerParameters
 from inspection_tools.planning.voxel_grid import VoxelGrid
@@ -66,8 +66,8 @@ class Space:
         return math.sqrt(self.need) * self.grid.resolution_m
 
     def inner(self, place_m: np.ndarray) -> np.ndarray:
-        """Return a place (x, y, z) as z, y, x in voxels from the grid's corner."""
-        return (np.asarray(place_m) / self.grid.resolution_m - self.corner)[::-1].copy()
+        """Return a place or places (..., 3), x, y, z, as z, y, x in voxels from the grid's corner."""
+        return (np.asarray(place_m) / self.grid.resolution_m - self.corner)[..., ::-1].copy()
 
     def outer(self, points: np.ndarray) -> np.ndarray:
         """Return points (n, 3), z, y, x in voxels, as x, y, z in the map's frame, m."""
@@ -79,21 +79,23 @@ class Space:
 
     def cost_m(self, begin_m: np.ndarray, end_m: np.ndarray) -> float:
         """Return how long a straight leg seems, m: longer without comfort, infinite if it is not clear."""
-        legs = np.array([self.inner(begin_m), self.inner(end_m)])
-        if (legs < 0.0).any() or (legs >= self.squares.shape).any():
-            return math.inf
-        voxels = leg_cost(self.squares, self.need, self.factors, legs[0], legs[1])
-        return float(voxels) * self.grid.resolution_m
+        return float(self._costs_m(np.array(begin_m, float)[None], np.array(end_m, float)[None])[0])
 
-    def cost_whatever_climb_m(self, begin_m: np.ndarray, end_m: np.ndarray) -> float:
-        """Return a leg's cost; it is infinite also if a UAV that is early at its end's height has no room.
+    def _costs_m(self, begins_m: np.ndarray, ends_m: np.ndarray) -> np.ndarray:
+        """Return `cost_m` (n,) of legs between places (n, 3)."""
+        given = self.squares, self.need, self.factors, self.inner(begins_m), self.inner(ends_m)
+        return leg_costs(*given) * self.grid.resolution_m
 
-        Up and down it flies on when CEPA slows it down on the level.
+    def cost_whatever_climb_m(self, begin_m: np.ndarray, end_m: np.ndarray) -> np.ndarray:
+        """Return legs' costs (...); infinite also if a UAV that is early at a leg's end's height has no room.
+
+        Up and down it flies on when CEPA slows it down on the level. begin_m, end_m: (..., 3), one or many.
         """
-        above_m = np.array((begin_m[0], begin_m[1], end_m[2]))
-        if not (self.is_clear(begin_m, above_m) and self.is_clear(above_m, end_m)):
-            return math.inf
-        return self.cost_m(begin_m, end_m)
+        begins_m, ends_m = (np.asarray(each, float).reshape(-1, 3) for each in (begin_m, end_m))
+        above_m = np.column_stack((begins_m[:, :2], ends_m[:, 2]))
+        up, on = self._costs_m(begins_m, above_m), self._costs_m(above_m, ends_m)
+        costs_m = np.where(np.isfinite(up + on), self._costs_m(begins_m, ends_m), np.inf)
+        return costs_m.reshape(np.shape(begin_m)[:-1])
 
 
 def _factors(parameters: PlannerParameters, resolution_m: float) -> np.ndarray:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Sequence
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from inspection_tools.checks import check_number
 from inspection_tools.findings.findings_file import DISMISSED
@@ -17,6 +18,8 @@ from inspection_tools.survey.surface_record import SurfaceRecord
 GOOD, FAIR, POOR = GRADES = ("GOOD", "FAIR", "POOR")
 ELSEWHERE = "Elsewhere"
 NEAR_M = 0.2
+RUST_M = 0.05
+"""An edge so near to a place of rust is rusted there."""
 
 
 @dataclass(frozen=True)
@@ -110,12 +113,18 @@ class Standing:
         )
 
     def near_rust(self, places_m: np.ndarray) -> np.ndarray:
-        """Return which places (k, 3) lie within half the length of a rusted place."""
+        """Return which places (k, 3) lie at a place of rust.
+
+        Where a finding tells no places, those within half its length do.
+        """
         rusted = np.zeros(len(places_m), bool)
-        for each in self.all:
-            if each.kind == "rust":
-                apart_m = np.linalg.norm(places_m - np.array(each.position_m), axis=1)
-                rusted |= apart_m <= 0.5 * each.length_m
+        rust = [each for each in self.all if each.kind == "rust"]
+        for each in (each for each in rust if not each.places_m):
+            apart_m = np.linalg.norm(places_m - np.array(each.position_m), axis=1)
+            rusted |= apart_m <= 0.5 * each.length_m
+        told_m = [place_m for each in rust for place_m in each.places_m]
+        if told_m and len(places_m):
+            rusted |= cKDTree(np.array(told_m)).query(places_m)[0] <= RUST_M
         return rusted
 
 

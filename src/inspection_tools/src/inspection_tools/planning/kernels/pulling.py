@@ -64,6 +64,22 @@ def leg_cost(
 
 
 @njit(cache=True, nogil=True)
+def leg_costs(
+    squares: np.ndarray, need: int, factors: np.ndarray, begins: np.ndarray, ends: np.ndarray
+) -> np.ndarray:
+    """Return the costs (n,) of legs between places (n, 3), as `leg_cost`; infinite outside the voxels."""
+    costs = np.full(len(begins), math.inf)
+    for k in range(len(begins)):
+        inside = True
+        for axis in range(3):
+            for place in (begins[k, axis], ends[k, axis]):
+                inside &= 0.0 <= place < squares.shape[axis]
+        if inside:
+            costs[k] = leg_cost(squares, need, factors, begins[k], ends[k])
+    return costs
+
+
+@njit(cache=True, nogil=True)
 def pull(squares: np.ndarray, need: int, factors: np.ndarray, points: np.ndarray, window: int) -> np.ndarray:
     """Return which points (m,) the cheapest path through some of them keeps; the first and the last stay.
 
