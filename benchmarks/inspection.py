@@ -15,6 +15,9 @@ battery does not count. With --photographs 0 it flies the whole plan, searched f
 what stays open. The judge takes the true poses. share_of_planned: of what these photographs would show from
 their own places. share, shares: of what is reachable, of all and of each thing.
 
+graded: a corroded box of six plates, photographed all over, with poses off as in the row findings. right: of
+the plates' grades, those that are the same by the findings as by the true rust.
+
 mapped: a plan on the map of an exploration, flown as in `bench explore` with a Puck. share, shares: what its
 photographs would show of the drawing, of what is reachable there. mesh_cpu_s: of the map's surface.
 
@@ -34,12 +37,12 @@ from typing import Sequence
 
 import numpy as np
 
-from benchmarks.inspection_rows import flown, found, mapped, planned
+from benchmarks.inspection_rows import flown, found, graded, mapped, planned
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
 
 SEARCH_S, BRIEF_SEARCH_S = 20.0, 0.0
-ROWS = ("plan", "findings", "flown", "mapped")
+ROWS = ("plan", "findings", "graded", "flown", "mapped")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -66,6 +69,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
                 rows = [each[name] for each in looks.values() if name in each]
                 if rows:
                     _add(results, f"inspection.hold_3d.{name}", _sums(rows))
+        if "graded" in given.rows:
+            seeds = given.seeds or graded.SEEDS[: 1 if given.brief else None]
+            most = graded.BRIEF_MOST if given.brief else graded.MOST
+            boxes = run_crossed("inspection_graded", graded.grade, given, seed=seeds, most=[most])
+            _add(results, "inspection.corroded.graded", graded.summary(list(boxes.values())))
         if "flown" in given.rows:
             seeds = given.seeds or flown.SEEDS[: 1 if given.brief else None]
             most = flown.BRIEF_MOST if given.brief else given.photographs

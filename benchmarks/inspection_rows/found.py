@@ -52,7 +52,7 @@ def look(seed: int, most: int) -> dict:
         marks = write_defects(WORLD, folder / "defects.yaml", seed)
         defects = read_defects(marks).defects
         views = _views_of(defects, whole, MeshSurface(surface.mesh.triangles_m), rng)[:most]
-        taken = _shoot(only(whole, views), folder / "first", marks, seed, rng)
+        taken = shoot(WORLD, only(whole, views), folder / "first", marks, seed, rng)
 
         def judged(*folders: str) -> tuple[dict, list]:
             began_s = time.process_time()
@@ -66,7 +66,7 @@ def look(seed: int, most: int) -> dict:
         cracks = [each for each in found if each.kind == "crack"][:most]
         if cracks:
             closer = closer_plan(whole, cracks, surface.room, surface.ranges_m, CLOSER_MM, rng)
-            _shoot(closer.plan, folder / "closer", marks, seed, rng)
+            shoot(WORLD, closer.plan, folder / "closer", marks, seed, rng)
             rows["second_look"], _ = judged("first", "closer")
         return rows
 
@@ -98,9 +98,11 @@ def _views_of(
     return [whole.views[k] for k in chosen]
 
 
-def _shoot(part: SurveyPlan, folder: Path, marks: Path, seed: int, rng: np.random.Generator) -> list[Taken]:
+def shoot(
+    world: Path, part: SurveyPlan, folder: Path, marks: Path, seed: int, rng: np.random.Generator
+) -> list[Taken]:
     """Store photographs with disturbed poses. Return the true ones."""
-    for _ in photograph(WORLD, poses_of(part), folder, part.camera, seed, marks):
+    for _ in photograph(world, poses_of(part), folder, part.camera, seed, marks):
         pass
     taken = []
     for path in photographs_in(folder):

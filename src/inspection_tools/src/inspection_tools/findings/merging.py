@@ -58,8 +58,7 @@ def _groups(own: Sequence[Placed], apart_m: float) -> Iterator[list[Placed]]:
     of = np.repeat(np.arange(len(own)), [len(each.points_m) for each in own])
     points_m = np.concatenate([each.points_m for each in own])
     pairs = cKDTree(points_m).query_pairs(apart_m, output_type="ndarray")
-    links = np.unique(of[pairs], axis=0) if len(pairs) else np.zeros((0, 2), int)
-    graph = coo_matrix((np.ones(len(links)), (links[:, 0], links[:, 1])), (len(own), len(own)))
+    graph = coo_matrix((np.ones(len(pairs)), (of[pairs[:, 0]], of[pairs[:, 1]])), (len(own), len(own)))
     count, numbers = connected_components(graph, directed=False)
     for number in range(count):
         yield [own[k] for k in np.flatnonzero(numbers == number)]
@@ -95,7 +94,7 @@ def _finding(number: int, kind: str, group: Sequence[Placed], apart_m: float) ->
     return Finding(
         number, kind, place, facing, round(length, 4), round(_area_m2(group, apart_m), 6), names,
         detail_mm=round(min(each.detail_mm for each in group), 3),
-        places_m=() if kind == "crack" else _thinned(points_m),
+        places_m=() if kind == "crack" else thinned(points_m),
     )  # fmt: skip
 
 
@@ -120,7 +119,7 @@ def _area_m2(group: Sequence[Placed], apart_m: float) -> float:
     return total_m2
 
 
-def _thinned(points_m: np.ndarray) -> tuple[tuple[float, ...], ...]:
+def thinned(points_m: np.ndarray) -> tuple[tuple[float, ...], ...]:
     """Return the first point in each cube of `CELL_M`, to the millimetre."""
     _, first = np.unique(np.floor(points_m / CELL_M).astype(int), axis=0, return_index=True)
     return tuple(tuple(row) for row in np.round(points_m[np.sort(first)], 3).tolist())

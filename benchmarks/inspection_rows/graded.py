@@ -1,0 +1,207 @@
+"""Grades of a corroded box of six plates, by its photographs, beside the grades of its true rust."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Sequence
+
+import numpy as np
+import yaml
+from scipy import ndimage
+
+from benchmarks.inspection_rows.found import shoot
+from benchmarks.inspection_rows.hold import ASKED
+from benchmarks.inspection_rows.parts import only
+from inspection_tools.findings.merging import Finding, thinned
+from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.search import find
+from inspection_tools.report.grades import AreaGrade, GradeRules, areas_graded
+from inspection_tools.ship.ship import Ship
+from inspection_tools.ship.ship_file import parse_ship
+from inspection_tools.survey.coverage import Coverage, judge_on
+from inspection_tools.survey.planner import SurveyPlanner
+from inspection_tools.survey.surface.edges import edge_places
+from inspection_tools.survey.surface.reading import read_surface
+from inspection_tools.survey.surface_record import SurfaceRecord
+from master_thesis.worlds.defects import COATINGS
+from master_thesis.worlds.writer import Box, Colour, Part, Prop, Surroundings, write_world
+from simulation_tools.camera.defects import Decals, decals_of, read_defects
+from simulation_tools.camera.surfaces import surfaces_of
+from simulation_tools.camera.textures import clouds
+from simulation_tools.sdf.parser import load_world
+
+SEEDS = (61, 62)
+MOST, BRIEF_MOST = 1000, 2
+"""Photographs."""
+SIZE_M = np.array((7.0, 6.0, 4.0))
+"""Of the space, from its middle on the floor."""
+FLOOR = "ground_plane"
+PLATES = {
+    "aft": (0, -1), "forward": (0, 1), "starboard": (1, -1), "port": (1, 1), FLOOR: (2, -1), "deck": (2, 1)
+}  # fmt: skip
+"""Axis and side of each."""
+SHARES = (0.005, 0.01, 0.08, 0.12, 0.3, 0.4)
+"""Of a plate that is rusted, about: the grades' limits are 0.03 and 0.2. They are dealt out by the seed."""
+LONG_M = (0.1, 0.8)
+STEP_M, CELL_M = 0.01, 0.25
+"""Between places that are asked whether they are rusted."""
+HALF, ROUGH, TEXELS, FADE = 0.5, 0.22, 60.0, 6.0
+"""A place is rusted where the decal covers half of the coating (`simulation_tools.camera.kernels.marked`)."""
+
+
+def grade(seed: int, most: int) -> dict:
+    """Photograph the box, and grade its plates by what is found and by the truth."""
+    rng = np.random.default_rng(seed)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        world, marks = folder / "corroded.world", folder / "corroded.defects.yaml"
+        world.write_text(_world(), encoding="utf-8")
+        marks.write_text(yaml.safe_dump(_corrosion(rng), default_flow_style=None), encoding="utf-8")
+        asked = replace(ASKED, share=0.9, class_share=0.9)
+        surface = read_surface(world, asked, (0.0, 0.0, 1.5))
+        planner = SurveyPlanner(
+            surface.room, surface.patches, surface.ranges_m, asked=asked, source=str(world)
+        )
+        plan = next(planner.improve(seed, 0.0, bound=False)).plan
+        part = only(plan, plan.views[:most])
+        taken = shoot(world, part, folder / "photographs", marks, seed, rng)
+        found = find([folder / "photographs"], surface.mesh, FindingParameters())
+        (coverage,) = judge_on(surface, (taken,), part.camera, asked)
+        record = _record(coverage)
+        edges_m = edge_places(surface.mesh.triangles_m, surface.mesh.part)
+        told, true = (
+            {each.name: each for each in areas_graded(_ship(), record, edges_m, findings, GradeRules())}
+            for findings in (found, _true_findings(world, marks))
+        )
+    return {
+        "photographs": len(taken),
+        "areas": {name: _row(told[name], true[name]) for name in told if true[name].grade is not None},
+    }
+
+
+def summary(boxes: Sequence[dict]) -> dict:
+    """Return what all boxes together have."""
+    plates = [plate for box in boxes for plate in box["areas"].values()]
+    return {
+        "photographs": sum(box["photographs"] for box in boxes),
+        "plates": len(plates),
+        "right": sum(plate["told"][0] == plate["true"][0] for plate in plates),
+        "off_share": max((abs(plate["told"][1] - plate["true"][1]) for plate in plates), default=None),
+    }
+
+
+def _row(told: AreaGrade, true: AreaGrade) -> dict:
+    return {
+        "told": [told.grade, round(told.rust_share, 4), round(told.edge_share, 4)],
+        "true": [true.grade, round(true.rust_share, 4), round(true.edge_share, 4)],
+        "seen": round(told.seen, 3),
+    }
+
+
+def _world() -> str:
+    grey = Colour(*COATINGS["shell"])
+    props = []
+    for name, (axis, side) in PLATES.items():
+        if name == FLOOR:
+            continue  # each world has it
+        size_m, centre_m = SIZE_M.copy(), 0.5 * SIZE_M * (0.0, 0.0, 1.0)
+        size_m[axis] = 0.2
+        centre_m[axis] += side * 0.5 * (SIZE_M[axis] + 0.2)
+        x, y, z = centre_m.tolist()
+        props.append(Prop(name, x, y, (Part(name, Box(*size_m.tolist()), grey, (0.0, 0.0, z)),)))
+    return write_world("corroded", "A box of six plates.", Surroundings(grey), tuple(props))
+
+
+def _corrosion(rng: np.random.Generator) -> dict:
+    """Return the content of a file of defects: rust spots, until each plate has its share."""
+    defects, shares = [], dict(zip(PLATES, rng.permutation(SHARES)))
+    for name, (axis, side) in PLATES.items():
+        across = [k for k in range(3) if k != axis]
+        left_m2 = shares[name] * float(np.prod(SIZE_M[across]))
+        while left_m2 > 0.0:
+            length_m = float(np.exp(rng.uniform(*np.log(LONG_M))))
+            width_m = length_m * rng.uniform(0.4, 1.0)
+            place_m, along, normal = np.zeros(3), np.zeros(3), np.zeros(3)
+            place_m[across] = rng.uniform(-0.5, 0.5, 2) * SIZE_M[across]
+            place_m[axis], normal[axis] = 0.5 * side * SIZE_M[axis], -side
+            place_m[2] += 0.5 * SIZE_M[2]
+            angle = rng.uniform(0.0, np.pi)
+            along[across] = np.cos(angle), np.sin(angle)
+            vectors = {"position_m": place_m, "normal": normal, "along": along}
+            defects.append(
+                {
+                    "kind": "rust",
+                    **{key: [round(float(x), 5) for x in vector] for key, vector in vectors.items()},
+                    "length_m": round(length_m, 4),
+                    "width_m": round(width_m, 4),
+                    "seed": int(rng.integers(1 << 31)),
+                }
+            )
+            left_m2 -= 0.25 * np.pi * length_m * width_m
+    return {
+        "world": "corroded.world",
+        "coatings": {name: [*COATINGS["shell"]] for name in PLATES},
+        "defects": defects,
+    }
+
+
+def _true_findings(world: Path, marks: Path) -> list[Finding]:
+    """Return a finding for each cell of the plates that is rusted, of its true area."""
+    given = read_defects(marks)
+    surfaces = surfaces_of(load_world(str(world)), given.coatings)
+    decals, found = decals_of(given.defects, surfaces), list[Finding]()
+    for name, (axis, side) in PLATES.items():
+        points_m = _places_on(axis, side)
+        normal = np.zeros(3)
+        normal[axis] = -side
+        on = np.abs(surfaces.normals @ points_m[0] - surfaces.offsets_m) < 1e-3
+        (face,) = np.flatnonzero(on & (surfaces.normals @ normal > 0.99))
+        axes = np.column_stack((surfaces.u_axes[face], surfaces.v_axes[face]))
+        rows = range(decals.first[face], decals.first[face + 1])
+        rusted_m = points_m[_is_rusted(points_m @ axes, decals, rows)]
+        cells = np.floor(rusted_m / CELL_M)
+        for cell in np.unique(cells, axis=0):
+            inside = rusted_m[(cells == cell).all(axis=1)]
+            area_m2, places_m = STEP_M**2 * len(inside), thinned(inside)
+            place = tuple(inside.mean(axis=0).tolist()), tuple(normal.tolist()), CELL_M, area_m2, (name,)
+            found.append(Finding(len(found) + 1, "rust", *place, places_m=places_m))
+    return found
+
+
+def _places_on(axis: int, side: int) -> np.ndarray:
+    """Return places (n, 3) all over a plate."""
+    across = [k for k in range(3) if k != axis]
+    low_m = np.array((-0.5, -0.5, 0.0)) * SIZE_M
+    a, b = (low_m[k] + np.arange(STEP_M / 2, SIZE_M[k], STEP_M) for k in across)
+    points_m = np.full((a.size * b.size, 3), low_m[axis] + (side > 0) * SIZE_M[axis])
+    points_m[:, across] = np.stack(np.meshgrid(a, b), -1).reshape(-1, 2)
+    return points_m
+
+
+def _is_rusted(places_m: np.ndarray, decals: Decals, rows: range) -> np.ndarray:
+    """Return which places (n, 2), u and v, a decal of rust covers at least half."""
+    rusted, tile = np.zeros(len(places_m), bool), clouds(2, 1.3)
+    for row in rows:
+        u, v, cosine, sine, half_length, half_width = decals.place[row]
+        near = np.flatnonzero((np.abs(places_m - (u, v)) < 2.3 * max(half_length, half_width)).all(axis=1))
+        along = (places_m[near] - (u, v)) @ np.array(((cosine, -sine), (sine, cosine)))
+        texels = along * TEXELS / max(half_length, half_width) + decals.shift[row]
+        rough = ndimage.map_coordinates(tile, texels[:, ::-1].T, order=1, mode="grid-wrap")
+        far = np.hypot(along[:, 0] / half_length, along[:, 1] / half_width)
+        reach = (np.abs(along) < 1.6 * np.array((half_length, half_width))).all(axis=1)
+        rusted[near] |= reach & ((1.0 - far - ROUGH * rough) * FADE > HALF)
+    return rusted
+
+
+def _record(coverage: Coverage) -> SurfaceRecord:
+    p = coverage.patches
+    return SurfaceRecord(
+        p.points_m, p.normals, p.areas_m2, p.parts, p.names, coverage.shown, coverage.reachable, p.grid.side_m
+    )
+
+
+def _ship() -> Ship:
+    content = {"ap": [0.0, 0.0, 0.0], "frames": [{"from": 0, "to": 1, "spacing": 1000}]}
+    return parse_ship({**content, "areas": [{"name": name, "parts": [name]} for name in PLATES]})
