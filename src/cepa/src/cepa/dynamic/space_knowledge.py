@@ -163,11 +163,12 @@ class SpaceKnowledge(Knowledge):
     def _open_height_m(self, space: RecalledSpace, reference: Reference) -> float:
         """Return the height, m above the lidar, at which the way straight ahead is open.
 
-        Where the reference leads up or down, so much ahead need not be open: a hole in a deck is a way.
+        Where the reference leads up or down, nothing ahead need be open: a hole in a deck is a way. And it
+        may be as narrow as here: a shaft is a way, too, for a UAV that was led into it.
         """
-        ahead_m = OPEN_AHEAD_S * reference.speed
-        if not reference.is_steep:
-            ahead_m = max(OPEN_AHEAD_M, ahead_m)
+        if reference.is_steep:
+            return space.open_height_m(reference.direction, 0.0, min(self._p.r_lb, space.here_m))
+        ahead_m = max(OPEN_AHEAD_M, OPEN_AHEAD_S * reference.speed)
         return space.open_height_m(reference.direction, ahead_m, self._p.r_lb)
 
     def _aimed_m(self, snapshot: Snapshot, reference: Reference, open_m: float) -> float:

@@ -50,6 +50,12 @@ class RecalledSpace(NamedTuple):
         """Height of the middle layer above the lidar."""
         return float(self.heights_m[LAYERS // 2])
 
+    @property
+    def here_m(self) -> float:
+        """Distance from the UAV's place to what stands."""
+        _, rows, columns = self.distance.shape
+        return float(self.distance[LAYERS // 2, rows // 2, columns // 2])
+
     def open_height_m(self, direction: np.ndarray, ahead_m: float, keep_m: float) -> float:
         """Return the height, m above the lidar, at which the way straight ahead is open for ``ahead_m``.
 
@@ -57,7 +63,7 @@ class RecalledSpace(NamedTuple):
         is open or that one is. A layer between two that are open, too, is preferred.
         """
         middle = self.distance.shape[1] // 2
-        along = np.arange(0.0, ahead_m, FIELD_CELL_M)[:, None] * direction / FIELD_CELL_M
+        along = np.arange(0.0, max(ahead_m, FIELD_CELL_M), FIELD_CELL_M)[:, None] * direction / FIELD_CELL_M
         columns, rows = np.clip(np.rint(along).astype(int) + middle, 0, 2 * middle).T
         is_open = (self.distance[:, rows, columns] >= keep_m).all(axis=1) & np.isfinite(self.detours_m)
         if not is_open.any():
