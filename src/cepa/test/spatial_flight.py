@@ -88,16 +88,25 @@ def motion_at(
 
 
 def fly_up(
-    steering: Dynamic, boxes: Boxes, start: np.ndarray, goal: np.ndarray, sign: float, patience_s: float
+    steering: Dynamic,
+    boxes: Boxes,
+    start: np.ndarray,
+    goal: np.ndarray,
+    sign: float,
+    patience_s: float,
+    begin_s: float = 0.0,
 ) -> Flight:
-    """Fly straight up (sign 1) or down (-1) to a goal, by clouds and the range finder that looks there."""
+    """Fly straight up (sign 1) or down (-1) to a goal, by clouds and the range finder that looks there.
+
+    begin_s: later than what the steering has seen before.
+    """
     model = steering.parameters.response
     response = response_of(model, STEP_S)
     position, state, flight, command = start.copy(), np.zeros((3, 4)), Flight(), np.zeros(3)
     ahead = np.array([(1e-3, 0.0, sign)])
     for number in range(round(patience_s / PERIOD_S)):
         reference = np.clip(0.5 * (goal - position), -0.7, 0.7)
-        motion = motion_at(number * PERIOD_S, position, state[:, 1], float(reference[2]))
+        motion = motion_at(begin_s + number * PERIOD_S, position, state[:, 1], float(reference[2]))
         range_m = float(boxes.ranges(position, ahead)[0])
         steering.take_ranges([Ranging((0.0, 0.0, 0.0), (0.0, 0.0, sign), range_m, 0.05, 12.0)])
         asked, own = tuple(reference[:2].tolist()), tuple(state[:2, 1].tolist())

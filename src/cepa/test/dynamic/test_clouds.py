@@ -87,6 +87,23 @@ def test_it_climbs_and_sinks_through_a_hole_in_a_deck(start_m, goal_m, hole_m):
     assert min(flight.clearances_m) > 0.05
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_along_a_wall_it_turns_back_to_where_it_came_from_when_it_is_told_to(sign):
+    """It has not seen the wall farther on yet: that is no reason to go on."""
+    walls = [((0.5, -3.0, 0.0), (0.7, 3.0, 20.0)), ((-3.0, 0.5, 0.0), (3.0, 0.7, 20.0))]
+    steering, boxes = Dynamic(CepaParameters(r_lb=0.5, r_ub=1.2, window_m=0.0)), Boxes(np.array(walls))
+    # Given a UAV that has flown 3 m along the walls, and is led a little towards them, too
+    ends = [np.array([0.1, 0.1, 10.0 + sign * far_m]) for far_m in (0.0, 3.0)]
+    there = fly_up(steering, boxes, np.array([0.0, 0.0, 10.0]), ends[1], sign, 12.0)
+    # When it is told to come back
+    back = fly_up(steering, boxes, there.positions[-1], ends[0], -sign, 12.0, begin_s=20.0)
+    # Then it does
+    heights_m = np.array(back.positions)[:, 2]
+    assert heights_m[-1] == pytest.approx(10.0, abs=0.31)
+    assert (-sign * np.diff(heights_m) > -0.02).all()
+    assert min(back.clearances_m) > 0.05
+
+
 def test_the_vertical_disturbance_moves_it_by_at_most_the_height_error():
     state, given, step_s = np.zeros((3, 4)), np.array([[0.0, 9.0, 0.0, 0.0, 0.0]]), 0.001
     response = response_of(CepaParameters().response, step_s)

@@ -8,6 +8,7 @@ import numpy as np
 
 from cepa.dynamic.candidates import climbing
 from cepa.dynamic.cloud_watch import CloudWatch
+from cepa.dynamic.constants.choice import SCAN_NOISE_M
 from cepa.dynamic.constants.cost_to_go import HEIGHT_GAIN_S, OPEN_AHEAD_M, OPEN_AHEAD_S
 from cepa.dynamic.constants.distance_fields import FIELD_CELL_M, FIELD_WINDOW_M, LAYER_M, LAYERS
 from cepa.dynamic.constants.free_space import SEEN_CELL_M
@@ -164,10 +165,12 @@ class SpaceKnowledge(Knowledge):
         """Return the height, m above the lidar, at which the way straight ahead is open.
 
         Where the reference leads up or down, nothing ahead need be open: a hole in a deck is a way. And it
-        may be as narrow as here: a shaft is a way, too, for a UAV that was led into it.
+        may be as narrow as here. Else a UAV that was led along a wall would seek heights at which it has not
+        seen the wall yet.
         """
         if reference.is_steep:
-            return space.open_height_m(reference.direction, 0.0, min(self._p.r_lb, space.here_m))
+            keep_m = min(self._p.r_lb, space.here_m) - SCAN_NOISE_M
+            return space.open_height_m(reference.direction, 0.0, keep_m)
         ahead_m = max(OPEN_AHEAD_M, OPEN_AHEAD_S * reference.speed)
         return space.open_height_m(reference.direction, ahead_m, self._p.r_lb)
 
