@@ -17,6 +17,7 @@ setup(
             "simulation_tools.px4",
             "simulation_tools.px4.control",
             "simulation_tools.px4.estimation",
+            "simulation_tools.px4.estimation.kernels",
             "simulation_tools.px4.mavlink",
             "simulation_tools.px4.mavlink.missions",
             "simulation_tools.px4.plan",
