@@ -15,6 +15,8 @@ RANGE_MIN_M, RANGE_MAX_M = 0.5, 30.0
 CHANNELS_RAD = np.radians(np.arange(-15.0, 15.1, 2.0))
 """Of a Puck."""
 PERIOD_S, STEP_S = 0.1, 0.001
+CLIMB_ERROR_M_S2 = 0.2
+"""The vertical disturbance that doc/three_dimensions.md allows."""
 HEIGHT_M = 2.0
 LEVEL = (0.0, 0.0, 0.0, 1.0)
 NO_SCAN = LaserScan2D(np.full(4, math.inf), -math.pi, 0.5 * math.pi, RANGE_MIN_M, RANGE_MAX_M)

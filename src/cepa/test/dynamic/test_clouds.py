@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from planar_flight import Scene
-from spatial_flight import HEIGHT_M, NO_SCAN, Boxes, fly_along_x, fly_up, motion_at
+from spatial_flight import CLIMB_ERROR_M_S2, HEIGHT_M, NO_SCAN, Boxes, fly_along_x, motion_at
 
-from cepa import CepaParameters, Cloud, Dynamic, LaserScan2D, ParameterError, Ranging, Reason
+from cepa import CepaParameters, Cloud, Dynamic, LaserScan2D, ParameterError, Reason
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, climbing
-from cepa.dynamic.constants.distance_fields import HEIGHT_ERROR_M, LAYER_M, LAYERS
-from cepa.dynamic.constants.response import AT_REST_M_S, AT_REST_M_S2, CLIMB_LAG_S, PATH_STEP_S
+from cepa.dynamic.constants.distance_fields import LAYER_M, LAYERS
+from cepa.dynamic.constants.response import AT_REST_M_S, AT_REST_M_S2, PATH_STEP_S
 from cepa.dynamic.cost_to_go.course import Course
 from cepa.dynamic.cost_to_go.search import CostToGoSearch, Layers
 from cepa.dynamic.kernels.admissible import braking
@@ -32,8 +32,6 @@ from cepa.dynamic.kernels.surroundings import (
 from cepa.dynamic.observer import response_of
 from cepa.dynamic.remembered.space_memory import SpaceMemory
 
-CLIMB_ERROR_M_S2 = 0.2
-"""The vertical disturbance that doc/three_dimensions.md allows."""
 LOW_WALL = Boxes(np.array([[(6.0, -20.0, 0.0), (6.3, 20.0, 1.9)]]))
 BEAM = Boxes(np.array([[(6.0, -20.0, 2.05), (6.3, 20.0, 6.0)]]))
 NOTHING = Boxes(np.empty((0, 2, 3)))
@@ -66,71 +64,6 @@ def test_carried_too_near_over_a_wall_it_climbs_and_under_a_beam_it_sinks(sign):
     assert decision.reason is Reason.MARGIN_LOST
     assert decision.climb_m_s == sign * steering.parameters.climb_max
     assert decision.velocity_xy == (0.0, 0.0)
-
-
-@pytest.mark.parametrize("hole_m", [1.6, 1.4])
-@pytest.mark.parametrize(("start_m", "goal_m"), [(1.3, 4.4), (1.3, 3.2), (4.4, 1.3), (4.4, 2.6)])
-def test_it_climbs_and_sinks_through_a_hole_in_a_deck(start_m, goal_m, hole_m):
-    # A deck in a room of 5.6 m, with a square hole; the reference leads nearly straight through it
-    half, far = 0.5 * hole_m, 3.0
-    deck = [
-        ((-far, -far, 2.8), (-half, far, 2.95)),
-        ((half, -far, 2.8), (far, far, 2.95)),
-        ((-half, -far, 2.8), (half, -half, 2.95)),
-        ((-half, half, 2.8), (half, far, 2.95)),
-    ]
-    boxes = Boxes(np.array([*deck, ((-far, -far, 5.6), (far, far, 5.8))]))
-    steering = Dynamic(CepaParameters(r_lb=0.5, r_ub=1.2))
-    start, goal = np.array([-0.3, 0.1, start_m]), np.array([0.05, 0.0, goal_m])
-    flight = fly_up(steering, boxes, start, goal, math.copysign(1.0, goal_m - start_m), 20.0)
-    assert flight.positions[-1][2] == pytest.approx(goal_m, abs=0.31)
-    assert min(flight.clearances_m) > 0.05
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_along_a_wall_it_turns_back_to_where_it_came_from_when_it_is_told_to(sign):
-    """It has not seen the wall farther on yet: that is no reason to go on."""
-    walls = [((0.5, -3.0, 0.0), (0.7, 3.0, 20.0)), ((-3.0, 0.5, 0.0), (3.0, 0.7, 20.0))]
-    steering, boxes = Dynamic(CepaParameters(r_lb=0.5, r_ub=1.2, window_m=0.0)), Boxes(np.array(walls))
-    # Given a UAV that has flown 3 m along the walls, and is led a little towards them, too
-    ends = [np.array([0.1, 0.1, 10.0 + sign * far_m]) for far_m in (0.0, 3.0)]
-    there = fly_up(steering, boxes, np.array([0.0, 0.0, 10.0]), ends[1], sign, 12.0)
-    # When it is told to come back
-    back = fly_up(steering, boxes, there.positions[-1], ends[0], -sign, 12.0, begin_s=20.0)
-    # Then it does
-    heights_m = np.array(back.positions)[:, 2]
-    assert heights_m[-1] == pytest.approx(10.0, abs=0.31)
-    assert (-sign * np.diff(heights_m) > -0.02).all()
-    assert min(back.clearances_m) > 0.05
-
-
-def test_the_vertical_disturbance_moves_it_by_at_most_the_height_error():
-    state, given, step_s = np.zeros((3, 4)), np.array([[0.0, 9.0, 0.0, 0.0, 0.0]]), 0.001
-    response = response_of(CepaParameters().response, step_s)
-    for step in range(1000):
-        state[2, 1] += CLIMB_ERROR_M_S2 * step_s
-        fly(state, given, 0, 1, step * step_s, (step + 1) * step_s, response)
-    lag_s = CLIMB_LAG_S
-    straying_m = CLIMB_ERROR_M_S2 * lag_s * (1.0 - lag_s * (1.0 - math.exp(-1.0 / lag_s)))
-    assert state[2, 0] == pytest.approx(straying_m, rel=0.01)
-    assert straying_m <= HEIGHT_ERROR_M
-
-
-@pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_where_nothing_is_it_climbs_and_sinks_as_fast_as_climb_max(sign):
-    # The reference asks for more. Range finders show that nothing is above and below
-    steering, height_m, climb = Dynamic(), 20.0, 0.0
-    ways = [Ranging((0.0, 0.0, 0.0), (0.0, 0.0, up), 12.0, 0.1, 12.0) for up in (1.0, -1.0)]
-    climbs = []
-    for number in range(40):
-        position = np.array([0.0, 0.0, height_m])
-        motion = motion_at(0.1 * number, position, (0.0, 0.0, climb), climb_ref=sign)
-        steering.take_ranges(ways)
-        decision = steering.steer(NO_SCAN, (0.0, 0.0), (0.0, 0.0), motion, NOTHING.cloud(position))
-        climb += (decision.climb_m_s - climb) * (1.0 - math.exp(-0.1 / CLIMB_LAG_S))
-        height_m += 0.1 * climb
-        climbs.append(decision.climb_m_s)
-    assert climbs[10:] == pytest.approx([sign * steering.parameters.climb_max] * 30)
 
 
 def test_a_mover_that_the_scan_shows_counts_at_all_heights():
