@@ -56,7 +56,15 @@ def test_the_command_decides_and_refuses_in_one_sentence(tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("status", "fine"), ("position_m", [0.0, None, 0.0]), ("length_m", float("nan")), ("id", 1)],
+    [
+        ("status", "fine"),
+        ("position_m", [0.0, None, 0.0]),
+        ("length_m", float("nan")),
+        ("id", 1),
+        ("places_m", [[0.0, 1.0]]),
+        ("places_m", [[0.0, 1.0, float("nan")]]),
+        ("places_m", 3),
+    ],
 )
 def test_a_damaged_file_is_refused(tmp_path, key, value):
     path = tmp_path / "findings.json"
