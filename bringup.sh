@@ -110,7 +110,7 @@ report_results() {
 }
 
 run_tests() {
-  set_up
+  set_up --tests
   load_workspace
   # Tests write only here, and their scripts run on .venv's Python, like the nodes.
   rm -rf logs/test

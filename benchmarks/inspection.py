@@ -11,9 +11,10 @@ kind.
 
 flown: the first photographs of such a plan, flown with dynamics and without GNSS by a Puck's odometry, from
 take-off to landing. No pixel is rendered. With --battery the UAV comes home for full batteries, else the
-battery does not count. With --photographs 0 it flies the whole plan, searched for 20 s, and then photographs
-what stays open. The judge takes the true poses. share_of_planned: of what these photographs would show from
-their own places. share, shares: of what is reachable, of all and of each thing.
+battery does not count. With --passing it takes them in passing at 0.5 m/s. With --photographs 0 it flies the
+whole plan, searched for 20 s, and then photographs what stays open. The judge takes the true poses.
+share_of_planned: of what these photographs would show from their own places. share, shares: of what is
+reachable, of all and of each thing.
 
 graded: a corroded box of six plates, photographed all over, with poses off as in the row findings. right: of
 the plates' grades, those that are the same by the findings as by the true rust.
@@ -25,9 +26,9 @@ Keys: inspection.hold_3d.mapped.{photographs, share, shares, mesh_cpu_s, cpu_s, 
 inspection.hold_3d.plan.{photographs, lp_ratio, tour_ratio, flights, flight_s, share, cpu_s} and
 inspection.hold_3d.{findings, second_look}.{rust, cracks, wide_cracks}.{found, shown},
 .false_{rust, cracks}_per_100_m2, .off_p95_m, .area_m2, .photographs, .cpu_s
-and inspection.hold_3d.flown.{asked, taken, left_out, shots, contacts, landed, flights, least_charge,
-share_planned, share_of_planned, share, shares, m2_per_min, each_s, off_m, off_deg, flight_s}, medians over
-the flights; each_s: time of flight for each photograph
+and inspection.hold_3d.flown[_in_passing].{asked, taken, left_out, shots, contacts, landed, flights,
+least_charge, share_planned, share_of_planned, share, shares, m2_per_min, each_s, off_m, off_deg, flight_s},
+medians over the flights; each_s: time of flight for each photograph
 """
 
 from __future__ import annotations
@@ -54,6 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         "--photographs", type=int, default=flown.MOST, help="of a flight; 0: all (%(default)s)"
     )
     parser.add_argument("--battery", action="store_true", help="the battery counts, and is swapped")
+    parser.add_argument("--passing", action="store_true", help="photographs are taken in passing")
     given = parser.parse_args(arguments)
     with Results("inspection", given.results, vars(given)) as results:
         if "plan" in given.rows:
@@ -78,9 +80,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
             seeds = given.seeds or flown.SEEDS[: 1 if given.brief else None]
             most = flown.BRIEF_MOST if given.brief else given.photographs
             flights = run_crossed(
-                "inspection_flown", flown.fly, given, seed=seeds, most=[most], battery=[given.battery]
-            )
-            _add(results, "inspection.hold_3d.flown", _medians(list(flights.values())))
+                "inspection_flown", flown.fly, given, seed=seeds, most=[most], battery=[given.battery],
+                passing=[given.passing],
+            )  # fmt: skip
+            key = "inspection.hold_3d.flown" + ("_in_passing" if given.passing else "")
+            _add(results, key, _medians(list(flights.values())))
         if "mapped" in given.rows:
             seeds = given.seeds or mapped.SEEDS[: 1 if given.brief else None]
             time_s = mapped.BRIEF_TIME_S if given.brief else mapped.TIME_S

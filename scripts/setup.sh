@@ -6,14 +6,14 @@
 
 : "${root:?is set by bringup.sh}" "${log_file:?is set by bringup.sh}"
 readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs octomap_msgs)
-readonly venv_package=python3-venv not_for_build="# Not for the build"
+readonly venv_package=python3-venv not_for_build="# Not for the build" only_for_tests="# Only for the tests"
 readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
 # Delete the archives (0.3 GB) and their index (50 MB)
 readonly apt_tidy=(-o APT::Keep-Downloaded-Packages=false -o Dir::Cache::pkgcache= -o Dir::Cache::srcpkgcache=)
-readonly packages_need_mb=1500 venv_needs_mb=1800 build_needs_mb=100 # greatest need, with archives; 2020 MB stay
+readonly packages_need_mb=1500 tests_need_mb=500 venv_needs_mb=1800 build_needs_mb=100 # greatest need, with archives; 2020 MB stay
 
-# set_up [--first-flight]: with this option numba compiles only what the first flight needs. Every launch compiles what
-# is missing for it.
+# set_up [--first-flight | --tests]: with the first, numba compiles only what the first flight needs. Every launch
+# compiles what is missing for it. With the second, what only the tests need is installed, too.
 set_up() {
   [[ $root != *[[:space:]]* ]] || fail "catkin cannot build in a folder with a space in its path: $root. Move the workspace."
   if ! mkdir -p logs 2>/dev/null || [[ ! -w logs || ! -w . ]]; then
@@ -23,6 +23,8 @@ set_up() {
   flock -n 9 || { say "another set-up is at work in this folder; waiting for it" && flock 9; }
   echo "==== $(date '+%F %T') set-up of $root" >>"$log_file"
   detect_platform
+  wanted_until=$only_for_tests
+  [[ ${1:-} != --tests ]] || { wanted_until="" && shift; }
   check_disk
   find_missing_packages
   install_packages "${missing_for_venv[@]}"
@@ -53,11 +55,11 @@ listed_packages() {
   sed -n "${1:+\\|^$1|q;}/^[^#]/p" "scripts/packages/$platform.txt" | sort
 }
 
-# missing_packages: prints the packages of the list that are not installed, one per line
+# missing_packages: prints the packages of the list, up to `wanted_until`, that are not installed, one per line
 missing_packages() {
   # shellcheck disable=SC2016  # dpkg-query expands it
   local wanted format='${db:Status-Status} ${Package}\n'
-  wanted=$(listed_packages)
+  wanted=$(listed_packages "$wanted_until")
   comm -23 <(echo "$wanted") <(xargs <<<"$wanted" dpkg-query -W -f "$format" 2>/dev/null | sed -n 's/^installed //p' | sort)
 }
 
@@ -298,7 +300,7 @@ build_workspace() {
 # check_disk: checks first that the disk has room for everything missing
 check_disk() {
   local on_system=0 on_workspace=0
-  [[ -z $(missing_packages) ]] || on_system=$packages_need_mb
+  [[ -z $(missing_packages) ]] || on_system=$((packages_need_mb + (${#wanted_until} ? 0 : tests_need_mb)))
   [[ -d build ]] || on_workspace=$build_needs_mb
   is_current .venv/.bringup "$(venv_inputs)" || on_workspace=$((on_workspace + venv_needs_mb))
   if [[ $(df -P / | tail -n 1) == "$(df -P "$root" | tail -n 1)" ]]; then

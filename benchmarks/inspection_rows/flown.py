@@ -13,6 +13,7 @@ from inspection_tools.energy import EnergyWatch
 from inspection_tools.inspection import InspectionParameters, PriorMap
 from inspection_tools.planning import PlannerParameters
 from inspection_tools.survey.coverage import judge_on
+from inspection_tools.survey.parameters import FlightParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.planner import SurveyPlanner
 from inspection_tools.survey.poses import Taken
@@ -43,10 +44,16 @@ SPEED_M_S = 1.5
 SWAPS = 20
 
 
-def fly(seed: int, most: int, battery: bool) -> dict:
-    """Fly the first photographs of a plan, or all, and judge what they show. battery: whether it counts."""
+def fly(seed: int, most: int, battery: bool, passing: bool) -> dict:
+    """Fly the first photographs of a plan, or all, and judge what they show.
+
+    battery: whether it counts. passing: photographs are taken in passing.
+    """
     surface = read_surface(WORLD, FLYING, HOME_M)
-    planner = SurveyPlanner(surface.room, surface.patches, surface.ranges_m, asked=FLYING, source=str(WORLD))
+    flying = FlightParameters(passing=passing)
+    planner = SurveyPlanner(
+        surface.room, surface.patches, surface.ranges_m, asked=FLYING, flying=flying, source=str(WORLD)
+    )
     if most:
         first = next(planner.improve(seed, BRIEF_SEARCH_S, bound=False)).plan
         part = only(first, first.views[:most])

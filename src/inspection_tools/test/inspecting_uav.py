@@ -7,7 +7,7 @@ from drawn_voxels import tiles_of
 from voxel_room import PLANNER, SIDE_M
 
 from inspection_tools.inspection import Inspection, InspectionParameters, Shot, Todo
-from inspection_tools.inspection.leg import Motion
+from inspection_tools.inspection.motion import Motion
 from inspection_tools.planning import FREE, OCCUPIED, PathPlanner
 from inspection_tools.survey.views.candidates import View
 
@@ -19,7 +19,7 @@ VIEWS = (
 )
 GOOD, BLURRED = Shot(0.2, 100.0, 800.0), Shot(9.0, 100.0, 800.0)
 SPEED, STEP_S, TURN_RAD_S = 1.0, 0.1, 1.0
-QUICK = InspectionParameters(patience=2.0, tries=2)
+QUICK = InspectionParameters(patience=2.0, tries=2, exposure=0.002)
 
 
 def room(walls=()):

@@ -14,12 +14,14 @@ from inspecting_uav import (
 )
 
 from inspection_tools.inspection import InspectionParameters, Shot, Task
-from inspection_tools.inspection.leg import Motion, PhotographLeg
+from inspection_tools.inspection.leg import PhotographLeg
+from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.places import body_place_m
 from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import SurveyPlan
 
+SLOW = InspectionParameters(exposure=0.002)
 STILL_M_S = 0.2
 """0.8 of the blur that is allowed, 0.5 mm in 2 ms."""
 
@@ -61,7 +63,7 @@ def test_blur_counts_on_the_surface_as_far_away_as_the_detail_is_drawn(
 
 
 def test_after_a_failure_the_uav_rests_more_before_the_shutter_opens():
-    task, p = Task(1, VIEWS[0]), InspectionParameters()
+    task, p = Task(1, VIEWS[0]), SLOW
     place_m = np.array((1.0, 2.0, 3.0))
 
     def shoots(failures, speed):
@@ -80,7 +82,7 @@ def test_after_a_failure_the_uav_rests_more_before_the_shutter_opens():
 
 
 def test_motion_and_turn_add_up_before_the_shutter_opens():
-    p = InspectionParameters()
+    p = SLOW
 
     def shoots(speed, turn):
         leg = PhotographLeg(Task(1, VIEWS[0]), HOME_M, 0.0, 0.0, 0.0, p)
@@ -97,8 +99,8 @@ def test_motion_and_turn_add_up_before_the_shutter_opens():
 
 
 def test_where_rest_comes_and_goes_the_shutter_opens_at_the_first_of_it():
-    lead = inspection(VIEWS[:1], parameters=InspectionParameters())
-    p = InspectionParameters()
+    lead = inspection(VIEWS[:1], parameters=SLOW)
+    p = SLOW
     motion = Motion(0.0, body_place_m(VIEWS[0], np.array((p.camera_x, 0.0, 0.15))), 0.0)  # 0.2 m too low
     lead.look(0.0, HOME_M)
     shots_s = []
@@ -111,7 +113,7 @@ def test_where_rest_comes_and_goes_the_shutter_opens_at_the_first_of_it():
 
 
 def test_a_uav_that_is_kept_off_a_little_shoots_where_it_comes_to_rest():
-    lead = inspection(VIEWS[:1], parameters=InspectionParameters())
+    lead = inspection(VIEWS[:1], parameters=SLOW)
     motion = Motion(0.0, body_place_m(VIEWS[0], np.array((0.1, 0.0, 0.25))), 0.0)  # 0.3 m too low
     lead.look(0.0, HOME_M)
     shots_s = []

@@ -115,6 +115,24 @@ def test_a_given_plan_is_flown_with_the_exposure_that_is_asked(tmp_path):
     assert plan.camera.exposure == 0.0005
 
 
+@pytest.mark.parametrize("passing", [-0.1, 2.0, "fast", float("nan")])
+def test_a_passing_speed_that_makes_no_sense_is_named(passing):
+    with pytest.raises(ScenarioError, match="passing"):
+        read({**ASKED, "passing": passing}, 0.5)
+
+
+def test_a_plan_is_made_and_a_given_one_flown_in_passing_as_is_asked(tmp_path):
+    drawn = {**ASKED, "drawing": str(box_mesh(tmp_path / "box.stl")), "exposure": 0.0005}
+    path, again = tmp_path / "first.yaml", tmp_path / "plan.yaml"
+    for passing_m_s in (0.0, 0.4):
+        request = read({**drawn, "passing": passing_m_s}, 0.5)
+        plan = provide_plan(request, path, 1, lambda _: None)
+        assert plan.flying.shooting_speed == passing_m_s
+    for passing_m_s, flown_m_s in ((0.0, 0.4), (0.3, 0.3)):
+        given = read({**ASKED, "plan": str(path), "passing": passing_m_s}, 0.5)
+        assert provide_plan(given, again, 1, lambda _: None).flying.shooting_speed == flown_m_s
+
+
 def test_a_drawing_that_is_missing_is_named():
     with pytest.raises(ScenarioError, match="no such drawing"):
         read({**ASKED, "drawing": "nowhere.stl"}, 0.5)

@@ -12,7 +12,7 @@ from geometry_msgs.msg import PointStamped
 from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from inspection_tools.inspection import Inspection
-from inspection_tools.inspection.leg import Motion
+from inspection_tools.inspection.motion import Motion
 from inspection_tools.srv import LookCloser, LookCloserRequest, LookCloserResponse
 from inspection_tools_ros.surveying.goals import SurveyGoals
 

@@ -14,7 +14,7 @@ from inspection_tools.energy import EnergyWatch
 from inspection_tools.findings.background import BackgroundSearch
 from inspection_tools.findings.wanted import Wanted
 from inspection_tools.inspection import Inspection, InspectionParameters
-from inspection_tools.inspection.leg import Motion
+from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.second_look import SecondLook
 from inspection_tools.msg import SurveyGoal
 from inspection_tools.photographs.folder import PhotographFolder, records_in

@@ -14,7 +14,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from inspection_tools.geometry import Quaternion, Vector3, heading_rate, multiply, yaw_of
 from inspection_tools.inspection import Inspection, Task
-from inspection_tools.inspection.leg import Motion
+from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.taken import StampedPose
 from inspection_tools.msg import SurveyFeedback, SurveyResult
 from inspection_tools_ros import conversions

@@ -12,7 +12,7 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import MarkerArray
 
 from inspection_tools.inspection import Inspection
-from inspection_tools.inspection.leg import Motion
+from inspection_tools.inspection.motion import Motion
 from inspection_tools_ros.surveying import messages
 
 TELL_S = 0.5

@@ -16,8 +16,10 @@ from inspection_tools.energy import EnergyWatch, Verdict, WayHome
 from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.way import Way
 from inspection_tools.inspection.homing import Homing
-from inspection_tools.inspection.leg import Motion, PhotographLeg
+from inspection_tools.inspection.leg import PhotographLeg
+from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.parameters import InspectionParameters
+from inspection_tools.inspection.passing import beyond
 from inspection_tools.inspection.places import body_place_m, place_nearby, view_of_point
 from inspection_tools.inspection.todo import Shot, Task, Todo
 from inspection_tools.planning import PathPlanner
@@ -67,6 +69,8 @@ class Inspection:
         self._lock = threading.RLock()
         self._way = Way()
         self._leg: PhotographLeg | None = None
+        self._aim_m: np.ndarray | None = None
+        """Where it aims in place of its way: behind a photograph's place."""
         self._been_m: list[np.ndarray] = []
         self._began_s, self._look_s = math.nan, -math.inf
         self._no_way_s: float | None = None
@@ -135,7 +139,7 @@ class Inspection:
     @property
     def setpoint_m(self) -> np.ndarray | None:
         """Where to fly now, (x, y, z) in the map's frame; None: stay."""
-        return self._way.setpoint_m
+        return self._way.setpoint_m if self._aim_m is None else self._aim_m
 
     @property
     def rest_m(self) -> list[np.ndarray]:
@@ -161,6 +165,8 @@ class Inspection:
             self._way.follow(motion.stamp_s, here_m, self._p.arrived)
             if self._leg is not None and (why := self._leg.follow(motion)):
                 self._fail(self._leg.task, why)
+            leg, is_on_last = self._leg, len(self._way.rest_m) <= 1
+            self._aim_m = leg.aim_m(motion) if leg is not None and is_on_last else None
             waits = self._is_paused or self.is_waiting or self._no_way_s is not None
             is_idle = self._leg is None and self.end is None and not waits
             is_due = motion.stamp_s >= self._look_s + self._p.look_period
@@ -299,7 +305,8 @@ class Inspection:
         length_m = float(np.linalg.norm(np.diff(way_m, axis=0), axis=1).sum())
         tilt_rad = task.view.tilt_rad - self.tilt_rad
         failures = self.todo.failures_of(task)
-        leg = PhotographLeg(task, place_m, stamp_s, length_m, tilt_rad, self._p, failures)
+        beyond_m = self._beyond(task, way_m, stamp_s)
+        leg = PhotographLeg(task, place_m, stamp_s, length_m, tilt_rad, self._p, failures, beyond_m)
         way = self._way_along(list(way_m[1:]), stamp_s, here_m)
         with self._lock:
             if self._is_paused or self.end is not None:
@@ -307,6 +314,14 @@ class Inspection:
             self._leg, self._way = leg, way
             self.front_rad, self.tilt_rad = task.view.yaw_rad, task.view.tilt_rad
         return ""
+
+    def _beyond(self, task: Task, way_m: np.ndarray, stamp_s: float) -> np.ndarray | None:
+        """Return where the UAV aims if it takes a photograph in passing; None: it comes to rest."""
+        if self._p.passing_speed == 0.0 or task.number < 0 or self.todo.failures_of(task):
+            return None
+        beyond_m = beyond(way_m, self._p.passing_speed)
+        is_clear = beyond_m is not None and self._is_clear(way_m[-1], [beyond_m], stamp_s)
+        return beyond_m if is_clear else None
 
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         assert self.home_m is not None

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.parameters import InspectionParameters
+from inspection_tools.inspection.passing import Passing
 from inspection_tools.inspection.todo import Task
 
 SLOW = 3.0
@@ -19,27 +20,14 @@ LATE = 2.0
 """When patience is over, the UAV may move so many times as fast."""
 
 
-@dataclass(frozen=True)
-class Motion:
-    """The UAV at an instant, in the map's frame. speed: m/s.
-
-    turn_rate: of the heading, rad/s. The gimbal takes out roll and pitch.
-    """
-
-    stamp_s: float
-    place_m: np.ndarray
-    yaw_rad: float
-    speed: float = 0.0
-    turn_rate: float = 0.0
-
-
 class PhotographLeg:
     """Watches the UAV on its way to a photograph, and there.
 
     Args:
         task: the photograph. place_m: of the UAV there. stamp_s: now. way_m: length of its way.
         tilt_rad: that the gimbal has to turn. parameters: see there. failures: of this photograph before;
-            the UAV rests more each time.
+            the UAV rests more each time. beyond_m: where the UAV aims if it takes the photograph in passing;
+            None: it comes to rest.
 
     Attributes:
         is_shot: the shutter has opened.
@@ -54,8 +42,14 @@ class PhotographLeg:
         tilt_rad: float,
         parameters: InspectionParameters,
         failures: int = 0,
+        beyond_m: np.ndarray | None = None,
     ) -> None:
         self.task, self.is_shot, self._place_m, self._p = task, False, place_m, parameters
+        self._passing, self._settle_s = None, parameters.settle
+        if beyond_m is not None:
+            turned_rad = math.radians(parameters.turned)
+            self._passing = Passing(place_m, beyond_m, task.view.yaw_rad, parameters.near, turned_rad)
+            self._settle_s = 0.0
         stricter = 1.0 + STRICTER * failures
         self._still_mm = parameters.still * parameters.most_blur_mm(task.number < 0) / stricter
         self._until_s = stamp_s + SLOW * way_m / self._p.speed + LEG_S
@@ -68,6 +62,10 @@ class PhotographLeg:
     def has_arrived(self) -> bool:
         """Whether the UAV was once within `far` of the place."""
         return self._arrived_s is not None
+
+    def aim_m(self, motion: Motion) -> np.ndarray | None:
+        """Return where to aim on the last stretch, (x, y, z); None: at the place itself."""
+        return self._passing.beyond_m if self._passing is not None and self._passing.goes_on(motion) else None
 
     def follow(self, motion: Motion) -> str:
         """Take a pose. Return why the photograph cannot be taken now; empty: it can, or may still."""
@@ -91,7 +89,7 @@ class PhotographLeg:
         p, stamp_s = self._p, motion.stamp_s
         if self.is_shot or self._arrived_s is None or stamp_s < self._tilted_s:
             return False
-        is_settled = self._settled_s is not None and stamp_s >= self._settled_s + p.settle
+        is_settled = self._settled_s is not None and stamp_s >= self._settled_s + self._settle_s
         # CEPA may keep it off a little; then it comes to rest beside the place.
         rests = self._rests_s is not None and stamp_s >= self._rests_s + p.rest
         off_m = math.dist(motion.place_m, self._place_m)

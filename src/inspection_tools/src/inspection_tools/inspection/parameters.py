@@ -15,6 +15,8 @@ class InspectionParameters:
     Attributes:
         time_max: After so long the UAV comes home, s.
         speed: At which the UAV flies, m/s; for the time that a leg may take.
+        passing_speed: At which it takes photographs in passing, m/s; 0: it comes to rest for each. It comes
+            to rest, too, for closer looks, and where a photograph failed before.
         arrived: A corner of the way is passed within this distance, m.
         ahead, climbs_first: As in `ExplorationParameters`.
         near: At a photograph the UAV is at most so far from its place, m.
@@ -51,6 +53,7 @@ class InspectionParameters:
 
     time_max: float = 3600.0
     speed: float = 1.5
+    passing_speed: float = 0.0
     arrived: float = 0.4
     ahead: float = 1.5
     climbs_first: bool = False
@@ -64,7 +67,7 @@ class InspectionParameters:
     far: float = 0.4
     tilt_rate: float = 60.0
     blur_max: float = 0.5
-    lux_min: float = 5.0
+    lux_min: float = 40.0
     iso_max: float = 25600.0
     deviation_max: float = 0.5
     tries: int = 3
@@ -73,7 +76,7 @@ class InspectionParameters:
     detail: float = 1.0
     closer: float = 0.3
     reach: float = 4.5
-    exposure: float = 0.002
+    exposure: float = 2.5e-4
     look_period: float = 0.5
     home_period: float = 2.0
     home_speed: float = 0.8
@@ -83,10 +86,15 @@ class InspectionParameters:
     camera_z: float = -0.05
 
     def for_plan(self, plan: SurveyPlan) -> InspectionParameters:
-        """Return them for the photographs of a plan, by its camera."""
+        """Return them for the photographs of a plan, by its camera and its flight.
+
+        It passes at most as fast as the blur allows.
+        """
         detail_mm, camera = plan.asked.resolution, plan.camera
         reach_m = 1e-3 * detail_mm * camera.focal_px
-        return replace(self, detail=detail_mm, reach=reach_m, exposure=camera.exposure)
+        own = replace(self, detail=detail_mm, reach=reach_m, exposure=camera.exposure)
+        sharp_m_s = 1e-3 * own.still * own.most_blur_mm() / camera.exposure
+        return replace(own, passing_speed=min(plan.flying.shooting_speed, sharp_m_s))
 
     def blur_mm(self, shift_m: float, turn_rad: float, is_closer: bool = False) -> float:
         """Return what a motion during the exposure blurs on the surface, where the detail is just drawn, mm.
@@ -105,6 +113,7 @@ class InspectionParameters:
     def __post_init__(self) -> None:
         check_number("time_max", self.time_max, 1.0, 86_400.0)
         check_number("speed", self.speed, 0.05, 20.0)
+        check_number("passing_speed", self.passing_speed, 0.0, self.speed)
         check_number("arrived", self.arrived, 0.05, 5.0)
         check_number("ahead", self.ahead, 0.0, 20.0)
         check_flag("climbs_first", self.climbs_first)

@@ -90,7 +90,9 @@ class PhotographFolder:
             raise self._lost(error, "The folder") from None
 
     def _refuse_another_camera(self, path: Path) -> None:
-        if read_camera(path) != replace(self._camera, tilt_min=-90.0, tilt_max=90.0, exposure=0.002):
+        if read_camera(path) != replace(
+            self._camera, tilt_min=-90.0, tilt_max=90.0, exposure=SurveyCamera.exposure
+        ):
             raise PhotographError(f"{self.folder} holds photographs of another camera. Give another folder.")
 
     def _restore_lists(self) -> float | None:

@@ -33,7 +33,7 @@ class SurveyCamera:
     field_of_view: float = 60.0
     tilt_min: float = -90.0
     tilt_max: float = 90.0
-    exposure: float = 0.002
+    exposure: float = 2.5e-4
 
     def __post_init__(self) -> None:
         check_whole("width", self.width, 16, 100_000)

@@ -92,7 +92,7 @@ class FlightParameters:
     speed: float = 1.5
     acceleration: float = 1.0
     passing: bool = False
-    passing_speed: float = 0.25
+    passing_speed: float = 0.5
     settle: float = 1.0
     yaw_rate: float = 90.0
     tilt_rate: float = 60.0

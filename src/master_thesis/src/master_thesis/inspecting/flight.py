@@ -20,7 +20,7 @@ from inspection_tools import PositionControllerParameters, YawRegulatorParameter
 from inspection_tools.energy import EnergyWatch
 from inspection_tools.geometry import heading_rate
 from inspection_tools.inspection import Inspection, InspectionParameters, PriorMap, Shot, Task, Todo
-from inspection_tools.inspection.leg import Motion
+from inspection_tools.inspection.motion import Motion
 from inspection_tools.planning import PathPlanner, PlannerParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.poses import Taken

@@ -9,7 +9,7 @@ from typing import Callable
 from gridslam.volume.octree.files import read_octree
 from inspection_tools.report.plan_page import write_plan_page
 from inspection_tools.ship.ship_file import read_ship
-from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
+from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.planner import SurveyPlanner
@@ -37,7 +37,10 @@ def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable
         source = request.plan.parent / plan.source
         known = source if plan.source and source.exists() else request.drawing
         camera = replace(plan.camera, exposure=request.camera.exposure)
-        write_plan(out, replace(plan, source=str(known), camera=camera))
+        flying = plan.flying
+        if request.flying.passing:
+            flying = replace(flying, passing=True, passing_speed=request.flying.passing_speed)
+        write_plan(out, replace(plan, source=str(known), camera=camera, flying=flying))
         return read_plan(out)
     x, y, z, _ = request.flight.description.scenario.start_xyz_yaw
     drawing, asked = request.drawing, request.asked
@@ -48,8 +51,7 @@ def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable
     say(f"The survey is planned from {request.drawing}.")
     surface = read_surface(drawing, asked, (x, y, z + HOVER_M))
     planner = SurveyPlanner(
-        surface.room, surface.patches, surface.ranges_m, request.camera, asked, FlightParameters(),
-        str(drawing),
+        surface.room, surface.patches, surface.ranges_m, request.camera, asked, request.flying, str(drawing)
     )  # fmt: skip
     for progress in planner.improve(seed, request.search_s, bound=False):
         write_plan(out, progress.plan)

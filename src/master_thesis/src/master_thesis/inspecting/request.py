@@ -8,7 +8,7 @@ from typing import Any, Mapping
 
 from inspection_tools import InspectionToolsError
 from inspection_tools.survey.camera import SurveyCamera
-from inspection_tools.survey.parameters import SurveyParameters
+from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan_file import read_plan
 from master_thesis.errors import ScenarioError
 from master_thesis.exploring import request as exploring
@@ -29,10 +29,10 @@ class InspectingRequest:
     """An inspection.
 
     flight: as of an exploration. plan: file of it; None: it is made from a drawing (SDF world, mesh, or map
-    of voxels) for `camera` and `asked`, with so much CPU time of search. photographs: only the first so many;
-    0: all. second_look: take nearer photographs of cracks. supplement: take more of what the
-    plan's did not show. explore_s: explore first, for so long at most, and
-    plan on the map of that; None: do not.
+    of voxels) for `camera`, `asked` and `flying`, with so much CPU time of search. photographs: only the
+    first so many; 0: all. second_look: take nearer photographs of cracks. supplement: take more of what the
+    plan's did not show. explore_s: explore first, for so long at most, and plan on the map of that; None: do
+    not.
     """
 
     flight: ExploringRequest
@@ -41,6 +41,7 @@ class InspectingRequest:
     photographs: int
     camera: SurveyCamera
     asked: SurveyParameters
+    flying: FlightParameters
     search_s: float
     second_look: bool
     supplement: bool
@@ -77,7 +78,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
             scenario.whole_number("width", asked.get("width", SurveyCamera.width), 16, 20_000),
             scenario.whole_number("height", asked.get("height", SurveyCamera.height), 16, 20_000),
             scenario.number("field_of_view", asked.get("field_of_view", 60.0), 1.0, 150.0),
-            exposure=scenario.number("exposure", asked.get("exposure", 0.002), 1e-6, 10.0),
+            exposure=scenario.number("exposure", asked.get("exposure", SurveyCamera.exposure), 1e-6, 10.0),
         )
         wanted = SurveyParameters(
             resolution=scenario.number("detail", asked.get("detail", 1.0), 0.01, 100.0),
@@ -86,14 +87,20 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
             comfort=PLAN_MARGIN_M if flight.description.model == "small_quad" else COMFORT_M,
             voxel=0.05 if flight.description.model == "small_quad" else 0.1,
         )
+        flying = _flying(scenario.number("passing", asked.get("passing", 0.0), 0.0, FlightParameters.speed))
         if path:
             _check_plan(Path(path), camera)
     except InspectionToolsError as error:
         raise ScenarioError(str(error)) from None
     given = Path(path) if path else None
     return InspectingRequest(
-        flight, given, source, photographs, camera, wanted, search_s, second_look, supplement, explore_s
-    )
+        flight, given, source, photographs, camera, wanted, flying, search_s, second_look, supplement,
+        explore_s,
+    )  # fmt: skip
+
+
+def _flying(passing_m_s: float) -> FlightParameters:
+    return FlightParameters(passing=True, passing_speed=passing_m_s) if passing_m_s else FlightParameters()
 
 
 def _explore_s(asked: Mapping[str, Any]) -> float | None:

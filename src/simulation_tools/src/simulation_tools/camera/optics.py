@@ -10,10 +10,11 @@ from simulation_tools.camera.errors import PhotographError
 
 @dataclass(frozen=True)
 class CameraOptics:
-    """A pinhole camera with square pixels, and a lamp beside it. Optical frame: x right, y down, z ahead.
+    """A pinhole camera with square pixels, and a flash beside it. Optical frame: x right, y down, z ahead.
 
     width, height: px. field_of_view_deg: across the width, from edge to edge. lamp_cd: intensity along the
-    lamp's axis, which is the camera's; it falls with the square of the cosine. lamp_offset_m: of the lamp in
+    lamp's axis, which is the camera's, while the shutter is open; it falls with the square of the cosine. By
+    default its light is that of a flash with guide number 1.5 (m, ISO 100). lamp_offset_m: of the lamp in
     the optical frame. ambient: light that comes back from the walls, as a share of the picture's mean.
     exposure_s, f_number: of the picture. full_well_e: electrons of a white pixel at ISO 100. read_noise_e: of
     a pixel. vignetting: share of light that the corners lose.
@@ -25,10 +26,10 @@ class CameraOptics:
     width: int = 5184
     height: int = 3888
     field_of_view_deg: float = 60.0
-    lamp_cd: float = 3000.0
+    lamp_cd: float = 24_000.0
     lamp_offset_m: tuple[float, float, float] = (0.15, -0.05, 0.0)
     ambient: float = 0.12
-    exposure_s: float = 0.002
+    exposure_s: float = 2.5e-4
     f_number: float = 2.8
     full_well_e: float = 15_000.0
     read_noise_e: float = 3.0

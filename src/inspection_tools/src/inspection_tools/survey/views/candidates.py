@@ -38,8 +38,8 @@ def lens_of(camera: SurveyCamera, parameters: SurveyParameters, speed_m_s: float
     if blur_mm >= parameters.resolution:
         raise SurveyError(
             f"At {speed_m_s:g} m/s an exposure of {camera.exposure:g} s blurs by {blur_mm:.2g} mm, but "
-            f"{parameters.resolution:g} mm per pixel are asked: fly slower (--passing-speed) or expose "
-            "shorter (--exposure)."
+            f"{parameters.resolution:g} mm per pixel are asked: pass more slowly, or expose "
+            "shorter."
         )
     across, down = camera.half_extents
     off = math.radians(parameters.pointing_error)
