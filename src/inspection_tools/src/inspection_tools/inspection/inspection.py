@@ -17,10 +17,10 @@ from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.way import Way
 from inspection_tools.inspection.homing import Homing
 from inspection_tools.inspection.leg import PhotographLeg
+from inspection_tools.inspection.legs import Legs
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.parameters import InspectionParameters
-from inspection_tools.inspection.passing import beyond
-from inspection_tools.inspection.places import body_place_m, place_nearby, view_of_point
+from inspection_tools.inspection.places import view_of_point
 from inspection_tools.inspection.todo import Shot, Task, Todo
 from inspection_tools.planning import PathPlanner
 from inspection_tools.survey.views.candidates import View
@@ -66,6 +66,7 @@ class Inspection:
         self._planner, self.todo = planner, todo
         self._p = parameters or InspectionParameters()
         self._homing = Homing(planner, energy, self._p)
+        self._legs = Legs(planner, self._p)
         self._lock = threading.RLock()
         self._way = Way()
         self._leg: PhotographLeg | None = None
@@ -200,7 +201,7 @@ class Inspection:
     def look_closer(self, point_m: np.ndarray, here_m: np.ndarray, distance_m: float) -> Task | None:
         """Photograph a point from nearer now, and then go on. None: no place near it can be flown to."""
         stamp_s = max(self._look_s, 0.0)
-        view = view_of_point(self._planner, point_m, here_m, distance_m, self._offset, stamp_s)
+        view = view_of_point(self._planner, point_m, here_m, distance_m, self._p.camera_m, stamp_s)
         if view is None:
             return None
         with self._lock:
@@ -223,10 +224,6 @@ class Inspection:
         if self._leg is not None and self._leg.task.number == task.number:
             self._leg = None
         self.todo.note_failure(task, why)
-
-    @property
-    def _offset(self) -> np.ndarray:
-        return np.array((self._p.camera_x, self._p.camera_y, self._p.camera_z))
 
     def look(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Check the way at a place (x, y, z), and decide anew if it is time to."""
@@ -257,7 +254,7 @@ class Inspection:
             if leg is not None and (leg.is_shot or leg.has_arrived):
                 return
             rest_m = self._way.rest_m
-        if leg is not None and rest_m and self._is_clear(here_m, rest_m, stamp_s):
+        if leg is not None and rest_m and self._legs.is_clear(here_m, rest_m, stamp_s):
             return
         if self.todo.next is not None:
             self._set_out_for_any(stamp_s, here_m)
@@ -290,38 +287,16 @@ class Inspection:
 
     def _set_out(self, task: Task, stamp_s: float, here_m: np.ndarray) -> str:
         """Set out for a photograph. Return why there is no way; empty: it flies."""
-        place_m = body_place_m(task.view, self._offset)
         try:
-            way_m = self._planner.plan(here_m, place_m, stamp_s).points_m
+            leg, way = self._legs.to(task, stamp_s, here_m, self.tilt_rad, self.todo.failures_of(task))
         except NoPathError as error:
-            near_m = place_nearby(self._planner.space(stamp_s, here_m), place_m, self._p.nearby)
-            if near_m is None:
-                return str(error)
-            try:
-                way_m = self._planner.plan(here_m, near_m, stamp_s).points_m
-            except NoPathError:
-                return str(error)
-            place_m = near_m
-        length_m = float(np.linalg.norm(np.diff(way_m, axis=0), axis=1).sum())
-        tilt_rad = task.view.tilt_rad - self.tilt_rad
-        failures = self.todo.failures_of(task)
-        beyond_m = self._beyond(task, way_m, stamp_s)
-        leg = PhotographLeg(task, place_m, stamp_s, length_m, tilt_rad, self._p, failures, beyond_m)
-        way = self._way_along(list(way_m[1:]), stamp_s, here_m)
+            return str(error)
         with self._lock:
             if self._is_paused or self.end is not None:
                 return ""
             self._leg, self._way = leg, way
             self.front_rad, self.tilt_rad = task.view.yaw_rad, task.view.tilt_rad
         return ""
-
-    def _beyond(self, task: Task, way_m: np.ndarray, stamp_s: float) -> np.ndarray | None:
-        """Return where the UAV aims if it takes a photograph in passing; None: it comes to rest."""
-        if self._p.passing_speed == 0.0 or task.number < 0 or self.todo.failures_of(task):
-            return None
-        beyond_m = beyond(way_m, self._p.passing_speed)
-        is_clear = beyond_m is not None and self._is_clear(way_m[-1], [beyond_m], stamp_s)
-        return beyond_m if is_clear else None
 
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         assert self.home_m is not None
@@ -333,19 +308,11 @@ class Inspection:
         is_stuck = self._homing.is_stuck(stamp_s, here_m)
         if is_stuck and rest_m:
             self._homing.close_ahead(stamp_s, here_m, rest_m[0])
-        elif rest_m and not self._homing.is_by_track and self._is_clear(here_m, rest_m, stamp_s):
+        elif rest_m and not self._homing.is_by_track and self._legs.is_clear(here_m, rest_m, stamp_s):
             return
         way_m = self._homing.next_way(stamp_s, here_m, is_stuck)
         if way_m is not None:
             # The planner knows no way along the track: each of its places counts.
-            way = Way(way_m) if self._homing.is_by_track else self._way_along(way_m, stamp_s, here_m)
+            way = Way(way_m) if self._homing.is_by_track else self._legs.along(way_m, stamp_s, here_m)
             with self._lock:
                 self._way = way
-
-    def _way_along(self, places_m: Sequence[np.ndarray], stamp_s: float, here_m: np.ndarray) -> Way:
-        """Return a way along places (x, y, z), whose corners are cut where that is safe."""
-        space = self._planner.space(stamp_s, here_m)
-        return Way(places_m, space.cost_whatever_climb_m, self._p.ahead, self._p.climbs_first, here_m)
-
-    def _is_clear(self, here_m: np.ndarray, rest_m: list[np.ndarray], stamp_s: float) -> bool:
-        return self._planner.is_clear(np.array([here_m, *rest_m]), stamp_s)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from inspection_tools.checks import check_flag, check_number, check_whole
 from inspection_tools.survey.plan import SurveyPlan
 
@@ -84,6 +86,11 @@ class InspectionParameters:
     camera_x: float = 0.1
     camera_y: float = 0.0
     camera_z: float = -0.05
+
+    @property
+    def camera_m(self) -> np.ndarray:
+        """(3,) of the camera in the UAV's frame."""
+        return np.array((self.camera_x, self.camera_y, self.camera_z))
 
     def for_plan(self, plan: SurveyPlan) -> InspectionParameters:
         """Return them for the photographs of a plan, by its camera and its flight.
