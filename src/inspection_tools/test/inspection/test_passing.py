@@ -106,5 +106,6 @@ def test_it_passes_at_most_as_fast_as_the_blur_allows(asked_m_s, exposure_s, flo
     camera = SurveyCamera(exposure=exposure_s)
     plan = SurveyPlan("", (0.0, 0.0, 1.0), camera, SurveyParameters(resolution=1.0), flying, ())
     assert InspectionParameters().for_plan(plan).passing_speed == pytest.approx(flown_m_s)
+    assert InspectionParameters(speed=0.1).for_plan(plan).passing_speed == 0.1
     hovering = replace(plan, flying=FlightParameters())
     assert InspectionParameters().for_plan(hovering).passing_speed == 0.0

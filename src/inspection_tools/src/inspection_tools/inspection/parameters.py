@@ -95,13 +95,13 @@ class InspectionParameters:
     def for_plan(self, plan: SurveyPlan) -> InspectionParameters:
         """Return them for the photographs of a plan, by its camera and its flight.
 
-        It passes at most as fast as the blur allows.
+        It passes at most as fast as it flies, and as the blur allows.
         """
         detail_mm, camera = plan.asked.resolution, plan.camera
         reach_m = 1e-3 * detail_mm * camera.focal_px
         own = replace(self, detail=detail_mm, reach=reach_m, exposure=camera.exposure)
         sharp_m_s = 1e-3 * own.still * own.most_blur_mm() / camera.exposure
-        return replace(own, passing_speed=min(plan.flying.shooting_speed, sharp_m_s))
+        return replace(own, passing_speed=min(plan.flying.shooting_speed, sharp_m_s, self.speed))
 
     def blur_mm(self, shift_m: float, turn_rad: float, is_closer: bool = False) -> float:
         """Return what a motion during the exposure blurs on the surface, where the detail is just drawn, mm.

@@ -12,6 +12,8 @@ from inspection_tools.inspection.motion import Motion
 AHEAD_S = 0.6
 """The UAV aims so far beyond the place as it flies in this time. Its approach slows in proportion to the way
 that is left (2 1/s, inspecting_controller.yaml), so it has its passing speed at the place."""
+SHORT_M = 0.01
+"""A shorter leg of a way has no direction."""
 TURN_PER_M = math.radians(40.0)
 """For each metre to the place its front may still have to turn so much. Else the UAV slows down."""
 
@@ -22,7 +24,7 @@ def beyond(places_m: Sequence[np.ndarray], speed_m_s: float) -> np.ndarray | Non
     for place_m in reversed(places_m[:-1]):
         leg_m = last_m - place_m
         length_m = float(np.linalg.norm(leg_m))
-        if length_m > 0.0:
+        if length_m > SHORT_M:
             return last_m + AHEAD_S * speed_m_s / length_m * leg_m
     return None
 
