@@ -93,7 +93,7 @@ class FlightParameters:
     acceleration: float = 1.0
     passing: bool = False
     passing_speed: float = 0.5
-    settle: float = 1.0
+    settle: float = 0.1
     yaw_rate: float = 90.0
     tilt_rate: float = 60.0
     mass: float = 2.27
