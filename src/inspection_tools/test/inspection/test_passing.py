@@ -26,9 +26,10 @@ NEAR_M, TURNED_RAD = 0.15, math.radians(1.5)
 
 
 def test_the_aim_lies_straight_ahead_on_the_way():
-    way = [np.array(place) for place in ((0.0, 0.0, 1.0), (3.0, 0.0, 1.0), (3.0, 4.0, 1.0), (3.0, 4.0, 1.0))]
+    way = np.array(((0.0, 0.0, 1.0), (3.0, 0.0, 1.0), (3.0, 4.0, 1.0), (3.0, 4.0, 1.0)))
     np.testing.assert_allclose(beyond(way, 0.5), (3.0, 4.0 + 0.5 * AHEAD_S, 1.0))
     assert beyond(way[-2:], 0.5) is None
+    assert beyond(way[:1], 0.5) is None
 
 
 @given(

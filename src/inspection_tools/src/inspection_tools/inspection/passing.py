@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
 
 import numpy as np
 
@@ -18,10 +17,10 @@ TURN_PER_M = math.radians(40.0)
 """For each metre to the place its front may still have to turn so much. Else the UAV slows down."""
 
 
-def beyond(places_m: Sequence[np.ndarray], speed_m_s: float) -> np.ndarray | None:
+def beyond(places_m: np.ndarray, speed_m_s: float) -> np.ndarray | None:
     """Return the place (x, y, z) straight ahead of a way (n, 3)'s end; None: the way has no direction."""
-    last_m = np.asarray(places_m[-1], float)
-    for place_m in reversed(places_m[:-1]):
+    last_m = places_m[-1]
+    for place_m in places_m[-2::-1]:
         leg_m = last_m - place_m
         length_m = float(np.linalg.norm(leg_m))
         if length_m > SHORT_M:
