@@ -16,10 +16,12 @@ from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
 from node_tools.testing import Input, Output, Warned, wait_until
+from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.geometry import Pose, rotate
 from simulation_tools.srv import Shoot, ShootRequest
 from simulation_tools_ros.conversions import pose_message
 
+EXPOSURE_S = CameraOptics.exposure_s
 RATE_RAD_S = math.radians(60.0)
 STEP_S = 0.02
 
@@ -71,11 +73,11 @@ class TestInspectionCamera(unittest.TestCase):
         rests = self.shoot(ShootRequest())
         self.assertTrue(turning.success and rests.success)
         self.assertLess(rests.blur, 0.01)
-        # 60 deg/s for 2 ms, in the middle of a picture of 320 px across 60 deg; more in the corners
-        middle_px = RATE_RAD_S * 0.002 * 160.0 / math.tan(math.radians(30.0))
+        # 60 deg/s during the exposure, in the middle of a picture of 320 px across 60 deg; more in the corners
+        middle_px = RATE_RAD_S * EXPOSURE_S * 160.0 / math.tan(math.radians(30.0))
         self.assertGreater(turning.blur, middle_px)
         self.assertLess(turning.blur, 2.0 * middle_px)
-        self.assertAlmostEqual(turning.turn, RATE_RAD_S * 0.002)
+        self.assertAlmostEqual(turning.turn, RATE_RAD_S * EXPOSURE_S)
         self.assertLess(max(rests.turn, rests.shift, turning.shift), 1e-4)
         for told, tilt_rad in ((turning, RATE_RAD_S * 0.24), (rests, math.radians(30.0))):
             q = told.pose.orientation
