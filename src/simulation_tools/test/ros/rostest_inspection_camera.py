@@ -73,7 +73,7 @@ class TestInspectionCamera(unittest.TestCase):
         rests = self.shoot(ShootRequest())
         self.assertTrue(turning.success and rests.success)
         self.assertLess(rests.blur, 0.01)
-        # 60 deg/s during the exposure, in the middle of a picture of 320 px across 60 deg; more in the corners
+        # 60 deg/s while it is open, in the middle of a picture of 320 px across 60 deg; more in the corners
         middle_px = RATE_RAD_S * EXPOSURE_S * 160.0 / math.tan(math.radians(30.0))
         self.assertGreater(turning.blur, middle_px)
         self.assertLess(turning.blur, 2.0 * middle_px)
