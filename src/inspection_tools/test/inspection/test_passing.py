@@ -67,6 +67,15 @@ def test_photographs_are_taken_at_their_places_without_a_stop():
     assert uav.stamp_s < rested.stamp_s
 
 
+def test_in_a_pause_it_stays_where_it_is():
+    uav = Uav(inspection(ROW[:1], parameters=PASSING))
+    lead, end_m = uav.inspection, body_place_m(ROW[0], OFFSET_M)
+    while lead.setpoint_m is None or lead.setpoint_m[0] <= end_m[0] + 0.1:  # it aims behind the place
+        uav.step()
+    lead.pause(uav.place_m)
+    np.testing.assert_array_equal(lead.setpoint_m, uav.place_m)
+
+
 def test_a_photograph_that_failed_in_passing_is_taken_at_rest():
     uav = Uav(inspection(ROW[:1], parameters=PASSING))
     uav.faults[1] = BLURRED

@@ -70,8 +70,6 @@ class Inspection:
         self._lock = threading.RLock()
         self._way = Way()
         self._leg: PhotographLeg | None = None
-        self._aim_m: np.ndarray | None = None
-        """Where it aims in place of its way: behind a photograph's place."""
         self._been_m: list[np.ndarray] = []
         self._began_s, self._look_s = math.nan, -math.inf
         self._no_way_s: float | None = None
@@ -140,7 +138,9 @@ class Inspection:
     @property
     def setpoint_m(self) -> np.ndarray | None:
         """Where to fly now, (x, y, z) in the map's frame; None: stay."""
-        return self._way.setpoint_m if self._aim_m is None else self._aim_m
+        with self._lock:
+            aim_m = self._leg.aim_m if self._leg is not None and len(self._way.rest_m) <= 1 else None
+            return self._way.setpoint_m if aim_m is None else aim_m
 
     @property
     def rest_m(self) -> list[np.ndarray]:
@@ -166,8 +166,6 @@ class Inspection:
             self._way.follow(motion.stamp_s, here_m, self._p.arrived)
             if self._leg is not None and (why := self._leg.follow(motion)):
                 self._fail(self._leg.task, why)
-            leg, is_on_last = self._leg, len(self._way.rest_m) <= 1
-            self._aim_m = leg.aim_m(motion) if leg is not None and is_on_last else None
             waits = self._is_paused or self.is_waiting or self._no_way_s is not None
             is_idle = self._leg is None and self.end is None and not waits
             is_due = motion.stamp_s >= self._look_s + self._p.look_period

@@ -30,7 +30,8 @@ class PhotographLeg:
             None: it comes to rest.
 
     Attributes:
-        is_shot: the shutter has opened.
+        is_shot: the shutter has opened. aim_m: where to aim on the last stretch, (x, y, z); None: at the
+        place itself.
     """
 
     def __init__(
@@ -45,6 +46,7 @@ class PhotographLeg:
         beyond_m: np.ndarray | None = None,
     ) -> None:
         self.task, self.is_shot, self._place_m, self._p = task, False, place_m, parameters
+        self.aim_m: np.ndarray | None = None
         self._passing, self._settle_s = None, parameters.settle
         if beyond_m is not None:
             turned_rad = math.radians(parameters.turned)
@@ -63,13 +65,11 @@ class PhotographLeg:
         """Whether the UAV was once within `far` of the place."""
         return self._arrived_s is not None
 
-    def aim_m(self, motion: Motion) -> np.ndarray | None:
-        """Return where to aim on the last stretch, (x, y, z); None: at the place itself."""
-        return self._passing.beyond_m if self._passing is not None and self._passing.goes_on(motion) else None
-
     def follow(self, motion: Motion) -> str:
         """Take a pose. Return why the photograph cannot be taken now; empty: it can, or may still."""
         p, stamp_s, off_m = self._p, motion.stamp_s, math.dist(motion.place_m, self._place_m)
+        if self._passing is not None:
+            self.aim_m = self._passing.beyond_m if self._passing.goes_on(motion) else None
         turn = abs(math.remainder(motion.yaw_rad - self.task.view.yaw_rad, 2.0 * math.pi))
         is_still = turn <= math.radians(p.turned) and self._rests(motion)
         if self._arrived_s is None and off_m <= p.far:
