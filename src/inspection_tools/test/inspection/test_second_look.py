@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from inspecting_uav import (
     HOME_M,
     QUICK,
@@ -46,7 +47,7 @@ class Search:
 
 def fly_second_look(search, steps=4000):
     """Fly with a second look. Return the inspection, the numbers asked, and all phases of waiting at home."""
-    lead = inspection(VIEWS[:2])
+    lead = inspection(VIEWS[:2], parameters=replace(QUICK, search_hover=100.0))
     second, uav, at_home = SecondLook(lead, search), Uav(lead), 0
     for _ in range(steps):
         second.look(waits=False)
@@ -92,6 +93,29 @@ def test_a_uav_waits_at_home_for_a_slow_search_and_ends_if_nothing_is_found():
     assert numbers == [1, 2]
     assert at_home > 100  # of 40 s it flies home in some 6 s
     assert (lead.end, lead.is_home, search.closed) == (End.DONE, True, 1)
+
+
+def test_while_a_search_takes_long_the_uav_lands_and_goes_on_with_the_answer():
+    search = Search((VIEWS[2],), patience=10**6)
+    lead = inspection(VIEWS[:1], parameters=replace(QUICK, search_hover=5.0))
+    second, uav = SecondLook(lead, search), Uav(lead)
+    second.look(waits=False)
+    assert not second.is_searching
+    at_home_s = None
+    while not lead.is_home:
+        second.look(waits=False)
+        uav.step()
+        if at_home_s is None and lead.is_waiting and np.linalg.norm(uav.place_m - HOME_M) < 2 * QUICK.arrived:
+            at_home_s = uav.stamp_s
+    assert (lead.end, second.is_searching) == (End.SEARCHING, True)
+    assert uav.stamp_s - at_home_s == pytest.approx(5.0, abs=2 * QUICK.look_period)
+    search.patient = 0
+    assert second.look(waits=False) == "Two cracks."
+    assert not second.is_searching
+    lead.begin(uav.stamp_s, uav.place_m)
+    uav.fly()
+    assert [task.number for task in uav.asked] == [1, -1]
+    assert (lead.end, lead.is_home) == (End.DONE, True)
 
 
 def test_an_abort_while_the_search_is_awaited_ends_at_home():

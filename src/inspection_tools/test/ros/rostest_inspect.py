@@ -23,7 +23,7 @@ from geometry_msgs.msg import Point, PointStamped, Pose, Quaternion, Vector3Stam
 from inspection_tools_ros.planner_messages import tiles_class
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, Image
-from std_msgs.msg import Float64
+from std_msgs.msg import Bool, Float64
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
@@ -144,6 +144,7 @@ class InspectTest(unittest.TestCase):
         cls.results = Newest(NODE + "/survey/result", SurveyActionResult)
         cls.markers = Newest(NODE + "/markers", MarkerArray)
         cls.last = Newest(NODE + "/last_photograph", Image)
+        cls.searching = Newest(NODE + "/searching", Bool)
         cls.goals = Input(NODE + "/survey/goal", SurveyActionGoal, latch=True)
         cls.clicks = Input("/clicked_point", PointStamped)
         kinds = {"pause": Trigger, "resume": Trigger, "abort": Trigger, "look_closer": LookCloser}
@@ -242,7 +243,7 @@ class InspectTest(unittest.TestCase):
         self.assertLess(taken, 3)
         self.assertEqual(len(self.records("again")), 3)
 
-    def test_4_a_crack_is_photographed_from_nearer_in_the_same_survey(self):
+    def test_4_it_lands_while_the_photograph_is_searched_and_the_crack_is_photographed_from_nearer(self):
         uav = self.uav
         uav.picture = np.full((3000, 4000, 3), 150, np.uint8)
         uav.picture[1300:1700, 2100:2103] = 70
@@ -259,7 +260,13 @@ class InspectTest(unittest.TestCase):
             phases.add(self.feedback.last.feedback.phase)
             return self.ended("second look")
 
-        uav.fly(has_ended, "the end")
+        uav.fly(has_ended, "the wait on the ground")
+        result = self.results.last.result
+        self.assertEqual((result.end, result.is_home, result.taken), ("searching", True, 1))
+        self.assertTrue(self.searching.last.data)
+        uav.fly(lambda: not self.searching.last.data, "the answer of the search")
+        self.send_goal("nearer", plan, "second look", second_look=True)
+        uav.fly(lambda: self.ended("nearer"), "the end")
         result = self.results.last.result
         self.assertEqual((result.end, result.taken, result.closer), ("done", 1, 1))
         self.assertIn("searching the photographs", phases)

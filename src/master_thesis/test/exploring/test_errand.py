@@ -10,7 +10,7 @@ def told(errand, *ends):
     steps = []
     for end in ends:
         steps.append(errand.after(end, is_home=True))
-        if steps[-1] in (Next.AGAIN, Next.NEXT_PART):
+        if steps[-1] not in (Next.OVER, Next.LOST):
             errand.take_battery()
     return steps
 
@@ -28,6 +28,12 @@ def test_an_exploration_is_followed_by_the_photographs_and_each_battery_counts_o
 def test_whatever_ends_the_exploration_at_home_but_an_abort_the_photographs_follow(end):
     errand = Errand(parts=2, swaps=1)
     assert told(errand, end) == [Next.NEXT_PART]
+
+
+def test_while_photographs_are_searched_the_uav_lands_and_the_same_part_goes_on():
+    errand = Errand(parts=1, swaps=1)
+    assert told(errand, "searching", "done") == [Next.WHEN_READY, Next.OVER]
+    assert (errand.part, errand.swapped) == (0, [1])
 
 
 def test_an_abort_ends_all_parts():

@@ -8,7 +8,7 @@ from typing import Callable
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3, Vector3Stamped
-from std_msgs.msg import Header
+from std_msgs.msg import Bool, Header
 from visualization_msgs.msg import MarkerArray
 
 from inspection_tools.inspection import Inspection
@@ -20,7 +20,7 @@ TELL_S = 0.5
 
 
 class SurveyOutputs:
-    """Publishes pos_setpoint, front and ~markers.
+    """Publishes pos_setpoint, front, ~markers and ~searching.
 
     Args:
         goal_frame, base_frame: of the setpoints, and of the UAV. tilt: tilts the camera.
@@ -33,6 +33,9 @@ class SurveyOutputs:
         self._told_s = -math.inf
         self._setpoints = rospy.Publisher("pos_setpoint", Pose, queue_size=1, latch=True)
         self._fronts = rospy.Publisher("front", Vector3Stamped, queue_size=1, tcp_nodelay=True)
+        self._searching = rospy.Publisher("~searching", Bool, queue_size=1, latch=True)
+        self._is_searching: bool | None = None
+        self.tell_search(False)
         self._markers = rospy.Publisher("~markers", MarkerArray, queue_size=1, latch=True)
 
     def send(self, inspection: Inspection, motion: Motion) -> None:
@@ -48,6 +51,12 @@ class SurveyOutputs:
         if inspection.tilt_rad != self._sent_tilt:
             self._sent_tilt = inspection.tilt_rad
             self._tilt(inspection.tilt_rad)
+
+    def tell_search(self, is_searching: bool) -> None:
+        """Publish whether photographs are searched for what to photograph next, if that is new."""
+        if is_searching is not self._is_searching:
+            self._is_searching = is_searching
+            self._searching.publish(is_searching)
 
     def is_time_to_tell(self, motion: Motion) -> bool:
         """Return whether the last markers and feedback are old, once."""

@@ -37,6 +37,7 @@ class End(Enum):
     CAMERA = "camera"
     STORAGE = "storage"
     ABORTED = "aborted"
+    SEARCHING = "searching"
 
 
 class Inspection:
@@ -53,7 +54,8 @@ class Inspection:
     Attributes:
         todo: what is done and open. end, reason: why it has ended; None: it flies. is_home: it has ended, and
         the UAV is where it may land. must_land: the energy does not take the UAV home. awaits: more
-        photographs may come; when all others are taken, the UAV waits for them at home.
+        photographs may come; when all others are taken, the UAV waits for them at home. If that takes long,
+            it ends as SEARCHING, to land until the search has answered, and begins again then.
     """
 
     def __init__(
@@ -257,10 +259,12 @@ class Inspection:
         if self.todo.next is not None:
             self._set_out_for_any(stamp_s, here_m)
             return
-        if self.awaits:
+        if not self.awaits:
+            self.abort(self.todo.told(), End.DONE)
+        elif self._homing.waited_s(stamp_s, here_m) > self._p.search_hover:
+            self.abort("The photographs are still being searched. The UAV lands meanwhile.", End.SEARCHING)
+        else:
             self._go_home(stamp_s, here_m)
-            return
-        self.abort(self.todo.told(), End.DONE)
 
     def _set_out_for_any(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Set out for the first photograph that there is a way to. The others before it have failed.
@@ -300,7 +304,7 @@ class Inspection:
         assert self.home_m is not None
         with self._lock:
             self.front_rad, self.tilt_rad, rest_m = None, 0.0, self._way.rest_m
-        if math.dist(here_m, self.home_m) < 2.0 * self._p.arrived:
+        if self._homing.is_at_home(here_m):
             self.is_home = self.end is not None
             return
         is_stuck = self._homing.is_stuck(stamp_s, here_m)

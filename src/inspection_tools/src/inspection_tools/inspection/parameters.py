@@ -39,6 +39,8 @@ class InspectionParameters:
         tries: A photograph that failed so often is left out.
         wait: If there is no way to any photograph, the UAV hovers so long before they count as failed, s. The
             map may lack a part for a moment, as after a restart.
+        search_hover: While its photographs are searched, the UAV hovers at home so long, s; then it lands. A
+            landing and a take-off take about as long.
         nearby: If there is no way to its place, it is taken from a place within this distance, m.
         detail, closer: Resolution of a photograph and of a closer look, mm per pixel.
         reach: Where the camera's pixel covers as much as the detail, m.
@@ -74,6 +76,7 @@ class InspectionParameters:
     deviation_max: float = 0.5
     tries: int = 3
     wait: float = 10.0
+    search_hover: float = 25.0
     nearby: float = 0.5
     detail: float = 1.0
     closer: float = 0.3
@@ -139,6 +142,7 @@ class InspectionParameters:
         check_number("deviation_max", self.deviation_max, 0.001, 100.0)
         check_whole("tries", self.tries, 1, 20)
         check_number("wait", self.wait, 0.0, 600.0)
+        check_number("search_hover", self.search_hover, 0.0, 86_400.0)
         check_number("nearby", self.nearby, 0.0, 5.0)
         check_number("detail", self.detail, 0.01, 100.0)
         check_number("closer", self.closer, 0.01, 100.0)

@@ -44,7 +44,7 @@ class Search(Protocol):
 class SecondLook:
     """Gives photographs to a search, and adds to the inspection those that it asks for.
 
-    While it waits for the search, the UAV flies home and hovers there.
+    While it waits for the search, the UAV flies home and hovers there. It lands if that takes long.
 
     Args:
         inspection: that is flown. search: of its photographs.
@@ -54,6 +54,11 @@ class SecondLook:
         self._inspection, self._search = inspection, search
         self._has_asked = False
         inspection.awaits = True
+
+    @property
+    def is_searching(self) -> bool:
+        """Whether the search was asked, and has not answered yet."""
+        return self._inspection.awaits and self._has_asked
 
     def stored(self, photograph: Path) -> None:
         """Take a photograph that is stored."""

@@ -27,6 +27,11 @@ from master_thesis_ros.experiments.part import Flown, Part
 from master_thesis_ros.experiments.simulator_services import set_pace, slow_down
 
 SWAP_TRIES = 20
+WHY = {
+    Next.AGAIN: "for a full battery",
+    Next.WHEN_READY: "until it can go on",
+    Next.NEXT_PART: "for the next part",
+}
 AGAIN_S = 0.5
 """Wall time between two tries to swap the battery."""
 
@@ -41,7 +46,7 @@ class ErrandNode(FlightNode):
 
     def __init__(self, monitor: Monitor, errand: Errand, parts: Sequence[Part], lockstep: bool) -> None:
         self._errand, self._parts = errand, parts
-        self._stopover, self._must_prepare = Stopover(), False
+        self._stopover, self._follows = Stopover(), Next.AGAIN
         self._began, self._charge = (math.nan, math.nan), math.nan
         super().__init__(monitor, lockstep)
         self.subscribe("/mavros/battery", BatteryState, self._on_battery)
@@ -75,11 +80,8 @@ class ErrandNode(FlightNode):
         else:
             self._stopover.begin()
             self._monitor.course.lands_between = True
-            self._must_prepare = follows is Next.NEXT_PART
-            rospy.loginfo(
-                "The UAV lands at home, %s.",
-                "for the next part" if self._must_prepare else "for a full battery",
-            )
+            self._follows = follows
+            rospy.loginfo("The UAV lands at home, %s.", WHY[follows])
             threading.Thread(target=self._land, daemon=True).start()
         return ()
 
@@ -89,8 +91,8 @@ class ErrandNode(FlightNode):
         return super()._on_state(message)
 
     def _go_on(self) -> None:
-        """On the ground: prepare the next part, put in a full battery, and take off again."""
-        if self._must_prepare and not self._prepare():
+        """On the ground: prepare the next part or wait, put in a full battery, and take off again."""
+        if self._follows is not Next.AGAIN and not self._prepare():
             return
         if self._errand.take_battery() and not _call("/gazebo/swap_battery"):
             return
@@ -102,8 +104,12 @@ class ErrandNode(FlightNode):
         """Return whether the next part can be flown. Simulated time passes slowly meanwhile."""
         pace = float(rospy.get_param("/gazebo/real_time_factor", 1.0))  # before it changes
         slow_down()
+        part = self._parts[self._errand.part]
         try:
-            self._parts[self._errand.part].prepare()
+            if self._follows is Next.WHEN_READY:
+                part.wait()
+            else:
+                part.prepare()
         except (InspectionToolsError, MasterThesisError, SlamError) as error:
             with self._lock:
                 self._take(self._monitor.abort(str(error)))

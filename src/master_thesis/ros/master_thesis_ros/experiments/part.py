@@ -37,6 +37,9 @@ class Part(ABC):
     def prepare(self) -> None:  # noqa: B027
         """Prepare it on the ground, if another part was flown before; raises an error of the libraries."""
 
+    def wait(self) -> None:  # noqa: B027
+        """Return when it can go on, if it ended to wait on the ground."""
+
     @abstractmethod
     def send_goal(self) -> None:
         """Ask for it, or ask to go on with it."""

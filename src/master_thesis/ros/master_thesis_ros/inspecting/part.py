@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import uuid
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,6 +10,7 @@ from typing import Any, Callable
 
 import rospy
 from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import Bool
 
 from inspection_tools.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
 from inspection_tools.survey.plan import SurveyPlan
@@ -17,6 +19,8 @@ from master_thesis.inspecting.request import InspectingRequest
 from master_thesis_ros.experiments.messages import pose_values, stamp_s
 from master_thesis_ros.experiments.part import Flown, Part
 
+WAKE_S = 0.5
+"""Wall time between two looks whether ROS shuts down."""
 MakePlan = Callable[[], SurveyPlan]
 """Writes plan.yaml into the run's folder; raises an error of the libraries."""
 
@@ -38,7 +42,7 @@ class Photographed:
 class SurveyPart(Part):
     """Lets the node `inspect` take all photographs.
 
-    Listens: /camera/ground_truth (geometry_msgs/PoseStamped).
+    Listens: /camera/ground_truth (geometry_msgs/PoseStamped), /inspect/searching (std_msgs/Bool).
     Publishes: /inspect/survey/goal (inspection_tools/SurveyActionGoal, latched).
 
     Args:
@@ -55,11 +59,21 @@ class SurveyPart(Part):
         self.photographed = Photographed()
         self.plan: SurveyPlan | None = None
         self._goal = rospy.Publisher(f"{self.action}/goal", SurveyActionGoal, queue_size=1, latch=True)
-        self.listens = (("/camera/ground_truth", PoseStamped, self._on_camera),)
+        self._is_ready = threading.Event()
+        self._is_ready.set()
+        self.listens = (
+            ("/camera/ground_truth", PoseStamped, self._on_camera),
+            ("/inspect/searching", Bool, self._on_searching),
+        )
 
     def prepare(self) -> None:
         """Make the plan."""
         self.plan = self._make_plan()
+
+    def wait(self) -> None:
+        """Return when the photographs are searched."""
+        while not self._is_ready.wait(WAKE_S) and not rospy.is_shutdown():
+            pass
 
     def send_goal(self) -> None:
         """Begin the survey, or go on with what its folder lacks."""
@@ -78,6 +92,12 @@ class SurveyPart(Part):
         told.result = result
         before = sum(photographs for photographs, _ in told.flights)
         told.flights.append((result.taken + result.closer - before, flown))
+
+    def _on_searching(self, message: Bool) -> None:
+        if message.data:
+            self._is_ready.clear()
+        else:
+            self._is_ready.set()
 
     def _on_camera(self, message: PoseStamped) -> None:
         x, y, z, qx, qy, qz, qw = pose_values(message.pose)

@@ -9,6 +9,7 @@ class Next(Enum):
     """What the UAV does when a part of its errand has ended."""
 
     AGAIN = "it lands for a full battery, and goes on with the same part"
+    WHEN_READY = "it lands, waits until the same part can go on, and goes on with that"
     NEXT_PART = "it lands, the next part is prepared, and it goes on with that"
     OVER = "it lands at home"
     LOST = "it lands where it is"
@@ -34,6 +35,8 @@ class Errand:
             return Next.LOST
         if end == "battery":
             return Next.AGAIN if self._has_battery else Next.OVER
+        if end == "searching":
+            return Next.WHEN_READY
         if end == "aborted" or self.part + 1 == len(self.swapped):
             return Next.OVER
         self.part += 1
