@@ -12,7 +12,7 @@ from gridslam.volume.path_poses import OdometryHistory
 from gridslam.volume.saved.map_time import MapTime
 from gridslam.volume.saved.saved_map import state_of, write_volume
 from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.surface.mesh_file import MAPPED
+from inspection_tools.survey.surface.mesh_file import MAPPED_PLATING, MAPPED_STRUCTURE
 from inspection_tools.survey.surface.of_mesh import Sight
 from inspection_tools.survey.surface.reading import read_surface
 from master_thesis.photographing.map_mesh import (
@@ -21,6 +21,7 @@ from master_thesis.photographing.map_mesh import (
     UNKNOWN,
     borders,
     mesh_of_map,
+    scene_of,
     smoothed,
     surfaces_of_map,
 )
@@ -110,7 +111,7 @@ def test_a_survey_finds_the_surface_of_a_map_and_leaves_the_unknown_out(tmp_path
     surface = read_surface(tmp_path / "map.glb", SurveyParameters())
     inner = size_m - 2 * resolution_m
     walls_m2 = 2 * (inner[0] + inner[1]) * 2.2 + inner[0] * inner[1]
-    assert set(surface.patches.names) == {"mapped", "unknown"}
+    assert set(surface.patches.names) == {MAPPED_PLATING, MAPPED_STRUCTURE, "unknown"}
     found_m2 = surface.patches.areas_m2.sum()
     assert 0.85 * walls_m2 < found_m2 < 1.02 * walls_m2  # below the deck some voxels of the walls stay unseen
 
@@ -138,7 +139,9 @@ def web_in_a_room(resolution_m=0.2):
 
 
 def surface_in(scene):
-    return scene.geometry[scene.graph[MAPPED][1]]
+    """All that the map knows, as one mesh."""
+    parts = [scene.geometry[scene.graph[name][1]] for name in (MAPPED_PLATING, MAPPED_STRUCTURE)]
+    return trimesh.util.concatenate(parts)
 
 
 def test_clouds_give_a_thin_web_its_two_sides_and_even_walls(tmp_path):
@@ -167,10 +170,7 @@ def test_a_wall_before_the_unknown_has_no_back(tmp_path):
     corrected, rotation = web_in_a_room()
     path = tmp_path / "map.bt"
     write_octree(path, stream_of(corrected.voxels, is_binary=True), corrected.parameters.resolution_m)
-    corners_m, quads = surfaces_of_map(path, corrected.nodes)[MAPPED]
-    mesh = trimesh.Trimesh(
-        corners_m, np.concatenate((quads[:, [0, 1, 2]], quads[:, [0, 2, 3]])), process=False
-    )
+    mesh = surface_in(scene_of(surfaces_of_map(path, corrected.nodes)))
     own, facing_m = mesh.triangles_center @ rotation, mesh.face_normals @ rotation
     floor = np.abs(own[:, 2]) < 0.1
     assert mesh.area_faces[floor & (facing_m[:, 2] > 0.9)].sum() > 20.0

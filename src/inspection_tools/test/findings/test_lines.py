@@ -89,7 +89,7 @@ def test_a_wide_crack_is_found_in_a_fine_photograph(width, detail_mm, count):
 def test_on_the_mesh_of_a_map_straight_lines_are_edges(bend_px, count):
     """The mesh of a map does not show every edge of the structure. 0.003 of 400 px are 1.2 px."""
     triangle = np.array([[(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]])
-    drawn, mapped = (Mesh(triangle, (name,), np.zeros(1, int)) for name in ("shell", "mapped"))
+    drawn, mapped = (Mesh(triangle, (name,), np.zeros(1, int)) for name in ("shell", "mapped_plating"))
     shot, rows = np.full((600, 400, 3), 150.0), np.arange(100, 500)
     columns = np.round(200.0 + bend_px * np.sin(rows / 60.0)).astype(int)
     shot[rows, columns] = shot[rows, columns + 1] = 60.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from inspection_tools.checks import check_number, check_whole
-from inspection_tools.survey.surface.mesh_file import MAPPED, Mesh
+from inspection_tools.survey.surface.mesh_file import Mesh, is_mapped
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ class FindingParameters:
 
     def for_mesh(self, mesh: Mesh) -> FindingParameters:
         """Return them for photographs of a mesh."""
-        if MAPPED not in mesh.names:
+        if not any(map(is_mapped, mesh.names)):
             return self
         return replace(self, line_bent=max(self.line_bent, self.line_bent_on_maps))
 

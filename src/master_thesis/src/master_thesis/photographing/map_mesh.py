@@ -13,13 +13,12 @@ from gridslam.volume import CloudNode
 from gridslam.volume.octree.files import read_octree
 from gridslam.volume.plates import plates_of
 from gridslam.volume.saved.saved_map import read_volume
-from inspection_tools.survey.surface.mesh_file import MAPPED, NOT_SURVEYED
+from inspection_tools.survey.surface.mesh_file import MAPPED_PLATING, MAPPED_STRUCTURE, NOT_SURVEYED
 from master_thesis.errors import ScenarioError
 from master_thesis.photographing.plate_mesh import Kinds, not_of, standing, with_backs
+from master_thesis.photographing.plating import is_plating
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
-NAMES = {OCCUPIED: MAPPED, UNKNOWN: NOT_SURVEYED}
-"""What free voxels border on. The unknown closes the space, and is no surface to photograph."""
 STATE_SUFFIX = ".state"
 """Of the file beside a map that has its clouds: what slam_octomap's ~save_state writes."""
 SEED = 1
@@ -44,7 +43,9 @@ def mesh_of_map(path: Path) -> trimesh.Scene:
 
 
 def surfaces_of_map(path: Path, nodes: Sequence[CloudNode]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return corners (n, 3), m, and quads (m, 4) of the known surface and of the unknown, by their names.
+    """Return corners (n, 3), m, and quads (m, 4) of plating, of structure and of the unknown, by their names.
+
+    The unknown closes the space, and is no surface to photograph.
 
     nodes: with the clouds of the map, or none. Raises: as `mesh_of_map`.
     """
@@ -60,16 +61,22 @@ def surfaces_of_map(path: Path, nodes: Sequence[CloudNode]) -> dict[str, tuple[n
             f"{path}: no free voxel lies beside an occupied one, so there is no surface in it."
         )
     corners_m = smoothed(corners, quads) * side_m + low_m
-    surfaces = {NAMES[kind]: (corners_m, quads[of == kind]) for kind in NAMES if (of == kind).any()}
+    whole_m, known_quads = corners_m, quads[of == OCCUPIED]
     if nodes:
-        known, faces = Kinds(kinds, low_m, side_m), quads[of == OCCUPIED]
+        known = Kinds(kinds, low_m, side_m)
         plates = plates_of(nodes, np.random.default_rng(SEED))
         plates = with_backs(standing(plates, known, OCCUPIED), known, FREE)
-        left = faces[not_of(plates, corners[faces] * side_m + low_m, side_m)]
+        left = known_quads[not_of(plates, corners[known_quads] * side_m + low_m, side_m)]
         whole_m = np.concatenate((corners_m, plates.corners_m.reshape(-1, 3)))
         own = np.arange(len(corners_m), len(whole_m)).reshape(-1, 4)
-        surfaces[MAPPED] = (whole_m, np.concatenate((left, own)))
-    return surfaces
+        known_quads = np.concatenate((left, own))
+    wide = is_plating(whole_m, known_quads)
+    surfaces = {
+        MAPPED_PLATING: (whole_m, known_quads[wide]),
+        MAPPED_STRUCTURE: (whole_m, known_quads[~wide]),
+        NOT_SURVEYED: (corners_m, quads[of == UNKNOWN]),
+    }
+    return {name: surface for name, surface in surfaces.items() if len(surface[1])}
 
 
 def scene_of(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> trimesh.Scene:

@@ -21,8 +21,13 @@ ENDLESS_M = 300.0
 """A thing this long is the ground of a world; it does not say how large the room is."""
 NOT_SURVEYED = "unknown"
 """Name of a thing that bounds the air and is no surface: what an explored map does not know."""
-MAPPED = "mapped"
-"""Name of a thing of sheets that each show their front only: what an explored map knows."""
+MAPPED_PLATING, MAPPED_STRUCTURE = "mapped_plating", "mapped_structure"
+"""Names of things of sheets that each show their front only: what an explored map knows. Plating is wide."""
+
+
+def is_mapped(name: str) -> bool:
+    """Return whether a thing of this name is what an explored map knows."""
+    return name.startswith("mapped")
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey.kernels.filling import mark_columns
 from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.surface.mesh_file import MAPPED, NOT_SURVEYED, Mesh
+from inspection_tools.survey.surface.mesh_file import NOT_SURVEYED, Mesh, is_mapped
 from inspection_tools.survey.surface.patches import Patches, grouped
 from inspection_tools.survey.surface.room import MOST_VOXELS, Room, room_of
 from inspection_tools.survey.surface.samples import Samples, clipped, normals_of, samples_on
@@ -102,7 +102,7 @@ def patches_of_mesh(
         kept.append((free_m > step_m) & _air_near(room, begins + step_m * towards) | strict)
     surveyed = np.array([name != NOT_SURVEYED for name in mesh.names])[mesh.part[near]]
     kept = [each & surveyed[samples.triangles] for each in kept]
-    kept[1] &= np.array([name != MAPPED for name in mesh.names])[mesh.part[near]][samples.triangles]
+    kept[1] &= ~np.array([is_mapped(name) for name in mesh.names])[mesh.part[near]][samples.triangles]
     for side, other in ((0, 1), (1, 0)):
         loses = is_closed & (votes[side] < votes[other] + (side == 1) * 1e-12)
         kept[side] &= ~loses[bodies[samples.triangles]]
