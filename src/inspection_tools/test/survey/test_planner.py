@@ -1,5 +1,6 @@
 """Plans in a small room: the share is that of an independent ray check, bounds hold, edits are checked."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ from inspection_tools.errors import SurveyError
 from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters, optical_axes
 from inspection_tools.survey.checking import check_plan
 from inspection_tools.survey.closer import closer_plan
+from inspection_tools.survey.coverage import judge_on
 from inspection_tools.survey.kernels.tours import (
     length_of,
     nearest_neighbour,
@@ -103,6 +105,19 @@ def test_an_independent_check_shows_at_least_what_the_plan_tells(planned):
     share = areas[shown(plan, surface, SurveyCamera(), ASKED)].sum() / plan.figures["reachable_m2"]
     assert share >= plan.figures["share"] - 1e-6
     assert plan.figures["share"] >= ASKED.share
+
+
+def test_a_plan_with_a_reserve_shows_more_finely_than_asked_and_is_judged_by_what_is_asked(room_file):
+    asked = replace(ASKED, resolution=2.0, finer=0.2)
+    surface, camera = read_surface(room_file, asked), SurveyCamera()
+    planner = SurveyPlanner(surface.room, surface.patches, surface.ranges_m, asked=asked)
+    *_, plan = (each.plan for each in planner.improve(search_s=0.3, bound=False))
+    found = shown(plan, surface, camera, replace(asked, resolution=1.6))
+    areas_m2 = surface.patches.areas_m2
+    assert areas_m2[found].sum() >= plan.figures["share"] * plan.figures["reachable_m2"] - 1e-6
+    (with_it,) = judge_on(surface, ((),), camera, asked)
+    (without,) = judge_on(surface, ((),), camera, replace(asked, finer=0.0))
+    assert (with_it.reachable == without.reachable).all()
 
 
 def test_the_surface_is_the_inside_of_the_walls_and_the_outside_of_the_pillar(planned):

@@ -11,7 +11,8 @@ from typing import Any
 from inspection_tools.errors import InspectionToolsError, SurveyError
 
 OF_ASKED = (
-    "resolution", "incidence", "share", "patch", "voxel", "spacing", "radius", "margin", "comfort", "around",
+    "resolution", "incidence", "share", "patch", "voxel", "spacing", "radius", "margin", "comfort", "finer",
+    "around",
 )  # fmt: skip
 OF_FLYING = ("speed", "passing_speed", "settle", "mass", "battery", "electronics", "endurance")
 OF_CAMERA = ("width", "height", "field_of_view", "tilt_min", "tilt_max", "exposure")

@@ -77,10 +77,13 @@ def judge_each(
 def judge_on(
     surface: Surface, several: Sequence[Sequence[Taken]], camera: SurveyCamera, asked: SurveyParameters
 ) -> list[Coverage]:
-    """Return the coverage of several sets of photographs on a surface that is read already."""
+    """Return the coverage of several sets of photographs on a surface that is read already.
+
+    Reachable is what photographs from the best places would show, without what a plan keeps in reserve.
+    """
     p = fine_patches(surface, asked)
     places_m = lattice(surface.room, asked.spacing)
-    candidates = Candidates(surface.patches, places_m, camera, asked, surface.ranges_m)
+    candidates = Candidates(surface.patches, places_m, camera, replace(asked, finer=0.0), surface.ranges_m)
     whole = surface.patches.numbers(p.points_m, p.normals, p.parts)
     reachable = (whole >= 0) & candidates.reachable[np.maximum(whole, 0)]
     return [Coverage(p, shown_by(taken, surface.mesh, p, camera, asked), reachable) for taken in several]

@@ -25,6 +25,8 @@ class SurveyParameters:
         margin: Beyond the radius, m. Below 0 only where the surfaces are known to be too near, as in a map.
         comfort: Beyond the radius, m. Nearer places are tried only if they show what no other does.
         pointing_error: Of the camera, deg; the picture's edge counts as this much narrower.
+        finer: Photographs are planned for a resolution that is finer by this share, as the UAV is never quite
+            at its place.
         around: The UAV may fly so far outside the box around a mesh, m.
 
     Raises:
@@ -42,6 +44,7 @@ class SurveyParameters:
     margin: float = 0.15
     comfort: float = 0.0
     pointing_error: float = 0.5
+    finer: float = 0.0
     around: float = 0.0
 
     def __post_init__(self) -> None:
@@ -56,6 +59,7 @@ class SurveyParameters:
         check_number("margin", self.margin, -0.5 * self.radius, 5.0)
         check_number("comfort", self.comfort, 0.0, 5.0)
         check_number("pointing_error", self.pointing_error, 0.0, 10.0)
+        check_number("finer", self.finer, 0.0, 0.5)
         check_number("around", self.around, 0.0, 100.0)
 
     @property

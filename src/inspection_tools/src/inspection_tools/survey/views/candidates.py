@@ -29,6 +29,8 @@ Ranges = Callable[[np.ndarray, np.ndarray], np.ndarray]
 def lens_of(camera: SurveyCamera, parameters: SurveyParameters, speed_m_s: float = 0.0) -> np.ndarray:
     """Return (4,) for the kernels: tangents to the edges, narrower by the pointing error; scale and blur.
 
+    The scale is that of the resolution that is planned for.
+
     speed_m_s: at which the camera moves while it shoots.
 
     Raises:
@@ -41,12 +43,11 @@ def lens_of(camera: SurveyCamera, parameters: SurveyParameters, speed_m_s: float
             f"{parameters.resolution:g} mm per pixel are asked: pass more slowly, or expose "
             "shorter."
         )
+    planned_mm = parameters.resolution * (1.0 - parameters.finer)
     across, down = camera.half_extents
     off = math.radians(parameters.pointing_error)
     narrow = [math.tan(max(math.atan(each) - off, 1e-3)) for each in (across, down)]
-    return np.array(
-        (*narrow, 1e-3 * parameters.resolution * camera.focal_px, 1e-3 * blur_mm * camera.focal_px)
-    )
+    return np.array((*narrow, 1e-3 * planned_mm * camera.focal_px, 1e-3 * blur_mm * camera.focal_px))
 
 
 def lattice(room: Room, spacing_m: float) -> np.ndarray:
