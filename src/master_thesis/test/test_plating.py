@@ -44,7 +44,7 @@ def test_a_wall_is_plating_and_its_webs_a_beam_and_a_stanchion_are_structure(tur
 
 def test_of_a_surface_of_1_m2_in_the_open_nothing_is_plating_and_of_a_wide_one_all_but_corners():
     x, y, _ = np.eye(3)
-    # A disc of 1 m has 3.14 m2, of which plating fills 40 %. Three quarters of it are off the plate at a corner.
+    # A disc of 1 m has 3.14 m2, of which plating fills 40 %. At a corner, a quarter of it is on the plate.
     small, wide = rectangle((0, 0, 0), x, y, (1.0, 1.0)), rectangle((9, 0, 0), x, y, (5.0, 5.0))
     shares = told(small, wide)
     assert shares[0] == 0.0

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from inspection_tools.photographs.folder import PhotographRecord
-from inspection_tools.survey.coverage import shown_by
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.poses import Taken
+from inspection_tools.survey.showing import Showing
 from inspection_tools.survey.surface.reading import read_surface
 
 OFF_SURFACE_M = 0.02
@@ -42,18 +42,15 @@ class LiveCoverage:
     """
 
     def __init__(self, plan: SurveyPlan, photographs: int = 0) -> None:
-        self._camera, self._asked = plan.camera, plan.asked
         surface = read_surface(Path(plan.source), plan.asked, plan.home_m)
         self.mesh, self.patches = surface.mesh, surface.patches
-        self.planned = self._shown_by([Taken.of_view(v) for v in plan.views[: photographs or None]])
+        self._showing = Showing(self.mesh, self.patches, plan.camera, plan.asked)
+        self.planned = self._showing.by([Taken.of_view(v) for v in plan.views[: photographs or None]])
         self.shown = np.zeros(len(self.patches), bool)
 
     def take(self, record: PhotographRecord) -> None:
         """Take a photograph that was stored."""
-        self.shown |= self._shown_by([record.taken])
-
-    def _shown_by(self, taken: list[Taken]) -> np.ndarray:
-        return shown_by(taken, self.mesh, self.patches, self._camera, self._asked)
+        self.shown |= self._showing.by([record.taken])
 
     @property
     def so_far(self) -> CoverageSoFar:

@@ -1,8 +1,4 @@
-"""The coverage record: what photographs showed from where the camera really was.
-
-It does not use the planner's geometry. Embree casts rays through pixels of each photograph. The footprint
-of a pixel comes from where its neighbours' rays meet the plane of the triangle that was hit.
-"""
+"""The coverage record: what photographs showed from where the camera really was."""
 
 from __future__ import annotations
 
@@ -12,23 +8,17 @@ from pathlib import Path
 from typing import Sequence
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.poses import Taken
-from inspection_tools.survey.surface.mesh_file import Mesh
+from inspection_tools.survey.showing import Showing
 from inspection_tools.survey.surface.of_mesh import patches_of_mesh
 from inspection_tools.survey.surface.patches import Patches
 from inspection_tools.survey.surface.reading import Surface, read_surface
-from inspection_tools.survey.surface.samples import normals_of
 from inspection_tools.survey.surface_record import SurfaceRecord, write_surface_record
 from inspection_tools.survey.views.candidates import Candidates, lattice
-
-RAYS_PER_PATCH = 4
-"""Rays along the side of a patch that is as far away as the resolution allows."""
 
 
 @dataclass(frozen=True)
@@ -86,68 +76,14 @@ def judge_on(
     candidates = Candidates(surface.patches, places_m, camera, replace(asked, finer=0.0), surface.ranges_m)
     whole = surface.patches.numbers(p.points_m, p.normals, p.parts)
     reachable = (whole >= 0) & candidates.reachable[np.maximum(whole, 0)]
-    return [Coverage(p, shown_by(taken, surface.mesh, p, camera, asked), reachable) for taken in several]
+    showing = Showing(surface.mesh, p, camera, asked)
+    return [Coverage(p, showing.by(taken), reachable) for taken in several]
 
 
 def fine_patches(surface: Surface, asked: SurveyParameters) -> Patches:
     """Return the patches for which coverage is judged: of half the planner's side."""
     finer = replace(asked, patch=0.5 * asked.patch)
     return patches_of_mesh(surface.mesh, surface.room, surface.samples, surface.near, finer)
-
-
-def shown_by(
-    taken: Sequence[Taken], mesh: Mesh, patches: Patches, camera: SurveyCamera, asked: SurveyParameters
-) -> np.ndarray:
-    """Return which patches (n,) some photograph shows at the asked resolution and incidence."""
-    scene = EmbreeScene()
-    TriangleMesh(scene, np.ascontiguousarray(mesh.triangles_m, dtype=np.float32))
-    normals, _ = normals_of(mesh.triangles_m)
-    step_px = max(1, int(1e3 * patches.grid.side_m / (RAYS_PER_PATCH * asked.resolution)))
-    pixels = _pixels(camera, step_px)
-    shown = np.zeros(len(patches), bool)
-    for each in taken:
-        rays = pixels @ each.axes.T
-        lengths = np.linalg.norm(rays, axis=1)
-        origins = np.broadcast_to(each.place_m.astype(np.float32), rays.shape)
-        hits = scene.run(
-            np.ascontiguousarray(origins), (rays / lengths[:, None]).astype(np.float32), output=True
-        )
-        hit = np.flatnonzero(hits["primID"] >= 0)
-        triangles = hits["primID"][hit]
-        towards = normals[triangles]
-        towards = towards * -np.sign((towards * rays[hit]).sum(axis=1))[:, None]
-        cosine = -(towards * rays[hit]).sum(axis=1) / lengths[hit]
-        depth_m = hits["tfar"][hit] / lengths[hit]
-        footprint_m = _footprints_m(rays[hit], towards, depth_m, each.axes, camera.focal_px)
-        fine = 1e3 * each.widths_m(footprint_m, depth_m, lengths[hit]) <= asked.resolution
-        fine &= cosine >= np.cos(np.radians(asked.incidence))
-        places_m = each.place_m + depth_m[fine, None] * rays[hit[fine]]
-        found = patches.numbers(places_m, towards[fine], mesh.part[triangles[fine]])
-        shown[found[found >= 0]] = True
-    return shown
-
-
-def _pixels(camera: SurveyCamera, step_px: int) -> np.ndarray:
-    """Return (k, 3) the lines of sight of every such pixel, at depth 1 in the optical frame."""
-    right, down = np.meshgrid(
-        np.arange(step_px // 2, camera.width, step_px), np.arange(step_px // 2, camera.height, step_px)
-    )
-    places = (np.column_stack((right.ravel(), down.ravel())) - camera.centre_px) / camera.focal_px
-    return np.column_stack((places, np.ones(len(places))))
-
-
-def _footprints_m(
-    rays: np.ndarray, normals: np.ndarray, depth_m: np.ndarray, axes: np.ndarray, focal_px: float
-) -> np.ndarray:
-    """Return (k,) how much surface a pixel covers in its worst direction, by its neighbours' rays."""
-    reach = (rays * normals).sum(axis=1) * depth_m
-    points = rays * depth_m[:, None]
-    edges = []
-    for axis in (0, 1):
-        beside = rays + 1e-3 * axes[:, axis] / focal_px
-        edges.append(1e3 * (beside * (reach / (beside * normals).sum(axis=1))[:, None] - points))
-    spread = np.stack(edges, axis=2)
-    return np.linalg.svd(spread, compute_uv=False)[:, 0]
 
 
 def write_coverage(

@@ -11,9 +11,10 @@ from typing import Sequence
 import numpy as np
 
 from inspection_tools.errors import SurveyError
-from inspection_tools.survey.coverage import fine_patches, shown_by
+from inspection_tools.survey.coverage import fine_patches
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.poses import Taken
+from inspection_tools.survey.showing import Showing
 from inspection_tools.survey.surface.reading import Surface
 from inspection_tools.survey.tour.flown import flown
 from inspection_tools.survey.views.candidates import Candidates, lattice
@@ -46,10 +47,11 @@ class Supplement:
         self._plan, self._surface = plan, surface
         self.patches = fine_patches(surface, plan.asked)
         self.shown = np.zeros(len(self.patches), bool)
+        self._showing = Showing(surface.mesh, self.patches, plan.camera, plan.asked)
 
     def take(self, taken: Taken) -> None:
         """Take a photograph, from where it was taken."""
-        self.shown |= shown_by([taken], self._surface.mesh, self.patches, self._plan.camera, self._plan.asked)
+        self.shown |= self._showing.by([taken])
 
     def plan_more(self, left_out_m: Sequence[Sequence[float]], rng: np.random.Generator) -> SurveyPlan | None:
         """Return a plan that shows with all before what the first one asks for; None: none shows more.

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 from inspection_tools.findings.merging import Finding
 from inspection_tools.findings.placing import MeshSurface
 from inspection_tools.survey.camera import SurveyCamera
-from inspection_tools.survey.coverage import shown_by
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.poses import Taken
+from inspection_tools.survey.showing import Showing
 from inspection_tools.survey.surface.mesh_file import Mesh
 from inspection_tools.survey.surface.patches import Patches
 from simulation_tools.camera.defects import Defect
@@ -89,7 +89,7 @@ def judge_findings(
                 used |= {k for k, _ in near}
         counts[kind, least_m] = Count(shown, found)
     false = tuple(each for k, each in enumerate(findings) if k not in used)
-    area_m2 = float(patches.areas_m2[shown_by(taken, mesh, patches, camera, asked)].sum())
+    area_m2 = float(patches.areas_m2[Showing(mesh, patches, camera, asked).by(taken)].sum())
     return JudgedFindings(
         counts["rust", 0.0], counts["crack", 0.0], counts["crack", WIDE_M], false, tuple(off_m), area_m2
     )

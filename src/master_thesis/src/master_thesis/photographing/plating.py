@@ -32,7 +32,7 @@ def is_plating(corners_m: np.ndarray, quads: np.ndarray) -> np.ndarray:
 def _together(
     of: np.ndarray, centres_m: np.ndarray, normals: np.ndarray, areas_m2: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return middles (k, 3), unit normals (k, 3) and areas (k,) of groups of faces; of: (m,) their numbers."""
+    """Return middles (k, 3), unit normals (k, 3) and areas (k,) of groups; of: (m,) that of each face."""
     areas = np.bincount(of, areas_m2)
 
     def mean(values: np.ndarray) -> np.ndarray:
