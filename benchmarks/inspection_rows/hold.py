@@ -6,10 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from inspection_tools.survey.parameters import SurveyParameters
-from master_thesis.inspecting.request import COMFORT_M
+from master_thesis.inspecting.request import COMFORT_M, FINER
 
 WORLD = Path(__file__).resolve().parents[2] / "src/master_thesis/worlds/hold_3d.world"
 HOME_M = (-9.0, 5.0, 1.5)
 ASKED = SurveyParameters(radius=0.35, margin=0.25)
-FLYING = replace(ASKED, comfort=COMFORT_M)
+FLYING = replace(ASKED, comfort=COMFORT_M, finer=FINER)
 """As inspection.launch plans: the bounds of row plan are those of all places."""

@@ -22,6 +22,8 @@ SMALL_MARGIN_M = 0.0
 COMFORT_M = 1.05
 """Beyond the radius: 0.2 m more than CEPA's r_ub. Nearer, CEPA pushes the UAV about, and a photograph takes
 longer. A small UAV's is `PLAN_MARGIN_M`."""
+FINER = 0.02
+"""95 % of 809 photographs were taken at most 0.1 m farther away than planned, of some 4.7 m."""
 
 
 @dataclass(frozen=True)
@@ -85,6 +87,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
             radius=scenario.number("radius", asked.get("radius", 0.35), 0.05, 5.0),
             margin=SMALL_MARGIN_M if flight.description.model == "small_quad" else PLAN_MARGIN_M,
             comfort=PLAN_MARGIN_M if flight.description.model == "small_quad" else COMFORT_M,
+            finer=FINER,
             voxel=0.05 if flight.description.model == "small_quad" else 0.1,
         )
         flying = _flying(scenario.number("passing", asked.get("passing", 0.0), 0.0, FlightParameters.speed))
