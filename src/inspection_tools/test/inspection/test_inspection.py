@@ -36,6 +36,30 @@ def test_it_takes_all_photographs_in_their_order_and_comes_home():
     assert np.linalg.norm(uav.place_m - HOME_M) < 2 * QUICK.arrived
 
 
+def test_it_comes_home_to_the_place_above_which_it_took_off_even_from_nearby():
+    # Given a photograph from 0.6 m beside its home, which is within the reach of its corners
+    lead = inspection([View((1.7, 1.0, 1.0), 0.0, 0.0)])
+    uav = Uav(lead).fly()
+    assert (lead.end, lead.is_home, len(uav.asked)) == (End.DONE, True, 1)
+    assert np.linalg.norm(uav.place_m - HOME_M) < 0.15
+
+
+def test_a_uav_that_is_held_off_its_home_lands_near_it_after_some_seconds():
+    lead = inspection(VIEWS[:1])
+    uav = Uav(lead)
+    while lead.end is None:
+        uav.step()
+    began_s = None
+    while not lead.is_home and uav.stamp_s < 120.0:
+        uav.step()
+        off_m = uav.place_m - HOME_M
+        if np.linalg.norm(off_m) < 0.5:  # it gets no nearer
+            uav.place_m = HOME_M + 0.5 * off_m / np.linalg.norm(off_m)
+            began_s = uav.stamp_s if began_s is None else began_s
+    assert lead.is_home
+    assert 5.0 < uav.stamp_s - began_s < 9.0
+
+
 @pytest.mark.parametrize("climbs_first", [True, False])
 def test_before_a_manhole_at_another_height_it_climbs_first_if_it_shall(climbs_first):
     # Given a UAV near a wall that is open from z = 1.8 m on, and a photograph behind it

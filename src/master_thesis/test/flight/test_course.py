@@ -136,7 +136,7 @@ def test_a_landing_for_another_battery_is_no_contact_but_a_tree_is(run):
     run.lands_between = True
     run.on_contact(UAV, "ground_plane::link::c", 1.0)
     assert not run.outcome.collision
-    run.on_contact(UAV, TREE)
+    run.on_contact(UAV, TREE, 1.0)  # also one that it stands on: it did not begin there
     assert run.outcome.touched == (TREE,)
     run.lands_between = False
     run.on_contact(UAV, "ground_plane::link::c", 1.0)

@@ -12,8 +12,18 @@ from inspection_tools.errors import NoPathError
 from inspection_tools.planning import PathPlanner
 
 
+OVER_M = 0.15
+"""A UAV this near to its home is over it: it lands where it took off, and not on what is beside."""
+HELD_OFF_S = 6.0
+"""A UAV that is near its home for so long gets no nearer: CEPA keeps it off something."""
+
+
 class WayBackParameters(Protocol):
     """What an exploration and an inspection are both led by."""
+
+    @property
+    def arrived(self) -> float:
+        """A place is reached within this distance, m."""
 
     @property
     def track_spacing(self) -> float:
@@ -44,18 +54,34 @@ class WayBack:
         self.way_m: np.ndarray | None = None
         self._track_m: list[np.ndarray] = []
         self._planned_s = -math.inf
+        self._near_s: float | None = None
+        """Since when the UAV is near its home; None: it is not."""
 
     def begin(self, home_m: np.ndarray) -> None:
         """Begin a flight. Only the first one's home counts."""
-        self.home_m = home_m if self.home_m is None else self.home_m
+        self.home_m, self._near_s = home_m if self.home_m is None else self.home_m, None
         if self._energy is not None:
             self._energy.take_off()
 
     def restart_clock(self, stamp_s: float) -> None:
         """Plan at once: the clock jumped back to this time."""
-        self._planned_s = -math.inf
+        self._planned_s, self._near_s = -math.inf, None
         if self._energy is not None:
             self._energy.restart_clock(stamp_s)
+
+    def near_home_s(self, stamp_s: float, here_m: np.ndarray) -> float:
+        """Return for how long the UAV has been near its home, s."""
+        if self.home_m is None or math.dist(here_m, self.home_m) >= 2.0 * self._p.arrived:
+            self._near_s = None
+        elif self._near_s is None:
+            self._near_s = stamp_s
+        return 0.0 if self._near_s is None else stamp_s - self._near_s
+
+    def may_land(self, stamp_s: float, here_m: np.ndarray) -> bool:
+        """Return whether the UAV, which comes home, is over its home, or near it and gets no nearer."""
+        near_s = self.near_home_s(stamp_s, here_m)
+        is_over = self.home_m is not None and math.dist(here_m, self.home_m) < OVER_M
+        return is_over or near_s >= HELD_OFF_S
 
     def note(self, here_m: np.ndarray) -> None:
         """Remember where the UAV (x, y, z) was: the way it came is free."""

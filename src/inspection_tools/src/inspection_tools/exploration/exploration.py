@@ -28,6 +28,8 @@ BEEN_M = 0.05
 """Between the places where the UAV was, around which its own radius is free."""
 TRIES = 3
 """A way that CEPA refused so often is left, when nothing else is to be seen."""
+HELD_OFF = 5.0
+"""A UAV that CEPA keeps from its home lands so many times `arrived` away from it at most."""
 FIRST_WAY_S = 10.0
 """CEPA may hold the UAV above the first place. After this time it explores from where it is."""
 
@@ -287,7 +289,8 @@ class Exploration:
 
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         self._stay.note(stamp_s, here_m)
-        if math.dist(here_m, self.home_m) < (5 if self._is_held_off else 2) * self._p.arrived:
+        is_near = math.dist(here_m, self.home_m) < HELD_OFF * self._p.arrived
+        if self._back.may_land(stamp_s, here_m) or self._is_held_off and is_near:
             self.is_home = True
         elif self._stay.lasts(stamp_s, self._p.stranded) and not self.must_land:
             self.must_land = True

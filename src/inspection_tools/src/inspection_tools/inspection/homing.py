@@ -28,34 +28,18 @@ class Homing(WayBack):
         self, planner: PathPlanner, energy: EnergyWatch | None, parameters: InspectionParameters
     ) -> None:
         super().__init__(planner, energy, parameters)
-        self._arrived_m = parameters.arrived
         self.is_by_track, self.why = False, ""
         self._moved: tuple[float, np.ndarray] | None = None
-        self._there_s: float | None = None
-        """Since when it is at home; None: it is not."""
 
     def begin(self, home_m: np.ndarray) -> None:
         """Begin a flight. Only the first one's home counts."""
         super().begin(home_m)
-        self.is_by_track, self._moved, self._there_s = False, None, None
+        self.is_by_track, self._moved = False, None
 
     def restart_clock(self, stamp_s: float) -> None:
         """Plan at once: the clock jumped back to this time."""
         super().restart_clock(stamp_s)
-        self._moved = self._there_s = None
-
-    def is_at_home(self, here_m: np.ndarray) -> bool:
-        """Return whether the UAV is where it may land."""
-        assert self.home_m is not None
-        return math.dist(here_m, self.home_m) < 2.0 * self._arrived_m
-
-    def waited_s(self, stamp_s: float, here_m: np.ndarray) -> float:
-        """Return for how long the UAV, which waits, has been at home."""
-        if not self.is_at_home(here_m):
-            self._there_s = None
-        elif self._there_s is None:
-            self._there_s = stamp_s
-        return 0.0 if self._there_s is None else stamp_s - self._there_s
+        self._moved = None
 
     def is_stuck(self, stamp_s: float, here_m: np.ndarray) -> bool:
         """Return whether the UAV, which is to come home, stays where it is."""

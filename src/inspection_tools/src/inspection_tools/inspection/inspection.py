@@ -261,7 +261,7 @@ class Inspection:
             return
         if not self.awaits:
             self.abort(self.todo.told(), End.DONE)
-        elif self._homing.waited_s(stamp_s, here_m) > self._p.search_hover:
+        elif self._homing.near_home_s(stamp_s, here_m) > self._p.search_hover:
             self.abort("The photographs are still being searched. The UAV lands meanwhile.", End.SEARCHING)
         else:
             self._go_home(stamp_s, here_m)
@@ -304,7 +304,7 @@ class Inspection:
         assert self.home_m is not None
         with self._lock:
             self.front_rad, self.tilt_rad, rest_m = None, 0.0, self._way.rest_m
-        if self._homing.is_at_home(here_m):
+        if self._homing.may_land(stamp_s, here_m):
             self.is_home = self.end is not None
             return
         is_stuck = self._homing.is_stuck(stamp_s, here_m)

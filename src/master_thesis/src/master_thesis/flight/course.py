@@ -161,7 +161,7 @@ class Course:
     def on_contact(self, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
         """Note a contact between two collision shapes; see `Contacts.judge`."""
         in_flight = self.phase in (Phase.FLYING, Phase.HOVERING) and not self.lands_between
-        self._contacts.judge(collision_1, collision_2, upwards, in_flight)
+        self._contacts.judge(collision_1, collision_2, upwards, in_flight, not self.lands_between)
 
     def on_armed(self, t_s: float, armed: bool) -> list[Action]:
         """Note whether the motors may turn. Disarming after the landing is the end."""

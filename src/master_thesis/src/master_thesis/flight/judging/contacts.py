@@ -16,7 +16,7 @@ class Contacts:
     """The shapes that the UAV has touched so far, and the ones that carried it.
 
     A contact with the ground is normal at take-off and landing, and a collision in flight. Any model that
-    carries the UAV from below outside of the flight is ground.
+    carries the UAV from below before or after the flight is ground.
     """
 
     def __init__(self, uav: str) -> None:
@@ -35,15 +35,19 @@ class Contacts:
         """The models that carried the UAV."""
         return tuple(self._ground)
 
-    def judge(self, collision_1: str, collision_2: str, upwards: float, in_flight: bool) -> None:
+    def judge(
+        self, collision_1: str, collision_2: str, upwards: float, in_flight: bool, finds_ground: bool = True
+    ) -> None:
         """Take a contact between two collision shapes (model::link::collision).
 
         upwards: z component of the contact's normal, the unit vector from the second shape to the first.
+        finds_ground: whether what carries the UAV outside of the flight is ground. Not where it lands between
+        two flights: there it comes back to what it began on.
         """
         shape = touched_by(self._uav, collision_1, collision_2)
         model = shape.split("::")[0]
         carries = upwards if _is_of(self._uav, collision_1) else -upwards
-        if not in_flight and carries >= CARRIES:
+        if not in_flight and finds_ground and carries >= CARRIES:
             self._ground.setdefault(model)
         if in_flight or model not in self._ground:
             self._touched.setdefault(shape)
