@@ -11,7 +11,6 @@ from inspection_tools.energy.decision import Decision, EnergyWatch, WayHome
 from inspection_tools.errors import NoPathError
 from inspection_tools.planning import PathPlanner
 
-
 OVER_M = 0.15
 """A UAV this near to its home is over it: it lands where it took off, and not on what is beside."""
 HELD_OFF_S = 6.0

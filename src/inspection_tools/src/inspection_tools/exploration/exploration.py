@@ -290,7 +290,7 @@ class Exploration:
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         self._stay.note(stamp_s, here_m)
         is_near = math.dist(here_m, self.home_m) < HELD_OFF * self._p.arrived
-        if self._back.may_land(stamp_s, here_m) or self._is_held_off and is_near:
+        if self._back.may_land(stamp_s, here_m) or (self._is_held_off and is_near):
             self.is_home = True
         elif self._stay.lasts(stamp_s, self._p.stranded) and not self.must_land:
             self.must_land = True
