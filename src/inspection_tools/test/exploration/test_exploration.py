@@ -224,6 +224,24 @@ def test_behind_the_place_where_it_was_held_up_it_flies_fast_again(goes_on_s):
     assert steps_m[goes_on_s + 5.0] > 1.0
 
 
+@pytest.mark.parametrize(("off_m", "most_m", "least_s"), [(0.0, 0.15, 0.0), (0.4, 0.41, 5.0)])
+def test_it_lands_over_its_home_or_where_it_is_held_off_for_some_seconds(off_m, most_m, least_s):
+    exploration, here_m = coming_home()
+    near_s = None
+    for stamp_s in np.arange(0.0, 40.0, 0.5).tolist():
+        if exploration.follow(stamp_s, here_m):
+            exploration.look(stamp_s, here_m)
+        if exploration.is_home:
+            break
+        way_m = exploration.setpoint_m - here_m
+        here_m = here_m + way_m * min(1.0, 0.2 / max(float(np.linalg.norm(way_m)), 1e-9))
+        here_m[0] = max(here_m[0], HOVER_M[0] + off_m)
+        near_s = stamp_s if near_s is None and math.dist(here_m, HOVER_M) < 0.5 else near_s
+    assert exploration.is_home
+    assert math.dist(here_m, HOVER_M) < most_m
+    assert stamp_s - near_s > least_s
+
+
 def test_for_want_of_energy_it_flies_home_as_slowly_as_the_energy_was_reckoned_for():
     energy = EnergyWatch()
     exploration, here_m = coming_home(energy)
