@@ -10,7 +10,7 @@ from inspection_tools.findings.findings_file import DISMISSED
 from inspection_tools.report.grades import GradeRules, areas_graded, plates_seen
 from inspection_tools.report.spots import close_up_spots, gauging_spots
 from inspection_tools.survey.surface.edges import STEP_M, edge_places
-from inspection_tools.survey.surface.mesh_file import read_mesh
+from inspection_tools.survey.surface.mesh_file import Mesh, read_mesh
 
 RULES = GradeRules()
 NO_EDGES = np.zeros((0, 3))
@@ -53,6 +53,20 @@ def test_edges_of_a_box_have_its_length_and_rust_on_them_counts(tmp_path):
     port, _ = port_and_starboard([rust], lambda points: points[:, 1] > 0, edges)
     assert port.edges_m == pytest.approx(12.0, abs=0.9)
     assert port.edge_share * port.edges_m == pytest.approx(1.0, abs=2 * STEP_M)
+
+
+def test_where_a_maps_plating_becomes_structure_in_one_plane_there_is_no_edge():
+    square = np.array(((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)))
+    halves = [
+        square[[0, 1, 2]],
+        square[[0, 2, 3]],
+        *(square[k] + (1.0, 0.0, 0.0) for k in ([0, 1, 2], [0, 2, 3])),
+    ]
+    parts = np.array((0, 0, 1, 1))
+    for names, length_m in ((("mapped_plating", "mapped_structure"), 6.0), (("plate", "frame"), 7.0)):
+        both = Mesh(np.array(halves), names, parts)
+        edges = edge_places(both.triangles_m, both.joined)
+        assert STEP_M * len(edges) == pytest.approx(length_m, abs=2 * STEP_M)
 
 
 def test_plates_above_the_limit_come_first_for_gauging_and_cracks_for_close_up():

@@ -57,7 +57,7 @@ def judged(
     plates: Sequence[PlateState] = ()
     if surface is not None and findings is not None:
         if mesh is not None:
-            edges = edge_places(mesh.triangles_m, mesh.part)
+            edges = edge_places(mesh.triangles_m, mesh.joined)
             grades = areas_graded(ship, surface, edges, findings, rules)
         plates = plates_seen(ship, surface, findings)
     gaugings = gauging_spots(plates, rules)

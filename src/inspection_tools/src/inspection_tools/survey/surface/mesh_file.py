@@ -38,6 +38,12 @@ class Mesh:
     names: tuple[str, ...]
     part: np.ndarray
 
+    @property
+    def joined(self) -> np.ndarray:
+        """(m,) as part, but all that an explored map knows is one thing: its plating ends at no edge."""
+        known = np.array([is_mapped(name) for name in self.names])
+        return np.where(known[self.part], int(known.argmax()), self.part)
+
     def bounds_m(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the corners of the box around all but endless ground."""
         kept = np.zeros(len(self.triangles_m), bool)
