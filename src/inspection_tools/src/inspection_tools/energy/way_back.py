@@ -11,8 +11,9 @@ from inspection_tools.energy.decision import Decision, EnergyWatch, WayHome
 from inspection_tools.errors import NoPathError
 from inspection_tools.planning import PathPlanner
 
-OVER_M = 0.15
-"""A UAV this near to its home is over it: it lands where it took off, and not on what is beside."""
+OVER_M, OVER_S = 0.15, 1.0
+"""A UAV that stays this near to its home for so long is over it: it lands where it took off, and not on what
+is beside. One that arrives and lands at once is carried on by 0.3 m."""
 HELD_OFF_S = 6.0
 """A UAV that is near its home for so long gets no nearer: CEPA keeps it off something."""
 
@@ -55,32 +56,41 @@ class WayBack:
         self._planned_s = -math.inf
         self._near_s: float | None = None
         """Since when the UAV is near its home; None: it is not."""
+        self._over_s: float | None = None
+        """Since when it is over its home; None: it is not."""
 
     def begin(self, home_m: np.ndarray) -> None:
         """Begin a flight. Only the first one's home counts."""
-        self.home_m, self._near_s = home_m if self.home_m is None else self.home_m, None
+        self.home_m = home_m if self.home_m is None else self.home_m
+        self._near_s = self._over_s = None
         if self._energy is not None:
             self._energy.take_off()
 
     def restart_clock(self, stamp_s: float) -> None:
         """Plan at once: the clock jumped back to this time."""
-        self._planned_s, self._near_s = -math.inf, None
+        self._planned_s, self._near_s, self._over_s = -math.inf, None, None
         if self._energy is not None:
             self._energy.restart_clock(stamp_s)
 
     def near_home_s(self, stamp_s: float, here_m: np.ndarray) -> float:
         """Return for how long the UAV has been near its home, s."""
-        if self.home_m is None or math.dist(here_m, self.home_m) >= 2.0 * self._p.arrived:
-            self._near_s = None
-        elif self._near_s is None:
-            self._near_s = stamp_s
+        self._near_s = self._since(self._near_s, stamp_s, here_m, 2.0 * self._p.arrived)
         return 0.0 if self._near_s is None else stamp_s - self._near_s
 
     def may_land(self, stamp_s: float, here_m: np.ndarray) -> bool:
         """Return whether the UAV, which comes home, is over its home, or near it and gets no nearer."""
         near_s = self.near_home_s(stamp_s, here_m)
-        is_over = self.home_m is not None and math.dist(here_m, self.home_m) < OVER_M
+        self._over_s = self._since(self._over_s, stamp_s, here_m, OVER_M)
+        is_over = self._over_s is not None and stamp_s - self._over_s >= OVER_S
         return is_over or near_s >= HELD_OFF_S
+
+    def _since(
+        self, since_s: float | None, stamp_s: float, here_m: np.ndarray, within_m: float
+    ) -> float | None:
+        """Return since when the UAV is within a distance of its home; None: it is not."""
+        if self.home_m is None or math.dist(here_m, self.home_m) >= within_m:
+            return None
+        return stamp_s if since_s is None else since_s
 
     def note(self, here_m: np.ndarray) -> None:
         """Remember where the UAV (x, y, z) was: the way it came is free."""
