@@ -55,7 +55,7 @@ class Inspection:
         todo: what is done and open. end, reason: why it has ended; None: it flies. is_home: it has ended, and
         the UAV is where it may land. must_land: the energy does not take the UAV home. awaits: more
         photographs may come; when all others are taken, the UAV waits for them at home. If that takes long,
-            it ends as SEARCHING, to land until the search has answered, and begins again then.
+        it ends as SEARCHING, to land until the search has answered, and begins again then.
     """
 
     def __init__(
