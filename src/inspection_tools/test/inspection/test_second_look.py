@@ -14,7 +14,7 @@ from inspecting_uav import (
 
 from inspection_tools.findings.background import Answer
 from inspection_tools.inspection import End
-from inspection_tools.inspection.second_look import SecondLook
+from inspection_tools.inspection.second_look import SearchState, SecondLook
 from inspection_tools.survey.views.candidates import View
 
 
@@ -100,18 +100,18 @@ def test_while_a_search_takes_long_the_uav_lands_and_goes_on_with_the_answer():
     lead = inspection(VIEWS[:1], parameters=replace(QUICK, search_hover=5.0))
     second, uav = SecondLook(lead, search), Uav(lead)
     second.look(waits=False)
-    assert not second.is_searching
+    assert second.state is SearchState.IDLE
     at_home_s = None
     while not lead.is_home:
         second.look(waits=False)
         uav.step()
         if at_home_s is None and lead.is_waiting and np.linalg.norm(uav.place_m - HOME_M) < 2 * QUICK.arrived:
             at_home_s = uav.stamp_s
-    assert (lead.end, second.is_searching) == (End.SEARCHING, True)
+    assert (lead.end, second.state) == (End.SEARCHING, SearchState.SEARCHING)
     assert uav.stamp_s - at_home_s == pytest.approx(5.0, abs=2 * QUICK.look_period)
     search.patient = 0
     assert second.look(waits=False) == "Two cracks."
-    assert not second.is_searching
+    assert second.state is SearchState.IDLE
     lead.begin(uav.stamp_s, uav.place_m)
     uav.fly()
     assert [task.number for task in uav.asked] == [1, -1]
@@ -127,6 +127,21 @@ def test_an_abort_while_the_search_is_awaited_ends_at_home():
     lead.abort("It was aborted.")
     uav.fly()
     assert (lead.end, lead.is_home) == (End.ABORTED, True)
+
+
+def test_an_aborted_search_is_ended_once_and_its_answer_does_not_count():
+    search = Search((VIEWS[2],), patience=10**6)
+    lead = inspection(VIEWS[:1], parameters=replace(QUICK, search_hover=5.0))
+    second, uav = SecondLook(lead, search), Uav(lead)
+    while not lead.is_home:
+        second.look(waits=False)
+        uav.step()
+    second.abort()
+    search.patient = 0
+    assert [second.look(waits=False), second.look(waits=False)] == ["", ""]
+    second.close()
+    assert (second.state, search.closed, lead.awaits) == (SearchState.ABORTED, 1, False)
+    assert lead.todo.next is None
 
 
 def test_photographs_are_searched_until_the_search_has_answered_for_the_last_time():

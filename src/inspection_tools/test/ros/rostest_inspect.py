@@ -23,7 +23,7 @@ from geometry_msgs.msg import Point, PointStamped, Pose, Quaternion, Vector3Stam
 from inspection_tools_ros.planner_messages import tiles_class
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, Image
-from std_msgs.msg import Bool, Float64
+from std_msgs.msg import Float64, String
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
@@ -44,6 +44,7 @@ from ros_probe import odometry_of
 NODE = "/inspect"
 RESOLUTION_M, SIDE, STEP_S = 0.2, 16, 0.3
 START, CAMERA = (2.0, 5.0, 2.0), SurveyCamera(64, 48, 60.0)
+FINE_CAMERA = SurveyCamera(4000, 3000, 60.0)
 VIEWS = (View((4.0, 5.0, 2.0), 0.0, 0.0), View((6.0, 4.0, 2.5), 1.5, 0.4), View((4.0, 3.0, 1.5), 3.0, -0.4))
 SHOOT = roslib.message.get_service_class("simulation_tools/Shoot")
 
@@ -144,7 +145,7 @@ class InspectTest(unittest.TestCase):
         cls.results = Newest(NODE + "/survey/result", SurveyActionResult)
         cls.markers = Newest(NODE + "/markers", MarkerArray)
         cls.last = Newest(NODE + "/last_photograph", Image)
-        cls.searching = Newest(NODE + "/searching", Bool)
+        cls.search = Newest(NODE + "/search", String)
         cls.goals = Input(NODE + "/survey/goal", SurveyActionGoal, latch=True)
         cls.clicks = Input("/clicked_point", PointStamped)
         kinds = {"pause": Trigger, "resume": Trigger, "abort": Trigger, "look_closer": LookCloser}
@@ -243,16 +244,27 @@ class InspectTest(unittest.TestCase):
         self.assertLess(taken, 3)
         self.assertEqual(len(self.records("again")), 3)
 
-    def test_4_it_lands_while_the_photograph_is_searched_and_the_crack_is_photographed_from_nearer(self):
-        uav = self.uav
-        uav.picture = np.full((3000, 4000, 3), 150, np.uint8)
-        uav.picture[1300:1700, 2100:2103] = 70
+    def plan_of_a_crack(self):
+        """The photograph of a wall with a crack, and the plan for it."""
+        self.uav.picture = np.full((3000, 4000, 3), 150, np.uint8)
+        self.uav.picture[1300:1700, 2100:2103] = 70
         room = trimesh.creation.box((9.2, 9.2, 4.4))
         room.apply_translation((4.8, 4.8, 2.4))
         room.export(self.folder / "drawn.stl")
-        camera, wall_m = SurveyCamera(4000, 3000, 60.0), 9.4
         views, mesh = (View((6.0, 5.0, 2.0), 0.0, 0.0),), str(self.folder / "drawn.stl")
-        plan = self.plan("fine.yaml", views, camera, mesh)
+        return self.plan("fine.yaml", views, FINE_CAMERA, mesh)
+
+    def test_4_a_search_that_is_awaited_on_the_ground_is_aborted(self):
+        plan = self.plan_of_a_crack()
+        self.send_goal("aborted", plan, second_look=True)
+        self.uav.fly(lambda: self.ended("aborted"), "the wait on the ground")
+        self.assertEqual((self.results.last.result.end, self.search.last.data), ("searching", "searching"))
+        self.assertTrue(self.services["abort"]().success)
+        self.uav.fly(lambda: self.search.last.data == "aborted", "the end of the search")
+        self.assertFalse(self.services["abort"]().success)
+
+    def test_5_it_lands_while_the_photograph_is_searched_and_the_crack_is_photographed_from_nearer(self):
+        uav, plan, camera, wall_m = self.uav, self.plan_of_a_crack(), FINE_CAMERA, 9.4
         self.send_goal("second look", plan, second_look=True)
         phases = set()
 
@@ -263,8 +275,8 @@ class InspectTest(unittest.TestCase):
         uav.fly(has_ended, "the wait on the ground")
         result = self.results.last.result
         self.assertEqual((result.end, result.is_home, result.taken), ("searching", True, 1))
-        self.assertTrue(self.searching.last.data)
-        uav.fly(lambda: not self.searching.last.data, "the answer of the search")
+        self.assertEqual(self.search.last.data, "searching")
+        uav.fly(lambda: self.search.last.data == "idle", "the answer of the search")
         self.send_goal("nearer", plan, "second look", second_look=True)
         uav.fly(lambda: self.ended("nearer"), "the end")
         result = self.results.last.result
@@ -275,7 +287,7 @@ class InspectTest(unittest.TestCase):
         crack_m = -(2101.0 - camera.centre_px[0]) * (wall_m - 6.0) / camera.focal_px  # left of x is y
         self.assertAlmostEqual(near.position_m[1] - 5.0, crack_m, delta=0.15)
 
-    def test_5_a_camera_that_stops_brings_it_home_and_what_is_taken_stays(self):
+    def test_6_a_camera_that_stops_brings_it_home_and_what_is_taken_stays(self):
         uav, told = self.uav, self.feedback
         uav.picture = np.zeros((48, 64, 3), np.uint8)
         uav.send_map()
@@ -295,7 +307,7 @@ class InspectTest(unittest.TestCase):
         self.assertEqual(sorted(each.view for each in self.records("camera")), [1, 2, 3])
         self.assertEqual(told.last.status.goal_id.id, "camera again")
 
-    def test_6_a_picture_that_is_cut_is_taken_again(self):
+    def test_7_a_picture_that_is_cut_is_taken_again(self):
         uav = self.uav
         uav.cut = 2
         self.send_goal("cut", self.plan())
@@ -304,7 +316,7 @@ class InspectTest(unittest.TestCase):
         self.assertEqual((result.end, result.taken, result.shots >= 5), ("done", 3, True))
         self.assertEqual(sorted(each.view for each in self.records("cut")), [1, 2, 3])
 
-    def test_7_a_folder_that_cannot_be_written_brings_it_home(self):
+    def test_8_a_folder_that_cannot_be_written_brings_it_home(self):
         uav, folder, away = self.uav, self.folder / "storage", self.folder / "storage is away"
         self.send_goal("storage", self.plan())
         uav.fly(lambda: len(self.records("storage")) == 1, "the first photograph")
@@ -318,7 +330,7 @@ class InspectTest(unittest.TestCase):
         uav.fly(lambda: self.ended("storage again"), "the rest")
         self.assertEqual(sorted(each.view for each in self.records("storage")), [1, 2, 3])
 
-    def test_8_killed_in_flight_it_loses_no_photograph(self):
+    def test_9_killed_in_flight_it_loses_no_photograph(self):
         uav = self.uav
         self.send_goal("killed", self.plan())
         uav.fly(lambda: len(self.records("killed")) >= 1, "the first photograph")

@@ -143,6 +143,16 @@ def test_a_landing_for_another_battery_is_no_contact_but_a_tree_is(run):
     assert run.outcome.touched == (TREE, "ground_plane::link::c")
 
 
+def test_a_uav_that_has_landed_between_may_stay_on_the_ground(run):
+    run.on_ready(True)
+    run.on_time(1.0)
+    run.lands_between = True
+    assert run.on_armed(9.0, False) == []
+    assert run.stay_landed(20.0) == [Action.FINISH]
+    assert run.outcome.success
+    assert run.phase is Phase.DONE
+
+
 FLOOR, SHELF = "floor::link::c", "shelf::link::board"
 
 

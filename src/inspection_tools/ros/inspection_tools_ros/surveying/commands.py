@@ -52,7 +52,7 @@ class SurveyCommands:
         self._send, self._say, self._resolution_mm = send, say, resolution_mm
         rospy.Service("~pause", Trigger, self._pause)
         rospy.Service("~resume", Trigger, self._resume)
-        rospy.Service("~abort", Trigger, self.abort)
+        rospy.Service("~abort", Trigger, self._abort)
         rospy.Service("~look_closer", LookCloser, self._look_closer)
         self._clicks = rospy.Subscriber("/clicked_point", PointStamped, self._on_click, queue_size=1)
 
@@ -62,7 +62,16 @@ class SurveyCommands:
     def _resume(self, _: TriggerRequest) -> TriggerResponse:
         return self._act(lambda inspection, _: inspection.resume(), "The survey goes on.")
 
-    def abort(self, _: TriggerRequest | None = None) -> TriggerResponse:
+    def _abort(self, _: TriggerRequest) -> TriggerResponse:
+        """Let the UAV come home, also from now on: it waits for no more photographs to take."""
+        was_searching, answer = self._goals.abort(), self.abort()
+        if answer.success or not was_searching:
+            return answer
+        words = "The photographs are not searched any more, and the UAV stays on the ground."
+        rospy.loginfo(words)
+        return TriggerResponse(True, words)
+
+    def abort(self) -> TriggerResponse:
         """Let the UAV come home."""
         return self._act(lambda inspection, _: inspection.abort("It was aborted."), "The UAV comes home.")
 

@@ -15,7 +15,7 @@ from inspection_tools.findings.background import BackgroundSearch
 from inspection_tools.findings.wanted import Wanted
 from inspection_tools.inspection import Inspection, InspectionParameters
 from inspection_tools.inspection.motion import Motion
-from inspection_tools.inspection.second_look import SecondLook
+from inspection_tools.inspection.second_look import SearchState, SecondLook
 from inspection_tools.msg import SurveyGoal
 from inspection_tools.photographs.folder import PhotographFolder, records_in
 from inspection_tools.planning import PathPlanner
@@ -90,6 +90,17 @@ class SurveyGoals:
             return searches
         self._detector.mesh, self._detector.on_marked = mesh, searches
         return self._detector.give
+
+    def abort(self) -> bool:
+        """Await no more photographs than there are. Return whether some were searched for.
+
+        The same goal again begins with a new search.
+        """
+        was_searching = self.second_look is not None and self.second_look.state is SearchState.SEARCHING
+        if self.second_look is not None:
+            self.second_look.abort()
+            self._name = ""
+        return was_searching
 
     def close(self) -> None:
         """End the search of photographs, if there is one."""

@@ -8,11 +8,12 @@ from typing import Callable
 import numpy as np
 import rospy
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3, Vector3Stamped
-from std_msgs.msg import Bool, Header
+from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
 
 from inspection_tools.inspection import Inspection
 from inspection_tools.inspection.motion import Motion
+from inspection_tools.inspection.second_look import SearchState
 from inspection_tools_ros.surveying import messages
 
 TELL_S = 0.5
@@ -20,7 +21,7 @@ TELL_S = 0.5
 
 
 class SurveyOutputs:
-    """Publishes pos_setpoint, front, ~markers and ~searching.
+    """Publishes pos_setpoint, front, ~markers and ~search.
 
     Args:
         goal_frame, base_frame: of the setpoints, and of the UAV. tilt: tilts the camera.
@@ -33,9 +34,9 @@ class SurveyOutputs:
         self._told_s = -math.inf
         self._setpoints = rospy.Publisher("pos_setpoint", Pose, queue_size=1, latch=True)
         self._fronts = rospy.Publisher("front", Vector3Stamped, queue_size=1, tcp_nodelay=True)
-        self._searching = rospy.Publisher("~searching", Bool, queue_size=1, latch=True)
-        self._is_searching: bool | None = None
-        self.tell_search(False)
+        self._search = rospy.Publisher("~search", String, queue_size=1, latch=True)
+        self._told_search: SearchState | None = None
+        self.tell_search(SearchState.IDLE)
         self._markers = rospy.Publisher("~markers", MarkerArray, queue_size=1, latch=True)
 
     def send(self, inspection: Inspection, motion: Motion) -> None:
@@ -52,11 +53,11 @@ class SurveyOutputs:
             self._sent_tilt = inspection.tilt_rad
             self._tilt(inspection.tilt_rad)
 
-    def tell_search(self, is_searching: bool) -> None:
+    def tell_search(self, state: SearchState) -> None:
         """Publish whether photographs are searched for what to photograph next, if that is new."""
-        if is_searching is not self._is_searching:
-            self._is_searching = is_searching
-            self._searching.publish(is_searching)
+        if state is not self._told_search:
+            self._told_search = state
+            self._search.publish(state.value)
 
     def is_time_to_tell(self, motion: Motion) -> bool:
         """Return whether the last markers and feedback are old, once."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import Enum
 from pathlib import Path
 from typing import Protocol, Sequence
 
@@ -41,6 +42,14 @@ class Search(Protocol):
         """End the search."""
 
 
+class SearchState(Enum):
+    """What a search of photographs does."""
+
+    IDLE = "idle"
+    SEARCHING = "searching"
+    ABORTED = "aborted"
+
+
 class SecondLook:
     """Gives photographs to a search, and adds to the inspection those that it asks for.
 
@@ -52,13 +61,20 @@ class SecondLook:
 
     def __init__(self, inspection: Inspection, search: Search) -> None:
         self._inspection, self._search = inspection, search
-        self._has_asked = False
+        self._has_asked = self._is_aborted = self._is_closed = False
         inspection.awaits = True
 
     @property
-    def is_searching(self) -> bool:
-        """Whether the search was asked, and has not answered yet."""
-        return self._inspection.awaits and self._has_asked
+    def state(self) -> SearchState:
+        """SEARCHING: the search was asked, and has not answered yet."""
+        if self._is_aborted:
+            return SearchState.ABORTED
+        is_asked = self._inspection.awaits and self._has_asked
+        return SearchState.SEARCHING if is_asked else SearchState.IDLE
+
+    def abort(self) -> None:
+        """Await no more photographs. The next `look` ends the search."""
+        self._is_aborted, self._inspection.awaits = True, False
 
     def stored(self, photograph: Path) -> None:
         """Take a photograph that is stored."""
@@ -72,6 +88,7 @@ class SecondLook:
         """
         lead = self._inspection
         if not lead.awaits:
+            self.close()
             return ""
         if not self._has_asked and lead.todo.next is None and not waits:
             self._has_asked = True
@@ -81,7 +98,7 @@ class SecondLook:
             return ""
         if answer.is_last:
             lead.look_again(answer.views)
-            self._search.close()
+            self.close()
         else:
             lead.take_more(answer.views)
             self._has_asked = False
@@ -89,6 +106,6 @@ class SecondLook:
 
     def close(self) -> None:
         """End the search, if it goes on."""
-        if self._inspection.awaits:
-            self._inspection.awaits = False
+        if not self._is_closed:
+            self._is_closed, self._inspection.awaits = True, False
             self._search.close()

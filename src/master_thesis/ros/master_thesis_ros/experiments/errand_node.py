@@ -106,10 +106,12 @@ class ErrandNode(FlightNode):
         slow_down()
         part = self._parts[self._errand.part]
         try:
-            if self._follows is Next.WHEN_READY:
-                part.wait()
-            else:
+            if self._follows is not Next.WHEN_READY:
                 part.prepare()
+            elif not part.wait():
+                with self._lock:
+                    self._take(self._monitor.stay_landed())
+                return False
         except (InspectionToolsError, MasterThesisError, SlamError) as error:
             with self._lock:
                 self._take(self._monitor.abort(str(error)))

@@ -37,8 +37,9 @@ class Part(ABC):
     def prepare(self) -> None:  # noqa: B027
         """Prepare it on the ground, if another part was flown before; raises an error of the libraries."""
 
-    def wait(self) -> None:  # noqa: B027
-        """Return when it can go on, if it ended to wait on the ground."""
+    def wait(self) -> bool:
+        """Wait until it can go on, if it ended to wait on the ground. Return whether it goes on."""
+        return True
 
     @abstractmethod
     def send_goal(self) -> None:

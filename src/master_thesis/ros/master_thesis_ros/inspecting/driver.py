@@ -80,6 +80,8 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     run.lead(monitor, lambda: ErrandNode(monitor, errand, parts, lockstep))
     if not run.interrupted:
         save_volume(run.folder)
+    elif survey.plan is not None:
+        _tell_what_is_left(folder, survey.plan, ship_file(request))
     description, wall = run.close(flight.description, monitor)
     flown: FlownRun = (run.folder, description, monitor.log, monitor.course.outcome)
     numbers = {**write_numbers(*flown, wall), **_figures(request, parts, errand)}
@@ -117,13 +119,34 @@ def _complete(flown: FlownRun, survey: SurveyPart, ship: Path | None, content: d
     if plan is not None and judged is not None and rospy.get_param("~findings", True):
         if rospy.get_param("~detector", False):
             _command("ask_detector", f"_folder:={photographs}", f"_mesh:={plan.source}")
-        _command(
-            "findings", str(photographs), "--mesh", plan.source, "--out", str(folder.path / "findings.json")
-        )
+        _command(*_searching(folder.path, plan))
     content = complete_run(*flown, content, ProgressLog())
     if judged is not None:
-        _command("inspection_report", str(folder.path), *(("--ship", str(ship)) if ship else ()))
+        _command(*_reporting(folder.path, ship))
     return content
+
+
+def _searching(folder: Path, plan: SurveyPlan) -> tuple[str, ...]:
+    """Return the command that searches the photographs of a run for findings."""
+    return (
+        "findings",
+        str(folder / "photographs"),
+        "--mesh",
+        plan.source,
+        "--out",
+        str(folder / "findings.json"),
+    )
+
+
+def _reporting(folder: Path, ship: Path | None) -> tuple[str, ...]:
+    """Return the command that writes the report of a run."""
+    return "inspection_report", str(folder), *(("--ship", str(ship)) if ship else ())
+
+
+def _tell_what_is_left(folder: Path, plan: SurveyPlan, ship: Path | None) -> None:
+    """After Ctrl-C: tell which commands search what was photographed, and write the report."""
+    for command in (_searching(folder, plan), _reporting(folder, ship)):
+        rospy.logwarn(f"Interrupted; to go on: rosrun inspection_tools {' '.join(command)}")
 
 
 def _draw(flown: FlownRun, judged: Judged, inspection: dict) -> None:

@@ -10,8 +10,10 @@ from typing import Any, Callable
 
 import rospy
 from geometry_msgs.msg import PoseStamped
-from std_msgs.msg import Bool
+from std_msgs.msg import String
 
+from inspection_tools.inspection import End
+from inspection_tools.inspection.second_look import SearchState
 from inspection_tools.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
 from inspection_tools.survey.plan import SurveyPlan
 from master_thesis.inspecting.coverage import TruePose
@@ -42,7 +44,7 @@ class Photographed:
 class SurveyPart(Part):
     """Lets the node `inspect` take all photographs.
 
-    Listens: /camera/ground_truth (geometry_msgs/PoseStamped), /inspect/searching (std_msgs/Bool).
+    Listens: /camera/ground_truth (geometry_msgs/PoseStamped), /inspect/search (std_msgs/String).
     Publishes: /inspect/survey/goal (inspection_tools/SurveyActionGoal, latched).
 
     Args:
@@ -61,19 +63,24 @@ class SurveyPart(Part):
         self._goal = rospy.Publisher(f"{self.action}/goal", SurveyActionGoal, queue_size=1, latch=True)
         self._is_ready = threading.Event()
         self._is_ready.set()
+        self._is_aborted = False
         self.listens = (
             ("/camera/ground_truth", PoseStamped, self._on_camera),
-            ("/inspect/searching", Bool, self._on_searching),
+            ("/inspect/search", String, self._on_search),
         )
 
     def prepare(self) -> None:
         """Make the plan."""
         self.plan = self._make_plan()
 
-    def wait(self) -> None:
-        """Return when the photographs are searched."""
+    def wait(self) -> bool:
+        """Wait until the photographs are searched. Return whether it goes on."""
         while not self._is_ready.wait(WAKE_S) and not rospy.is_shutdown():
             pass
+        told = self.photographed.result
+        if self._is_aborted and told is not None:
+            told.end, told.reason = End.ABORTED.value, "The search of the photographs was aborted."
+        return not self._is_aborted
 
     def send_goal(self) -> None:
         """Begin the survey, or go on with what its folder lacks."""
@@ -93,8 +100,9 @@ class SurveyPart(Part):
         before = sum(photographs for photographs, _ in told.flights)
         told.flights.append((result.taken + result.closer - before, flown))
 
-    def _on_searching(self, message: Bool) -> None:
-        if message.data:
+    def _on_search(self, message: String) -> None:
+        self._is_aborted = message.data == SearchState.ABORTED.value
+        if message.data == SearchState.SEARCHING.value:
             self._is_ready.clear()
         else:
             self._is_ready.set()

@@ -152,6 +152,13 @@ class Course:
         """Note that the UAV must land where it is, and that the run fails; `why` is a sentence."""
         self._why_here = why
 
+    def stay_landed(self, t_s: float) -> list[Action]:
+        """End the run on the ground, where the UAV has landed between two parts of its flight."""
+        self._reached = self._landed = True
+        for phase in (Phase.HOVERING, Phase.LANDING):
+            self._enter(phase, t_s)
+        return self._enter(Phase.DONE, t_s, Action.FINISH)
+
     def on_goal_reached(self, t_s: float, reached: bool) -> None:
         """Note that the position controller has reached the goal."""
         if reached and self.phase is Phase.FLYING:

@@ -69,6 +69,10 @@ class Monitor:
         """Note that the UAV must land where it is, and that the run fails; `why` is a sentence."""
         self.course.land_here(why)
 
+    def stay_landed(self) -> list[Action]:
+        """Note that the UAV, which has landed between two parts of its flight, takes off no more."""
+        return self._noted(self.course.stay_landed(self.now_s))
+
     def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
         """Note a contact between two collision shapes; `upwards` as in `Contacts.judge`."""
         self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)
