@@ -126,6 +126,14 @@ def test_without_measured_latencies_there_are_none(description):
     assert monitor.wall_metrics(90.0).latency_ms is None
 
 
+def test_a_uav_that_stays_on_the_ground_between_two_parts_has_wall_times_too():
+    monitor, _ = fly_straight(until_s=20.0)
+    (action,) = monitor.stay_landed()
+    assert action.name == "FINISH"
+    assert monitor.course.outcome.success
+    assert monitor.wall_metrics(90.0).real_time_factor == pytest.approx(0.5, abs=1e-3)
+
+
 def test_a_clock_that_jumps_back_ends_the_run():
     monitor, _ = fly_straight(until_s=20.0)
     (action,) = monitor.on_truth(1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))

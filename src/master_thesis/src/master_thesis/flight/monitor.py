@@ -115,5 +115,6 @@ class Monitor:
         return (times[end] - times[Phase.FLYING]) / (wall[end] - wall[Phase.FLYING])
 
     def _noted(self, actions: list[Action]) -> list[Action]:
-        self._wall_s.setdefault(self.course.phase, self._wall_clock())
+        for phase in filter(self.course.has_begun, Phase):
+            self._wall_s.setdefault(phase, self._wall_clock())
         return actions
