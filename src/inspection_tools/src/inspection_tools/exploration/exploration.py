@@ -70,6 +70,8 @@ class Exploration:
         self.is_home = self.must_land = False
         self._shut_in_s: float | None = None
         """Since when; None: it is not."""
+        self._explored_at: tuple[float, np.ndarray] | None = None
+        """When and where it found nothing more to see, until it has told what stays unknown."""
         self.told = Explored()
 
     def begin(self, stamp_s: float, here_m: np.ndarray, home_m: np.ndarray | None = None) -> None:
@@ -82,7 +84,7 @@ class Exploration:
         self._back.begin(here_m - (0.0, 0.0, self._p.first_sink) if home_m is None else home_m)
         if is_first:
             self._planner.lower_ceiling(self.home_m[2] + self._p.first_sink + self._p.climb_max)
-        self.told.end, self.told.reason = None, ""
+        self.told.end, self.told.reason, self._explored_at = None, "", None
         self._guide.begin(self.home_m if home_m is None else here_m)
         self._stay = Stay()
 
@@ -167,6 +169,7 @@ class Exploration:
         if not self._planner.has_map:
             self._wait_for_map(stamp_s, here_m)
             return
+        self._tell_leftovers()  # of the decision before: the UAV is on its way home
         if self._goes_on(stamp_s, here_m):
             return
         if not self._must_sweep(stamp_s):
@@ -273,12 +276,18 @@ class Exploration:
             why = self._why_no_way(stamp_s, here_m) or "no place around it keeps the clearance."
             self._end(End.SHUT_IN, f"The UAV fits nowhere: {why}")
             return
-        opened = self._planner.space(stamp_s, here_m, with_closed=False)
-        self.told.leftovers = self._explorer.with_refused(decision.leftovers, opened, here_m)
-        reason = "No place that the UAV can reach shows anything unknown."
+        self._explored_at = stamp_s, here_m
+        self._end(End.EXPLORED, "No place that the UAV can reach shows anything unknown.")
+
+    def _tell_leftovers(self) -> None:
+        """Tell what stays unknown, once. It takes as long as a decision, but nobody waits for it."""
+        if self._explored_at is None:
+            return
+        (stamp_s, place_m), self._explored_at = self._explored_at, None
+        space, opened = (self._planner.space(stamp_s, place_m, with_closed=each) for each in (True, False))
+        self.told.leftovers = self._explorer.left_over(space, opened, place_m)
         if self.told.left_m2(Why.REFUSED) > 0.0:
-            reason += f" CEPA refused {TRIES} times to fly to more."
-        self._end(End.EXPLORED, reason)
+            self.told.reason += f" CEPA refused {TRIES} times to fly to more."
 
     def _backs_out(self, stamp_s: float) -> bool:
         """Fly back the way it came, for a while. CEPA may have evaded to where the planner lets nobody be."""
@@ -291,6 +300,7 @@ class Exploration:
         self._stay.note(stamp_s, here_m)
         is_near = math.dist(here_m, self.home_m) < HELD_OFF * self._p.arrived
         if self._back.may_land(stamp_s, here_m) or (self._is_held_off and is_near):
+            self._tell_leftovers()
             self.is_home = True
         elif self._stay.lasts(stamp_s, self._p.stranded) and not self.must_land:
             self.must_land = True

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Sequence
 
 import numpy as np
 
@@ -34,14 +33,13 @@ class Decision:
     """What to do next.
 
     goal_m: (x, y, z) of the next view in the map's frame; None: nothing is left to see. way_m: to it.
-    leftovers: what stays unknown, when nothing is left to see. is_shut_in: the UAV fits nowhere from where it
-    is, so nothing can be said of what is left. column_m: (k, 3) the last part of the way, straight up or down
-    through what no beam of the lidar has shown; None: there is no such part.
+    is_shut_in: the UAV fits nowhere from where it is, so nothing can be said of what is left. column_m:
+    (k, 3) the last part of the way, straight up or down through what no beam of the lidar has shown; None:
+    there is no such part.
     """
 
     goal_m: tuple[float, float, float] | None
     way_m: float = 0.0
-    leftovers: tuple[Leftover, ...] = ()
     is_shut_in: bool = False
     column_m: np.ndarray | None = None
 
@@ -114,19 +112,24 @@ class Explorer:
                 chosen = self._last_view = self._last.best(scene, roadmap, nodes, place_m, goes_on)
         self._goal = chosen
         if chosen is None:
-            return Decision(None, leftovers=self._left_over(scene, roadmap))
+            return Decision(None)
         x, y, z = chosen.place_m.tolist()
         return Decision((x, y, z), chosen.way_m, column_m=chosen.column_m)
 
-    def with_refused(
-        self, leftovers: Sequence[Leftover], opened: Space, place_m: np.ndarray
-    ) -> tuple[Leftover, ...]:
-        """Return leftovers with those named that only closed ways keep unknown.
+    def left_over(self, space: Space, opened: Space, place_m: np.ndarray) -> tuple[Leftover, ...]:
+        """Return what stays unknown and why, when a decision at a place (x, y, z) has found nothing to see.
 
-        opened: the space without what is closed. place_m: (x, y, z) of the UAV.
+        opened: the space without what is closed.
         """
-        nodes, sight = self._roadmap(opened, place_m).nodes, sight_of(opened, self._p)
-        return with_refused(leftovers, opened, nodes, sight) if len(nodes) else tuple(leftovers)
+        nodes = self._roadmap(space, place_m).nodes
+        if not len(nodes):
+            return ()
+        scene = Scene.of(space, self._p)
+        cells = scene.cells(self._p.cell)
+        is_left = self._worthy.is_left(scene, cells)
+        left = leftovers_of(space, scene.kinds, nodes, cells, is_left, scene.sight)
+        nodes = self._roadmap(opened, place_m).nodes
+        return with_refused(left, opened, nodes, sight_of(opened, self._p)) if len(nodes) else left
 
     def steep_steps(self, space: Space, place_m: np.ndarray) -> np.ndarray:
         """Return (n, k, 3) steps straight up or down from a place (x, y, z) of the UAV; see `steep_steps`.
@@ -139,11 +142,6 @@ class Explorer:
     def _roadmap(self, space: Space, place_m: np.ndarray) -> Roadmap:
         spacing = self._p.way_spacing or self._p.spacing
         return Roadmap(space, place_m, self._voxels(space, spacing, NODES_VOXELS_MIN))
-
-    def _left_over(self, scene: Scene, roadmap: Roadmap) -> tuple[Leftover, ...]:
-        cells = scene.cells(self._p.cell)
-        is_left = self._worthy.is_left(scene, cells)
-        return leftovers_of(scene.space, scene.kinds, roadmap.nodes, cells, is_left, scene.sight)
 
     def _has_news(self, space: Space) -> bool:
         """Whether so much is new since a search for room began that a view may be worth its time again."""

@@ -14,6 +14,8 @@ OF_ASKED = (
     "resolution", "incidence", "share", "patch", "voxel", "spacing", "radius", "margin", "comfort", "finer",
     "around",
 )  # fmt: skip
+OF_JUDGED = tuple(name for name in OF_ASKED if name != "finer")
+"""What was photographed is judged by the resolution itself."""
 OF_FLYING = ("speed", "passing_speed", "settle", "mass", "battery", "electronics", "endurance")
 OF_CAMERA = ("width", "height", "field_of_view", "tilt_min", "tilt_max", "exposure")
 
@@ -60,7 +62,7 @@ def _parser() -> argparse.ArgumentParser:
         "--poses", type=Path, required=True, help="folder of photographs, CSV of poses, or a plan"
     )
     coverage.add_argument("--out", type=Path, default=Path("coverage.json"))
-    for name in OF_ASKED + OF_CAMERA:
+    for name in OF_JUDGED + OF_CAMERA:
         coverage.add_argument(_option(name), type=float, metavar=_unit(name), help=_help(name))
     coverage.set_defaults(run=_coverage)
     return parser
@@ -188,7 +190,7 @@ def _coverage(given: argparse.Namespace) -> None:
 
     if given.mesh is None:
         raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
-    asked = _parameters(SurveyParameters, OF_ASKED, given)
+    asked = _parameters(SurveyParameters, OF_JUDGED, given)
     taken, camera = read_taken(given.poses, _parameters(SurveyCamera, OF_CAMERA, given), _warn)
     coverage = judge(given.mesh, taken, camera, asked, given.home)
     record = write_coverage(given.out, coverage, str(given.mesh), str(given.poses), len(taken), asked)
