@@ -63,8 +63,8 @@ class SurveyCommands:
         return self._act(lambda inspection, _: inspection.resume(), "The survey goes on.")
 
     def _abort(self, _: TriggerRequest) -> TriggerResponse:
-        """Let the UAV come home, also from now on: it waits for no more photographs to take."""
-        was_searching, answer = self._goals.abort(), self.abort()
+        """Let the UAV come home, or stay on the ground: it waits for no more photographs to take."""
+        answer, was_searching = self.abort(), self._goals.abort()
         if answer.success or not was_searching:
             return answer
         words = "The photographs are not searched any more, and the UAV stays on the ground."

@@ -128,14 +128,8 @@ def _complete(flown: FlownRun, survey: SurveyPart, ship: Path | None, content: d
 
 def _searching(folder: Path, plan: SurveyPlan) -> tuple[str, ...]:
     """Return the command that searches the photographs of a run for findings."""
-    return (
-        "findings",
-        str(folder / "photographs"),
-        "--mesh",
-        plan.source,
-        "--out",
-        str(folder / "findings.json"),
-    )
+    found = str(folder / "findings.json")
+    return "findings", str(folder / "photographs"), "--mesh", plan.source, "--out", found
 
 
 def _reporting(folder: Path, ship: Path | None) -> tuple[str, ...]:
