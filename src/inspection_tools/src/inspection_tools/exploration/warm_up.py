@@ -17,6 +17,8 @@ def warm_up_exploration() -> None:
     here = np.array((0.9, 1.5, 1.5))
     blind = ExplorerParameters(rate_min=1e3, reach=0.5)
     for parameters in (ExplorerParameters(), blind, ExplorerParameters(by_volume=True)):
-        Explorer(parameters, is_steep=True).decide(planner.space(0.0, here), here)
+        explorer, space = Explorer(parameters, is_steep=True), planner.space(0.0, here)
+        explorer.decide(space, here)
+        explorer.left_over(space, space, here)
     kinds, voxels = np.ones((1, 1, 1), np.uint8), np.zeros((1, 3), np.int64)
     sights_of(kinds, voxels, voxels, (-1.0, 1.0), (0.0, 1.0))  # that space has no border of room
