@@ -110,10 +110,8 @@ def test_what_no_beam_shows_is_named():
 
 def test_a_slit_that_the_uav_does_not_fit_through_is_named():
     wall = [((3.0, 0.0, 0.0), (3.2, 2.2, 2.4)), ((3.0, 2.4, 0.0), (3.2, 5.0, 2.4))]
-    flight, explorer = (
-        Flight(room((8.0, 5.0, 2.4), wall), (1.3, 1.3, 1.2)),
-        Explorer(ExplorerParameters(**LIDAR)),
-    )
+    flight = Flight(room((8.0, 5.0, 2.4), wall), (1.3, 1.3, 1.2))
+    explorer = Explorer(ExplorerParameters(**LIDAR))
     flight.explore(explorer)
     behind = [left for left in left_over(explorer, flight) if left.place_m[0] > 3.4]
     assert sum(left.area_m2 for left in behind) > 1.0

@@ -1,12 +1,27 @@
-"""The messages of the node tests."""
+"""The messages of the node tests, and what takes them."""
 
 from __future__ import annotations
 
 import math
 
+import rospy
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
+
+
+class Newest:
+    """The newest message of a topic."""
+
+    def __init__(self, topic, kind):
+        self.last = None
+        self._subscriber = rospy.Subscriber(topic, kind, self._take)
+
+    def _take(self, message):
+        self.last = message
+
+    def is_heard(self):
+        return self._subscriber.get_num_connections() > 0
 
 
 def scan_of(stamp, ranges, turn=1440, intensities=(), frame="hokuyo", limits=(0.06, 10.0)):

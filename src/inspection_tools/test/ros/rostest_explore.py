@@ -25,22 +25,11 @@ from node_tools.testing import Input, Warned, address_of, wait_until
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from drawn_voxels import block, tiles_of
-from ros_probe import odometry_of
+from ros_probe import Newest, odometry_of
 
 NODE = "/explore"
 RESOLUTION_M, SIDE = 0.2, 16
 START = (2.0, 5.0, 2.0)
-
-
-class Newest:
-    """The newest message of a topic."""
-
-    def __init__(self, topic, kind):
-        self.last = None
-        self._subscriber = rospy.Subscriber(topic, kind, self._take)
-
-    def _take(self, message):
-        self.last = message
 
 
 def kill_and_wait():
