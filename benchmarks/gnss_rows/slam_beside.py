@@ -21,7 +21,10 @@ class SlamBeside:
     """
 
     def __init__(self, loop: ClosedLoop, seed: int) -> None:
-        self._session = read_setup("hold").session(seed, loop_closure=True)
+        assert loop.own_odometry is not None  # there is no GNSS
+        self._session = read_setup("hold").session(
+            seed, loop_closure=True, odometry_in_space=loop.own_odometry.uses_clouds
+        )
         self._participant, self._loop = SlamParticipant(self._session, LidarGeometry.of(loop.lidar)), loop
         self.off_m: list[float] = []
 

@@ -17,6 +17,7 @@ from gridslam.session import SlamSession, closure_parameters
 
 LOW_M, HIGH_M = 2.0, 4.0
 ROUND = np.array([(-8.0, -5.0), (-2.0, -5.0), (-2.0, -1.0), (-8.0, -1.0), (-8.0, -5.0)])
+APART_M = 0.25
 BEAMS_X_M = (-7.5, -4.5, -1.5)
 """Middles of beams on the starboard side, y = -10 m."""
 CLOSURE = closure_parameters(
@@ -124,3 +125,21 @@ def test_good_odometry_counts_where_a_height_has_no_map_yet(log):
         off = np.abs(se2.between(base, base_in_map(session, base)))
         assert np.hypot(*off[:2]) < 0.05
         assert off[2] < 0.01
+
+
+@pytest.mark.parametrize(("in_space", "moves"), [(False, True), (True, False)])
+def test_a_slice_that_looks_displaced_moves_no_pose_that_was_found_in_space(log, in_space, moves):
+    """Back at 2 m all that a level scan sees is 0.25 m farther to port than on the first round."""
+    log, once = log
+    session = SlamSession(PARAMETERS, CLOSURE, say=lambda words: None, odometry_in_space=in_space)
+    sure = np.diag((1e-3, 1e-3, 1e-4)) ** 2
+    rng, off_m = np.random.default_rng(6), []
+    for number, (scan, base) in enumerate(list(zip(log.scans, log.truth.poses_in_map))[: 2 * once + 8]):
+        if number >= 2 * once:
+            there = base - (0.0, APART_M, 0.0)
+            seen = planar_world.scan_at(planar_world.hold(), there, LIDAR, rng, scan.stamp_s)
+            scan = dataclasses.replace(seen, height_m=LOW_M)
+        session.process(scan, base, sure)
+        off_m.append(float(np.hypot(*se2.between(base, base_in_map(session, base))[:2])))
+    assert max(off_m[: 2 * once]) < 0.05
+    assert (max(off_m[2 * once :]) > 0.5 * APART_M) == moves

@@ -11,7 +11,14 @@ from gridslam import ParameterError, SlamParameters
 
 NOT_NEGATIVE = ("map_update_interval", "transform_publish_period", "tf_delay")
 NAMES = ("base_frame", "map_frame", "odom_frame")
-YES_OR_NO = ("levelling", "localisation_only", "loop_closure", "continue_from_state", "odometry_covariance")
+YES_OR_NO = (
+    "levelling",
+    "localisation_only",
+    "loop_closure",
+    "continue_from_state",
+    "odometry_covariance",
+    "odometry_in_space",
+)
 PATHS = ("starting_map", "state_file")
 SAMPLED_LIKELIHOOD = ("llsamplerange", "llsamplestep", "lasamplerange", "lasamplestep")
 CLOSURE_PREFIX = "closure_"
@@ -42,6 +49,8 @@ class NodeParameters:
     """Undo the lean of the base frame in the scans."""
     odometry_covariance: bool = False
     """How uncertain a motion is comes from the topic odometry, not from srr, srt, str and stt."""
+    odometry_in_space: bool = False
+    """Odometry is matched in space, as by clouds: another height does not lead it astray."""
     floor_z: float = 0.0
     """m: height of the floor in odom_frame, to drop beams that hit it; NaN: unknown, none is dropped."""
     starting_map: str = ""

@@ -38,7 +38,15 @@ from gridslam_ros.scan_source import ScanSource
 from gridslam_ros.sessions import Sessions
 from gridslam_ros.volume.bag_volume import BagVolume, VolumeRequest, add_volume_arguments, volume_request
 
-SIDE = ("base_frame", "odom_frame", "throttle_scans", "levelling", "floor_z", "odometry_covariance")
+SIDE = (
+    "base_frame",
+    "odom_frame",
+    "throttle_scans",
+    "levelling",
+    "floor_z",
+    "odometry_covariance",
+    "odometry_in_space",
+)
 
 
 def main(argv: list[str] | None = None) -> int:

@@ -39,6 +39,7 @@ class Sessions:
             starting_pose=settings.starting_pose or None,
             localisation_only=bool(settings.localisation_only),
             say=self._say,
+            odometry_in_space=bool(settings.odometry_in_space),
         )
 
     @property
@@ -56,6 +57,7 @@ class Sessions:
             localisation_only=bool(self._settings.localisation_only),
             starting_pose=starting_pose or None,
             threads=self._parameters.threads,
+            odometry_in_space=bool(self._settings.odometry_in_space),
         )
         kept = kept_by_state(self._given, session)
         if kept:

@@ -51,6 +51,8 @@ class SlamSession:
             then begin as one frame.
         localisation_only: the starting map stays as it is.
         say: is called with a sentence when something about the odometry is odd, or the vehicle is lost.
+        odometry_in_space: see `GridSlam.odometry_in_space`. It has no effect without loop closure, for
+            nothing else would correct odometry then.
 
     Raises MapError when the starting map's cells are not of the filter's size.
     """
@@ -63,6 +65,7 @@ class SlamSession:
         starting_pose: tuple[float, float, float] | None = None,
         localisation_only: bool = False,
         say: Callable[[str], None] = warnings.warn,
+        odometry_in_space: bool = False,
     ):
         if starting_map is not None:
             check(starting_map, parameters.delta)
@@ -70,7 +73,7 @@ class SlamSession:
         self._starting_map, self.localisation_only = starting_map, localisation_only
         self._starting_pose = starting_pose
         self._say = say
-        self._odometry = ContinuousOdometry(say)
+        self._odometry, self._is_in_space = ContinuousOdometry(say), odometry_in_space
         self._supervisor = Supervisor(say)
         self._is_resumed = False
         """Whether there was no scan yet since a state was loaded."""
@@ -204,6 +207,7 @@ class SlamSession:
             self.localisation_only,
             keep_scans=self._closer is not None,
         )
+        slam.odometry_in_space = self._is_in_space and self._closer is not None
         if self._mapped is not None:
             slam.take_over_map(self._mapped)
             self._mapped = None
@@ -324,6 +328,7 @@ class SlamSession:
         localisation_only: bool = False,
         starting_pose: tuple[float, float, float] | None = None,
         threads: int | None = None,
+        odometry_in_space: bool = False,
     ) -> SlamSession:
         """Return a saved session with its saved parameters.
 
@@ -335,6 +340,7 @@ class SlamSession:
             starting_pose: with localisation_only, the vehicle's pose at the first scan; None: the saved
                 pose.
             threads: for this run; None: the saved number.
+            odometry_in_space: of this run; see `GridSlam.odometry_in_space`.
 
         Raises:
             StateError: the file cannot be read, or holds no state.
@@ -344,7 +350,9 @@ class SlamSession:
             slam = GridSlam.from_state(state.filter, threads)
             if localisation_only and not slam.localisation_only:
                 return cls._localising_on(slam, starting_pose, say)
-            return cls._going_on(slam, state, say)
+            session = cls._going_on(slam, state, say)
+            slam.odometry_in_space = odometry_in_space and session._closer is not None
+            return session
 
         return state_file.read(path, build)
 

@@ -31,6 +31,7 @@ NODE_IN_YAML = {
     "throttle_scans",
     "levelling",
     "odometry_covariance",
+    "odometry_in_space",
     "floor_z",
     "map_update_interval",
     "transform_publish_period",

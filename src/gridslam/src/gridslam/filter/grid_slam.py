@@ -131,7 +131,8 @@ class GridSlam(ParticleFilter):
         """Go on with the map of other heights, which the scans there give along the best particle's path.
 
         That map may tell a better place, because other slices lead odometry from a planar lidar astray. Where
-        there is none yet, odometry alone tells the place, and is as sure as it says.
+        there is none yet, or with odometry in space, odometry alone tells the place, and is as sure as it
+        says.
         """
         count = len(self._particles)
         self._resample(np.full(count, self.best_particle))
@@ -139,7 +140,8 @@ class GridSlam(ParticleFilter):
         self._map.change_band(band, self.trajectory().poses_in_map)
         self._particles.place(np.tile(pose, (count, 1)))
         is_known = any(len(beams.hits) for beams in self._map.beams)
-        self.widen(START_DEVIATION if is_known else (0.0, 0.0, 0.0))
+        is_misled = is_known and not self.odometry_in_space
+        self.widen(START_DEVIATION if is_misled else (0.0, 0.0, 0.0))
 
     # Loop closure gets snapshots and gives corrections
 

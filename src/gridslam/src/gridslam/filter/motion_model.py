@@ -112,6 +112,11 @@ class Motion:
         """(3,) standard deviation of the step, never quite 0."""
         return np.maximum(self.deviations, DEVIATION_MIN)
 
+    @property
+    def is_as_told(self) -> bool:
+        """Whether odometry's covariances alone say how uncertain the step is."""
+        return self.covariance is not None and bool((self.deviations <= self.told + 1e-9).all())
+
     def is_enough(self, parameters: SlamParameters, stamp_s: float) -> bool:
         """Whether a scan at this time is worth processing."""
         travelled_m, turned_rad, tried_s = self.tried.tolist()

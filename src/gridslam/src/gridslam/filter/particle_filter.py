@@ -66,6 +66,10 @@ class ParticleFilter:
         self._workers = Workers(parameters.threads)
         self.tracking = TrackingMonitor(known_map=localisation_only)
         """Whether the vehicle is where the best particle says."""
+        self.odometry_in_space = False
+        """Whether odometry is matched in space, as by clouds. Then it tells a place better than level scans
+        do, which see another slice at each height. So the filter follows it, wherever its covariance alone
+        says how uncertain a motion is; scans make the map, and loop closure corrects the path."""
         self.evidence: Evidence | None = None
         """What the scan that was given last says of the pose; None: it was not compared with the map."""
 
@@ -153,6 +157,8 @@ class ParticleFilter:
             motion.refuse(scan.stamp_s)
             return None
         matched = matches.scores > parameters.minimumScore
+        if self.odometry_in_space and motion.is_as_told:
+            matched[:], drawn = False, prediction.predicted
         proposed = maps.to_metres(propose(matches, noise, parameters.delta))
         particles.move(np.where(matched[:, None], proposed, drawn))
         particles.weigh(matches.log_likelihoods, prediction.log_density(particles.poses))

@@ -28,11 +28,12 @@ class SlamSetup:
         loop_closure: bool,
         starting_map: OccupancyGrid | None = None,
         say: Callable[[str], None] = lambda words: None,
+        odometry_in_space: bool = False,
     ) -> SlamSession:
         """Return a new run of SLAM with one thread, because flights run in parallel, one on each core."""
         closure = self.loop_closure if loop_closure else None
         parameters = replace(self.parameters, seed=seed, threads=1)
-        return SlamSession(parameters, closure, starting_map=starting_map, say=say)
+        return SlamSession(parameters, closure, starting_map, say=say, odometry_in_space=odometry_in_space)
 
 
 def read_setup(world: str) -> SlamSetup:

@@ -74,8 +74,8 @@ class OwnOdometry:
 
     A lidar with clouds is followed by these, any other by its scans. These wait for readings and ranges, as
     in the node.
-    estimates: of all scans or clouds. cpu_ms: CPU time of each. told_us: time of the last pose that the
-    flight controller got.
+    uses_clouds: whether the lidar has any. estimates: of all scans or clouds. cpu_ms: CPU time of each.
+    told_us: time of the last pose that the flight controller got.
     """
 
     def __init__(self, simulation: Simulation, px4: Px4) -> None:
@@ -88,9 +88,9 @@ class OwnOdometry:
         self._mounts = {sensor.name: sensor.mount.pose for sensor in simulation.payload}
         self._mounts[_LIDAR_FRAME] = lidar.pose_in_body
         start = (*spawn.position_m[:2], spawn.yaw_rad)
-        self._uses_clouds = any(isinstance(sensor.device, CloudLidar) for sensor in simulation.payload)
+        self.uses_clouds = any(isinstance(sensor.device, CloudLidar) for sensor in simulation.payload)
         self._intake: OdometryIntake = OdometryIntake(
-            CloudOdometry(start=start) if self._uses_clouds else LidarOdometry(start=start),
+            CloudOdometry(start=start) if self.uses_clouds else LidarOdometry(start=start),
             self._mount_of,
             say=lambda sentence: None,
         )
@@ -114,7 +114,7 @@ class OwnOdometry:
         answers = self._intake.on_imu(self._inertial(t_s)) if self._imu_due(output.time_us) else []
         for sensor in output.payload:
             answers += self._on_payload(output.time_us, sensor)
-        if output.scan is not None and not self._uses_clouds:
+        if output.scan is not None and not self.uses_clouds:
             answers += self._intake.on_lidar(self._sensed(output.time_us, output.scan))
         if answers:
             self.cpu_ms.append(1e3 * (time.thread_time() - started) / len(answers))

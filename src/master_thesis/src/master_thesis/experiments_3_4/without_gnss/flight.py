@@ -127,11 +127,11 @@ class SlamPose:
         if self._loop.outage is not None and self._loop.outage.holds(SLAM, t_s):
             self._slam = None
             return
-        if self._slam is None:
-            session = self._setup.session(self._seed, loop_closure=True)
-            self._slam = SlamParticipant(session, LidarGeometry.of(self._loop.lidar))
         own = self._loop.own_odometry
         assert own is not None  # there is no GNSS
+        if self._slam is None:
+            session = self._setup.session(self._seed, loop_closure=True, odometry_in_space=own.uses_clouds)
+            self._slam = SlamParticipant(session, LidarGeometry.of(self._loop.lidar))
         estimate = next(e for e in reversed(own.estimates) if e.stamp_s == t_s)
         self._slam.on_scan(t_s, ranges, odometry, truth, estimate.planar_covariance)
         if self._slam.session.map_to_odom is not None:
