@@ -10,6 +10,7 @@ from inspection_tools.photographs.folder import read_photograph
 from inspection_tools.survey.plan_file import read_plan
 from master_thesis.photographing.command import photograph, poses_of
 from master_thesis.worlds import floor_plan
+from master_thesis.worlds.ballast_tank import BallastTankParameters
 from master_thesis.worlds.cargo import NAMES as NAMES_OF_CARGO
 from master_thesis.worlds.defects import NUMBERS, write_defects
 from simulation_tools.camera.defects import beside, decals_of, read_defects
@@ -31,6 +32,14 @@ def test_the_shipped_file_is_the_generators(name, tmp_path):
     for defect in marks.defects:
         assert defect.kind != "rust" or 0.03 <= defect.length_m <= 0.30
         assert defect.kind != "crack" or (0.2 <= defect.length_m <= 1.0 and 0.0003 <= defect.width_m <= 0.002)
+
+
+def test_each_compartment_of_the_tank_has_defects():
+    tank = BallastTankParameters()
+    marks = read_defects(WORLDS / "ballast_tank.defects.yaml").defects
+    x_m = [mark.position_m[0] for mark in marks if mark.kind in ("rust", "crack")]
+    least = len(x_m) / tank.compartments / 2
+    assert (np.bincount(np.digitize(x_m, tank.bulkheads_x_m)) > least).all()
 
 
 def test_no_defect_is_on_cargo():

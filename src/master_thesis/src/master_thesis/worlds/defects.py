@@ -26,6 +26,10 @@ COATINGS = {
 }
 """Light grey epoxy, sRGB. The worlds' own colours are for drawings."""
 _TRIES = 20_000
+_RAYS, _BOUNCES = 4000, 50
+"""Rays that look for rooms, and how often each goes on from somewhere on its way."""
+_BEYOND_M = 0.5
+"""A ray that ends farther outside what was seen looks through an opening into another room."""
 
 
 def write_defects(world: Path, target: Path, seed: int) -> Path:
@@ -61,15 +65,28 @@ class _Placer:
         self._inside = self._bounds()
 
     def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the box about what rays from above the origin hit: the inside of a closed space."""
-        directions = self._rng.standard_normal((4000, 3))
+        """Return the box about all rooms that are open to the place above the origin."""
+        eyes = np.tile((0.0, 0.0, 1.5), (_RAYS, 1))
+        hits = self._hits(eyes, self._rng)
+        low, high = hits.min(axis=0), hits.max(axis=0)
+        (others,) = self._rng.spawn(1)
+        for _ in range(_BOUNCES):
+            eyes = eyes + others.random((_RAYS, 1)) * (hits - eyes)
+            hits = self._hits(eyes, others)
+            beyond = ((hits < low - _BEYOND_M) | (hits > high + _BEYOND_M)).any(axis=1)
+            low = np.minimum(low, hits[beyond].min(axis=0, initial=np.inf))
+            high = np.maximum(high, hits[beyond].max(axis=0, initial=-np.inf))
+        return low, high
+
+    def _hits(self, eyes: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+        """Return where rays (n, 3) from eyes (n, 3) end; raises ScenarioError if one leaves the world."""
+        directions = rng.standard_normal(eyes.shape)
         directions /= np.linalg.norm(directions, axis=1)[:, None]
-        start = np.array((0.0, 0.0, 1.5))
-        faces, distances = self._surfaces.nearest(np.broadcast_to(start, directions.shape), directions)
+        faces, distances = self._surfaces.nearest(eyes, directions)
         if (faces < 0).any():
             raise ScenarioError("Defects need a closed space, and rays leave this world. Give hold_3d.")
-        points = start + distances[:, None] * directions
-        return points.min(axis=0), points.max(axis=0)
+        hits: np.ndarray = eyes + distances[:, None] * directions
+        return hits
 
     def one(self, kind: str) -> dict:
         """Return one mark that lies on one plane, is seen from 1 m, and touches no other of its size."""
