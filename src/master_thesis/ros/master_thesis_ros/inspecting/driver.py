@@ -169,8 +169,9 @@ def _figures(request: InspectingRequest, parts: Sequence[Part], errand: Errand) 
     assert isinstance(survey, SurveyPart)
     views = 0 if survey.plan is None else len(survey.plan.views)
     told = survey.photographed
+    inspection = survey_figures(told, min(views, request.photographs or views), errand.swapped[-1])
     content: dict[str, Any] = {
-        "inspection": survey_figures(told, min(views, request.photographs or views), errand.swapped[-1]),
+        "inspection": {**inspection, "stored": survey.stored},
         "world": str(request.flight.description.scenario.world_path),
     }
     flights = [_row(flown, photographs=photographs) for photographs, flown in told.flights]

@@ -15,6 +15,7 @@ from std_msgs.msg import String
 from inspection_tools.inspection import End
 from inspection_tools.inspection.second_look import SearchState
 from inspection_tools.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
+from inspection_tools.photographs.folder import photographs_in
 from inspection_tools.survey.plan import SurveyPlan
 from master_thesis.inspecting.coverage import TruePose
 from master_thesis.inspecting.request import InspectingRequest
@@ -99,6 +100,11 @@ class SurveyPart(Part):
         told.result = result
         before = sum(photographs for photographs, _ in told.flights)
         told.flights.append((result.taken + result.closer - before, flown))
+
+    @property
+    def stored(self) -> int:
+        """Photographs in the run's folder, also those of a flight that told no result."""
+        return len(photographs_in(self._folder / "photographs"))
 
     def _on_search(self, message: String) -> None:
         self._is_aborted = message.data == SearchState.ABORTED.value

@@ -18,6 +18,9 @@ def headline(content: dict) -> str:
         )
         rows["second look"] = f"{told.get('closer', 0)} closer photographs"
         rows["batteries"] = f"{told['swaps'] + 1}, {told['flight_s'] / 60.0:.1f} min of flight"
+    told_of = told.get("taken", 0) + told.get("closer", 0)
+    if told.get("stored", told_of) > told_of:
+        rows["stored"] = f"{told['stored']} photographs, also those of the interrupted flight"
     for each in told.get("left_out", [])[:5]:
         rows[f"photograph {each['photograph']}"] = each["why"]
     coverage = told.get("coverage")
