@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 from voxel_room import PLANNER, SIDE_M, TILE
 
+from inspection_tools.exploration.kernels.gates import mark_gates
 from inspection_tools.exploration.kernels.revealed import STEP, WALL, count_unknown, mark_walls, revealed
 from inspection_tools.exploration.views.prospect import Prospect
 from inspection_tools.exploration.views.vain import Vain
@@ -60,11 +62,13 @@ def cells_met(kinds, is_wall, place, direction, side, offset, reaches):
     return found
 
 
-@settings(max_examples=20, deadline=None)
-@given(SEEDS)
-def test_a_view_reveals_what_is_unknown_in_the_cells_that_its_beams_meet(seed):
+@settings(max_examples=60, deadline=None)
+@given(SEEDS, st.floats(0.0, 1.0), st.floats(-1.2, 1.2), st.floats(0.01, 1.4))
+def test_a_view_reveals_what_is_unknown_in_the_cells_that_its_beams_meet(seed, free, lowest_rad, span_rad):
+    """Also where few beams can meet any, because most of the map is free."""
     rng = np.random.default_rng(seed)
     kinds = rng.choice(3, (9, 8, 10), p=[0.3, 0.65, 0.05]).astype(np.uint8)
+    kinds[rng.random(kinds.shape) < free] = FREE
     is_wall = (kinds == UNKNOWN) & (rng.random(kinds.shape) < 0.1)
     side, offset = 3, rng.integers(0, 3, 3)
     counts = np.zeros((4, 4, 5), np.int64)
@@ -73,16 +77,26 @@ def test_a_view_reveals_what_is_unknown_in_the_cells_that_its_beams_meet(seed):
     for voxel in np.argwhere((kinds == UNKNOWN) & ~is_wall):
         expected[tuple((voxel + offset) // side)] += 1
     np.testing.assert_array_equal(counts, expected)
+    is_gate = np.zeros(kinds.shape, bool)
+    mark_gates(kinds, is_wall, is_gate)
+    touch_free = ndimage.binary_dilation(kinds == FREE, np.ones((3, 3, 3)))
+    np.testing.assert_array_equal(is_gate, (kinds == UNKNOWN) & ~is_wall & touch_free)
     places, views = rng.integers(0, kinds.shape, (4, 3)), np.array([0, 0, 1, 2])
-    beams = rng.normal(size=(12, 3))
-    beams /= np.linalg.norm(beams, axis=1)[:, None]
+    highest_rad = min(lowest_rad + span_rad, 1.5)
+    up_rad, around_rad = np.meshgrid(
+        np.linspace(lowest_rad, highest_rad, 3), np.linspace(0.0, math.tau, 9, endpoint=False), indexing="ij"
+    )
+    level = np.cos(up_rad)
+    beams = np.stack((np.sin(up_rad), level * np.sin(around_rad), level * np.cos(around_rad)), axis=-1)
     reaches = 1.0, 7.0, 3.0
-    stamps = np.zeros(counts.shape, np.int32)
-    gains = revealed(kinds, is_wall, counts, side, offset, places, views, beams, reaches, stamps)
+    gains = revealed(
+        kinds, is_wall, np.argwhere(is_gate), counts, side, offset, places, views, beams,
+        (math.tan(lowest_rad), math.tan(highest_rad)), reaches, np.zeros(counts.shape, np.int32),
+    )  # fmt: skip
     for view in range(3):
         met = set()
         for place in places[views == view]:
-            for beam in beams:
+            for beam in beams.reshape(-1, 3):
                 met |= cells_met(kinds, is_wall, place, beam, side, offset, reaches)
         assert gains[view] == sum(counts[cell] for cell in met)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from inspection_tools.exploration.kernels.gates import mark_ways
 from inspection_tools.planning.voxel_grid import FREE, OCCUPIED, UNKNOWN
 from kernel_cache.compiler import njit
 
@@ -95,12 +96,14 @@ def count_unknown(
 def revealed(
     kinds: np.ndarray,
     is_wall: np.ndarray,
+    gates: np.ndarray,
     counts: np.ndarray,
     side: int,
     offset: np.ndarray,
     places: np.ndarray,
     views: np.ndarray,
     directions: np.ndarray,
+    slopes: tuple[float, float],
     reaches: tuple[float, float, float],
     stamps: np.ndarray,
 ) -> np.ndarray:
@@ -109,39 +112,69 @@ def revealed(
     Args:
         kinds: (d, h, w) of the map.
         is_wall: (d, h, w) unknown voxels that beams do not pass.
+        gates: (g, 3) of `mark_gates`. Beams from a free voxel that meet none of them are not cast.
         counts: of the cells.
         side: voxels along a cell.
         offset: as in `count_unknown`.
         places: (n, 3) z, y, x of voxels that beams begin in.
         views: (n,) the view of each place, from 0 on.
-        directions: (k, 3) of the beams, of unit length.
+        directions: (r, a, 3) of the beams, of unit length. Along the second axis azimuths go evenly around.
+        slopes: of the lowest and the highest beam, see `mark_ways`.
         reaches: nearest and farthest distance that counts, and how far a beam goes on in the unknown, voxels.
         stamps: as counts, zeros; afterwards 1 + the last view that met a cell.
     """
     gains = np.zeros(views.max() + 1, np.int64)
-    depth, height, width = kinds.shape
+    rings, around = directions.shape[:2]
+    is_way = np.empty(around, np.bool_)
     for n in range(len(places)):
-        for k in range(len(directions)):
-            z, y, x = places[n, 0] + 0.5, places[n, 1] + 0.5, places[n, 2] + 0.5
-            way, inside = 0.0, 0.0
-            while way < reaches[1] and 0.0 <= z < depth and 0.0 <= y < height and 0.0 <= x < width:
-                voxel = int(z), int(y), int(x)
-                if kinds[voxel] == OCCUPIED or is_wall[voxel]:
-                    break
-                if kinds[voxel] == UNKNOWN and way >= reaches[0]:
-                    inside += STEP
-                    if inside > reaches[2]:
-                        break
-                    cell = (
-                        (voxel[0] + offset[0]) // side,
-                        (voxel[1] + offset[1]) // side,
-                        (voxel[2] + offset[2]) // side,
-                    )
-                    if stamps[cell] != views[n] + 1:
-                        stamps[cell] = views[n] + 1
-                        gains[views[n]] += counts[cell]
-                z += STEP * directions[k, 0]
-                y += STEP * directions[k, 1]
-                x += STEP * directions[k, 2]
-                way += STEP
+        is_way[:] = kinds[places[n, 0], places[n, 1], places[n, 2]] != FREE
+        if not is_way[0]:
+            mark_ways(gates, places[n], slopes, reaches[1], is_way)
+        for a in range(around):
+            if is_way[a]:
+                for r in range(rings):
+                    gains[views[n]] += _met(
+                        kinds, is_wall, counts, side, offset, places[n], directions[r, a], reaches,
+                        views[n] + 1, stamps,
+                    )  # fmt: skip
     return gains
+
+
+@njit(cache=True, nogil=True)
+def _met(
+    kinds: np.ndarray,
+    is_wall: np.ndarray,
+    counts: np.ndarray,
+    side: int,
+    offset: np.ndarray,
+    place: np.ndarray,
+    direction: np.ndarray,
+    reaches: tuple[float, float, float],
+    stamp: int,
+    stamps: np.ndarray,
+) -> int:
+    """Return the counts of the cells that a beam meets first, and stamp these."""
+    depth, height, width = kinds.shape
+    z, y, x = place[0] + 0.5, place[1] + 0.5, place[2] + 0.5
+    way, inside, met = 0.0, 0.0, 0
+    while way < reaches[1] and 0.0 <= z < depth and 0.0 <= y < height and 0.0 <= x < width:
+        voxel = int(z), int(y), int(x)
+        if kinds[voxel] == OCCUPIED or is_wall[voxel]:
+            break
+        if kinds[voxel] == UNKNOWN and way >= reaches[0]:
+            inside += STEP
+            if inside > reaches[2]:
+                break
+            cell = (
+                (voxel[0] + offset[0]) // side,
+                (voxel[1] + offset[1]) // side,
+                (voxel[2] + offset[2]) // side,
+            )
+            if stamps[cell] != stamp:
+                stamps[cell] = stamp
+                met += counts[cell]
+        z += STEP * direction[0]
+        y += STEP * direction[1]
+        x += STEP * direction[2]
+        way += STEP
+    return met

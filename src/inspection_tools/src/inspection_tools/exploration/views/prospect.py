@@ -10,6 +10,7 @@ import math
 
 import numpy as np
 
+from inspection_tools.exploration.kernels.gates import mark_gates
 from inspection_tools.exploration.kernels.revealed import count_unknown, mark_walls, revealed
 from inspection_tools.exploration.views.vain import Vain
 from inspection_tools.planning.space import Space
@@ -51,6 +52,9 @@ class Prospect:
         kinds = np.where(grid.is_taken_as_free & (grid.kinds == UNKNOWN), FREE, grid.kinds)
         self._kinds = np.pad(kinds, self._pad)
         self._is_wall = self._walls()
+        is_gate = np.zeros(self._kinds.shape, bool)
+        mark_gates(self._kinds, self._is_wall, is_gate)
+        self._gates = np.argwhere(is_gate)
         first = grid.corner[::-1] - self._pad
         self._first_cell = np.floor_divide(first, self._side)
         self._offset = first - self._first_cell * self._side
@@ -60,6 +64,8 @@ class Prospect:
         self._is_vain = np.zeros(shape, bool)
         self._leave_out_vain()
         self._beams = _beams(elevations_rad)
+        up, level = self._beams[:, 0, 0], np.hypot(self._beams[:, 0, 1], self._beams[:, 0, 2])
+        self._slopes = float(up[0] / level[0]), float(up[-1] / level[-1])
         near, far = (reach_m / self._voxel_m for reach_m in reaches_m)
         self._reaches = near, far, INTO_M / self._voxel_m
 
@@ -121,12 +127,14 @@ class Prospect:
         gains = revealed(
             self._kinds,
             self._is_wall,
+            self._gates,
             self._counts,
             self._side,
             self._offset,
             places + self._pad,
             views,
-            np.ascontiguousarray(beams.reshape(-1, 3)),
+            np.ascontiguousarray(beams),
+            self._slopes,
             self._reaches,
             stamps,
         )
