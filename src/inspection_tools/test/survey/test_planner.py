@@ -98,6 +98,26 @@ def test_places_near_a_surface_are_left_out_unless_they_show_what_no_other_place
     assert found[every.reachable].all()
 
 
+def test_a_small_uav_finds_places_between_what_a_coarse_lattice_passes_over(tmp_path):
+    """Undersides of shelves that are 0.7 m apart."""
+    shelves = [trimesh.creation.box((3.0, 2.0, 3.0))]
+    for z_m in (-0.75, -0.05, 0.65):
+        shelf = trimesh.creation.box((2.98, 0.5, 0.02))
+        shelf.apply_translation((0.0, 0.74, z_m))
+        shelves.append(shelf)
+    trimesh.util.concatenate(shelves).export(tmp_path / "shelves.stl")
+    shares = []
+    for spacing in (0.7, 0.0):
+        asked = SurveyParameters(radius=0.15, incidence=30.0, margin=0.0, voxel=0.05, spacing=spacing)
+        assert asked.lattice_m == (spacing or 0.3)
+        surface = read_surface(tmp_path / "shelves.stl", asked)
+        places_m = lattice(surface.room, asked.lattice_m)
+        found = Candidates(surface.patches, places_m, SurveyCamera(), asked, surface.ranges_m)
+        is_under = (surface.patches.normals[:, 2] < -0.9) & (surface.patches.points_m[:, 2] < 1.4)
+        shares.append(found.reachable[is_under].mean())
+    assert shares[0] < 0.9 < shares[1]
+
+
 def test_an_independent_check_shows_at_least_what_the_plan_tells(planned):
     surface, plans = planned
     plan = plans[-1]

@@ -87,6 +87,8 @@ def _help(name: str) -> str:
 
     for kind in (SurveyParameters, FlightParameters, SurveyCamera):
         for each in fields(kind):
+            if each.name == name == "spacing":
+                return "default: the UAV's width"
             if each.name == name:
                 return "default: that of a hover" if each.default is None else f"default: {each.default}"
     return ""

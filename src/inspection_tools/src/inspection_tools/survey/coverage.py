@@ -72,7 +72,7 @@ def judge_on(
     Reachable is what photographs from the best places would show, without what a plan keeps in reserve.
     """
     p = fine_patches(surface, asked)
-    places_m = lattice(surface.room, asked.spacing)
+    places_m = lattice(surface.room, asked.lattice_m)
     candidates = Candidates(surface.patches, places_m, camera, replace(asked, finer=0.0), surface.ranges_m)
     whole = surface.patches.numbers(p.points_m, p.normals, p.parts)
     reachable = (whole >= 0) & candidates.reachable[np.maximum(whole, 0)]

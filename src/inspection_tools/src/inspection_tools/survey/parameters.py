@@ -20,7 +20,7 @@ class SurveyParameters:
         class_share: The same for each class of parts alone.
         patch: Side of the patches into which the surface is divided, m.
         voxel: Side of the voxels in which the UAV's room is known, m. Of a map, its own.
-        spacing: Of the lattice of places from which photographs are tried, m.
+        spacing: Of the lattice of places from which photographs are tried, m; 0: the UAV's width.
         radius: Of the UAV, rotors included, m.
         margin: Beyond the radius, m. Below 0 only where the surfaces are known to be too near, as in a map.
         comfort: Beyond the radius, m. Nearer places are tried only if they show what no other does.
@@ -39,7 +39,7 @@ class SurveyParameters:
     class_share: float = 0.95
     patch: float = 0.25
     voxel: float = 0.1
-    spacing: float = 0.7
+    spacing: float = 0.0
     radius: float = 0.35
     margin: float = 0.15
     comfort: float = 0.0
@@ -54,13 +54,19 @@ class SurveyParameters:
         check_number("class_share", self.class_share, 0.0, 1.0)
         check_number("patch", self.patch, 0.05, 5.0)
         check_number("voxel", self.voxel, 0.02, 1.0)
-        check_number("spacing", self.spacing, 0.1, 10.0)
+        if self.spacing:
+            check_number("spacing", self.spacing, 0.1, 10.0)
         check_number("radius", self.radius, 0.05, 5.0)
         check_number("margin", self.margin, -0.5 * self.radius, 5.0)
         check_number("comfort", self.comfort, 0.0, 5.0)
         check_number("pointing_error", self.pointing_error, 0.0, 10.0)
         check_number("finer", self.finer, 0.0, 0.5)
         check_number("around", self.around, 0.0, 100.0)
+
+    @property
+    def lattice_m(self) -> float:
+        """Spacing of the lattice. A small UAV fits between what a coarse lattice would pass over."""
+        return self.spacing or 2.0 * self.radius
 
     @property
     def clearance_m(self) -> float:

@@ -73,14 +73,14 @@ class SurveyPlanner:
         def told(stage: str, plan: SurveyPlan) -> Progress:
             return Progress(stage, time.process_time() - begin_s, plan)
 
-        coarse = self._candidates(COARSER * self._asked.spacing)
+        coarse = self._candidates(COARSER * self._asked.lattice_m)
         if len(coarse.seen):
             first = Cover(coarse, self._asked)
             first.fill()
             first.drop_idle()
             if first.shots:
                 yield told("first plan", self._plan(coarse, first, rng, FIRST_TRIES))
-        candidates = self._candidates(self._asked.spacing)
+        candidates = self._candidates(self._asked.lattice_m)
         cover = Cover(candidates, self._asked)
         cover.fill()
         if not cover.shots:

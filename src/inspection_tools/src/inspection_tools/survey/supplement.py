@@ -73,7 +73,7 @@ class Supplement:
             share=min(1.0, asked.share + MORE),
             class_share=min(1.0, asked.class_share + MORE) if asked.class_share else 0.0,
         )
-        places_m = _away_from(left_out_m, lattice(room, asked.spacing))
+        places_m = _away_from(left_out_m, lattice(room, asked.lattice_m))
         if self.shown.all() or not len(places_m):
             return None
         candidates = Candidates(
