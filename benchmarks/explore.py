@@ -27,7 +27,10 @@ import numpy as np
 from benchmarks.explore_rows import batteries
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
+from gridslam.cloud_odometry.warm_up import warm_up_cloud_odometry
+from gridslam.volume.warm_up import warm_up_volume
 from inspection_tools.exploration import End, Why
+from inspection_tools.warm_up import warm_up
 from master_thesis.exploring.judged_flight import fly_and_judge
 from master_thesis.exploring.places import ROWS, place_of
 
@@ -87,6 +90,9 @@ def _fly_missions(given: argparse.Namespace, results: Results) -> None:
 
 def fly(row: str, seed: int, time_s: float) -> dict:
     """Explore a place once; return the metrics, times in s."""
+    warm_up_cloud_odometry()
+    warm_up_volume()
+    warm_up()  # otherwise the first decisions wait for their kernels
     place = place_of(row, seed)
     with tempfile.TemporaryDirectory() as folder:
         flown = fly_and_judge(place, place.written_to(Path(folder)), seed, time_s, 2.0 * TIME_S)
