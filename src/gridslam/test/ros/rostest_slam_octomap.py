@@ -213,6 +213,18 @@ class OctomapTest(unittest.TestCase):
 
         wait_until(is_whole, "all of the wall's voxels in ~updates")
 
+    def test_planners_hear_of_each_change_while_the_whole_map_keeps_its_period(self):
+        """A cloud each 0.6 s, an ~updates for each, and octomap_binary once a second at most."""
+        self.walls()
+        stamps = []
+        for number in range(1, 5):
+            seen = np.add(WALL, (0.0, 2.0 * number, 0.0))
+            stamps.append(self.send(seen, wait_s=0.6))
+            self.updates.last(lambda m: m.header.stamp == stamps[-1], "an update of this cloud")
+        self.binary.last(lambda m: m.header.stamp == stamps[-1], "the map of the last cloud")
+        published = {m.header.stamp for m in self.binary.messages}.intersection(stamps)
+        self.assertEqual(published, {stamps[1], stamps[3]})
+
     def test_every_cloud_is_acknowledged_and_repeated_ones_change_nothing(self):
         """A simulator in lockstep waits for it, and repeats its first cloud until all nodes have started."""
         self.walls()

@@ -20,6 +20,7 @@ NUMBERS = {
     "occupancy_min_z": -math.inf,
     "occupancy_max_z": math.inf,
     "publish_period": 1.0,
+    "updates_period": 0.2,
     "cloud_period": 0.0,
     "keep_period": 0.0,
     "node_distance": 0.25,
@@ -69,8 +70,9 @@ class OctomapParameters:
         for name, value in given.items():
             if not isinstance(value, (int, float)) or isinstance(value, bool) or math.isnan(value):
                 raise ParameterError(f"{name} must be a number, not {value}.")
-        if given["publish_period"] <= 0.0:
-            raise ParameterError(f"publish_period must be above 0 s, not {given['publish_period']}.")
+        for name in ("publish_period", "updates_period"):
+            if given[name] <= 0.0:
+                raise ParameterError(f"{name} must be above 0 s, not {given[name]}.")
         for name in ("cloud_period", "keep_period"):
             if not 0.0 <= given[name] < math.inf:
                 raise ParameterError(f"{name} must be 0 s or more, not {given[name]}.")

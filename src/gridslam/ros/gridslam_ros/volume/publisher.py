@@ -24,7 +24,7 @@ STEPS = 255
 
 
 class OctomapPublisher(rospy.SubscribeListener):
-    """All topics are latched. One is made anew with each change of the map, and for each new subscriber.
+    """Topics of the whole map are latched. One is made when the map has changed, and for a new subscriber.
 
     Args:
         parameters: of the node.
@@ -53,6 +53,8 @@ class OctomapPublisher(rospy.SubscribeListener):
         # Boxes add up, so each new listener gets all once, and none may be lost
         self._updates = rospy.Publisher("~updates", VoxelTiles, queue_size=100, subscriber_listener=self)
         self._distances = rospy.Publisher("~distances", VoxelTiles, queue_size=100, subscriber_listener=self)
+        self._has_changed = False
+        """Whether the map has, since the topics of the whole map were published."""
 
     def peer_subscribe(self, topic_name: str, *_: Any) -> None:
         """Note a new subscriber."""
@@ -64,16 +66,23 @@ class OctomapPublisher(rospy.SubscribeListener):
         """Whether somebody new listens."""
         return bool(self._asked)
 
-    def publish(self, corrected: CorrectedMap, layers: Layers, stamp: rospy.Time) -> None:
-        """Publish what is new, to whom it may concern."""
+    @property
+    def has_followers(self) -> bool:
+        """Whether somebody follows the map box by box."""
+        return self._updates.get_num_connections() > 0 or self._distances.get_num_connections() > 0
+
+    def publish(self, corrected: CorrectedMap, layers: Layers, stamp: rospy.Time, is_whole: bool) -> None:
+        """Publish what is new, to whom it may concern. is_whole: also the topics of the whole map."""
         asked, self._asked = self._asked, set()
         layers.refresh(corrected)
         changed, renewed = layers.take_changes()
         header = Header(stamp=stamp, frame_id=self._parameters.frame("frame_id"))
+        self._has_changed = self._has_changed or len(changed) > 0
         for name, topic in self._topics.items():
-            is_wanted = topic.get_num_connections() > 0 and (len(changed) > 0 or name == "octomap_full")
-            if is_wanted or topic.resolved_name in asked:
+            has_news = is_whole and (self._has_changed or name == "octomap_full")
+            if (has_news and topic.get_num_connections() > 0) or topic.resolved_name in asked:
                 topic.publish(self._message(name, corrected, layers, header))
+        self._has_changed = self._has_changed and not is_whole
         if self._updates.get_num_connections():
             if self._updates.resolved_name in asked:
                 changed = layers.shown.known_tiles()
