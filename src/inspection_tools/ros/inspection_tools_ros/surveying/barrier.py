@@ -9,7 +9,7 @@ import rospy
 from std_msgs.msg import Header
 
 MAP_LATE_S = 1.6
-"""A scan is acknowledged when the map is at most so much older. It is told once a second."""
+"""A scan is acknowledged when the map is at most so much older."""
 STARVED_S = 3.0
 """Wall time after which nobody waits for a map that does not come."""
 
