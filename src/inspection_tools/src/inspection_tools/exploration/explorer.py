@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from inspection_tools.exploration.leftovers import Leftover, leftovers_of, with_refused
+from inspection_tools.exploration.leftovers import Leftover, Why, leftovers_of, with_refused
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.exploration.steep import steep_steps
@@ -64,6 +64,8 @@ class Explorer:
         """The view that the UAV flies to."""
         self._has_given_up = False
         """That view."""
+        self._refused_m: list[np.ndarray] = []
+        """Places (x, y, z) of views that CEPA kept the UAV from, and where it has not been since."""
         self._home_m: np.ndarray | None = None
         """Where it decided first."""
         self._looked_m: np.ndarray | None = None
@@ -76,9 +78,14 @@ class Explorer:
         """As given."""
         return self._p
 
-    def give_up_goal(self) -> None:
-        """The UAV comes no nearer to its goal: for the next decision it looks from where it is."""
+    def give_up_goal(self, is_refused: bool = False) -> None:
+        """The UAV comes no nearer to its goal: for the next decision it looks from where it is.
+
+        is_refused: CEPA does not let it go there.
+        """
         self._has_given_up = True
+        if is_refused and self._goal is not None:
+            self._refused_m.append(self._goal.place_m)
 
     def decide(self, space: Space, place_m: np.ndarray) -> Decision:
         """Return what to do from a place (x, y, z).
@@ -128,8 +135,12 @@ class Explorer:
         cells = scene.cells(self._p.cell)
         is_left = self._worthy.is_left(scene, cells)
         left = leftovers_of(space, scene.kinds, nodes, cells, is_left, scene.sight)
-        nodes = self._roadmap(opened, place_m).nodes
-        return with_refused(left, opened, nodes, sight_of(opened, self._p)) if len(nodes) else left
+        sight, nodes = sight_of(opened, self._p), self._roadmap(opened, place_m).nodes
+        refused = [opened.grid.index_of(view_m) for view_m in self._refused_m]
+        views = np.array([voxel for voxel in refused if voxel is not None])
+        if len(views):  # what was looked at from where CEPA held the UAV, and not from the view itself
+            left = with_refused(left, opened, views, sight, (Why.IN_VAIN,))
+        return with_refused(left, opened, nodes, sight) if len(nodes) else left
 
     def steep_steps(self, space: Space, place_m: np.ndarray) -> np.ndarray:
         """Return (n, k, 3) steps straight up or down from a place (x, y, z) of the UAV; see `steep_steps`.
@@ -158,6 +169,7 @@ class Explorer:
         """
         has_given_up, self._has_given_up = self._has_given_up, False
         goal, spacing_m = self._goal, self._p.spacing
+        self._refused_m = [view_m for view_m in self._refused_m if math.dist(place_m, view_m) > spacing_m]
         if goal is not None and (has_given_up or math.dist(place_m, goal.place_m) <= spacing_m):
             self._looked_m = place_m
             return Look((place_m, goal.place_m), 1.0), True

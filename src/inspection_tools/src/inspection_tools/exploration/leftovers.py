@@ -77,13 +77,18 @@ def leftovers_of(
 
 
 def with_refused(
-    leftovers: Sequence[Leftover], opened: Space, nodes: np.ndarray, sight: Sight
+    leftovers: Sequence[Leftover],
+    opened: Space,
+    nodes: np.ndarray,
+    sight: Sight,
+    whys: Sequence[Why] = (Why.NO_BEAM, Why.NO_ROOM),
 ) -> tuple[Leftover, ...]:
-    """Return leftovers; those that the UAV would see if no way was closed are named so.
+    """Return leftovers; those that the UAV would see if CEPA let it fly there are named so.
 
     opened: the space without what is closed. nodes: (n, 3) voxels of the map where the UAV could be then.
+    whys: only these reasons are named anew.
     """
-    unseen = [number for number, left in enumerate(leftovers) if left.why in (Why.NO_BEAM, Why.NO_ROOM)]
+    unseen = [number for number, left in enumerate(leftovers) if left.why in whys]
     places = [opened.grid.index_of(np.array(leftovers[number].place_m)) for number in unseen]
     inside = [(number, place) for number, place in zip(unseen, places) if place is not None]
     told = list(leftovers)
