@@ -10,6 +10,9 @@ from inspection_tools.errors import PoseError
 from inspection_tools.planning import PathPlanner
 from inspection_tools_ros import planner_messages
 
+QUEUE = 500
+"""Messages that may wait while the node is busy: those of 100 s. None may be lost, for they tell changes."""
+
 
 class Prior(Protocol):
     """As `inspection_tools.inspection.PriorMap`."""

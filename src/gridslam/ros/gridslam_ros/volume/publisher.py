@@ -21,6 +21,8 @@ from gridslam_ros.volume.parameters import OctomapParameters
 
 STEPS = 255
 """Of a distance in ~distances."""
+QUEUE = 500
+"""Changes that may wait for a listener that is busy: those of 100 s."""
 
 
 class OctomapPublisher(rospy.SubscribeListener):
@@ -51,8 +53,10 @@ class OctomapPublisher(rospy.SubscribeListener):
             )
         }
         # Boxes add up, so each new listener gets all once, and none may be lost
-        self._updates = rospy.Publisher("~updates", VoxelTiles, queue_size=100, subscriber_listener=self)
-        self._distances = rospy.Publisher("~distances", VoxelTiles, queue_size=100, subscriber_listener=self)
+        self._updates, self._distances = (
+            rospy.Publisher(name, VoxelTiles, queue_size=QUEUE, subscriber_listener=self)
+            for name in ("~updates", "~distances")
+        )
         self._has_changed = False
         """Whether the map has, since the topics of the whole map were published."""
 
