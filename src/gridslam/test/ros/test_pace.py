@@ -1,9 +1,13 @@
 """When changes of the map are told: at most once a period, none forgotten."""
 
 import numpy as np
+import pytest
 from gridslam_ros.volume.pace import Pace
+from gridslam_ros.volume.parameters import FLAGS, NUMBERS, TEXTS, OctomapParameters
 from hypothesis import given
 from hypothesis import strategies as st
+
+from gridslam import ParameterError
 
 
 def told_at(pace, changes):
@@ -57,3 +61,10 @@ def test_each_change_is_told_within_a_period_and_the_next_cloud(steps, period_s)
             assert last_s is None or now_s - last_s > period_s - 1e-5
             pace.tell(now_s)
             pending_since_s, last_s = None, now_s
+
+
+@pytest.mark.parametrize("name", ["publish_period", "updates_period"])
+@pytest.mark.parametrize("period_s", [0.0, -1.0, float("nan")])
+def test_a_period_that_is_none_is_refused_by_its_name(name, period_s):
+    with pytest.raises(ParameterError, match=name):
+        OctomapParameters({**NUMBERS, name: period_s}, TEXTS, FLAGS)
