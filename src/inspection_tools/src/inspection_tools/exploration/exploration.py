@@ -221,7 +221,7 @@ class Exploration:
             return is_young and math.dist(here_m, rest_m[-1]) > self._p.arrived
         if self._is_held_off:
             self._planner.close(rest_m[0], stamp_s)  # CEPA does not let it go there
-            self._explorer.give_up_goal(is_refused=True)
+            self._explorer.give_up_goal(is_refused=self.told.end is None)
             self._guide.forgive()
             return False
         if not self._is_slow_home and not self._guide.mind_the_pace(stamp_s, here_m, rest_m):
