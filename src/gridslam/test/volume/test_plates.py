@@ -56,6 +56,24 @@ def test_a_wall_across_the_cells_gets_plates_on_it_that_fill_it_once(normal, see
     assert 0.95 < areas_of(plates).sum() / SIDE_M**2 < (1.1 if normal[2] == 1.0 else 1.6)  # they overlap
 
 
+@pytest.mark.parametrize("height_m", [0.0, 0.1, 0.19])
+def test_a_floor_with_few_points_has_no_gaps_also_on_the_border_of_cells(height_m):
+    rng = np.random.default_rng(9)
+    side_m, cell_m = 4.0, PlateParameters().cell
+    columns = np.stack(np.meshgrid(*[np.arange(0.0, side_m, cell_m)] * 2), axis=-1).reshape(-1, 2)
+    columns = np.repeat(columns, rng.integers(2, 6, len(columns)), axis=0)  # two to five points in each
+    along_m = columns + rng.uniform(0.0, cell_m, columns.shape)
+    points_m = np.column_stack((along_m, height_m + rng.normal(0.0, NOISE_M, len(along_m))))
+    plates = plates_of([node_at((2.0, 2.0, 3.0), points_m)], rng)
+    inside = np.arange(0.1, side_m, 0.02)
+    places_m = np.stack(np.meshgrid(inside, inside), axis=-1).reshape(-1, 1, 2)
+    low_m, high_m = plates.corners_m.min(axis=1)[:, :2], plates.corners_m.max(axis=1)[:, :2]
+    over = [((part >= low_m) & (part <= high_m)).all(axis=2).sum(axis=1) for part in np.split(places_m, 39)]
+    assert (np.concatenate(over) > 0).mean() > 0.97
+    assert (np.concatenate(over) > 1).mean() < 0.05
+    assert np.abs(plates.centres_m[:, 2] - height_m).max() < 0.03
+
+
 def test_two_sides_of_a_thin_plate_stay_apart():
     rng = np.random.default_rng(3)
     thick_m = 0.05

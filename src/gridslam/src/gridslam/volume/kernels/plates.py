@@ -10,7 +10,7 @@ from kernel_cache.compiler import njit
 
 PLANES = 4
 """Of a cell, at most."""
-LEAST_OWN, LEAST_ALL = 3, 6
+LEAST_OWN, LEAST_ALL = 1, 6
 """A plane has at least so many points in its cell, and so many with those around it."""
 REFITS = (1.0, 1.0, 0.6)
 """Points so near to the plane, in tolerances, count when it is fitted again."""
@@ -22,8 +22,9 @@ sensor."""
 ALIKE, APART = 0.8, 0.6
 """A plane that faces as another one of its cell (cosine), and is nearer to it than this part of the cell, is
 noise of the other one."""
-FIELDS = 13
-"""Of a row: number of the cell; normal; a place on the plane; lowest and highest corner of its points."""
+FIELDS = 14
+"""Of a row: number of the cell; normal; a place on the plane; lowest and highest corner of its points; how
+many of them are the cell's own."""
 
 
 @njit(cache=True, nogil=True)
@@ -236,5 +237,6 @@ def planes_of_cells(
             if is_new:
                 rows[total, 0] = c
                 rows[total, 1:4], rows[total, 4:7] = normal, place
+                rows[total, 13] = mine
                 total += 1
     return rows[:total].copy()

@@ -13,6 +13,8 @@ from gridslam.volume.nodes import CloudNode
 
 AHEAD = 0.8
 """Plates whose normals have a greater cosine between them face alike."""
+SURE = 3
+"""A plane with fewer points in its own cell fills a gap, or is none: the neighbours' points carry it."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +87,7 @@ def plates_of(
         p.cell, p.reach, p.off,
     )  # fmt: skip
     cells = cells[rows[:, 0].astype(np.int64)]
-    return _rectangles(cells, rows[:, 1:4], rows[:, 4:7], rows[:, 7:10], rows[:, 10:13], p)
+    return _rectangles(cells, rows[:, 1:4], rows[:, 4:7], rows[:, 7:10], rows[:, 10:13], rows[:, 13], p)
 
 
 def _thinned(nodes: Iterable[CloudNode], side_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -129,7 +131,7 @@ def _sorted(points_m: np.ndarray, side_m: float) -> tuple[np.ndarray, np.ndarray
 
 def _rectangles(
     cells: np.ndarray, normals: np.ndarray, places_m: np.ndarray, low_m: np.ndarray, high_m: np.ndarray,
-    p: PlateParameters,
+    own: np.ndarray, p: PlateParameters,
 ) -> Plates:  # fmt: skip
     """Return what the planes have in their cells, along their steepest axes; neighbours' corners meet."""
     along = np.argmax(np.abs(normals), axis=1)
@@ -150,7 +152,8 @@ def _rectangles(
             places_m[row, along] + slope_u * (at_u - places_m[row, u]) + slope_v * (at_v - places_m[row, v])
         )
 
-    kept = _is_single(cells, normals, along, height(*(0.5 * (low + high) for low, high in sides)), p.cell)
+    there_m = height(*(0.5 * (low + high) for low, high in sides))
+    kept = _is_single(cells, normals, along, np.floor(there_m / p.cell).astype(np.int64), own >= SURE)
     kept &= (sides[0][1] > sides[0][0]) & (sides[1][1] > sides[1][0])
     corners = np.zeros((len(cells), 4, 3))
     keys = np.full((len(cells), 4), -1, np.int64)
@@ -168,22 +171,25 @@ def _rectangles(
 
 
 def _is_single(
-    cells: np.ndarray, normals: np.ndarray, along: np.ndarray, height_m: np.ndarray, side_m: float
+    cells: np.ndarray, normals: np.ndarray, along: np.ndarray, there: np.ndarray, is_sure: np.ndarray
 ) -> np.ndarray:
-    """Return which planes (n,) lie in their own cell, or in one that has no such plane itself."""
-    row = np.arange(len(cells))
-    there = np.floor(height_m / side_m).astype(np.int64)
-    at_home = there == cells[row, along]
-    kept = at_home.copy()
+    """Return which planes (n,) are no copies: a sure one of another in its cell, an unsure one of any beside.
+
+    there: (n,) the cell, of those in a row along the plane's axis, in which its plate lies.
+    """
     homes: dict[tuple[int, ...], list[int]] = {}
-    for k in np.flatnonzero(at_home).tolist():
-        homes.setdefault((*cells[k].tolist(), int(along[k])), []).append(k)
-    for k in np.flatnonzero(~at_home).tolist():
-        cell = cells[k].copy()
-        cell[along[k]] = there[k]
-        key = (*cell.tolist(), int(along[k]))
-        if all(normals[other] @ normals[k] < AHEAD for other in homes.get(key, ())):
-            homes.setdefault(key, []).append(k)
+    kept = np.zeros(len(cells), bool)
+    is_home = there == cells[np.arange(len(cells)), along]
+    for k in np.lexsort((~is_home, ~is_sure)).tolist():
+        step = np.eye(3, dtype=np.int64)[along[k]]
+        cell = cells[k] + (there[k] - cells[k, along[k]]) * step
+        others = []
+        if not is_sure[k]:
+            others = [n for beside in (cell - step, cell, cell + step) for n in homes.get(tuple(beside), ())]
+        elif not is_home[k]:
+            others = [n for n in homes.get(tuple(cell), ()) if along[n] == along[k]]
+        if not any(normals[n] @ normals[k] >= AHEAD for n in others):
+            homes.setdefault(tuple(cell), []).append(k)
             kept[k] = True
     return kept
 
