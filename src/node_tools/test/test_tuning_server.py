@@ -86,6 +86,20 @@ def test_a_request_with_groups_as_dynparam_load_sends_it_is_understood(server):
     assert [(p.name, p.value) for p in answer.doubles] == [("size", 0.5)]
 
 
+@pytest.mark.parametrize(("ends", "raised"), [(True, "ServiceException"), (False, "ROSException")])
+def test_a_request_that_comes_while_the_node_ends_is_answered_with_a_sentence(
+    server, monkeypatch, ends, raised
+):
+    def publish(message):
+        raise tuning_server.rospy.ROSException("publish() to a closed topic")
+
+    server.update_topic = SimpleNamespace(publish=publish)
+    monkeypatch.setattr(tuning_server.rospy, "is_shutdown", lambda: ends)
+    with pytest.raises(Exception, match="The node ends" if ends else "closed topic") as refused:
+        server.update_configuration({"size": 0.5})
+    assert type(refused.value).__name__ == raised
+
+
 def test_parameters_are_read_and_written_at_once_and_others_stay(server, monkeypatch):
     stored, calls = {"~": {"size": 0.5, "not_tuned": [1, 2]}}, []
     parameters = SimpleNamespace(

@@ -19,8 +19,18 @@ class TuningServer(Server):
     """
 
     def update_configuration(self, changes: Mapping[str, Any]) -> Any:
-        """Apply the changes that are within their limits."""
-        return super().update_configuration({k: v for k, v in changes.items() if self._is_allowed(k, v)})
+        """Apply the changes that are within their limits.
+
+        Raises:
+            rospy.ServiceException: the node ends. A client of the service gets this as its answer.
+        """
+        allowed = {name: value for name, value in changes.items() if self._is_allowed(name, value)}
+        try:
+            return super().update_configuration(allowed)
+        except rospy.ROSException as error:
+            if not rospy.is_shutdown():
+                raise
+            raise rospy.ServiceException("The node ends. Ask again when it runs.") from error
 
     def _is_allowed(self, name: str, value: Any) -> bool:
         least, most = self.type.min.get(name), self.type.max.get(name)

@@ -125,7 +125,7 @@ class TestGazebo(GazeboTestCase):
         self.wait_for_standstill()
         before = self.sim_time_s()
         self.services["unpause_physics"]()
-        self.wait_for(lambda: self.received["/scan"], what="a scan after unpausing")
+        self.wait_for(lambda: self.received["/clock"] and self.received["/scan"], what="time to go on")
         self.assertLess(self.received["/clock"][0].clock.to_sec() - before, 0.05)
 
     def test_physics_is_tuned_by_dynamic_reconfigure(self):
