@@ -2,7 +2,8 @@
 
 In `hold_3d` deck beams, coaming, frames and stanchions change what a level lidar sees; in `ballast_tank`
 stiffeners and manholes do. Odometry is compared with the truth as it is: both begin at the same place, and
-nothing is aligned. The flight does not use SLAM, which follows it with other libraries that may do so.
+nothing is aligned. The flight does not use SLAM, which follows it with other libraries that may do so. All
+figures end where the landing begins: a drawn place may be over a stiffener, on which a UAV falls over.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from gridslam.cloud_odometry.warm_up import warm_up_cloud_odometry
 from gridslam.odometry.warm_up import warm_up_odometry
 from inspection_tools import PositionControllerParameters, Waypoint
 from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.course import Phase
 from master_thesis.flight.parameters import ClosedLoopParameters
 from simulation_tools.geometry import Pose
 from simulation_tools.sensors.cloud import Cloud, CloudLidar
@@ -46,10 +48,16 @@ def fly(
         slam = SlamBeside(loop, seed)
         loop.listeners.append(slam)
         while not loop.is_over:
-            _tell(libraries, loop.step())
+            output = loop.step()
+            if loop.monitor.course.has_begun(Phase.LANDING):
+                loop.listeners.clear()
+            else:
+                _tell(libraries, output)
         outcome, known = loop.outcome, loop.log.truth.array("t_s", "x_m", "y_m", "z_m")
         assert loop.own_odometry is not None  # there is no GNSS
-        estimates, cpu_ms = loop.own_odometry.estimates[1:], loop.own_odometry.cpu_ms
+        until_s = outcome.times_s.get(Phase.LANDING, np.inf)
+        estimates = [each for each in loop.own_odometry.estimates[1:] if each.stamp_s < until_s]
+        cpu_ms = loop.own_odometry.cpu_ms[: len(estimates)]
     times_s = np.array([estimate.stamp_s for estimate in estimates])
     found = np.array([estimate.position_xyz for estimate in estimates])
     off = found - np.column_stack([np.interp(times_s, known[:, 0], known[:, axis]) for axis in (1, 2, 3)])

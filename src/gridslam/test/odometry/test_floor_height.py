@@ -105,6 +105,38 @@ def test_an_edge_whose_readings_slide_past_other_floors_is_no_climb(seed):
     assert floor.floor_m == pytest.approx(0.0, abs=0.03)
 
 
+def test_the_edge_of_a_box_that_comes_into_sight_little_by_little_is_no_climb():
+    off_m = np.array([beside_a_box(seed) for seed in range(20)])
+    assert off_m.max() < 0.12
+    assert off_m[:, -200:].mean() < 0.018
+
+
+def beside_a_box(seed: int, height_m: float = 2.0, box_m: float = 1.0) -> np.ndarray:
+    """Return how far the height is off. Beams slide up the side of a box; the UAV hovers and sways a little."""
+    rng, floor, off_m = np.random.default_rng(seed), FloorHeight(LidarOdometryParameters()), []
+    phases = rng.uniform(0.0, 2.0 * math.pi, 2)
+    for k in range(int(12.0 / IMU_S)):
+        t = k * IMU_S
+        floor.on_acceleration(t, 0.0)
+        if k % RANGE_EVERY == 0:
+            apart_m = 0.06 - 0.01 * (t - 4.0) + 0.01 * math.sin(2.0 * t + phases[0])
+            lean_rad = math.radians(0.3 * math.sin(1.7 * t + phases[1]) + 0.1 * rng.standard_normal())
+            below_m = over_an_edge(apart_m, lean_rad, height_m, box_m)
+            floor.on_range(t, round(below_m + 0.01 * rng.standard_normal(), 2))
+            floor.on_height(t, height_m + 0.008 * rng.standard_normal(), 0.05**2)
+        off_m.append(abs(floor.at(t)[0] - height_m))
+    return np.array(off_m)
+
+
+def over_an_edge(apart_m: float, lean_rad: float, height_m: float, box_m: float) -> float:
+    """Return the least of three beams at a height, so far beside a box; it leans towards the box."""
+    if apart_m <= 0.0:
+        return height_m - box_m
+    slopes = [math.tan(math.radians(angle) + lean_rad) for angle in (-1.0, 0.0, 1.0)]
+    on_side_m = [apart_m / slope for slope in slopes if slope > 0.0]
+    return float(np.clip(min(on_side_m, default=height_m), height_m - box_m, height_m))
+
+
 def over_stiffeners(t: float, h: float) -> float:
     """Return the least of three beams that cross stiffeners of 0.15 x 0.03 m every 0.75 m, at 0.6 m/s."""
     beams_m = [0.6 * t + 0.375 + math.tan(math.radians(angle)) * h for angle in (-1.0, 0.0, 1.0)]

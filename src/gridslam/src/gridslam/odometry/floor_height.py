@@ -20,6 +20,7 @@ from gridslam.odometry.floor_hypotheses import (
     MAP,
     NEW,
     SAME_LEVEL_M,
+    SHOCK_BELOW_M,
     Hypothesis,
     Level,
     likeliest,
@@ -41,6 +42,9 @@ CLOUD_SIGMA_M, EDGE_SIGMA_M = 0.2, 0.03
 Few rings on new planes hold a climb back, so else the range finder counts more."""
 JUMP_M, JUMP_S = 0.07, 3.0
 """So long after such a jump of the height that clouds tell it is their map that is off."""
+EDGE_JUMP_M, EDGE_READING_SIGMA_M = 0.05, 0.3
+"""A reading that leaves the one before it by more than the first, beside the climb, may be an edge that enters
+the range finder's cone. Its standard deviation is the second. The readings that follow tell what it was."""
 SILENT_S = 1.0
 """If the last reading that counted is older, the height is not known any more; the next one begins anew."""
 HELD_S = 0.05
@@ -59,7 +63,7 @@ class FloorHeight:
         self._stamp_s: float | None = None
         self._acceleration = 0.0
         self._held_until_s = -math.inf
-        self._range_m = math.nan  # the newest reading
+        self._range_m = self._range_s = math.nan  # the newest reading
         self._counted_s: float | None = None
         self._told_s = -math.inf  # by clouds, while no reading counted
         self._off_m = 0.0  # by which the newest height by clouds is off
@@ -121,11 +125,14 @@ class FloorHeight:
         """
         self._advance(stamp_s)
         variance_m2 = self._p.range_noise_m**2 + sigma_m**2
-        jump_m, self._range_m = height_m - self._range_m, height_m
+        jump_m, past_s = height_m - self._range_m, stamp_s - self._range_s
+        self._range_m, self._range_s = height_m, stamp_s
         last_s = max(self._told_s, -math.inf if self._counted_s is None else self._counted_s)
         if stamp_s - last_s > SILENT_S:
             self._begin(stamp_s, height_m, variance_m2)
             return
+        if height_m > SHOCK_BELOW_M and abs(jump_m - past_s * self._alive[0].state[CLIMB]) > EDGE_JUMP_M:
+            variance_m2 += EDGE_READING_SIGMA_M**2
         delay_s = (self._stamp_s or stamp_s) - stamp_s
         best = self._alive[0].state
         if abs(height_m - (best[HEIGHT] - delay_s * best[CLIMB] - best[FLOOR])) > self._p.floor_step_m:
