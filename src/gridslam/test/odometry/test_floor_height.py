@@ -112,7 +112,7 @@ def test_the_edge_of_a_box_that_comes_into_sight_little_by_little_is_no_climb():
 
 
 def beside_a_box(seed: int, height_m: float = 2.0, box_m: float = 1.0) -> np.ndarray:
-    """Return how far the height is off. Beams slide up the side of a box; the UAV hovers and sways a little."""
+    """Return how far the height is off. Beams slide up a box's side; the UAV hovers and sways a little."""
     rng, floor, off_m = np.random.default_rng(seed), FloorHeight(LidarOdometryParameters()), []
     phases = rng.uniform(0.0, 2.0 * math.pi, 2)
     for k in range(int(12.0 / IMU_S)):

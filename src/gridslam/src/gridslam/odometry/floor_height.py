@@ -43,8 +43,8 @@ Few rings on new planes hold a climb back, so else the range finder counts more.
 JUMP_M, JUMP_S = 0.07, 3.0
 """So long after such a jump of the height that clouds tell it is their map that is off."""
 EDGE_JUMP_M, EDGE_READING_SIGMA_M = 0.05, 0.3
-"""A reading that leaves the one before it by more than the first, beside the climb, may be an edge that enters
-the range finder's cone. Its standard deviation is the second. The readings that follow tell what it was."""
+"""A reading that differs from the one before it by more than the first, beside the climb, may be an edge that
+enters the range finder's cone. Its standard deviation is the second; the readings that follow tell more."""
 SILENT_S = 1.0
 """If the last reading that counted is older, the height is not known any more; the next one begins anew."""
 HELD_S = 0.05
