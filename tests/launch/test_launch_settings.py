@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import math
 import os
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,6 +13,7 @@ import pytest
 import yaml
 
 from master_thesis.exploring.places import HOLD, TANK, place_of
+from master_thesis.worlds.scenario import CLOUD_LIDARS
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -136,7 +139,7 @@ def test_flights_without_ros_explore_as_the_launch_file_does(world):
 
 
 @pytest.mark.ros
-@pytest.mark.parametrize("lidar", ["puck", "near_puck", "qt64", "m8"])
+@pytest.mark.parametrize("lidar", CLOUD_LIDARS)
 def test_explorer_and_cepa_know_where_a_lidar_s_beams_look(lidar):
     model = ElementTree.parse(ROOT / f"src/simulation_tools/models/lidar_{lidar}/model.sdf").getroot()
     (ray,) = model.iterfind(".//sensor[@name='cloud']/ray")
@@ -148,3 +151,13 @@ def test_explorer_and_cepa_know_where_a_lidar_s_beams_look(lidar):
     assert [limits["elevation_min"], limits["elevation_max"]] == pytest.approx(beams, abs=1e-3)
     ranges = [float(ray.findtext(f"range/{end}")) for end in ("min", "max")]
     assert [limits["range_min"], limits["range_max"]] == ranges
+
+
+def test_launch_files_know_which_lidars_have_clouds():
+    models = (ROOT / "src/simulation_tools/models").glob("lidar_*/model.sdf")
+    with_cloud = {file.parent.name.removeprefix("lidar_") for file in models if '"cloud"' in file.read_text()}
+    assert with_cloud == set(CLOUD_LIDARS)
+    texts = [file.read_text() for file in ROOT.glob("src/*/launch/**/*.launch")]
+    lists = [found for text in texts for found in re.findall(r"lidar in (\(.*?\))", text)]
+    assert len(lists) >= 5
+    assert {ast.literal_eval(each) for each in lists} == {CLOUD_LIDARS}

@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Iterable, Mapping, Sequence, TextIO
 
 from master_thesis.errors import FlightError
+from master_thesis.worlds.scenario import CLOUD_LIDARS
 
 SIMULATOR = "simulation_tools.warm_up:warm_up"
 THESIS_CEPA, DYNAMIC_CEPA = "cepa.warm_up:warm_up", "cepa.warm_up:warm_up_dynamic"
@@ -37,8 +38,6 @@ ALL = (SIMULATOR, THESIS_CEPA, DYNAMIC_CEPA, SLAM, LOOP_CLOSURE, ODOMETRY, CLOUD
 """The parts that are compiled one by one: module and function that runs through all kernels of the part."""
 FIRST_FLIGHT = (SIMULATOR, THESIS_CEPA)
 """Those of Experiment 1 with its defaults."""
-CLOUD_LIDARS = ("puck", "near_puck", "qt64", "m8")
-"""Their clouds are matched without GNSS, in place of scans."""
 NO = ("false", "0")
 PACKAGES = Path(__file__).resolve().parents[4]
 """The workspace's folder of packages."""

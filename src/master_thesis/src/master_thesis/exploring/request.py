@@ -12,7 +12,7 @@ from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.description import RunDescription
 from master_thesis.launch_arguments.common import choices_of, limits_of
 from master_thesis.launch_arguments.free_places import check_course
-from master_thesis.launch_arguments.nodding import WITH_CLOUD, is_true
+from master_thesis.launch_arguments.nodding import is_true
 from master_thesis.worlds import scenario
 
 HOVER_M = 2.0
@@ -41,10 +41,10 @@ def read(asked: Mapping[str, Any], keep_m: float) -> ExploringRequest:
         MasterThesisError, SimulationToolsError: one sentence.
     """
     choices = choices_of({"algorithm": "dynamic", **asked})
-    if choices["lidar"] not in WITH_CLOUD and not is_true(asked, "nod"):
+    if choices["lidar"] not in scenario.CLOUD_LIDARS and not is_true(asked, "nod"):
         raise FlightError(
             f"Exploring needs clouds, which '{choices['lidar']}' does not give; "
-            f"choose lidar:={', '.join(WITH_CLOUD)}, or add nod:=true."
+            f"choose lidar:={', '.join(scenario.CLOUD_LIDARS)}, or add nod:=true."
         )
     world = scenario.absolute("world", str(asked.get("world", "")))
     x, y, z, yaw = scenario.place_and_yaw("start", asked.get("start", "0 0 0 0"))

@@ -9,7 +9,6 @@ from master_thesis.worlds import scenario
 from simulation_tools import values
 from simulation_tools.vehicle.nod import Nod
 
-WITH_CLOUD = ("puck", "near_puck", "qt64", "m8")
 MOST_SWEEPS = 100
 
 
@@ -41,7 +40,7 @@ def check_lidar(asked: Mapping[str, Any]) -> None:
     from simulation_tools.vehicle.uav import load_uav
 
     lidar, model = str(asked["lidar"]), str(asked.get("model", "iris"))
-    if lidar in WITH_CLOUD:
+    if lidar in scenario.CLOUD_LIDARS:
         raise ScenarioError(f"lidar:={lidar} need not nod, because it has a cloud; leave out nod:=true.")
     if is_true(asked, "level_lidar"):
         raise ScenarioError("The gimbal either levels the lidar or nods; leave out level_lidar:=true.")

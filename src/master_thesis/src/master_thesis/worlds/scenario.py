@@ -14,6 +14,7 @@ THESIS_ALGORITHMS = ("improved", "original")
 ALGORITHMS = (*THESIS_ALGORITHMS, "dynamic")
 CEPA = "cepa"
 LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
+CLOUD_LIDARS = ("puck", "near_puck", "qt64", "m8")  # their models have clouds; without GNSS these are matched
 POSE_SOURCES = ("ground_truth", "odometry")
 MAPPING_POSE_SOURCES = (*POSE_SOURCES, "slam")  # of experiments that run SLAM
 MAVROS = ("sim", "real")
