@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from inspection_tools.photographs.folder import read_photograph
 from inspection_tools.survey.plan_file import read_plan
@@ -20,11 +21,31 @@ from simulation_tools.sdf.parser import load_world
 WORLDS = Path(__file__).resolve().parents[1] / "worlds"
 
 
+def leaves(value):
+    """Yield all keys and values of what YAML gives."""
+    if isinstance(value, dict):
+        for key, item in value.items():
+            yield key
+            yield from leaves(item)
+    elif isinstance(value, list):
+        for item in value:
+            yield from leaves(item)
+    else:
+        yield value
+
+
 @pytest.mark.parametrize("name", ["hold_3d", "hold_3d_cargo", "ballast_tank"])
 def test_the_shipped_file_is_the_generators(name, tmp_path):
     world = WORLDS / f"{name}.world"
     written = write_defects(world, tmp_path / "d.yaml", seed=1)
-    assert written.read_text() == beside(world).read_text()
+    ours, shipped = (list(leaves(yaml.safe_load(file.read_text()))) for file in (written, beside(world)))
+    assert [each for each in ours if type(each) is not float] == [
+        each for each in shipped if type(each) is not float
+    ]
+    # Embree's last digit depends on the processor
+    assert [each for each in ours if type(each) is float] == pytest.approx(
+        [each for each in shipped if type(each) is float], abs=2e-5
+    )
     marks = read_defects(written)
     assert Counter(defect.kind for defect in marks.defects) == NUMBERS
     surfaces = surfaces_of(load_world(str(world)))

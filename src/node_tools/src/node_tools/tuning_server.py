@@ -9,13 +9,14 @@ from dynamic_reconfigure.server import Server
 
 
 class TuningServer(Server):
-    """dynamic_reconfigure's server with three differences.
+    """dynamic_reconfigure's server with four differences.
 
     It refuses a value beyond its limits with a sentence, and the old value stays. The original silently
     clips the value to the limit, where it may have another meaning. It also understands requests with the
     state of nested groups, as `dynparam load` sends them. The original fails on these.
     It asks the parameter server for all values at once, and sets them at once. The original takes two calls
-    for each value at the start, and one for each at every change: in flight, 60 for CEPA.
+    for each value at the start, and one for each at every change: in flight, 60 for CEPA. A request that
+    comes while the node ends gets a sentence. The original fails then, with a traceback.
     """
 
     def update_configuration(self, changes: Mapping[str, Any]) -> Any:
