@@ -62,7 +62,7 @@ class Exploration:
         self._back = WayBack(planner, energy, self._p)
         self._steep = SteepSteps(planner, explorer.steep_steps, explorer.parameters.spacing)
         self._began_s, self._look_s = math.nan, -math.inf
-        self._guide, self._stay = Guide(planner, self._p), Stay()
+        self._guide, self._stay = Guide(planner, self._p, explorer.parameters.slopes), Stay()
         self._been_m: list[np.ndarray] = []
         """Since the last look."""
         self._is_held_off = False

@@ -10,6 +10,7 @@ import numpy as np
 from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.parameters import ExplorationParameters
 from inspection_tools.exploration.steps import in_steps
+from inspection_tools.exploration.upright import upright
 from inspection_tools.exploration.way import Progress, Way
 from inspection_tools.planning import PathPlanner
 
@@ -26,14 +27,16 @@ class Guide:
     `follow` and `setpoint_m` may be called while another thread sets out.
 
     Args:
-        planner: knows the map. parameters: see there.
+        planner: knows the map. parameters: see there. slopes: of the lidar's lowest and highest beam.
 
     Attributes:
         is_paused: it hovers by `pause`.
     """
 
-    def __init__(self, planner: PathPlanner, parameters: ExplorationParameters) -> None:
-        self._planner, self._p = planner, parameters
+    def __init__(
+        self, planner: PathPlanner, parameters: ExplorationParameters, slopes: tuple[float, float]
+    ) -> None:
+        self._planner, self._p, self._slopes = planner, parameters, slopes
         self._way, self._progress = Way(), Progress()
         self._hovers_s: float | None = None
         """Since when it has been at the end of its way; None: it is on the way."""
@@ -111,6 +114,7 @@ class Guide:
             self.set_out(Way(in_steps(places_m, STEP_M)[1:]))
             return True
         space = self._planner.space(stamp_s, here_m)
+        places_m = upright(places_m, self._slopes, space.cost_m)
         way = Way(places_m[1:], space.cost_whatever_climb_m, self._p.ahead, self._p.climbs_first, here_m)
         self.set_out(way)
         return True

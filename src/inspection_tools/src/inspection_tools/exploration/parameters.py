@@ -80,6 +80,11 @@ class ExplorerParameters:
         check_number("pause", self.pause, 0.0, 60.0)
         check_number("keep", self.keep, 1.0, 100.0)
 
+    @property
+    def slopes(self) -> tuple[float, float]:
+        """Of the lowest and the highest beam."""
+        return math.tan(self.elevation_min), math.tan(self.elevation_max)
+
 
 @dataclass(frozen=True)
 class ExplorationParameters:

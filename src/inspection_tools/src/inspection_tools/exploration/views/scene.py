@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,5 +60,4 @@ class Scene:
 def sight_of(space: Space, parameters: ExplorerParameters) -> Sight:
     """Return what the lidar sees in a space."""
     p, voxel_m = parameters, space.grid.resolution_m
-    slopes = math.tan(p.elevation_min), math.tan(p.elevation_max)
-    return Sight(slopes, (p.near / voxel_m, p.reach / voxel_m))
+    return Sight(p.slopes, (p.near / voxel_m, p.reach / voxel_m))
