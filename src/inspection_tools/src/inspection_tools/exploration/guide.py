@@ -110,11 +110,11 @@ class Guide:
             places_m = list(self._planner.plan(here_m, goal_m, stamp_s).points_m)
         except NoPathError:
             return False
+        space = self._planner.space(stamp_s, here_m)
+        places_m = upright(places_m, self._slopes, space.cost_m)
         if is_slow or self._is_slow(stamp_s, here_m):
             self.set_out(Way(in_steps(places_m, STEP_M)[1:]))
             return True
-        space = self._planner.space(stamp_s, here_m)
-        places_m = upright(places_m, self._slopes, space.cost_m)
         way = Way(places_m[1:], space.cost_whatever_climb_m, self._p.ahead, self._p.climbs_first, here_m)
         self.set_out(way)
         return True
