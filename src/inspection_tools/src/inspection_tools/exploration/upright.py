@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import Sequence
+from typing import Callable, Sequence
 
 import numpy as np
 
-from inspection_tools.exploration.narrow_part import Cost
-
+Cost = Callable[[np.ndarray, np.ndarray], float]
+"""How long a straight leg between two places (x, y, z) seems, m; infinite: it may not be flown."""
 STEEPER = 2.0
 """A leg so many times as steep as the lidar's outermost beams leads into what they have hardly shown."""
 RISE_M = 1.0
@@ -26,7 +26,7 @@ def upright(places_m: Sequence[np.ndarray], slopes: tuple[float, float], cost_m:
     Args:
         places_m: from where the UAV is, on.
         slopes: of the lidar's lowest and highest beam.
-        cost_m: how long straight legs seem; infinite: one may not be flown.
+        cost_m: see `Cost`.
     """
     way_m = list(places_m[:1])
     for begin_m, end_m in zip(places_m, places_m[1:]):
