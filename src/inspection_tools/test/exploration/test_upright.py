@@ -39,7 +39,7 @@ def test_no_leg_is_steep_where_all_is_clear_and_every_place_is_kept(count, seed)
 def test_a_leg_leads_only_over_what_is_clear(seed):
     rng = np.random.default_rng(seed)
     begin_m, end_m = rng.uniform(0.0, 9.0, (2, 3))
-    closed = rng.random(3) < 0.5  # above the beginning, above the end, both
+    closed = rng.random(2) < 0.5  # over the beginning, over the end
 
     def cost_m(a_m, b_m):
         is_first = any(np.array_equal(m, (*begin_m[:2], end_m[2])) for m in (a_m, b_m))
@@ -47,16 +47,16 @@ def test_a_leg_leads_only_over_what_is_clear(seed):
 
     way_m = upright([begin_m, end_m], SLOPES, cost_m)
     assert all(math.isfinite(cost_m(a, b)) for a, b in zip(way_m, way_m[1:])) or len(way_m) == 2
-    assert (len(way_m) == 3) == (is_steep(begin_m, end_m) and not closed[:2].all())
+    assert (len(way_m) == 3) == (is_steep(begin_m, end_m) and not closed.all())
 
 
-def led(filled, is_slow=False):
+def led(filled, is_slow=False, has_range_finders=True):
     """The first setpoint of a way that leads 5 m up and 4 m ahead, and the places after it."""
     kinds = np.full((40, 40, 40), FREE, np.uint8)
     kinds[filled] = OCCUPIED
     planner = PathPlanner(PLANNER)
     planner.update_map(SIDE_M, 40, np.zeros((1, 3), int), kinds.reshape(1, -1))
-    guide = Guide(planner, ExplorationParameters(), SLOPES)
+    guide = Guide(planner, ExplorationParameters(steep=has_range_finders), SLOPES)
     assert guide.plan(np.array((2.1, 4.1, 1.5)), np.array((6.1, 4.1, 6.5)), 0.0, is_slow)
     return guide.way.rest_m
 
@@ -72,6 +72,10 @@ def test_a_slow_way_leads_straight_up_and_then_ahead_too():
     is_below = places_m[:, 2] < 6.5 - 1e-9
     np.testing.assert_allclose(places_m[is_below, :2], np.broadcast_to((2.1, 4.1), (is_below.sum(), 2)))
     assert is_below.sum() > 5
+
+
+def test_without_range_finders_it_is_led_there_straight():
+    assert len(led(np.s_[:0], has_range_finders=False)) < len(led(np.s_[:0]))
 
 
 def test_under_a_deck_it_is_led_ahead_first():

@@ -111,7 +111,8 @@ class Guide:
         except NoPathError:
             return False
         space = self._planner.space(stamp_s, here_m)
-        places_m = upright(places_m, self._slopes, space.cost_m)
+        if self._p.steep:  # else no range finder sees what is straight above or below
+            places_m = upright(places_m, self._slopes, space.cost_m)
         if is_slow or self._is_slow(stamp_s, here_m):
             self.set_out(Way(in_steps(places_m, STEP_M)[1:]))
             return True
