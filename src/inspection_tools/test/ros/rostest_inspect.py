@@ -246,7 +246,14 @@ class InspectTest(unittest.TestCase):
         wait_until(lambda: address_of(NODE) not in (None, old), "the node's new start", 60.0)
         # The goal is latched, so it goes on with what its folder lacks
         self.services["pause"].wait_for_service(60.0)
-        wait_until(self.results.is_heard, "the result's topic", 60.0)  # the result comes once
+        begun_again = ServerProxy(address_of(NODE))
+        results = NODE + "/survey/result"  # it comes once, and the killed node's connection may still count here
+
+        def tells_its_result():
+            connections = begun_again.getBusInfo("/inspect_probe")[2]
+            return any(each[2] == "o" and each[4] == results for each in connections)
+
+        wait_until(tells_its_result, "the result's topic", 60.0)
 
         def ended():
             uav.send_map()  # whole, as slam_octomap does for a new listener
