@@ -1,22 +1,18 @@
-"""Grid mapping SLAM with a Rao-Blackwellised particle filter (Grisetti et al. 2005, 2007). See README.md."""
+"""Grid mapping SLAM with a Rao-Blackwellised particle filter (Grisetti et al. 2005, 2007). See README.md.
 
-from gridslam.errors import MapError, ParameterError, PoseError, ScanError, SlamError, StateError
-from gridslam.filter.grid_slam import GridSlam
-from gridslam.filter.scan_update import ScanUpdate
-from gridslam.occupancy_grid import OccupancyGrid
-from gridslam.parameters import SlamParameters
-from gridslam.scan import PlanarScan
+The library is imported when one of its names is first asked for. So `rostopic` and `rosservice` can read this
+package's messages: their Python has no numpy.
+"""
 
-__all__ = [
-    "GridSlam",
-    "MapError",
-    "OccupancyGrid",
-    "ParameterError",
-    "PlanarScan",
-    "PoseError",
-    "ScanError",
-    "ScanUpdate",
-    "SlamError",
-    "SlamParameters",
-    "StateError",
-]
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from gridslam.library import *  # noqa: F403
+else:
+
+    def __getattr__(name):
+        library = import_module("gridslam.library")
+        if name in getattr(library, "__all__", ()):  # it has none while it is being imported
+            return getattr(library, name)
+        raise AttributeError(f"module gridslam has no attribute {name}")

@@ -1,60 +1,18 @@
-"""Helpers for UAV inspection software, free of ROS: see README.md for the nodes around them."""
+"""Helpers for UAV inspection software, free of ROS: see README.md for the nodes around them.
 
-from inspection_tools.correction import CorrectionParameters, SlowCorrection
-from inspection_tools.errors import (
-    InspectionToolsError,
-    MapError,
-    MissionError,
-    NoPathError,
-    ParameterError,
-    PoseError,
-    ScanError,
-    VelocityError,
-)
-from inspection_tools.level_beams import LevelBeamsParameters, LevelFrame, is_whole, level_part
-from inspection_tools.median_filter import LidarMedianFilter, MedianFilterParameters
-from inspection_tools.mission import Mission, Waypoint, hold_s, way_home, way_m
-from inspection_tools.mission_file import parse_mission, read_mission
-from inspection_tools.padding import LidarPadding, PaddingParameters
-from inspection_tools.position_controller import PositionController, PositionControllerParameters
-from inspection_tools.scan import ScanGeometry
-from inspection_tools.vision_pose import VisionPose, VisionPoseParameters, VisionState
-from inspection_tools.yaw.regulator import YawRegulator, YawRegulatorParameters
-from inspection_tools.yaw.steering import YawSteering
+The library is imported when one of its names is first asked for. So `rostopic` and `rosservice` can read this
+package's messages: their Python has no numpy.
+"""
 
-__all__ = [
-    "CorrectionParameters",
-    "InspectionToolsError",
-    "LevelBeamsParameters",
-    "LevelFrame",
-    "LidarMedianFilter",
-    "LidarPadding",
-    "MapError",
-    "MedianFilterParameters",
-    "Mission",
-    "MissionError",
-    "NoPathError",
-    "PaddingParameters",
-    "ParameterError",
-    "PoseError",
-    "PositionController",
-    "PositionControllerParameters",
-    "ScanError",
-    "ScanGeometry",
-    "SlowCorrection",
-    "VelocityError",
-    "VisionPose",
-    "VisionPoseParameters",
-    "VisionState",
-    "Waypoint",
-    "YawRegulator",
-    "YawRegulatorParameters",
-    "YawSteering",
-    "hold_s",
-    "is_whole",
-    "level_part",
-    "parse_mission",
-    "read_mission",
-    "way_home",
-    "way_m",
-]
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from inspection_tools.library import *  # noqa: F403
+else:
+
+    def __getattr__(name):
+        library = import_module("inspection_tools.library")
+        if name in getattr(library, "__all__", ()):  # it has none while it is being imported
+            return getattr(library, name)
+        raise AttributeError(f"module inspection_tools has no attribute {name}")

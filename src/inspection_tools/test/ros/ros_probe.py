@@ -20,6 +20,7 @@ class Newest:
     def _take(self, message):
         self.last = message
 
+
 def scan_of(stamp, ranges, turn=1440, intensities=(), frame="hokuyo", limits=(0.06, 10.0)):
     """A scan from -135 degrees on, `turn` of whose beams would make a full turn."""
     scan = LaserScan()

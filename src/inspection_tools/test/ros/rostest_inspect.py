@@ -247,7 +247,8 @@ class InspectTest(unittest.TestCase):
         # The goal is latched, so it goes on with what its folder lacks
         self.services["pause"].wait_for_service(60.0)
         begun_again = ServerProxy(address_of(NODE))
-        results = NODE + "/survey/result"  # it comes once, and the killed node's connection may still count here
+        # The result comes once, and the killed node's connection may still count here
+        results = NODE + "/survey/result"
 
         def tells_its_result():
             connections = begun_again.getBusInfo("/inspect_probe")[2]
