@@ -1,4 +1,4 @@
-"""ROS's own tools know our messages: `rostopic echo`, `rosservice call` and `rosbag` run by Debian's Python."""
+"""ROS's own tools know our messages: `rostopic` and `rosservice` run by Debian's Python."""
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ package's messages: their Python has no numpy.
 """
 
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -12,7 +13,6 @@ if TYPE_CHECKING:
 else:
 
     def __getattr__(name):
-        library = import_module("gridslam.library")
-        if name in getattr(library, "__all__", ()):  # it has none while it is being imported
-            return getattr(library, name)
-        raise AttributeError(f"module gridslam has no attribute {name}")
+        if name.startswith("_") or find_spec(f"gridslam.{name}"):  # Python imports modules by itself
+            raise AttributeError(f"module gridslam has no attribute {name}")
+        return getattr(import_module("gridslam.library"), name)

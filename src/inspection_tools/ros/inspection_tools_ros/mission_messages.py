@@ -8,7 +8,7 @@ from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 
 from inspection_tools import Waypoint
 from inspection_tools.geometry import Vector3, yaw_of
-from inspection_tools.mission import headings_shown
+from inspection_tools.mission.waypoints import headings_shown
 from inspection_tools_ros.conversions import pose_of
 from node_tools.conversions import set_yaw, xyzw
 

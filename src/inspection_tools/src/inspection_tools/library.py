@@ -13,8 +13,8 @@ from inspection_tools.errors import (
 )
 from inspection_tools.level_beams import LevelBeamsParameters, LevelFrame, is_whole, level_part
 from inspection_tools.median_filter import LidarMedianFilter, MedianFilterParameters
-from inspection_tools.mission import Mission, Waypoint, hold_s, way_home, way_m
-from inspection_tools.mission_file import parse_mission, read_mission
+from inspection_tools.mission.file import parse_mission, read_mission
+from inspection_tools.mission.waypoints import Mission, Waypoint, hold_s, way_home, way_m
 from inspection_tools.padding import LidarPadding, PaddingParameters
 from inspection_tools.position_controller import PositionController, PositionControllerParameters
 from inspection_tools.scan import ScanGeometry

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Mapping
 
 from inspection_tools.errors import MissionError, ParameterError
-from inspection_tools.mission import Waypoint
+from inspection_tools.mission.waypoints import Waypoint
 
 MOST_LAPS = 1000
 _KEYS = ("x", "y", "z", "yaw", "tolerance", "hold")

@@ -1,0 +1,1 @@
+"""Waypoints that are flown one after the other, and their file."""
