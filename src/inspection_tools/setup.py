@@ -16,6 +16,7 @@ setup(
             "inspection_tools.exploration.views",
             "inspection_tools.findings",
             "inspection_tools.inspection",
+            "inspection_tools.mission",
             "inspection_tools.photographs",
             "inspection_tools.planning",
             "inspection_tools.planning.kernels",
