@@ -22,34 +22,38 @@ the plates' grades, those that are the same by the findings as by the true rust.
 mapped: a plan on the map of an exploration, flown as in `bench explore` with a Puck. share, shares: what its
 photographs would show of the drawing, of what is reachable there. mesh_cpu_s: of the map's surface.
 
+missions: photographs of small rooms, flown on a battery that is too small: see `inspection_rows/missions.py`.
+
 Keys: inspection.hold_3d.mapped.{photographs, share, shares, mesh_cpu_s, cpu_s, contacts}, medians, and
 inspection.hold_3d.plan.{photographs, lp_ratio, tour_ratio, flights, flight_s, share, cpu_s} and
 inspection.hold_3d.{findings, second_look}.{rust, cracks, wide_cracks}.{found, shown},
 .false_{rust, cracks}_per_100_m2, .off_p95_m, .area_m2, .photographs, .cpu_s
 and inspection.hold_3d.flown[_in_passing].{asked, taken, left_out, shots, contacts, landed, flights,
 least_charge, share_planned, share_of_planned, share, shares, m2_per_min, each_s, off_m, off_deg, flight_s},
-medians over the flights; each_s: time of flight for each photograph
+medians over the flights; each_s: time of flight for each photograph; and
+inspection.rooms.missions.{missions, landings, below_goal, least_charge, contacts, not_home, asked, taken,
+left_out, open, lost}, of all missions together
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 from typing import Sequence
 
 import numpy as np
 
-from benchmarks.inspection_rows import flown, found, graded, mapped, planned
+from benchmarks.inspection_rows import flown, found, graded, mapped, missions, planned
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
 
 SEARCH_S, BRIEF_SEARCH_S = 20.0, 0.0
-ROWS = ("plan", "findings", "graded", "flown", "mapped")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Plan, photograph, find, print and write."""
     parser = trial_options(__doc__ or "")
-    parser.add_argument("--rows", nargs="+", choices=ROWS, default=ROWS)
+    parser.add_argument("--rows", nargs="+", choices=ROWS, default=tuple(ROWS))
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
     parser.add_argument(
         "--photographs", type=int, default=flown.MOST, help="of a flight; 0: all (%(default)s)"
@@ -58,41 +62,74 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--passing", action="store_true", help="photographs are taken in passing")
     given = parser.parse_args(arguments)
     with Results("inspection", given.results, vars(given)) as results:
-        if "plan" in given.rows:
-            seeds = given.seeds or planned.SEEDS[: 1 if given.brief else None]
-            search_s = BRIEF_SEARCH_S if given.brief else SEARCH_S
-            plans = run_crossed("inspection_plan", planned.plan, given, seed=seeds, search_s=[search_s])
-            _add(results, "inspection.hold_3d.plan", _medians(list(plans.values())))
-        if "findings" in given.rows:
-            seeds = given.seeds or found.SEEDS[: 1 if given.brief else None]
-            most = found.BRIEF_MOST if given.brief else found.MOST
-            looks = run_crossed("inspection_findings", found.look, given, seed=seeds, most=[most])
-            for name in ("findings", "second_look"):
-                rows = [each[name] for each in looks.values() if name in each]
-                if rows:
-                    _add(results, f"inspection.hold_3d.{name}", _sums(rows))
-        if "graded" in given.rows:
-            seeds = given.seeds or graded.SEEDS[: 1 if given.brief else None]
-            most = graded.BRIEF_MOST if given.brief else graded.MOST
-            boxes = run_crossed("inspection_graded", graded.grade, given, seed=seeds, most=[most])
-            _add(results, "inspection.corroded.graded", graded.summary(list(boxes.values())))
-        if "flown" in given.rows:
-            seeds = given.seeds or flown.SEEDS[: 1 if given.brief else None]
-            most = flown.BRIEF_MOST if given.brief else given.photographs
-            flights = run_crossed(
-                "inspection_flown", flown.fly, given, seed=seeds, most=[most], battery=[given.battery],
-                passing=[given.passing],
-            )  # fmt: skip
-            key = "inspection.hold_3d.flown" + ("_in_passing" if given.passing else "")
-            _add(results, key, _medians(list(flights.values())))
-        if "mapped" in given.rows:
-            seeds = given.seeds or mapped.SEEDS[: 1 if given.brief else None]
-            time_s = mapped.BRIEF_TIME_S if given.brief else mapped.TIME_S
-            search_s = BRIEF_SEARCH_S if given.brief else SEARCH_S
-            maps = run_crossed(
-                "inspection_mapped", mapped.fly, given, seed=seeds, time_s=[time_s], search_s=[search_s]
-            )
-            _add(results, "inspection.hold_3d.mapped", _medians(list(maps.values())))
+        for row in given.rows:
+            ROWS[row](given, results)
+
+
+def _plans(given: argparse.Namespace, results: Results) -> None:
+    search_s = BRIEF_SEARCH_S if given.brief else SEARCH_S
+    seeds = _seeds(given, planned.SEEDS)
+    rows = run_crossed("inspection_plan", planned.plan, given, seed=seeds, search_s=[search_s])
+    _add(results, "inspection.hold_3d.plan", _medians(list(rows.values())))
+
+
+def _findings(given: argparse.Namespace, results: Results) -> None:
+    most = found.BRIEF_MOST if given.brief else found.MOST
+    seeds = _seeds(given, found.SEEDS)
+    looks = run_crossed("inspection_findings", found.look, given, seed=seeds, most=[most])
+    for name in ("findings", "second_look"):
+        rows = [each[name] for each in looks.values() if name in each]
+        if rows:
+            _add(results, f"inspection.hold_3d.{name}", _sums(rows))
+
+
+def _graded(given: argparse.Namespace, results: Results) -> None:
+    most = graded.BRIEF_MOST if given.brief else graded.MOST
+    seeds = _seeds(given, graded.SEEDS)
+    boxes = run_crossed("inspection_graded", graded.grade, given, seed=seeds, most=[most])
+    _add(results, "inspection.corroded.graded", graded.summary(list(boxes.values())))
+
+
+def _flown(given: argparse.Namespace, results: Results) -> None:
+    most = flown.BRIEF_MOST if given.brief else given.photographs
+    seeds = _seeds(given, flown.SEEDS)
+    flights = run_crossed(
+        "inspection_flown", flown.fly, given, seed=seeds, most=[most], battery=[given.battery],
+        passing=[given.passing],
+    )  # fmt: skip
+    key = "inspection.hold_3d.flown" + ("_in_passing" if given.passing else "")
+    _add(results, key, _medians(list(flights.values())))
+
+
+def _mapped(given: argparse.Namespace, results: Results) -> None:
+    time_s = mapped.BRIEF_TIME_S if given.brief else mapped.TIME_S
+    search_s = BRIEF_SEARCH_S if given.brief else SEARCH_S
+    seeds = _seeds(given, mapped.SEEDS)
+    maps = run_crossed(
+        "inspection_mapped", mapped.fly, given, seed=seeds, time_s=[time_s], search_s=[search_s]
+    )
+    _add(results, "inspection.hold_3d.mapped", _medians(list(maps.values())))
+
+
+def _missions(given: argparse.Namespace, results: Results) -> None:
+    most = missions.BRIEF_MOST if given.brief else missions.MOST
+    seeds = _seeds(given, missions.SEEDS)
+    ended = run_crossed("inspection_missions", missions.fly, given, seed=seeds, most=[most])
+    _add(results, "inspection.rooms.missions", missions.summary(list(ended.values())))
+
+
+ROWS = {
+    "plan": _plans,
+    "findings": _findings,
+    "graded": _graded,
+    "flown": _flown,
+    "mapped": _mapped,
+    "missions": _missions,
+}
+
+
+def _seeds(given: argparse.Namespace, seeds: Sequence[int]) -> Sequence[int]:
+    return given.seeds or seeds[: 1 if given.brief else None]
 
 
 def _add(results: Results, key: str, numbers: dict) -> None:

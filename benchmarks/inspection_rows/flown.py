@@ -112,7 +112,7 @@ def _flown_row(
         "contacts": outcome.collision,
         "landed": outcome.landed,
         "flights": len(photographed.flights),
-        "least_charge": min(each.charge for each in photographed.flights),
+        "least_charge": min(flight.landed_at, default=math.nan),
         "share_of_planned": area_m2 / float(areas_m2[by_plan.shown].sum()),
         "share_planned": by_plan.share(),
         "share": shown.share(),

@@ -87,7 +87,9 @@ def test_a_battery_that_runs_low_is_swapped_at_home_and_the_flight_goes_on(swaps
         photographed, outcome = flown.run(), loop.outcome
         charge = loop.simulation.power.battery.remaining
     assert [each.photographs for each in photographed.flights] == [0, 1][: 1 + swaps]
-    assert 0.08 < photographed.flights[0].charge < 0.14
+    assert 0.08 < flown.landed_at[0] < photographed.flights[0].charge < 0.14
+    assert len(flown.landed_at) == 1 + swaps
+    assert flown.landed_at[-1] == charge
     assert (charge > 0.9) == bool(swaps)
     assert (len(photographed.true), outcome.landed, outcome.failure) == (taken, True, None)
 

@@ -13,7 +13,7 @@ class BatterySwap:
     """Follows a UAV that hovers at home: it lands, gets a full battery, and hovers again.
 
     Args:
-        loop: the flight. take_battery: says whether there is a full one.
+        loop: the flight. take_battery: called right after the landing, says whether there is a full one.
     """
 
     def __init__(self, loop: ClosedLoop, take_battery: Callable[[], bool]) -> None:

@@ -97,7 +97,8 @@ class InspectingFlight:
             None: no such photographs.
 
     Attributes:
-        photographed: so far. on_photograph: called after each good one.
+        photographed: so far. on_photograph: called after each good one. landed_at: charge of the battery at
+            each landing, 0..1.
 
     Raises:
         FlightError: the UAV has no clouds or flies by GNSS.
@@ -124,13 +125,14 @@ class InspectingFlight:
         self._supplement, self._rounds = supplement, ROUNDS
         self.inspection.awaits = supplement is not None
         self._errand = Errand(1, swaps)
-        self._swap = BatterySwap(loop, self._errand.take_battery)
+        self._swap = BatterySwap(loop, self._take_battery)
         self._energy, self._battery_is_due = energy, Due(BATTERY_US)
         self._gimbal, self._supplemented = TiltGimbal(), 0
         self._camera: CameraState | None = None
         self._setpoint_m: np.ndarray | None = None
         self._began_s: float | None = None
         self.photographed = Photographed()
+        self.landed_at: list[float] = []
         self.on_photograph: Callable[[], None] = lambda: None
 
     def run(self) -> Photographed:
@@ -142,7 +144,18 @@ class InspectingFlight:
             self._hold_camera(output)
             if self._clouds.newest is not None:
                 self._lead(self._clouds.newest, loop.monitor.course.phase is Phase.FLYING)
+        if loop.outcome.landed:
+            self.landed_at.append(self._charge)
         return self.photographed
+
+    @property
+    def _charge(self) -> float:
+        power = self._loop.simulation.power
+        return 1.0 if power is None else power.battery.remaining
+
+    def _take_battery(self) -> bool:
+        self.landed_at.append(self._charge)
+        return self._errand.take_battery()
 
     def _hold_camera(self, output: StepOutput) -> None:
         truth = output.ground_truth
@@ -205,10 +218,9 @@ class InspectingFlight:
         """Land for a battery, or for good."""
         assert self.inspection.end is not None
         assert self._began_s is not None
-        told, power = self.photographed, self._loop.simulation.power
+        told = self.photographed
         before = sum(each.photographs for each in told.flights)
-        charge = 1.0 if power is None else power.battery.remaining
-        told.flights.append(FlightOnBattery(self._began_s, now_s, len(told.true) - before, charge))
+        told.flights.append(FlightOnBattery(self._began_s, now_s, len(told.true) - before, self._charge))
         follows = self._errand.after(self.inspection.end.value, self.inspection.is_home)
         if follows is Next.AGAIN:
             self._swap.begin()
