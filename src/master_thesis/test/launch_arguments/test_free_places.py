@@ -75,6 +75,35 @@ def test_a_start_inside_of_an_obstacle_is_refused(world):
         checked(world, start=(5.0, 0.2, 0.0, 0.0))
 
 
+BEAM = """<model name="beam"><static>true</static><pose>0 0 {} 0 0 0</pose><link name="link">
+<collision name="c"><geometry><box><size>0.2 6 0.2</size></box></geometry></collision></link></model>
+</world>"""
+
+
+@pytest.fixture
+def under_beam(tmp_path):
+    def path_of(bottom_m):
+        path = tmp_path / "beam.world"
+        path.write_text(WORLD.replace("</world>", BEAM.format(bottom_m + 0.1)))
+        return path
+
+    return path_of
+
+
+@pytest.mark.parametrize("bottom_m", [1.0, 2.0])
+def test_a_start_below_what_the_take_off_meets_is_refused(under_beam, bottom_m):
+    sentence = (
+        f"Over (0, 0, 0) the UAV would climb into beam, {bottom_m - 0.1:.1f} m high. It takes off to 2 m;"
+    )
+    with pytest.raises(ScenarioError, match=re.escape(sentence)):
+        checked(under_beam(bottom_m))
+    checked(under_beam(bottom_m), start=(0.6, 0.0, 0.0, 0.0))
+
+
+def test_a_start_below_what_hangs_higher_is_taken(under_beam):
+    checked(under_beam(2.4))
+
+
 def test_a_uav_may_start_on_terrain():
     hills = ROOT / "src/simulation_tools/worlds/hills.world"
     check_course(Scenario("hills", hills, goal_xyz_m=(20.0, 0.0, 9.0)), "iris", "ust", [], R_LB_M)

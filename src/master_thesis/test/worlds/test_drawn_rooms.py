@@ -1,11 +1,13 @@
 """Drawn rooms and bug traps: closed, with room for the UAV at its start, and a way for it to each end."""
 
+import re
+
 import numpy as np
 import pytest
 
 from gridslam.evaluation.volume.surface import read_surface
 from master_thesis.exploring.judge import SIDE_M, room_of
-from master_thesis.worlds.drawn.rooms import TRAPS, rooms_world, trap_world
+from master_thesis.worlds.drawn.rooms import SMALL, TRAPS, rooms_world, trap_world
 
 CLEARANCE_M = 0.5
 BEYOND_M = {"u_shape": (4.3, 0.0, 1.5), "snake": (4.6, 0.0, 1.5), "cells": (2.7, 2.0, 1.5)}
@@ -33,6 +35,24 @@ def test_rooms_are_closed_and_the_uav_reaches_the_last_one(seed, tmp_path):
     assert (places > drawn.low_m + walls).all()
     assert (places < drawn.high_m - walls).all()
     assert places[:, 0].max() > drawn.high_m[0] - 1.5
+
+
+BEAM_0 = r'<collision name="beam_0">\s*<pose>(.*?)</pose>.*?<size>(.*?)</size>'
+
+
+@pytest.mark.parametrize("sizes", [None, SMALL])
+def test_no_beam_hangs_low_over_the_start(sizes):
+    apart_m, bottoms_m = [], []
+    for seed in range(300):
+        sdf = rooms_world(np.random.default_rng(seed), sizes).sdf
+        inside_m = re.search(r'<model name="inside">.*?<pose>(\S+) ', sdf, re.DOTALL)
+        for place, size in re.findall(BEAM_0, sdf, re.DOTALL):
+            (x, _, z, *_), (length, _, height) = map(float, place.split()), map(float, size.split())
+            apart_m.append(abs(float(inside_m[1]) + x) - length / 2)
+            bottoms_m.append(z - height / 2)
+    low = np.array(bottoms_m) < 2.3
+    assert 10 < low.sum() < len(low)
+    assert np.array(apart_m)[low].min() >= 0.6
 
 
 @pytest.mark.parametrize("kind", TRAPS)

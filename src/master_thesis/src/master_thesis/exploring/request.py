@@ -11,11 +11,10 @@ from master_thesis.errors import FlightError, ScenarioError
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.description import RunDescription
 from master_thesis.launch_arguments.common import choices_of, limits_of
-from master_thesis.launch_arguments.free_places import check_course
+from master_thesis.launch_arguments.free_places import HOVER_M, check_course
 from master_thesis.launch_arguments.nodding import is_true
 from master_thesis.worlds import scenario
 
-HOVER_M = 2.0
 LONGEST_S = 86_400.0
 RETURN_S = 600.0
 """For the ways home and the swaps, beyond the exploration's own time."""

@@ -17,6 +17,8 @@ PENETRATION_M, LIFT_M = 0.02, 0.06
 physics puts a margin of 4 cm around terrain.
 """
 
+HOVER_M, OVERSHOOT_M, CLIMB_STEP_M = 2.0, 0.15, 0.1
+"""Height over the ground to which the UAV takes off; how far it may climb beyond; steps of the check."""
 FARTHEST_GROUND_M = 10_000.0
 
 _PROBE_RADIUS_M = 0.001
@@ -29,7 +31,7 @@ _PROBE = (
 def check_course(
     scenario: Scenario, model: str, lidar: str, places_xyz_m: Sequence[tuple], keep_m: float
 ) -> None:
-    """Check that the UAV does not start inside an obstacle, and that no place is too close to one.
+    """Check that the UAV does not start inside or below an obstacle, and that no place is too close to one.
 
     No place may lie below the ground, or so near above it that the UAV would stand on it. places_xyz_m: in
     `world`. keep_m: the avoidance's distance from obstacles (CEPA's r_LB), 0 if unknown. The UAV would never
@@ -72,6 +74,11 @@ def check_course(
             raise ScenarioError(
                 f"At ({x:g}, {y:g}, {z:g}) the UAV would start below the ground; move start:=."
             )
+        for up_m in np.arange(CLIMB_STEP_M, z + HOVER_M + OVERSHOOT_M - lifted_m, CLIMB_STEP_M).tolist():
+            climbed = Pose((0.0, 0.0, up_m)) @ start
+            if distance_m("the UAV", climbed, 0.1) < -PENETRATION_M:
+                name = _nearest(obstacles, partial(distance_m, "the UAV", climbed, 0.1))
+                raise ScenarioError(_climbs_into((x, y, z), name, up_m + stands_m))
         for place, room in zip(places_xyz_m, under):
             pose = Pose(tuple(place))
             found_m = distance_m("place", pose, keep_m + 1.0)
@@ -109,6 +116,13 @@ def vertical_m(cast: Cast, place_xyz_m: Sequence[float]) -> Vertical:
 def _nearest(models: Sequence[str], distance_m: Callable[[frozenset], float]) -> str:
     everyone = frozenset(models)
     return min(models, key=lambda name: distance_m(everyone - {name}))
+
+
+def _climbs_into(start: Sequence[float], name: str, height_m: float) -> str:
+    return (
+        f"Over ({_told(start)}) the UAV would climb into {name}, {height_m:.1f} m high. It takes off to "
+        f"{HOVER_M:g} m; move start:=."
+    )
 
 
 def _too_close(place: Sequence[float], distance_m: float, name: str, keep_m: float) -> str:

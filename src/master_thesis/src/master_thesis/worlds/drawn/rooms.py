@@ -20,6 +20,8 @@ BOXES, BOX_M, BOX_HEIGHT_M = (0, 3), (0.4, 1.4), (0.4, 2.2)
 STEP_M, BEAM_M = (0.2, 0.6), (0.15, 0.3)
 FREE_M = 1.2
 """No box is nearer to the start, or to a wall across the row."""
+FREE_HEIGHT_M = 2.6
+"""Over the start no beam hangs lower: the UAV takes off to 2 m, and nothing looks up meanwhile."""
 WALL_M = 0.15
 
 
@@ -99,7 +101,9 @@ def _furniture(rng: np.random.Generator, number: int, x_m: Range, breadth_m: flo
     if rng.random() < 0.5:
         side, x = float(rng.uniform(*BEAM_M)), float(rng.uniform(x_m[0] + 0.5, x_m[1] - 0.5))
         z = float(rng.uniform(z_m[0] + 0.6 * (z_m[1] - z_m[0]), z_m[1] - side))
-        parts.append(box(f"beam_{number}", (x, x + side), (-half, half), (z, z + side), STEEL))
+        apart_m = abs((x_m[0] + x_m[1]) / 2 - (x + side / 2)) - side / 2
+        if number or apart_m >= FREE_M / 2 or z >= FREE_HEIGHT_M:
+            parts.append(box(f"beam_{number}", (x, x + side), (-half, half), (z, z + side), STEEL))
     return parts
 
 
