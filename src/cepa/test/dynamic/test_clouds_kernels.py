@@ -11,7 +11,7 @@ from cepa.dynamic.cost_to_go.kernels.slowness import best_layers
 from cepa.dynamic.free_space.kernels.clouds import free_distances, level, stamp_seen
 from cepa.dynamic.free_space.kernels.unseen import unseen_layers
 from cepa.dynamic.kernels.distance_layers import distance_layers
-from cepa.dynamic.remembered.kernels.voxels import NOBODY, Voxels, forget_far, recall, remember
+from cepa.dynamic.remembered.kernels.voxels import NOBODY, Voxels, forget_far, have_stood, recall, remember
 
 seeds = st.integers(0, 2**32 - 1)
 CELL_M, FAR_M, SIDE, LAYERS, LAYER_M, BELOW_M, ABOVE_M = 0.1, 0.8, 31, 5, 0.15, 0.4, 0.25
@@ -184,7 +184,13 @@ class PlainMemory:
             if max(abs(point[0]), abs(point[1])) <= reach[0] and abs(point[2]) <= reach[1]:
                 at = point + origin
                 cell = tuple(np.floor(at / (0.15, 0.15, 0.05)).astype(int))
-                self.cells[cell] = [at, stamp, 0]
+                begun = self.cells[cell][3] if cell in self.cells else stamp
+                self.cells[cell] = [at, stamp, 0, begun]
+
+    def have_stood(self, points, origin, before, apart, up):
+        old = np.array([entry[0] for entry in self.cells.values() if entry[3] <= before]).reshape(-1, 3)
+        away = np.abs(old - (points + origin)[:, None])
+        return ((np.hypot(away[..., 0], away[..., 1]) <= apart) & (away[..., 2] <= up)).any(axis=1)
 
     def recall(self, origin, stamp, oldest, reach, nearest, row_tan, gap, near, misses):
         for cell, entry in list(self.cells.items()):
@@ -213,9 +219,9 @@ class PlainMemory:
 def test_remembered_points_are_those_of_a_plain_dictionary(seed):
     rng = np.random.default_rng(seed)
     capacity, reach = 500, np.array([2.0, 0.8])
-    stores = np.empty((capacity, 3)), np.empty(capacity), np.empty(capacity, np.uint8)
+    stores = np.empty((capacity, 3)), np.empty(capacity), np.empty(capacity), np.empty(capacity, np.uint8)
     voxels = Voxels(*stores, np.full((40, 40, 48), NOBODY, np.int32), 0.15, 0.05)
-    plain, known, recalled = PlainMemory(), 0, np.empty((capacity, 3))
+    plain, known, recalled, counts = PlainMemory(), 0, np.empty((capacity, 3)), np.zeros(2)
     for number in range(12):
         origin, stamp = np.array([0.2 * number, 0.0, 0.05 * number]), 0.1 * number
         points = rng.uniform((-2.2, -2.2, -1.0), (2.2, 2.2, 1.0), (30, 3))
@@ -228,11 +234,16 @@ def test_remembered_points_are_those_of_a_plain_dictionary(seed):
         expected = plain.recall(origin, stamp, stamp - 0.45, reach, nearest, *rules)
         found = np.array(sorted(map(tuple, recalled[:known]))).reshape(-1, 3)
         np.testing.assert_allclose(found, expected, atol=1e-9)
+        asked = points + rng.normal(0.0, 0.1, points.shape), origin, stamp - 0.25, 0.15, 0.2
+        stood = have_stood(*asked, voxels)
+        assert stood.tolist() == plain.have_stood(*asked).tolist()
+        counts += stood.sum(), len(stood)
     assert known > 50
+    assert 0 < counts[0] < 0.5 * counts[1]
 
 
 def test_a_full_list_forgets_what_is_far_and_tells_what_found_no_room():
-    stores = np.empty((2, 3)), np.empty(2), np.empty(2, np.uint8)
+    stores = np.empty((2, 3)), np.empty(2), np.empty(2), np.empty(2, np.uint8)
     voxels = Voxels(*stores, np.full((40, 40, 48), NOBODY, np.int32), 0.15, 0.05)
     points = np.array([[1.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.5, 0.0, 0.0], [0.12, 0.0, 0.0], [9.0, 0.0, 0.0]])
     here, reach = np.zeros(3), np.array([2.0, 0.8])

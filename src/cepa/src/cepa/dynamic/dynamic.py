@@ -189,6 +189,8 @@ class Dynamic(Algorithm):
         """Tell what moves from what stands; return it with all that came with the scan."""
         are_upright = self._space is None or not self._space.has_clouds
         scan = self._moving.take_in(beams, now, age_s, range_max, are_upright)
+        if self._space is not None and len(scan.movers) and self._space.has_clouds:
+            scan = scan.without(self._space.have_stood(scan, now))
         standing = NOTHING
         if len(scan.points):
             standing = scan.points[~scan.is_moving] if len(scan.movers) else scan.points.copy()

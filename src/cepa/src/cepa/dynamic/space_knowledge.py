@@ -27,6 +27,7 @@ from cepa.dynamic.kernels.surroundings import (
     Surroundings,
 )
 from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
+from cepa.dynamic.obstacle_tracks.moving_obstacles import SegmentedScan
 from cepa.dynamic.plane_knowledge import PlaneKnowledge, is_leading_away
 from cepa.dynamic.remembered.space_memory import NO_POINTS, RecalledSpace, SpaceMemory
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
@@ -83,6 +84,10 @@ class SpaceKnowledge(Knowledge):
             f"Clouds show more than {MOST_POINTS} cells within {0.5 * FIELD_WINDOW_M:g} m: what is farther "
             f"than {kept_m:.1f} m and out of sight is forgotten. Use fewer channels or a smaller memory_s.",
         )
+
+    def have_stood(self, scan: SegmentedScan, motion: Motion) -> np.ndarray:
+        """Return which movers (k,) of a scan have stood where they are; see `SpaceMemory.have_stood`."""
+        return self._memory.have_stood(scan.movers, scan.points, motion)
 
     @property
     def has_clouds(self) -> bool:

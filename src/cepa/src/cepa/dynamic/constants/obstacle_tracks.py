@@ -98,3 +98,16 @@ EVIDENCE_LEFT = 0.5
 Greater: what stands there seems to move for longer."""
 HEADING_ERROR_RAD = 0.005
 """rad: Directions within this must agree that a place was free. Source: chosen. Greater: less evidence."""
+
+# -- what clouds know better -------------------------------------------------------------------------------
+STOOD_S = 1.0
+"""s: What clouds have shown for so long stands. Source: chosen. Greater: more of what stands seems to
+move."""
+STOOD_APART_M = 0.12
+"""m: It is the same thing within so much in the plan. Source: chosen. Greater: who starts to walk is found
+later."""
+STOOD_UP_M = 0.6
+"""m: And so much higher or lower. Source: chosen. Greater: who walks over a low step stands."""
+STOOD_NEW_SHARE = 0.4
+"""1: A thing moves if this does not hold for such a share of its points; less of a thing that is longer than
+LONG_M, as its front only comes to free places. Source: chosen. Greater: slow things stand."""

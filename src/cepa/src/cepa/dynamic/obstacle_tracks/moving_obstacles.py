@@ -31,6 +31,13 @@ class SegmentedScan(NamedTuple):
     movers: np.ndarray
     """(k, 6): what moves when an answer shows its effect, see kernels/surroundings.py."""
 
+    def without(self, stands: np.ndarray) -> SegmentedScan:
+        """Return the scan without the movers (k,) that stand."""
+        if not stands.any():
+            return self
+        movers = self.movers[~stands]
+        return self._replace(movers=movers, is_moving=self.is_moving & _are_in(movers, self.points))
+
 
 class MovingObstacles:
     """Finds what moves in each scan, and where it is when an answer shows its effect."""

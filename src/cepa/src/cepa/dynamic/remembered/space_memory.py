@@ -10,7 +10,7 @@ import numpy as np
 from cepa.dynamic.constants.cost_to_go import HEIGHT_GAIN_S, STAY_SHARE
 from cepa.dynamic.constants.distance_fields import FIELD_CELL_M, LAYER_M, LAYERS
 from cepa.dynamic.constants.free_space import NEAR_M, PICTURE_ROW_TAN
-from cepa.dynamic.constants.obstacle_tracks import BESIDE_DISC_M
+from cepa.dynamic.constants.obstacle_tracks import BESIDE_DISC_M, LONG_M, STOOD_NEW_SHARE
 from cepa.dynamic.constants.remembered import GREATEST_MOVE_M, SEEN_PAST_M, SEEN_THROUGH_CLOUDS
 from cepa.dynamic.free_space.cloud_picture import CloudPicture
 from cepa.dynamic.free_space.planar_sensors import LidarPlane
@@ -143,6 +143,20 @@ class SpaceMemory:
         asked_m = HEIGHT_GAIN_S * motion.climb_ref_m_s
         detours_m = self._detours_m(heights_m, motion.position_m[2], asked_m)
         return RecalledSpace(points, is_hidden, distance, unseen, own_reach_m, heights_m, detours_m, asked_m)
+
+    def have_stood(self, movers: np.ndarray, points: np.ndarray, motion: Motion) -> np.ndarray:
+        """Return which of what seems to move (k, 6), m, has stood there, as clouds show (k,).
+
+        points: of the scan (n, 3), m. A box seems to move where the lidar sinks below its top, or leans: then
+        the scan meets it at once. Clouds have shown before what stands below.
+        """
+        origin, stood = np.array(motion.position_m), np.zeros(len(movers), np.bool_)
+        for number, (x, y, _, _, radius, _) in enumerate(movers):
+            own = points[np.hypot(points[:, 0] - x, points[:, 1] - y) < radius + BESIDE_DISC_M]
+            is_old = self._points.have_stood(own, origin, motion.stamp_s)
+            new_share = STOOD_NEW_SHARE / max(1.0, radius / LONG_M)
+            stood[number] = len(own) > 0 and 1.0 - is_old.mean() < new_share
+        return stood
 
     def _remember(
         self,

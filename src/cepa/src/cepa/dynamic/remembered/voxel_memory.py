@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cepa.dynamic.constants.distance_fields import FIELD_WINDOW_M
+from cepa.dynamic.constants.obstacle_tracks import STOOD_APART_M, STOOD_S, STOOD_UP_M
 from cepa.dynamic.constants.remembered import (
     MOST_POINTS,
     VOXEL_HEIGHT_M,
@@ -13,7 +14,7 @@ from cepa.dynamic.constants.remembered import (
     VOXEL_REACH_UP_M,
     VOXELS,
 )
-from cepa.dynamic.remembered.kernels.voxels import NOBODY, Voxels, forget_far, recall, remember
+from cepa.dynamic.remembered.kernels.voxels import NOBODY, Voxels, forget_far, have_stood, recall, remember
 
 REACH_M = np.array([0.5 * FIELD_WINDOW_M, VOXEL_REACH_UP_M])
 
@@ -27,6 +28,7 @@ class VoxelMemory:
     def __init__(self) -> None:
         self._voxels = Voxels(
             np.empty((MOST_POINTS, 3)),
+            np.empty(MOST_POINTS),
             np.empty(MOST_POINTS),
             np.empty(MOST_POINTS, np.uint8),
             np.empty((VOXELS, VOXELS, VOXEL_LEVELS), np.int32),
@@ -64,6 +66,10 @@ class VoxelMemory:
         if len(left):
             points, is_older = np.concatenate((points, left)), np.append(is_older, np.zeros(len(left), bool))
         return points, is_older
+
+    def have_stood(self, points: np.ndarray, origin: np.ndarray, stamp_s: float) -> np.ndarray:
+        """Return at which points (n, 3), m, relative to ``origin``, something has stood for long (n,)."""
+        return have_stood(points, origin, stamp_s - STOOD_S, STOOD_APART_M, STOOD_UP_M, self._voxels)
 
     def _remember_more(self, returns: np.ndarray, origin: np.ndarray, stamp_s: float) -> np.ndarray:
         """Remember further returns of the same instant; return those that find no room."""

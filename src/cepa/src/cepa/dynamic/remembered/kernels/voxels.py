@@ -19,6 +19,8 @@ class Voxels(NamedTuple):
     """(capacity, 3) m, in the odometry's frame."""
     stamps: np.ndarray
     """(capacity,) s"""
+    begun: np.ndarray
+    """(capacity,) s: when a point first came into the cell, which has held one since then."""
     misses: np.ndarray
     """(capacity,) uint8: clouds in a row that saw through the point."""
     slots: np.ndarray
@@ -59,6 +61,7 @@ def remember(
             slot = known
             known += 1
             voxels.slots[i, j, m] = slot
+            voxels.begun[slot] = stamp
         voxels.points[slot, 0], voxels.points[slot, 1], voxels.points[slot, 2] = x, y, z
         voxels.stamps[slot] = stamp
         voxels.misses[slot] = 0
@@ -95,6 +98,7 @@ def _forget(voxels: Voxels, k: int, known: int) -> int:
     if k < known:
         voxels.points[k] = voxels.points[known]
         voxels.stamps[k], voxels.misses[k] = voxels.stamps[known], voxels.misses[known]
+        voxels.begun[k] = voxels.begun[known]
         i, j, m = _cell(voxels, voxels.points[k, 0], voxels.points[k, 1], voxels.points[k, 2])
         voxels.slots[i, j, m] = k
     return known
@@ -158,3 +162,28 @@ def forget_far(farthest: float, voxels: Voxels, known: int, points: np.ndarray) 
         points[k] = points[known - 1]
         known = _forget(voxels, k, known)
     return known
+
+
+@njit(cache=True)
+def have_stood(
+    points: np.ndarray, origin: np.ndarray, before: float, apart: float, up: float, voxels: Voxels
+) -> np.ndarray:
+    """Return at which ``points`` (m, 3), relative to ``origin``, something has stood since ``before`` s (m,).
+
+    It is a remembered point within ``apart`` m in the plan, at most ``up`` m higher or lower. ``apart`` is at
+    most the edge of a cell.
+    """
+    stood = np.zeros(points.shape[0], np.bool_)
+    n, levels = voxels.slots.shape[0], voxels.slots.shape[2]
+    for k in range(points.shape[0]):
+        x, y, z = points[k, 0] + origin[0], points[k, 1] + origin[1], points[k, 2] + origin[2]
+        i, j = math.floor(y / voxels.edge_m), math.floor(x / voxels.edge_m)
+        for m in range(math.floor((z - up) / voxels.height_m), math.floor((z + up) / voxels.height_m) + 1):
+            for cell in range(9):
+                slot = voxels.slots[(i + cell // 3 - 1) % n, (j + cell % 3 - 1) % n, m % levels]
+                if slot == NOBODY or voxels.begun[slot] > before:
+                    continue
+                dx, dy = voxels.points[slot, 0] - x, voxels.points[slot, 1] - y
+                if dx * dx + dy * dy <= apart * apart and abs(voxels.points[slot, 2] - z) <= up:
+                    stood[k] = True
+    return stood
