@@ -222,6 +222,26 @@ def test_what_comes_along_has_not_stood(speed_m_s):
     assert memory.have_stood(SEEMS_TO_MOVE, SIDE, motion).tolist() == [False]
 
 
+@pytest.mark.parametrize(("y_m", "evades"), [(0.0, False), (3.0, True)], ids=["the box", "what is new"])
+def test_it_stays_before_what_has_stood_and_evades_what_comes(monkeypatch, y_m, evades):
+    """The tracker says that something comes to the UAV, from where a box stands or from beside it."""
+    box, position = Boxes(np.array([[(3.0, -0.5, 0.0), (4.0, 0.5, BOX_TOP_M)]])), np.array([0.0, 0.0, 1.7])
+    steering = Dynamic()
+    for stamp_s in np.arange(0.0, 1.5, 0.1):
+        steering.steer(NO_SCAN, (0.0, 0.0), (0.0, 0.0), motion_at(stamp_s, position), box.cloud(position))
+    points = SIDE + np.array((0.0, y_m, 0.0))
+    comes = np.array([[3.2, y_m, -3.2, -y_m, 0.6, 0.1]])
+    take_in = steering._moving.take_in
+
+    def told(*given):
+        return take_in(*given)._replace(points=points, is_moving=np.ones(9, bool), movers=comes)
+
+    monkeypatch.setattr(steering._moving, "take_in", told)
+    motion = motion_at(1.5, position)
+    decision = steering.steer(NO_SCAN, (0.0, 0.0), (0.0, 0.0), motion, box.cloud(position))
+    assert (math.hypot(*decision.velocity_xy) > 0.1) == evades
+
+
 def test_a_long_thing_that_passes_has_not_stood():
     memory, position = SpaceMemory(CepaParameters()), np.array([0.0, 0.0, 1.9])
     for stamp_s in np.arange(0.0, 2.05, 0.1):
