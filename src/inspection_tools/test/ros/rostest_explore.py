@@ -20,6 +20,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from inspection_tools.msg import ExploreActionFeedback, ExploreActionGoal, ExploreActionResult
+from inspection_tools.srv import RoomAbove
 from node_tools.testing import Input, Warned, address_of, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -57,6 +58,7 @@ class ExploreTest(unittest.TestCase):
         cls.services = {
             name: rospy.ServiceProxy(f"{NODE}/{name}", Trigger) for name in ("pause", "resume", "abort")
         }
+        cls.services["room_above"] = rospy.ServiceProxy(f"{NODE}/room_above", RoomAbove)
         for service in cls.services.values():
             service.wait_for_service(60.0)
 
@@ -105,6 +107,7 @@ class ExploreTest(unittest.TestCase):
         wait_until(lambda: self.results.last is not None, "the refusal")
         self.assertEqual(self.results.last.status.status, GoalStatus.ABORTED)
         self.assertIn("not known yet", self.results.last.status.text)
+        self.assertIn("not known yet", self.services["room_above"](1.0).message)
         self.assertFalse(self.services["pause"]().success)
 
     def test_2_it_explores_pauses_and_comes_home_before_the_battery_is_low(self):
@@ -133,6 +136,13 @@ class ExploreTest(unittest.TestCase):
         self.assertEqual(result.end, "battery")
         self.assertTrue(result.is_home)
         self.assertIn("reserve", result.reason)
+
+        # And a UAV that stands knows how far it may rise: 0.6 m below the room's ceiling
+        answer = self.services["room_above"](10.0)
+        self.assertTrue(answer.success)
+        self.assertAlmostEqual(answer.room, 4.8 - 0.6 - START[2], delta=0.21)
+        self.assertEqual(self.services["room_above"](0.5).room, 0.5)
+        self.assertIn("cannot rise by nan", self.services["room_above"](math.nan).message)
 
     def test_3_with_a_new_battery_it_goes_on_and_it_can_be_aborted(self):
         self.fly(lambda: True)

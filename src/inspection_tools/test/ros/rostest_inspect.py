@@ -25,7 +25,7 @@ from visualization_msgs.msg import MarkerArray
 
 from inspection_tools.msg import SurveyActionFeedback, SurveyActionGoal, SurveyActionResult
 from inspection_tools.photographs.folder import photographs_in, read_record
-from inspection_tools.srv import LookCloser
+from inspection_tools.srv import LookCloser, RoomAbove
 from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters
 from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
 from inspection_tools.survey.plan_file import write_plan
@@ -55,6 +55,7 @@ class InspectTest(unittest.TestCase):
         cls.goals = Input(NODE + "/survey/goal", SurveyActionGoal, latch=True)
         cls.clicks = Input("/clicked_point", PointStamped)
         kinds = {"pause": Trigger, "resume": Trigger, "abort": Trigger, "look_closer": LookCloser}
+        kinds["room_above"] = RoomAbove
         cls.services = {name: rospy.ServiceProxy(f"{NODE}/{name}", kind) for name, kind in kinds.items()}
         for service in cls.services.values():
             service.wait_for_service(60.0)
@@ -96,6 +97,7 @@ class InspectTest(unittest.TestCase):
         self.assertIn("bad.yaml", self.refused("bad plan", bad))
         self.assertFalse(self.services["pause"]().success)
         self.assertFalse(self.services["look_closer"](Point(4.0, 9.4, 2.0)).success)
+        self.assertEqual(self.services["room_above"](1.5).room, 1.5)  # no map yet
 
     def test_2_it_photographs_pauses_looks_closer_and_comes_home(self):
         uav, told = self.uav, self.feedback

@@ -13,7 +13,9 @@ from std_srvs.srv import Trigger, TriggerRequest, TriggerResponse
 
 from inspection_tools.inspection import Inspection
 from inspection_tools.inspection.motion import Motion
+from inspection_tools.planning import PathPlanner
 from inspection_tools.srv import LookCloser, LookCloserRequest, LookCloserResponse
+from inspection_tools_ros.room_above import serve_room_above
 from inspection_tools_ros.surveying.goals import SurveyGoals
 
 
@@ -32,16 +34,17 @@ class Flown:
 
 
 class SurveyCommands:
-    """Serves ~pause, ~resume, ~abort (std_srvs/Trigger) and ~look_closer, and takes /clicked_point.
+    """Serves ~pause, ~resume, ~abort (std_srvs/Trigger), ~look_closer, ~room_above; takes /clicked_point.
 
     Args:
-        flown: see there. goals: knows the plan. goal_frame: of points. send: publishes what has changed.
+        flown: see there. planner: knows the map. goals: knows the plan. goal_frame: of points. send: publishes what has changed.
         say: told what goes wrong. resolution_mm: of a closer look, per pixel.
     """
 
     def __init__(
         self,
         flown: Flown,
+        planner: PathPlanner,
         goals: SurveyGoals,
         goal_frame: str,
         send: Callable[[], None],
@@ -54,6 +57,7 @@ class SurveyCommands:
         rospy.Service("~resume", Trigger, self._resume)
         rospy.Service("~abort", Trigger, self._abort)
         rospy.Service("~look_closer", LookCloser, self._look_closer)
+        serve_room_above(planner, flown.planner_lock, self._here)
         self._clicks = rospy.Subscriber("/clicked_point", PointStamped, self._on_click, queue_size=1)
 
     def _pause(self, _: TriggerRequest) -> TriggerResponse:
@@ -84,6 +88,9 @@ class SurveyCommands:
             self._send()
         rospy.loginfo(words)
         return TriggerResponse(True, words)
+
+    def _here(self) -> np.ndarray | None:
+        return None if self._flown.motion is None else self._flown.motion.place_m
 
     def _on_click(self, clicked: PointStamped) -> None:
         frame = clicked.header.frame_id.lstrip("/")

@@ -18,11 +18,14 @@ from inspection_tools.planning.kernels.pulling import pull
 from inspection_tools.planning.kernels.search import DONE, START, UNREACHED, search
 from inspection_tools.planning.limits import Limits
 from inspection_tools.planning.parameters import PlannerParameters
+from inspection_tools.planning.room_above import room_above_m
 from inspection_tools.planning.space import Space
 from inspection_tools.planning.voxel_grid import Taken, VoxelGrid
 
 WINDOW = 150
 """Voxels of a path that one leg may skip."""
+RISE_MARGIN_M = 0.25
+"""Wind carries a UAV so far to the side while it takes off."""
 HALF_DIAGONAL = math.sqrt(3.0) / 2.0
 """Of a voxel: its centre is at most so far from a place in it."""
 
@@ -168,6 +171,22 @@ class PathPlanner:
         """Return whether a path's legs (n, 3), begun at the UAV, still keep what `plan` promises."""
         space = self.space(stamp_s, points_m[0])
         return all(space.is_clear(*leg) for leg in zip(points_m, points_m[1:]))
+
+    def room_above_m(self, place_m: np.ndarray, wanted_m: float) -> float:
+        """Return how far a UAV that stands at a place (x, y, z) may rise, at most `wanted_m`.
+
+        See `room_above.room_above_m`. The ceiling counts, too. Without a map nothing is in the way.
+
+        Raises:
+            PoseError: the place is not finite.
+        """
+        place_m = _place("place", place_m)
+        wanted_m = max(min(wanted_m, self._limits.ceiling_m - place_m[2]), 0.0)
+        if self._map is None:
+            return wanted_m
+        radius_m = self._parameters.radius
+        kept_m = radius_m + max(self._parameters.margin, RISE_MARGIN_M)
+        return room_above_m(self._map.grid, place_m, wanted_m, radius_m, kept_m)
 
     def _clearances_on(self, grid: VoxelGrid) -> ClearanceMap:
         reach_m = self._parameters.clearance_m + self._parameters.comfort

@@ -11,6 +11,8 @@ from typing import Any, Iterable, Sequence
 
 import rospy
 from actionlib_msgs.msg import GoalStatus
+from dynamic_reconfigure.msg import Config, DoubleParameter
+from dynamic_reconfigure.srv import Reconfigure
 from mavros_msgs.msg import State
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
@@ -18,22 +20,25 @@ from std_srvs.srv import Trigger
 
 from gridslam import SlamError
 from inspection_tools import InspectionToolsError
-from master_thesis.errors import MasterThesisError
+from inspection_tools.srv import RoomAbove
+from master_thesis.errors import FlightError, MasterThesisError
 from master_thesis.exploring.errand import Errand, Next
 from master_thesis.exploring.stopover import Stopover
 from master_thesis.flight.monitor import Monitor
+from master_thesis.flight.take_off import hover_height_m
 from master_thesis_ros.experiments.flight_node import FlightNode
 from master_thesis_ros.experiments.part import Flown, Part
 from master_thesis_ros.experiments.simulator_services import set_pace, slow_down
 
-SWAP_TRIES = 20
+PUBLISHER = "/mavros_publisher"
+TRIES = 20
 WHY = {
     Next.AGAIN: "for a full battery",
     Next.WHEN_READY: "until it can go on",
     Next.NEXT_PART: "for the next part",
 }
 AGAIN_S = 0.5
-"""Wall time between two tries to swap the battery."""
+"""Wall time between two tries to call a service."""
 
 
 class ErrandNode(FlightNode):
@@ -41,13 +46,17 @@ class ErrandNode(FlightNode):
 
     Subscribes, besides every `FlightNode`'s topics: mavros/battery (sensor_msgs/BatteryState), and the result
         of each part.
-    Calls, besides what `FlightNode` does: gazebo/swap_battery, mavros_publisher/restart (std_srvs/Trigger).
+    Calls, besides what `FlightNode` does: gazebo/swap_battery, mavros_publisher/restart (std_srvs/Trigger),
+        mavros_publisher/set_parameters, and room_above of the node of each part.
     """
 
     def __init__(self, monitor: Monitor, errand: Errand, parts: Sequence[Part], lockstep: bool) -> None:
         self._errand, self._parts = errand, parts
         self._stopover, self._follows = Stopover(), Next.AGAIN
         self._began, self._charge = (math.nan, math.nan), math.nan
+        usual = rospy.get_param(PUBLISHER, {})
+        self._hover_m = float(usual.get("hover_height", 2.0))
+        self._ground_clearance_m = float(usual.get("ground_clearance", 0.12))
         super().__init__(monitor, lockstep)
         self.subscribe("/mavros/battery", BatteryState, self._on_battery)
         for part in parts:
@@ -94,11 +103,26 @@ class ErrandNode(FlightNode):
         """On the ground: prepare the next part or wait, put in a full battery, and take off again."""
         if self._follows is not Next.AGAIN and not self._prepare():
             return
-        if self._errand.take_battery() and not _call("/gazebo/swap_battery"):
-            return
-        if _call("/mavros_publisher/restart"):
-            rospy.loginfo("The UAV takes off again.")
-            self._stopover.take_off()
+        try:
+            if self._errand.take_battery():
+                _call("/gazebo/swap_battery", Trigger)
+            self._take_off()
+        except FlightError as error:
+            self._abort(str(error))
+
+    def _take_off(self) -> None:
+        """Take off again, no higher than the map shows room above the UAV; raises FlightError."""
+        room = _call(f"{self._parts[self._errand.part].node}/room_above", RoomAbove, self._hover_m)
+        height_m = hover_height_m(room.room, self._hover_m, self._ground_clearance_m)
+        height = Config(doubles=[DoubleParameter("hover_height", height_m)])
+        _call(f"{PUBLISHER}/set_parameters", Reconfigure, height)
+        _call(f"{PUBLISHER}/restart", Trigger)
+        rospy.loginfo("The UAV takes off again, to %.1f m.", height_m)
+        self._stopover.take_off()
+
+    def _abort(self, why: str) -> None:
+        with self._lock:
+            self._take(self._monitor.abort(why))
 
     def _prepare(self) -> bool:
         """Return whether the next part can be flown. Simulated time passes slowly meanwhile."""
@@ -113,8 +137,7 @@ class ErrandNode(FlightNode):
                     self._take(self._monitor.stay_landed())
                 return False
         except (InspectionToolsError, MasterThesisError, SlamError) as error:
-            with self._lock:
-                self._take(self._monitor.abort(str(error)))
+            self._abort(str(error))
             return False
         finally:
             set_pace(pace)
@@ -127,16 +150,15 @@ class ErrandNode(FlightNode):
             self.send_goal()
 
 
-def _call(name: str) -> bool:
-    """Call a service until it succeeds; return whether it did."""
-    for _ in range(SWAP_TRIES):
+def _call(name: str, kind: Any, *arguments: Any) -> Any:
+    """Call a service until it succeeds, and return its answer; raises FlightError if it does not."""
+    for _ in range(TRIES):
         try:
-            answer = rospy.ServiceProxy(name, Trigger)()
-            if answer.success:
-                return True
+            answer = rospy.ServiceProxy(name, kind)(*arguments)
+            if getattr(answer, "success", True):
+                return answer
             why = answer.message
         except rospy.ServiceException as error:
             why = str(error)
         time.sleep(AGAIN_S)
-    rospy.logerr(f"The UAV does not take off again: {name} says: {why}")
-    return False
+    raise FlightError(f"The UAV does not take off again: {name} says: {why}")

@@ -34,6 +34,11 @@ class Part(ABC):
     result_class: Any
     listens: tuple[tuple[str, Any, Any], ...] = ()
 
+    @property
+    def node(self) -> str:
+        """Name of the node that flies it."""
+        return self.action.rpartition("/")[0]
+
     def prepare(self) -> None:  # noqa: B027
         """Prepare it on the ground, if another part was flown before; raises an error of the libraries."""
 

@@ -82,6 +82,7 @@ class ExploringFlight:
         self.landings: list[Landing] = []
         self._clouds = FlownClouds(loop, self.volume, "Exploration")
         self._setpoint_m: np.ndarray | None = None
+        self._here_m: np.ndarray | None = None
         self._errand, self._stopover = Errand(1, swaps), Stopover()
         self._battery_is_due = Due(BATTERY_US)
         self._is_active = self._has_ended = self._is_on_ground = False
@@ -116,6 +117,7 @@ class ExploringFlight:
             if closed > self._loops_closed:
                 self._loops_closed = closed
                 self.volume.close_loop()
+        self._here_m = here_m
         if is_flying and not (self._is_active or self._has_ended or self._stopover.is_under_way):
             self._begin(now_s, here_m)
         is_due = self.exploration.follow(now_s, here_m)
@@ -160,10 +162,14 @@ class ExploringFlight:
             self._is_on_ground = True
         if self._is_on_ground and self._has_swapped():
             self._is_on_ground = False
-            self._loop.publisher.restart()
-            self._stopover.take_off()
+            if self._loop.take_off_again(self._room_above):
+                self._stopover.take_off()
         if self._stopover.on_ready(self._loop.publisher.ready):
             self._loop.monitor.course.lands_between = False
+
+    def _room_above(self, wanted_m: float) -> float:
+        assert self._here_m is not None
+        return self.volume.room_above_m(self._here_m, wanted_m)
 
     def _has_swapped(self) -> bool:
         """Swap the battery, once the rotors stand; return whether it was."""

@@ -40,6 +40,11 @@ class VolumeOfFlight:
         """Move all clouds to where odometry told them, as SLAM does when it finds the drift."""
         Rebuilding(self.corrected, [node.sensor_in_odom for node in self.corrected.nodes]).take_over()
 
+    def room_above_m(self, place_m: np.ndarray, wanted_m: float) -> float:
+        """Return how far a UAV that stands at a place (x, y, z) may rise; see `PathPlanner.room_above_m`."""
+        self.tell_planner()
+        return self.planner.room_above_m(place_m, wanted_m)
+
     def tell_planner(self) -> None:
         """Let the planner know what has changed."""
         changed = self.shown.refresh(self.corrected)

@@ -35,14 +35,14 @@ class PublisherLink:
     """Passes PX4's messages to the publisher, and the publisher's actions to PX4.
 
     silent: nothing passes in either direction, as if the publisher had died. velocity_m_s: of the last
-    setpoint (FLU); zero for a position.
+    setpoint (FLU); zero for a position. parameters: as given.
     """
 
     def __init__(self, px4: Px4, parameters: PublisherParameters) -> None:
         self.silent = False
         self.ready = False
         self.velocity_m_s: Vector3 = (0.0, 0.0, 0.0)
-        self._px4 = px4
+        self._px4, self.parameters = px4, parameters
         self._home: object = None  # the last one passed on
         self._publisher = SetpointPublisher(parameters)
         self._streams: tuple[tuple[Due, Callable[[int], list]], ...] = (
@@ -53,9 +53,10 @@ class PublisherLink:
         if parameters.needs_vision:
             self._streams += ((Due(CLOCK_PERIOD_US), self._tell_clock),)
 
-    def restart(self) -> None:
-        """Take off again, after a landing that was ordered."""
+    def restart(self, hover_height_m: float) -> None:
+        """Take off again, after a landing that was ordered. hover_height_m: over the ground."""
         self.ready = False
+        self._publisher.parameters = replace(self._publisher.parameters, hover_height_m=hover_height_m)
         self._publisher.restart()
 
     def on_time(self, time_us: int) -> None:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from typing import Callable
 
+import numpy as np
+
 from master_thesis.exploring.stopover import Stopover
+from master_thesis.exploring.volume_of_flight import VolumeOfFlight
 from master_thesis.flight.closed_loop import ClosedLoop
 from simulation_tools.simulation import SimulationError
 
@@ -14,10 +17,12 @@ class BatterySwap:
 
     Args:
         loop: the flight. take_battery: called right after the landing, says whether there is a full one.
+        volume: the map, which knows what is above the UAV.
     """
 
-    def __init__(self, loop: ClosedLoop, take_battery: Callable[[], bool]) -> None:
-        self._loop, self._take_battery, self._stopover = loop, take_battery, Stopover()
+    def __init__(self, loop: ClosedLoop, take_battery: Callable[[], bool], volume: VolumeOfFlight) -> None:
+        self._loop, self._take_battery, self._volume = loop, take_battery, volume
+        self._stopover = Stopover()
         self._must_swap = False
 
     @property
@@ -31,8 +36,11 @@ class BatterySwap:
         self._loop.monitor.course.lands_between = True
         self._loop.land()
 
-    def follow(self) -> bool:
-        """Do what is due; call it at each step. Return whether the UAV hovers again, once."""
+    def follow(self, here_m: np.ndarray) -> bool:
+        """Do what is due; call it at each step. Return whether the UAV hovers again, once.
+
+        here_m: (3,) x, y, z of the UAV in the map's frame.
+        """
         loop = self._loop
         if self._stopover.on_armed(loop.is_armed):
             self._must_swap = self._take_battery()
@@ -44,8 +52,8 @@ class BatterySwap:
             except SimulationError:
                 return False  # the rotors still turn
             self._must_swap = False
-            loop.publisher.restart()
-            self._stopover.take_off()
+            if loop.take_off_again(lambda wanted_m: self._volume.room_above_m(here_m, wanted_m)):
+                self._stopover.take_off()
         if not self._stopover.on_ready(loop.publisher.ready):
             return False
         loop.monitor.course.lands_between = False

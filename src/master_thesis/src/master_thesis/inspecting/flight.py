@@ -125,7 +125,7 @@ class InspectingFlight:
         self._supplement, self._rounds = supplement, ROUNDS
         self.inspection.awaits = supplement is not None
         self._errand = Errand(1, swaps)
-        self._swap = BatterySwap(loop, self._take_battery)
+        self._swap = BatterySwap(loop, self._take_battery, self.volume)
         self._energy, self._battery_is_due = energy, Due(BATTERY_US)
         self._gimbal, self._supplemented = TiltGimbal(), 0
         self._camera: CameraState | None = None
@@ -170,7 +170,7 @@ class InspectingFlight:
         motion = _motion_of(estimate, now_s)
         if not is_flying:
             return
-        if self._swap.follow():
+        if self._swap.follow(motion.place_m):
             self._began_s = None
         if self._swap.is_under_way:
             return
