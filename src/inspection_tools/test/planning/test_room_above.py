@@ -94,8 +94,8 @@ def test_on_its_way_up_it_keeps_its_distance_from_all_that_is_above(voxels, x_m,
     least_m = KEPT_M if min(beside_m, default=1.0) >= KEPT_M else UAV.radius
     for height_m in np.arange(0.05, risen_m + 1e-9, 0.05):
         for centre_m, above in zip(centres_m, is_above):
-            assert not above or math.dist(centre_m, here_m + (0.0, 0.0, height_m)) >= least_m - 1e-6
+            assert not above or math.dist(centre_m, here_m + np.array((0.0, 0.0, height_m))) >= least_m - 1e-6
     # And it stops only where something is near
-    next_m = here_m + (0.0, 0.0, risen_m + 0.05)
+    next_m = here_m + np.array((0.0, 0.0, risen_m + 0.05))
     near = [math.dist(c, next_m) < KEPT_M for c, above in zip(centres_m, is_above) if above]
     assert risen_m == 1.88 or any(near)

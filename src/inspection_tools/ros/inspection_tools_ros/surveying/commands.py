@@ -37,8 +37,8 @@ class SurveyCommands:
     """Serves ~pause, ~resume, ~abort (std_srvs/Trigger), ~look_closer, ~room_above; takes /clicked_point.
 
     Args:
-        flown: see there. planner: knows the map. goals: knows the plan. goal_frame: of points. send: publishes what has changed.
-        say: told what goes wrong. resolution_mm: of a closer look, per pixel.
+        flown: see there. planner: knows the map. goals: knows the plan. goal_frame: of points. send:
+            publishes what has changed. say: told what goes wrong. resolution_mm: of a closer look, per pixel.
     """
 
     def __init__(

@@ -22,8 +22,11 @@ def room_above_m(
     less than its radius. What is unknown does not count: nothing is known yet above a first take-off.
 
     Args:
-        grid: the map. place_m: (3,) x, y, z of the UAV, which stands. wanted_m: how far it wants to rise.
-        radius_m: of the UAV. clearance_m: of its centre, from the centres of occupied voxels.
+        grid: the map.
+        place_m: (3,) x, y, z of the UAV, which stands.
+        wanted_m: how far it wants to rise.
+        radius_m: of the UAV.
+        clearance_m: of its centre, from the centres of occupied voxels.
     """
     away_m, above_m = _occupied(grid, place_m, wanted_m + clearance_m, clearance_m)
     is_above = above_m > BODY_M
@@ -39,10 +42,10 @@ def room_above_m(
 def _occupied(
     grid: VoxelGrid, place_m: np.ndarray, reach_up_m: float, reach_m: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return how far to the side (n,) and how far up (n,) voxels are that are occupied, no lower than a place."""
+    """Return how far to the side (n,) and up (n,) occupied voxels are that are no lower than a place."""
     size = grid.resolution_m
-    corners = np.array([place_m - (reach_m, reach_m, 0.0), place_m + (reach_m, reach_m, reach_up_m)])
-    low, high = np.floor(corners / size).astype(np.int64) - grid.corner + ((0, 0, 0), (1, 1, 1))
+    reaches_m = np.array([(-reach_m, -reach_m, 0.0), (reach_m, reach_m, reach_up_m)])
+    low, high = np.floor((place_m + reaches_m) / size).astype(np.int64) - grid.corner + ((0, 0, 0), (1, 1, 1))
     low, high = np.clip(low, 0, grid.shape_xyz), np.clip(high, 0, grid.shape_xyz)
     part = grid.kinds[placed(low, tuple((high - low)[::-1]))]
     centres_m = grid.centres_m(np.argwhere(part == OCCUPIED) + low[::-1])

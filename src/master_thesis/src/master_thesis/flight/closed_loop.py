@@ -31,8 +31,8 @@ from master_thesis.flight.mission_time import TimeIsOver
 from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.flight.publisher_link import PublisherLink
-from master_thesis.flight.take_off import hover_height_m
 from master_thesis.flight.steering_chain import Flown, SteeringChain
+from master_thesis.flight.take_off import hover_height_m
 from master_thesis.flight.without_gnss import Estimated, Outage, OwnOdometry
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.px4.modes import Mode

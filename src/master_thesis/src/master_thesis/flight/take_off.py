@@ -12,8 +12,9 @@ def hover_height_m(room_above_m: float, hover_m: float, ground_clearance_m: floa
     """Return the height over the ground to rise to: the usual one, or what the room above the UAV allows.
 
     Args:
-        room_above_m: so far the UAV may rise. hover_m: its usual height over the ground. ground_clearance_m:
-            height of its origin while it stands.
+        room_above_m: so far the UAV may rise.
+        hover_m: its usual height over the ground.
+        ground_clearance_m: height of its origin while it stands.
 
     Raises:
         FlightError: there is too little room. The UAV stays on the ground.
