@@ -78,8 +78,9 @@ class ExploreTest(unittest.TestCase):
         self.goals.send(goal)
 
     def send_map(self, frame="map"):
-        """Send a room, open at its far end."""
+        """Send a room with a deck above 4.4 m, open at its far end."""
         kinds = block(24, 48, 48)
+        kinds[22:] = 2
         kinds[:, :, 40:] = 0
         tiles, voxels = tiles_of(kinds, SIDE)
         message = tiles_class()()
@@ -137,10 +138,10 @@ class ExploreTest(unittest.TestCase):
         self.assertTrue(result.is_home)
         self.assertIn("reserve", result.reason)
 
-        # And a UAV that stands knows how far it may rise: 0.6 m below the room's ceiling
+        # And it tells how far a UAV may rise: up to 0.6 m below the deck's lowest voxels
         answer = self.services["room_above"](10.0)
         self.assertTrue(answer.success)
-        self.assertAlmostEqual(answer.room, 4.8 - 0.6 - START[2], delta=0.21)
+        self.assertAlmostEqual(answer.room, 4.5 - 0.6 - self.target_m()[2], delta=0.06)
         self.assertEqual(self.services["room_above"](0.5).room, 0.5)
         self.assertIn("cannot rise by nan", self.services["room_above"](math.nan).message)
 
