@@ -60,6 +60,22 @@ def test_a_uav_that_is_held_off_its_home_lands_near_it_after_some_seconds():
     assert 5.0 < uav.stamp_s - began_s < 9.0
 
 
+def test_pushed_about_before_a_door_it_gives_up_and_takes_the_other_one():
+    # Given a wall with two doors, before the nearer of which CEPA pushes the UAV about
+    walls = [((3.2, y, 0.0), (3.4, y + w, 3.0)) for y, w in ((0.0, 0.4), (1.6, 0.8), (3.6, 0.4))]
+    walls.append(((3.2, 0.0, 1.8), (3.4, 4.0, 3.0)))
+    lead = inspection((View((5.4, 1.0, 1.0), 0.0, 0.0),), walls)
+    uav, track_m, rng = Uav(lead), [], np.random.default_rng(1)
+    while not lead.is_home and uav.stamp_s < 200.0:
+        uav.step()
+        if uav.place_m[1] < 2.0 and 2.6 < uav.place_m[0] < 3.5:
+            uav.place_m = np.array((2.6, uav.place_m[1] + rng.uniform(-0.3, 0.3), uav.place_m[2]))
+        track_m.append(uav.place_m)
+    # Then it does not stay there for ever, but flies through the other one
+    assert lead.todo.done == {1}
+    assert min(y for x, y, _ in track_m if abs(x - 3.3) < 0.1) > 2.0
+
+
 @pytest.mark.parametrize("climbs_first", [True, False])
 def test_before_a_manhole_at_another_height_it_climbs_first_if_it_shall(climbs_first):
     # Given a UAV near a wall that is open from z = 1.8 m on, and a photograph behind it

@@ -76,6 +76,8 @@ class Inspection:
         self._began_s, self._look_s = math.nan, -math.inf
         self._no_way_s: float | None = None
         """Since when no open photograph has a way; None: one has."""
+        self._held_off: tuple[np.ndarray, np.ndarray] | None = None
+        """Where CEPA kept the UAV off its way, and the next place of that; the planner does not know yet."""
         self._is_paused = False
         self.end: End | None = None
         self.reason = ""
@@ -167,6 +169,8 @@ class Inspection:
                 self._homing.note(here_m)
             self._way.follow(motion.stamp_s, here_m, self._p.arrived)
             if self._leg is not None and (why := self._leg.follow(motion)):
+                if not self._leg.has_arrived and self._way.rest_m:
+                    self._held_off = here_m, self._way.rest_m[0]
                 self._fail(self._leg.task, why)
             waits = self._is_paused or self.is_waiting or self._no_way_s is not None
             is_idle = self._leg is None and self.end is None and not waits
@@ -232,6 +236,9 @@ class Inspection:
             return
         with self._lock:
             been_m, self._been_m = self._been_m, []
+            held_off, self._held_off = self._held_off, None
+        if held_off is not None:
+            self._homing.close_ahead(stamp_s, *held_off)
         for place_m in (*been_m, here_m):
             self._planner.take_as_free(place_m, self._planner.parameters.radius)
         decision = self._homing.decide(stamp_s, here_m)
@@ -296,6 +303,8 @@ class Inspection:
         with self._lock:
             if self._is_paused or self.end is not None:
                 return ""
+            if self._leg is not None and self._leg.task is task:
+                leg.go_on_from(self._leg)
             self._leg, self._way = leg, way
             self.front_rad, self.tilt_rad = task.view.yaw_rad, task.view.tilt_rad
         return ""

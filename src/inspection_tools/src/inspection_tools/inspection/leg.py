@@ -54,11 +54,20 @@ class PhotographLeg:
             self._settle_s = 0.0
         stricter = 1.0 + STRICTER * failures
         self._still_mm = parameters.still * parameters.most_blur_mm(task.number < 0) / stricter
-        self._until_s = stamp_s + SLOW * way_m / self._p.speed + LEG_S
+        self._began_s, self._longest_m = stamp_s, way_m
         self._tilted_s = stamp_s + abs(math.degrees(tilt_rad)) / self._p.tilt_rate + self._p.settle
         self._arrived_s: float | None = None
         self._settled_s: float | None = None
         self._rests_s: float | None = None
+
+    def go_on_from(self, before: PhotographLeg) -> None:
+        """Go on with the patience of the leg before: this one is another way to the same photograph."""
+        self._began_s, self._longest_m = before._began_s, max(self._longest_m, before._longest_m)
+
+    @property
+    def _until_s(self) -> float:
+        """When it should be there."""
+        return self._began_s + SLOW * self._longest_m / self._p.speed + LEG_S
 
     @property
     def has_arrived(self) -> bool:
