@@ -224,7 +224,7 @@ class Exploration:
             self._explorer.give_up_goal(is_refused=self.told.end is None)
             self._guide.forgive()
             return False
-        if not self._is_slow_home and not self._guide.mind_the_pace(stamp_s, here_m, rest_m):
+        if not self._guide.mind_the_pace(stamp_s, here_m, rest_m):
             return False
         way = self._guide.way
         is_decided = self.told.end is not None or self._p.sweep > 0.0 or not way.is_on_last_leg
@@ -313,12 +313,7 @@ class Exploration:
 
     def _plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float) -> bool:
         """Set out for a goal; return whether there is a way."""
-        return self._guide.plan(here_m, goal_m, stamp_s, self._is_slow_home)
-
-    @property
-    def _is_slow_home(self) -> bool:
-        """Whether it flies home as slowly as the energy was reckoned for."""
-        return self.told.end is End.BATTERY
+        return self._guide.plan(here_m, goal_m, stamp_s)
 
     def _why_no_way(self, stamp_s: float, here_m: np.ndarray) -> str:
         """Return the planner's sentence; empty: there is a way home on the map."""

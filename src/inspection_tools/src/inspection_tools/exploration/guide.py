@@ -104,8 +104,8 @@ class Guide:
         """Give what follows its own time, at full speed: it is another way."""
         self._progress, self._slow_until_s = Progress(), -math.inf
 
-    def plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float, is_slow: bool = False) -> bool:
-        """Set out for a goal (x, y, z); return whether there is a way. is_slow: all of it by short steps."""
+    def plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float) -> bool:
+        """Set out for a goal (x, y, z); return whether there is a way."""
         try:
             places_m = list(self._planner.plan(here_m, goal_m, stamp_s).points_m)
         except NoPathError:
@@ -113,7 +113,7 @@ class Guide:
         space = self._planner.space(stamp_s, here_m)
         if self._p.steep:  # else no range finder sees what is straight above or below
             places_m = upright(places_m, self._slopes, space.cost_m)
-        if is_slow or self._is_slow(stamp_s, here_m):
+        if self._is_slow(stamp_s, here_m):
             self.set_out(Way(in_steps(places_m, STEP_M)[1:]))
             return True
         way = Way(places_m[1:], space.cost_whatever_climb_m, self._p.ahead, self._p.climbs_first, here_m)
