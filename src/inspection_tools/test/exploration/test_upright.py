@@ -50,14 +50,14 @@ def test_a_leg_leads_only_over_what_is_clear(seed):
     assert (len(way_m) == 3) == (is_steep(begin_m, end_m) and not closed.all())
 
 
-def led(filled, is_slow=False, has_range_finders=True):
+def led(filled, has_range_finders=True):
     """The first setpoint of a way that leads 5 m up and 4 m ahead, and the places after it."""
     kinds = np.full((40, 40, 40), FREE, np.uint8)
     kinds[filled] = OCCUPIED
     planner = PathPlanner(PLANNER)
     planner.update_map(SIDE_M, 40, np.zeros((1, 3), int), kinds.reshape(1, -1))
     guide = Guide(planner, ExplorationParameters(steep=has_range_finders), SLOPES)
-    assert guide.plan(np.array((2.1, 4.1, 1.5)), np.array((6.1, 4.1, 6.5)), 0.0, is_slow)
+    assert guide.plan(np.array((2.1, 4.1, 1.5)), np.array((6.1, 4.1, 6.5)), 0.0)
     return guide.way.rest_m
 
 
@@ -65,13 +65,6 @@ def test_the_uav_is_led_straight_up_and_then_ahead():
     rest_m = led(np.s_[:0])
     np.testing.assert_allclose(rest_m[0][:2], (2.1, 4.1))
     np.testing.assert_allclose(rest_m[-2:], [(2.1, 4.1, 6.5), (6.1, 4.1, 6.5)])
-
-
-def test_a_slow_way_leads_straight_up_and_then_ahead_too():
-    places_m = np.array(led(np.s_[:0], is_slow=True))
-    is_below = places_m[:, 2] < 6.5 - 1e-9
-    np.testing.assert_allclose(places_m[is_below, :2], np.broadcast_to((2.1, 4.1), (is_below.sum(), 2)))
-    assert is_below.sum() > 5
 
 
 def test_without_range_finders_it_is_led_there_straight():
