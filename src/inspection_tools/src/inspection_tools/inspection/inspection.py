@@ -91,7 +91,7 @@ class Inspection:
             self._began_s, self._look_s, self._no_way_s = stamp_s, -math.inf, None
             self.end, self.reason = None, ""
             self.is_home = self.must_land = self._is_paused = False
-            self._way, self._leg = Way([here_m]), None
+            self._way, self._leg, self._held_off = Way([here_m]), None, None
             self._homing.begin(here_m if home_m is None else home_m)
 
     def restart_clock(self, stamp_s: float, here_m: np.ndarray) -> None:
