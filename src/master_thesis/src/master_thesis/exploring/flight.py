@@ -17,16 +17,15 @@ from inspection_tools.exploration import (
     ExplorerParameters,
 )
 from inspection_tools.planning import Limits, PathPlanner, PlannerParameters
+from master_thesis.exploring.battery_swap import BatterySwap
 from master_thesis.exploring.drift import Drift
 from master_thesis.exploring.errand import Errand, Next
 from master_thesis.exploring.flown_clouds import FlownClouds
-from master_thesis.exploring.stopover import Stopover
 from master_thesis.exploring.volume_of_flight import VolumeOfFlight
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
 from master_thesis.flight.due import Due
 from simulation_tools.geometry import Pose, Vector3
-from simulation_tools.simulation import SimulationError
 
 BATTERY_US = 2_000_000
 """Period of PX4's BATTERY_STATUS on the offboard link."""
@@ -83,9 +82,10 @@ class ExploringFlight:
         self._clouds = FlownClouds(loop, self.volume, "Exploration")
         self._setpoint_m: np.ndarray | None = None
         self._here_m: np.ndarray | None = None
-        self._errand, self._stopover = Errand(1, swaps), Stopover()
+        self._errand = Errand(1, swaps)
+        self._swap = BatterySwap(loop, self._take_battery, self.volume)
         self._battery_is_due = Due(BATTERY_US)
-        self._is_active = self._has_ended = self._is_on_ground = False
+        self._is_active = self._has_ended = False
         self._loops_closed = 0
         if drift is not None:
             self._clouds.drift, loop.correct = drift, self._in_map
@@ -96,7 +96,8 @@ class ExploringFlight:
         while not loop.is_over:
             output = loop.step()
             self._clouds.take(output)
-            self._stop_over()
+            if self._here_m is not None:
+                self._swap.follow(self._here_m)
             if self._clouds.newest is not None:
                 self._lead(self._clouds.newest, loop.monitor.course.phase is Phase.FLYING)
         if loop.outcome.landed:
@@ -118,7 +119,7 @@ class ExploringFlight:
                 self._loops_closed = closed
                 self.volume.close_loop()
         self._here_m = here_m
-        if is_flying and not (self._is_active or self._has_ended or self._stopover.is_under_way):
+        if is_flying and not (self._is_active or self._has_ended or self._swap.is_under_way):
             self._begin(now_s, here_m)
         is_due = self.exploration.follow(now_s, here_m)
         if not (self._is_active and is_flying):
@@ -151,32 +152,10 @@ class ExploringFlight:
         elif follows is Next.OVER:
             self._loop.monitor.on_goal_reached(True)
         else:
-            self._stopover.begin()
-            self._loop.monitor.course.lands_between = True
-            self._loop.land()
+            self._swap.begin()
 
-    def _stop_over(self) -> None:
-        """On the ground between: put in a full battery, and take off again."""
-        if self._stopover.on_armed(self._loop.is_armed):
-            self._note_landing()
-            self._is_on_ground = True
-        if self._is_on_ground and self._has_swapped():
-            self._is_on_ground = False
-            if self._loop.take_off_again(self._room_above):
-                self._stopover.take_off()
-        if self._stopover.on_ready(self._loop.publisher.ready):
-            self._loop.monitor.course.lands_between = False
-
-    def _room_above(self, wanted_m: float) -> float:
-        assert self._here_m is not None
-        return self.volume.room_above_m(self._here_m, wanted_m)
-
-    def _has_swapped(self) -> bool:
-        """Swap the battery, once the rotors stand; return whether it was."""
-        try:
-            self._loop.simulation.swap_battery()
-        except SimulationError:
-            return False
+    def _take_battery(self) -> bool:
+        self._note_landing()
         return self._errand.take_battery()
 
     def _note_landing(self) -> None:

@@ -32,7 +32,6 @@ from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.flight.publisher_link import PublisherLink
 from master_thesis.flight.steering_chain import Flown, SteeringChain
-from master_thesis.flight.take_off import hover_height_m
 from master_thesis.flight.without_gnss import Estimated, Outage, OwnOdometry
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.px4.modes import Mode
@@ -316,20 +315,9 @@ class ClosedLoop:
         """Order the flight controller to land where the UAV is."""
         self._px4.request_mode(Mode.AUTO_LAND)
 
-    def take_off_again(self, room_above: Callable[[float], float]) -> bool:
-        """Take off after a landing; return whether there is room. If not, the run ends with a sentence.
-
-        room_above: called with a height, m. Returns how far the UAV may rise, at most so far.
-        """
-        usual = self.publisher.parameters
-        room_m = room_above(usual.hover_height_m)
-        try:
-            height_m = hover_height_m(room_m, usual.hover_height_m, usual.ground_clearance_m)
-        except FlightError as error:
-            self._carry_out(self.monitor.abort(str(error)))
-            return False
-        self.publisher.restart(height_m)
-        return True
+    def abort(self, why: str) -> None:
+        """End the run at once, unless it is over; `why` is a sentence."""
+        self._carry_out(self.monitor.abort(why))
 
     @property
     def is_armed(self) -> bool:

@@ -55,7 +55,7 @@ class PublisherLink:
 
     def restart(self, hover_height_m: float) -> None:
         """Take off again, after a landing that was ordered. hover_height_m: over the ground."""
-        self.ready = False
+        self.ready, self._home = False, None  # it forgets the home position, and PX4 tells it all the time
         self._publisher.parameters = replace(self._publisher.parameters, hover_height_m=hover_height_m)
         self._publisher.restart()
 

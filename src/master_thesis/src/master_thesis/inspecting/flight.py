@@ -25,6 +25,7 @@ from inspection_tools.planning import PathPlanner, PlannerParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.supplement import ROUNDS, Supplement
+from master_thesis.exploring.battery_swap import BatterySwap
 from master_thesis.exploring.errand import Errand, Next
 from master_thesis.exploring.flight import BATTERY_US
 from master_thesis.exploring.flown_clouds import FlownClouds
@@ -32,7 +33,6 @@ from master_thesis.exploring.volume_of_flight import VolumeOfFlight
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
 from master_thesis.flight.due import Due
-from master_thesis.inspecting.battery_swap import BatterySwap
 from simulation_tools.camera.gimbal import BodyState, CameraState, TiltGimbal, blur_px, marks_px, motion_of
 from simulation_tools.camera.renderer import Renderer
 from simulation_tools.geometry import quaternion_from_rpy

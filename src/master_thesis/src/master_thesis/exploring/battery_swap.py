@@ -6,9 +6,11 @@ from typing import Callable
 
 import numpy as np
 
+from master_thesis.errors import FlightError
 from master_thesis.exploring.stopover import Stopover
 from master_thesis.exploring.volume_of_flight import VolumeOfFlight
 from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.take_off import hover_height_m
 from simulation_tools.simulation import SimulationError
 
 
@@ -18,6 +20,8 @@ class BatterySwap:
     Args:
         loop: the flight. take_battery: called right after the landing, says whether there is a full one.
         volume: the map, which knows what is above the UAV.
+
+    If there is no battery, or too little room above, the run ends with a sentence.
     """
 
     def __init__(self, loop: ClosedLoop, take_battery: Callable[[], bool], volume: VolumeOfFlight) -> None:
@@ -45,16 +49,25 @@ class BatterySwap:
         if self._stopover.on_armed(loop.is_armed):
             self._must_swap = self._take_battery()
             if not self._must_swap:
-                loop.monitor.abort("There is no full battery.")
+                loop.abort("There is no full battery.")
         if self._must_swap:
             try:
                 loop.simulation.swap_battery()
             except SimulationError:
                 return False  # the rotors still turn
             self._must_swap = False
-            if loop.take_off_again(lambda wanted_m: self._volume.room_above_m(here_m, wanted_m)):
-                self._stopover.take_off()
+            self._take_off(here_m)
         if not self._stopover.on_ready(loop.publisher.ready):
             return False
         loop.monitor.course.lands_between = False
         return True
+
+    def _take_off(self, here_m: np.ndarray) -> None:
+        loop, usual = self._loop, self._loop.publisher.parameters
+        room_m = self._volume.room_above_m(here_m, usual.hover_height_m)
+        try:
+            loop.publisher.restart(hover_height_m(room_m, usual.hover_height_m, usual.ground_clearance_m))
+        except FlightError as error:
+            loop.abort(str(error))
+            return
+        self._stopover.take_off()
