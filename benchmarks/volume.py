@@ -161,9 +161,10 @@ def _settle(corrected: CorrectedMap) -> None:
 
 
 def rss_mb() -> float:
-    """Return this process's memory."""
-    pages = int(Path("/proc/self/statm").read_text(encoding="utf-8").split()[1])
-    return pages * 4096 / 1e6
+    """Return this process's memory without the pages of files, which the system may drop at any time."""
+    status = Path("/proc/self/status").read_text(encoding="utf-8")
+    lines = dict(line.split(":", 1) for line in status.splitlines())
+    return int(lines["RssAnon"].split()[0]) * 1024 / 1e6
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -182,8 +183,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     with Results("volume", given.results, vars(given)) as results:
         if "speed" in given.rows:
             warm_up_volume()
-            numbers = insertion(5 if given.brief else given.clouds)
-            numbers.update(flight(10.0 if given.brief else given.seconds, 60 if given.brief else given.nodes))
+            # The flight first: its memory would fit into what OctoMap frees
+            of_flight = flight(10.0 if given.brief else given.seconds, 60 if given.brief else given.nodes)
+            numbers = {**insertion(5 if given.brief else given.clouds), **of_flight}
             results.add("volume.hold.puck", numbers)
             print(table(("key", "value"), [(name, round(value, 3)) for name, value in numbers.items()]))
         if "flown" in given.rows:

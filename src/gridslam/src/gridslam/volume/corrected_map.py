@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Sequence
+from typing import TYPE_CHECKING, Sequence
 
 import numpy as np
 
@@ -15,33 +15,15 @@ from gridslam.volume.parameters import VolumeParameters
 from gridslam.volume.transient import TransientLayer
 from gridslam.volume.voxel_map import Box, VoxelMap
 
+if TYPE_CHECKING:
+    from gridslam.volume.settled_events import SettledEvents
+
 POINTS_MAX = 4_000_000
 """Of a cloud."""
 MOVED_VOXELS = 0.5
 """A node is moved in the map when the end of a ray of median length moves by more than this."""
 
 Event = CloudNode | ClearedBox
-
-
-class SettledEvents:
-    """The voxels of the oldest events. A correction that moves none of these begins behind them.
-
-    Args:
-        parameters: of the voxels.
-        before: voxels that hold older events, or an earlier map; None: there are none.
-        count: number of events that these hold.
-    """
-
-    def __init__(self, parameters: VolumeParameters, before: VoxelMap | None, count: int = 0):
-        self.voxels = VoxelMap(parameters) if before is None else before.copy()
-        self.count = count
-        """Number of events that are entered."""
-        self._board = Board()
-
-    def enter(self, event: Event) -> None:
-        """Enter the next event, a cloud with its present pose."""
-        insert_event(self.voxels, event, None, self._board)
-        self.count += 1
 
 
 class CorrectedMap:

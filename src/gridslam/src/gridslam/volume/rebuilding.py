@@ -9,9 +9,10 @@ from scipy import ndimage
 
 from gridslam.volume.board import Board
 from gridslam.volume.clouds import Pose
-from gridslam.volume.corrected_map import CorrectedMap, SettledEvents, insert_event
+from gridslam.volume.corrected_map import CorrectedMap, insert_event
 from gridslam.volume.kernels.tiles import SIDE, UNSEEN
 from gridslam.volume.nodes import CloudNode, TouchedTiles
+from gridslam.volume.settled_events import PackedVoxels, SettledEvents
 from gridslam.volume.voxel_map import VoxelMap
 
 UNSETTLED = (600, 300, 60)
@@ -65,7 +66,7 @@ class Rebuilding:
         are_open = np.zeros(shadow.table.shape, bool)
         x, y, z = self._low - shadow.corner
         are_open[z : z + shape[2], y : y + shape[1], x : x + shape[0]] = self._are_open
-        voxels = self._settled[-1].voxels if self._settled else self._corrected.base
+        voxels = self._settled[-1].voxels.unpacked() if self._settled else self._corrected.base
         if voxels is not None and voxels.table.size:
             shadow.take_tiles(voxels, are_open)
         shadow.close_outside(are_open)
@@ -123,16 +124,26 @@ class Rebuilding:
 
         goes_on: asked before each event; if not, the rest is left to a later correction.
         """
-        events, before, count = self._corrected.events, self._corrected.base, 0
+        events = self._corrected.events
         for number, unsettled in enumerate(UNSETTLED):
             if number == len(self._settled):
-                self._settled.append(SettledEvents(self._corrected.parameters, before, count))
+                self._settled.append(self._next_settled())
             settled = self._settled[number]
-            while settled.count < len(events) - unsettled:
-                if self._corrected.settled is not self._settled or not goes_on():
-                    return
-                settled.enter(events[settled.count])
-            before, count = settled.voxels, settled.count
+            waiting = events[settled.count : max(len(events) - unsettled, 0)]
+            if not settled.enter(waiting, self._board, lambda: self._is_current and goes_on()):
+                return
+
+    def _next_settled(self) -> SettledEvents:
+        """Return what the last settled events, or else the earlier map, go on as."""
+        if self._settled:
+            return SettledEvents(self._settled[-1].voxels, self._settled[-1].count)
+        base = self._corrected.base
+        return SettledEvents(PackedVoxels.of(VoxelMap(self._corrected.parameters) if base is None else base))
+
+    @property
+    def _is_current(self) -> bool:
+        """Whether the map still begins its corrections behind these settled events."""
+        return self._corrected.settled is self._settled
 
 
 def _tiles_around(
