@@ -36,8 +36,13 @@ def test_a_place_is_told_by_frame_strake_and_side():
 def test_things_of_the_mesh_have_a_surveyors_words():
     ship = parse_ship({**SHIP, "parts": {"ground_plane": "tank top"}})
     assert [ship.part(each) for each in ("ground_plane", "deck_beams")] == ["tank top", "deck beams"]
-    mapped = [ship.part(each) for each in ("mapped_plating", "mapped_structure", "unknown")]
-    assert mapped == ["plating", "structure", "not surveyed"]
+    names = ("mapped_plating", "mapped_structure", "mapped_bars", "unknown")
+    assert [ship.part(each) for each in names] == [
+        "plating",
+        "structure",
+        "ladders, gratings",
+        "not surveyed",
+    ]
     with pytest.raises(ShipError, match="parts"):
         parse_ship({**SHIP, "parts": ["ground_plane"]})
 

@@ -8,9 +8,19 @@ from typing import Mapping, NamedTuple, Sequence
 
 import numpy as np
 
-from inspection_tools.survey.surface.mesh_file import MAPPED_PLATING, MAPPED_STRUCTURE, NOT_SURVEYED
+from inspection_tools.survey.surface.mesh_file import (
+    MAPPED_BARS,
+    MAPPED_PLATING,
+    MAPPED_STRUCTURE,
+    NOT_SURVEYED,
+)
 
-OF_MAPS = {MAPPED_PLATING: "plating", MAPPED_STRUCTURE: "structure", NOT_SURVEYED: "not surveyed"}
+OF_MAPS = {
+    MAPPED_PLATING: "plating",
+    MAPPED_STRUCTURE: "structure",
+    MAPPED_BARS: "ladders, gratings",
+    NOT_SURVEYED: "not surveyed",
+}
 """What a surveyor calls the two things that the mesh of an explored map has."""
 PORT, STARBOARD = "P", "S"
 SIDES = (PORT, STARBOARD)

@@ -11,11 +11,16 @@ from scipy.sparse import coo_matrix
 
 from gridslam.volume import CloudNode
 from gridslam.volume.octree.files import read_octree
-from gridslam.volume.plates import plates_of
+from gridslam.volume.plates import Plates, plates_of, points_of
 from gridslam.volume.saved.saved_map import read_volume
-from inspection_tools.survey.surface.mesh_file import MAPPED_PLATING, MAPPED_STRUCTURE, NOT_SURVEYED
+from inspection_tools.survey.surface.mesh_file import (
+    MAPPED_BARS,
+    MAPPED_PLATING,
+    MAPPED_STRUCTURE,
+    NOT_SURVEYED,
+)
 from master_thesis.errors import ScenarioError
-from master_thesis.photographing.plate_mesh import Kinds, not_of, standing, with_backs
+from master_thesis.photographing.plate_mesh import Kinds, are_bars, beside, not_of, standing, with_backs
 from master_thesis.photographing.plating import is_plating
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
@@ -43,9 +48,10 @@ def mesh_of_map(path: Path) -> trimesh.Scene:
 
 
 def surfaces_of_map(path: Path, nodes: Sequence[CloudNode]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return corners (n, 3), m, and quads (m, 4) of plating, of structure and of the unknown, by their names.
+    """Return corners (n, 3), m, and quads (m, 4) of plating, structure, bars and the unknown, by their names.
 
-    The unknown closes the space, and is no surface to photograph.
+    Bars stay voxels: a plate would close what one sees through. The unknown closes the space, and is no
+    surface to photograph.
 
     nodes: with the clouds of the map, or none. Raises: as `mesh_of_map`.
     """
@@ -61,22 +67,32 @@ def surfaces_of_map(path: Path, nodes: Sequence[CloudNode]) -> dict[str, tuple[n
             f"{path}: no free voxel lies beside an occupied one, so there is no surface in it."
         )
     corners_m = smoothed(corners, quads) * side_m + low_m
-    whole_m, known_quads = corners_m, quads[of == OCCUPIED]
+    whole_m, known_quads, bars = corners_m, quads[of == OCCUPIED], np.zeros((0, 4), np.int64)
     if nodes:
-        known = Kinds(kinds, low_m, side_m)
-        plates = plates_of(nodes, np.random.default_rng(SEED))
-        plates = with_backs(standing(plates, known, OCCUPIED), known, FREE)
-        left = known_quads[not_of(plates, corners[known_quads] * side_m + low_m, side_m)]
-        whole_m = np.concatenate((corners_m, plates.corners_m.reshape(-1, 3)))
+        closed, seen_through = _plates(nodes, Kinds(kinds, low_m, side_m))
+        faces_m = corners[known_quads] * side_m + low_m
+        left = not_of(closed, faces_m, side_m)
+        of_bars = left & beside(seen_through, faces_m, side_m)
+        bars, known_quads = known_quads[of_bars], known_quads[left & ~of_bars]
+        whole_m = np.concatenate((corners_m, closed.corners_m.reshape(-1, 3)))
         own = np.arange(len(corners_m), len(whole_m)).reshape(-1, 4)
-        known_quads = np.concatenate((left, own))
+        known_quads = np.concatenate((known_quads, own))
     wide = is_plating(whole_m, known_quads)
     surfaces = {
         MAPPED_PLATING: (whole_m, known_quads[wide]),
         MAPPED_STRUCTURE: (whole_m, known_quads[~wide]),
+        MAPPED_BARS: (corners_m, bars),
         NOT_SURVEYED: (corners_m, quads[of == UNKNOWN]),
     }
     return {name: surface for name, surface in surfaces.items() if len(surface[1])}
+
+
+def _plates(nodes: Sequence[CloudNode], known: Kinds) -> tuple[Plates, Plates]:
+    """Return the plates of clouds, with their backs, and those of bars."""
+    plates = plates_of(nodes, np.random.default_rng(SEED))
+    plates = with_backs(standing(plates, known, OCCUPIED), known, FREE)
+    has_bars = are_bars(plates, known, FREE, points_of(nodes))
+    return plates.only(~has_bars), plates.only(has_bars)
 
 
 def scene_of(surfaces: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> trimesh.Scene:

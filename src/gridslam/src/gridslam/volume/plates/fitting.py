@@ -90,6 +90,11 @@ def plates_of(
     return _rectangles(cells, rows[:, 1:4], rows[:, 4:7], rows[:, 7:10], rows[:, 10:13], rows[:, 13], p)
 
 
+def points_of(nodes: Iterable[CloudNode], parameters: PlateParameters | None = None) -> np.ndarray:
+    """Return the points (n, 3) of the clouds in the map, m, that plates are fitted to."""
+    return _thinned(nodes, (parameters or PlateParameters()).thin)[0]
+
+
 def _thinned(nodes: Iterable[CloudNode], side_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return points (n, 3) in the map, unit ways (n, 3) to their sensors, and weights (n,).
 

@@ -21,8 +21,10 @@ ENDLESS_M = 300.0
 """A thing this long is the ground of a world; it does not say how large the room is."""
 NOT_SURVEYED = "unknown"
 """Name of a thing that bounds the air and is no surface: what an explored map does not know."""
-MAPPED_PLATING, MAPPED_STRUCTURE = "mapped_plating", "mapped_structure"
-"""Names of things of sheets that each show their front only: what an explored map knows. Plating is wide."""
+MAPPED_PLATING, MAPPED_STRUCTURE, MAPPED_BARS = "mapped_plating", "mapped_structure", "mapped_bars"
+"""Names of things of sheets that each show their front only: what an explored map knows. Plating is wide, and
+between bars one sees through, as between the rungs of a ladder.
+"""
 
 
 def is_mapped(name: str) -> bool:
