@@ -96,7 +96,7 @@ def test_a_second_correction_begins_at_the_poses_of_the_first():
 @pytest.mark.parametrize("first", [0, 2, 5, 7])
 def test_corrections_of_the_latest_nodes_begin_behind_settled_ones(first, monkeypatch):
     """Given a map whose oldest events are settled, when later or older nodes move, it is as made afresh."""
-    monkeypatch.setattr("gridslam.volume.rebuilding.UNSETTLED", (5, 3))
+    monkeypatch.setattr("gridslam.volume.correction.rebuilding.UNSETTLED", (5, 3))
     corrected = flown(PATH, base=flown([(15.0, 10.0, 5.0, 0.3)]).voxels)
     corrected.clear(Box(np.array((0, 0, 0)), np.array((20, 10, 20))))
     for start in (6, first):
@@ -113,7 +113,7 @@ def test_corrections_of_the_latest_nodes_begin_behind_settled_ones(first, monkey
 
 
 def test_events_are_settled_in_flight_so_that_a_first_closure_begins_behind_them(monkeypatch):
-    monkeypatch.setattr("gridslam.volume.rebuilding.UNSETTLED", (5, 3))
+    monkeypatch.setattr("gridslam.volume.correction.rebuilding.UNSETTLED", (5, 3))
     corrected = flown(PATH)
     unmoved = Rebuilding(corrected, [node.sensor_in_map for node in corrected.nodes])
     unmoved.settle(iter((True, True, False)).__next__)

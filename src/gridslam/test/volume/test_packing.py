@@ -11,8 +11,8 @@ from room_clouds import puck_directions, ranges_in_hold
 
 from gridslam.volume import Board, KeptCloud, VoxelMap
 from gridslam.volume.clouds import COORDINATE_MAX, rounded, step_of
+from gridslam.volume.correction.settled_events import PackedVoxels
 from gridslam.volume.kernels.tiles import VOXELS
-from gridslam.volume.settled_events import PackedVoxels
 
 PATH = [(6.0 + 3.0 * k, 5.0 + 2.0 * k, 3.0, 0.4 * k) for k in range(4)]
 whole_points = hypothesis_numpy.arrays(
@@ -37,7 +37,7 @@ def test_the_cloud_of_a_room_takes_less_than_two_bytes_a_point():
 
 
 def test_packed_voxels_go_on_as_if_they_had_never_been_packed(monkeypatch):
-    monkeypatch.setattr("gridslam.volume.settled_events.AT_ONCE", 20)
+    monkeypatch.setattr("gridslam.volume.correction.settled_events.AT_ONCE", 20)
     voxels = flown(PATH).voxels
     packed = PackedVoxels.of(voxels)
     assert len(packed.packed) > 2

@@ -3,13 +3,13 @@
 from gridslam.volume.board import Board, Rays
 from gridslam.volume.clouds import KeptCloud, Pose
 from gridslam.volume.corrected_map import CorrectedMap
+from gridslam.volume.correction.rebuilding import Rebuilding
 from gridslam.volume.nodes import CloudNode, NodeSpacing
 from gridslam.volume.octree.files import read_octree, write_octree
 from gridslam.volume.octree.stream import OctreeStream, map_from, stream_of
 from gridslam.volume.parameters import FLAT_MISS, VolumeParameters
 from gridslam.volume.planning_layers import DistanceField, Frontiers
 from gridslam.volume.range_points import RangePoints
-from gridslam.volume.rebuilding import Rebuilding
 from gridslam.volume.scans.gathering import PlacedCloud, ScanGathering
 from gridslam.volume.scans.scan_points import points_of_scan
 from gridslam.volume.shown_map import FREE, OCCUPIED, UNKNOWN, ShownMap

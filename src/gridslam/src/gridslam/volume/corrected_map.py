@@ -16,7 +16,7 @@ from gridslam.volume.transient import TransientLayer
 from gridslam.volume.voxel_map import Box, VoxelMap
 
 if TYPE_CHECKING:
-    from gridslam.volume.settled_events import SettledEvents
+    from gridslam.volume.correction.settled_events import SettledEvents
 
 POINTS_MAX = 4_000_000
 """Of a cloud."""

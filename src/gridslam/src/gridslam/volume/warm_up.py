@@ -8,11 +8,11 @@ import numpy as np
 
 from gridslam.volume.clouds import Pose
 from gridslam.volume.corrected_map import CorrectedMap
+from gridslam.volume.correction.rebuilding import Rebuilding
 from gridslam.volume.octree.stream import map_from, stream_of
 from gridslam.volume.parameters import VolumeParameters
 from gridslam.volume.planning_layers import DistanceField, Frontiers
 from gridslam.volume.plates import plates_of
-from gridslam.volume.rebuilding import Rebuilding
 from gridslam.volume.shown_map import ShownMap
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from gridslam.volume import CorrectedMap, Pose, ShownMap, VolumeParameters
+from gridslam.volume.correction.rebuilding import Rebuilding
 from gridslam.volume.kernels.tiles import SIDE
-from gridslam.volume.rebuilding import Rebuilding
 from inspection_tools.inspection import PriorMap
 from inspection_tools.planning import PathPlanner
 
