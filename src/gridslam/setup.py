@@ -26,6 +26,7 @@ setup(
             "gridslam.search",
             "gridslam.tracking",
             "gridslam.volume",
+            "gridslam.volume.correction",
             "gridslam.volume.drawing",
             "gridslam.volume.kernels",
             "gridslam.volume.octree",
