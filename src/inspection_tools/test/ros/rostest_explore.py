@@ -138,7 +138,7 @@ class ExploreTest(unittest.TestCase):
         self.assertTrue(result.is_home)
         self.assertIn("reserve", result.reason)
 
-        # And it tells how far a UAV may rise: up to 0.6 m below the deck's lowest voxels
+        # And it tells how far a UAV may rise: up to 0.85 m below the deck's lowest voxels
         answer = self.services["room_above"](10.0)
         self.assertTrue(answer.success)
         self.assertAlmostEqual(answer.room, 4.5 - 0.85 - self.target_m()[2], delta=0.06)
