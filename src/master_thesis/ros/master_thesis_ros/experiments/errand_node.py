@@ -5,14 +5,11 @@ from __future__ import annotations
 import functools
 import math
 import threading
-import time
 from enum import Enum
 from typing import Any, Iterable, Sequence
 
 import rospy
 from actionlib_msgs.msg import GoalStatus
-from dynamic_reconfigure.msg import Config, DoubleParameter
-from dynamic_reconfigure.srv import Reconfigure
 from mavros_msgs.msg import State
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
@@ -20,25 +17,20 @@ from std_srvs.srv import Trigger
 
 from gridslam import SlamError
 from inspection_tools import InspectionToolsError
-from inspection_tools.srv import RoomAbove
 from master_thesis.errors import FlightError, MasterThesisError
 from master_thesis.exploring.errand import Errand, Next
 from master_thesis.exploring.stopover import Stopover
 from master_thesis.flight.monitor import Monitor
-from master_thesis.flight.take_off import hover_height_m
 from master_thesis_ros.experiments.flight_node import FlightNode
 from master_thesis_ros.experiments.part import Flown, Part
 from master_thesis_ros.experiments.simulator_services import set_pace, slow_down
+from master_thesis_ros.experiments.taking_off import PUBLISHER, call_service, take_off_again
 
-PUBLISHER = "/mavros_publisher"
-TRIES = 20
 WHY = {
     Next.AGAIN: "for a full battery",
     Next.WHEN_READY: "until it can go on",
     Next.NEXT_PART: "for the next part",
 }
-AGAIN_S = 0.5
-"""Wall time between two tries to call a service."""
 
 
 class ErrandNode(FlightNode):
@@ -105,18 +97,15 @@ class ErrandNode(FlightNode):
             return
         try:
             if self._errand.take_battery():
-                _call("/gazebo/swap_battery", Trigger)
+                call_service("/gazebo/swap_battery", Trigger)
             self._take_off()
         except FlightError as error:
             self._abort(str(error))
 
     def _take_off(self) -> None:
-        """Take off again, no higher than the map shows room above the UAV; raises FlightError."""
-        room = _call(f"{self._parts[self._errand.part].node}/room_above", RoomAbove, self._hover_m)
-        height_m = hover_height_m(room.room, self._hover_m, self._ground_clearance_m)
-        height = Config(doubles=[DoubleParameter("hover_height", height_m)])
-        _call(f"{PUBLISHER}/set_parameters", Reconfigure, height)
-        _call(f"{PUBLISHER}/restart", Trigger)
+        """Take off again; raises FlightError."""
+        node = self._parts[self._errand.part].node
+        height_m = take_off_again(node, self._hover_m, self._ground_clearance_m)
         rospy.loginfo("The UAV takes off again, to %.1f m.", height_m)
         self._stopover.take_off()
 
@@ -148,17 +137,3 @@ class ErrandNode(FlightNode):
         if self._stopover.on_ready(message.data):
             self._monitor.course.lands_between = False
             self.send_goal()
-
-
-def _call(name: str, kind: Any, *arguments: Any) -> Any:
-    """Call a service until it succeeds, and return its answer; raises FlightError if it does not."""
-    for _ in range(TRIES):
-        try:
-            answer = rospy.ServiceProxy(name, kind)(*arguments)
-            if getattr(answer, "success", True):
-                return answer
-            why = answer.message
-        except rospy.ServiceException as error:
-            why = str(error)
-        time.sleep(AGAIN_S)
-    raise FlightError(f"The UAV does not take off again: {name} says: {why}")

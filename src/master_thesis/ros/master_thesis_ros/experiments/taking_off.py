@@ -1,0 +1,58 @@
+"""Lets a UAV that has landed take off again, no higher than the map shows room above it."""
+
+from __future__ import annotations
+
+import time
+from typing import Any, Callable
+
+import rospy
+from dynamic_reconfigure.msg import Config, DoubleParameter
+from dynamic_reconfigure.srv import Reconfigure
+from std_srvs.srv import Trigger
+
+from inspection_tools.srv import RoomAbove
+from master_thesis.errors import FlightError
+from master_thesis.flight.take_off import hover_height_m
+
+PUBLISHER = "/mavros_publisher"
+TRIES = 20
+AGAIN_S = 0.5
+"""Wall time between two tries to call a service."""
+
+Call = Callable[..., Any]
+
+
+def call_service(name: str, kind: Any, *arguments: Any) -> Any:
+    """Call a service until it succeeds, and return its answer; raises FlightError if it does not."""
+    for _ in range(TRIES):
+        try:
+            answer = rospy.ServiceProxy(name, kind)(*arguments)
+            if getattr(answer, "success", True):
+                return answer
+            why = answer.message
+        except rospy.ServiceException as error:
+            why = str(error)
+        time.sleep(AGAIN_S)
+    raise FlightError(f"The UAV does not take off again: {name} says: {why}")
+
+
+def take_off_again(
+    node: str, usual_hover_m: float, ground_clearance_m: float, call: Call = call_service
+) -> float:
+    """Let the UAV rise, and return the height over the ground that it hovers at, m.
+
+    Args:
+        node: that knows the map, with the service `room_above`.
+        usual_hover_m: height over the ground at which it hovers if nothing is above it.
+        ground_clearance_m: height of its origin while it stands.
+        call: as `call_service`.
+
+    Raises:
+        FlightError: there is too little room, or a service fails. The UAV stays on the ground.
+    """
+    room = call(f"{node}/room_above", RoomAbove, usual_hover_m)
+    height_m = hover_height_m(room.room, usual_hover_m, ground_clearance_m)
+    height = Config(doubles=[DoubleParameter("hover_height", height_m)])
+    call(f"{PUBLISHER}/set_parameters", Reconfigure, height)
+    call(f"{PUBLISHER}/restart", Trigger)
+    return height_m
