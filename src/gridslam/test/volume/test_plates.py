@@ -6,7 +6,7 @@ import pytest
 from gridslam import ParameterError
 from gridslam.volume import CloudNode, KeptCloud, Pose
 from gridslam.volume.kernels.plates import around, refit
-from gridslam.volume.plates import PlateParameters, plates_of
+from gridslam.volume.plates import PlateParameters, plates_of, points_of
 
 NOISE_M = 0.008
 SIDE_M = 2.0
@@ -48,7 +48,7 @@ def test_a_wall_across_the_cells_gets_plates_on_it_that_fill_it_once(normal, see
     first /= np.linalg.norm(first)
     points_m = on_square(rng, first, np.cross(normal, first))
     middle_m = points_m.mean(axis=0)
-    plates = plates_of([node_at(middle_m + 3.0 * normal, points_m)], rng)
+    plates = plates_of(points_of([node_at(middle_m + 3.0 * normal, points_m)]), rng)
     assert np.percentile(degrees_off(plates, normal), 95) < 4.0
     assert np.percentile(np.abs((plates.centres_m - middle_m) @ normal), 95) < 0.012
     across = np.cross(*np.diff(plates.corners_m[:, :3], axis=1).transpose(1, 0, 2))
@@ -64,7 +64,7 @@ def test_a_floor_with_few_points_has_no_gaps_also_on_the_border_of_cells(height_
     columns = np.repeat(columns, rng.integers(2, 6, len(columns)), axis=0)  # two to five points in each
     along_m = columns + rng.uniform(0.0, cell_m, columns.shape)
     points_m = np.column_stack((along_m, height_m + rng.normal(0.0, NOISE_M, len(along_m))))
-    plates = plates_of([node_at((2.0, 2.0, 3.0), points_m)], rng)
+    plates = plates_of(points_of([node_at((2.0, 2.0, 3.0), points_m)]), rng)
     inside = np.arange(0.1, side_m, 0.02)
     places_m = np.stack(np.meshgrid(inside, inside), axis=-1).reshape(-1, 1, 2)
     low_m, high_m = plates.corners_m.min(axis=1)[:, :2], plates.corners_m.max(axis=1)[:, :2]
@@ -80,7 +80,7 @@ def test_two_sides_of_a_thin_plate_stay_apart():
     front = on_square(rng, (0, 1, 0), (0, 0, 1), (5.0, 0.0, 0.0))
     back = on_square(rng, (0, 0, 1), (0, 1, 0), (5.0 - thick_m, 0.0, 0.0))
     nodes = [node_at((8.0, 1.0, 1.0), front), node_at((2.0, 1.0, 1.0), back)]
-    plates = plates_of(nodes, rng)
+    plates = plates_of(points_of(nodes), rng)
     for sign, place_m in ((1.0, 5.0), (-1.0, 5.0 - thick_m)):
         own = plates.only(degrees_off(plates, (sign, 0.0, 0.0)) < 5.0)
         assert areas_of(own).sum() == pytest.approx(SIDE_M**2, rel=0.08)
@@ -90,7 +90,7 @@ def test_two_sides_of_a_thin_plate_stay_apart():
 def test_an_edge_between_two_plates_stays_sharp():
     rng = np.random.default_rng(4)
     points_m = np.concatenate((on_square(rng, (1, 0, 0), (0, 1, 0)), on_square(rng, (0, 1, 0), (0, 0, 1))))
-    plates = plates_of([node_at((2.0, 1.0, 2.0), points_m)], rng)
+    plates = plates_of(points_of([node_at((2.0, 1.0, 2.0), points_m)]), rng)
     off = np.minimum(degrees_off(plates, (0, 0, 1)), degrees_off(plates, (1, 0, 0)))
     assert areas_of(plates)[off < 6.0].sum() == pytest.approx(2.0 * SIDE_M**2, rel=0.08)
     assert areas_of(plates)[off >= 6.0].sum() < 0.05 * SIDE_M**2
@@ -100,15 +100,15 @@ def test_a_strip_that_is_too_narrow_for_a_plane_faces_the_sensor():
     rng = np.random.default_rng(5)
     strip = on_square(rng, (0, 0, 1), (1, 0, 0), count=30_000)
     strip = strip[strip[:, 0] < 0.04]
-    plates = plates_of([node_at((0.02, -3.0, 1.0), strip)], rng)
+    plates = plates_of(points_of([node_at((0.02, -3.0, 1.0), strip)]), rng)
     assert 0.03 * SIDE_M < areas_of(plates).sum() < 0.12 * SIDE_M
     assert np.median(degrees_off(plates, (0.0, -1.0, 0.0))) < 25.0
 
 
 def test_single_points_and_no_cloud_give_no_plate():
     rng = np.random.default_rng(6)
-    assert len(plates_of([node_at((0.0, 0.0, 5.0), rng.uniform(-4.0, 4.0, (60, 3)))], rng)) == 0
-    assert len(plates_of([], rng)) == 0
+    assert len(plates_of(points_of([node_at((0.0, 0.0, 5.0), rng.uniform(-4.0, 4.0, (60, 3)))]), rng)) == 0
+    assert len(plates_of(points_of([]), rng)) == 0
 
 
 def test_the_points_around_a_cell_are_those_of_a_plain_search():

@@ -12,7 +12,7 @@ from gridslam.volume.correction.rebuilding import Rebuilding
 from gridslam.volume.octree.stream import map_from, stream_of
 from gridslam.volume.parameters import VolumeParameters
 from gridslam.volume.planning_layers import DistanceField, Frontiers
-from gridslam.volume.plates import plates_of
+from gridslam.volume.plates import plates_of, points_of
 from gridslam.volume.shown_map import ShownMap
 
 
@@ -30,7 +30,7 @@ def warm_up_volume() -> float:
     Frontiers(parameters.resolution_m).update(shown, changed)
     for octree in (shown.octree(), stream_of(corrected.voxels, is_binary=False)):
         map_from(octree.data, octree.is_binary, parameters)
-    plates_of(corrected.nodes, np.random.default_rng(1))
+    plates_of(points_of(corrected.nodes), np.random.default_rng(1))
     return time.perf_counter() - start
 
 

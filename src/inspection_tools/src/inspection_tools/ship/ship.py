@@ -21,7 +21,7 @@ OF_MAPS = {
     MAPPED_BARS: "ladders, gratings",
     NOT_SURVEYED: "not surveyed",
 }
-"""What a surveyor calls the two things that the mesh of an explored map has."""
+"""What a surveyor calls the things that the mesh of an explored map has."""
 PORT, STARBOARD = "P", "S"
 SIDES = (PORT, STARBOARD)
 ON_CENTRE_M = 0.05

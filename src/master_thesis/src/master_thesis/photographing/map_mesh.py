@@ -89,9 +89,10 @@ def surfaces_of_map(path: Path, nodes: Sequence[CloudNode]) -> dict[str, tuple[n
 
 def _plates(nodes: Sequence[CloudNode], known: Kinds) -> tuple[Plates, Plates]:
     """Return the plates of clouds, with their backs, and those of bars."""
-    plates = plates_of(nodes, np.random.default_rng(SEED))
+    points = points_of(nodes)
+    plates = plates_of(points, np.random.default_rng(SEED))
     plates = with_backs(standing(plates, known, OCCUPIED), known, FREE)
-    has_bars = are_bars(plates, known, FREE, points_of(nodes))
+    has_bars = are_bars(plates, known, FREE, points.places_m)
     return plates.only(~has_bars), plates.only(has_bars)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Iterable
+from typing import Iterable, NamedTuple
 
 import numpy as np
 
@@ -75,12 +75,20 @@ class Plates:
         return Plates(self.corners_m[those], self.normals[those])
 
 
+class SeenPoints(NamedTuple):
+    """places_m: (n, 3) in the map. ways: (n, 3) unit, to their sensors. weights: (n,) of each."""
+
+    places_m: np.ndarray
+    ways: np.ndarray
+    weights: np.ndarray
+
+
 def plates_of(
-    nodes: Iterable[CloudNode], rng: np.random.Generator, parameters: PlateParameters | None = None
+    points: SeenPoints, rng: np.random.Generator, parameters: PlateParameters | None = None
 ) -> Plates:
-    """Return the plates of the clouds of a path's nodes, where they are in the map."""
+    """Return the plates of points."""
     p = parameters or PlateParameters()
-    points_m, ways, weights = _thinned(nodes, p.thin)
+    points_m, ways, weights = points
     order, cells, begins = _sorted(points_m, p.cell)
     rows = planes_of_cells(
         cells, begins, points_m[order], ways[order], weights[order], rng.random((p.tries, 3)),
@@ -90,17 +98,13 @@ def plates_of(
     return _rectangles(cells, rows[:, 1:4], rows[:, 4:7], rows[:, 7:10], rows[:, 10:13], rows[:, 13], p)
 
 
-def points_of(nodes: Iterable[CloudNode], parameters: PlateParameters | None = None) -> np.ndarray:
-    """Return the points (n, 3) of the clouds in the map, m, that plates are fitted to."""
-    return _thinned(nodes, (parameters or PlateParameters()).thin)[0]
-
-
-def _thinned(nodes: Iterable[CloudNode], side_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points (n, 3) in the map, unit ways (n, 3) to their sensors, and weights (n,).
+def points_of(nodes: Iterable[CloudNode], parameters: PlateParameters | None = None) -> SeenPoints:
+    """Return the points of the clouds of a path's nodes, where they are in the map.
 
     Points of a cube that were seen from the same octant are one, so that the two sides of a thin plate stay
     apart. Poses are off by an angle, so a point's weight falls with the square of its distance.
     """
+    side_m = (parameters or PlateParameters()).thin
     keys, sums = [], []
     for node in nodes:
         pose = node.sensor_in_map
@@ -114,14 +118,14 @@ def _thinned(nodes: Iterable[CloudNode], side_m: float) -> tuple[np.ndarray, np.
         keys.append((((cubes[:, 0] << 20) + cubes[:, 1] << 20) + cubes[:, 2] << 3) + octant)
         sums.append(np.column_stack((places, ways, np.ones(len(places)))) * weights[:, None])
     if not keys:
-        return np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0)
+        return SeenPoints(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
     key, rows = np.concatenate(keys), np.concatenate(sums)
     _, of = np.unique(key, return_inverse=True)
     count = int(of.max()) + 1
     total = np.column_stack([np.bincount(of, rows[:, k], count) for k in range(7)])
     means = total[:, :6] / total[:, 6:]
     ways = means[:, 3:] / np.maximum(np.linalg.norm(means[:, 3:], axis=1), 1e-9)[:, None]
-    return means[:, :3], ways, total[:, 6]
+    return SeenPoints(means[:, :3], ways, total[:, 6])
 
 
 def _sorted(points_m: np.ndarray, side_m: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
