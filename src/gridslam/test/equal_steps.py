@@ -18,6 +18,7 @@ class Steps:
         for each in self.steps:
             poses.append(se2.compose(poses[-1], each))
         self.poses = np.array(poses)
+        self.climbs_m, self.heights_m = np.zeros(count), np.zeros(count + 1)
         self.way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*self.steps[:, :2].T))])
 
     def __len__(self):

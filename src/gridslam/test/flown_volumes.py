@@ -14,7 +14,7 @@ DIRECTIONS = puck_directions(40)
 
 def cloud_at(x, y, z, yaw, seed=0):
     """A cloud in the sensor's frame, and the sensor's pose."""
-    pose = Pose(Pose.planar(0.0, 0.0, yaw).rotation, np.array((x, y, z)))
+    pose = Pose(Pose.level(0.0, 0.0, yaw).rotation, np.array((x, y, z)))
     beams = DIRECTIONS @ pose.rotation.T
     return DIRECTIONS * ranges_in_hold(pose.translation, beams, seed=seed)[:, None], pose
 

@@ -26,16 +26,25 @@ def room_scan(stamp_s: float, seen_rad: float = math.pi) -> PlanarScan:
 
 
 def snapshot_along(
-    poses: np.ndarray, odometry: np.ndarray | None = None, seen_rad: float = math.pi, first_in_map: int = 0
+    poses: np.ndarray,
+    odometry: np.ndarray | None = None,
+    seen_rad: float = math.pi,
+    first_in_map: int = 0,
+    heights_m: np.ndarray | None = None,
 ) -> Snapshot:
-    """A filter that has come along poses (k, 3), with a scan a second; by default as odometry has it, too."""
+    """A filter that has come along poses (k, 3), with a scan a second; by default as odometry has it, too.
+
+    heights_m: (k,) in the map; None: not known.
+    """
     poses, parameters = np.array(poses, float), SlamParameters()
     scans = [room_scan(float(second), seen_rad) for second in range(len(poses))]
     return Snapshot(
         np.arange(len(poses), dtype=float),
         poses,
         poses if odometry is None else odometry,
+        np.full(len(poses), np.nan) if heights_m is None else heights_m,
         tuple(scans),
+        (None,) * len(poses),
         tuple(Beams.from_scan(scan, parameters, is_matched=False) for scan in scans),
         first_in_map,
         np.ones(len(poses), bool),

@@ -27,6 +27,12 @@ def log(seed: int = 0, laps: float = 1.0) -> Log:
     return drive(WALLS, along(rectangle_route(2.0, 1.5, 0.5, laps), 0.1), UST, seed)
 
 
+def at_height(log: Log, height_m: float) -> Log:
+    """The same log, flown at a height by odometry."""
+    scans = [dataclasses.replace(scan, height_m=height_m) for scan in log.scans]
+    return dataclasses.replace(log, scans=scans)
+
+
 def run(slam: GridSlam, log: Log, first: int = 0, last: int | None = None) -> list[ScanUpdate]:
     """Let a filter take in part of a log; return what it said of the scans it processed."""
     pairs = zip(log.scans[first:last], log.odometry[first:last])

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Callable, Sequence
 import numpy as np
 
 from gridslam import se2
-from gridslam.errors import StateError
+from gridslam.errors import SlamError, StateError
 from gridslam.files import state_file
 from gridslam.filter.grid_slam import GridSlam
 from gridslam.filter.motion_model import is_told
@@ -21,6 +21,7 @@ from gridslam.filter.particle_filter import START_DEVIATION
 from gridslam.filter.scan_update import ScanUpdate
 from gridslam.inputs.continuous_odometry import ContinuousOdometry, Doubt
 from gridslam.inputs.slice_watch import SliceWatch
+from gridslam.level_cloud import LevelCloud
 from gridslam.localisation.given_pose import check_given_pose
 from gridslam.localisation.supervisor import Supervisor
 from gridslam.loop_closure import Closure, LoopClosureParameters
@@ -88,12 +89,17 @@ class SlamSession:
         self._mapped: GridSlam | None = None  # its map is taken over at the first scan
 
     def process(
-        self, scan: PlanarScan, base_in_odom: Sequence[float], covariance: np.ndarray | None = None
+        self,
+        scan: PlanarScan,
+        base_in_odom: Sequence[float],
+        covariance: np.ndarray | None = None,
+        cloud: Callable[[], LevelCloud | None] = lambda: None,
     ) -> ScanUpdate | None:
         """Take in one scan. Return None if it is not integrated, for lack of motion or of agreement.
 
         covariance: (3, 3) of the base in odom, m2, m rad and rad2, which grows with the way; None: odometry
         does not tell it. Then the parameters srr, srt, str and stt say how uncertain odometry is.
+        cloud: returns what the lidar saw in space with the scan; it is asked for scans that are kept only.
 
         Raises:
             ScanError: the scan or the odometry makes no sense.
@@ -127,8 +133,19 @@ class SlamSession:
         if self._closer is not None and was_apart and self.slam.earlier is None:
             self._closer.drop()
         if self._closer is not None:
+            if update is not None:
+                self._keep_cloud(self.slam, cloud)
             self._look_for_loops(self._closer, self.slam, scan.stamp_s, base if update is not None else None)
         return update
+
+    def _keep_cloud(self, slam: GridSlam, cloud: Callable[[], LevelCloud | None]) -> None:
+        try:
+            seen = cloud()
+        except SlamError as error:
+            self._say(f"{error} Loop closure does without the cloud.")
+            return
+        if seen is not None:
+            slam.add_cloud(seen)
 
     def _watch_slices(self, slam: GridSlam, base: np.ndarray, height_m: float) -> bool:
         """Go on with another map when the vehicle has come to another height.
@@ -143,7 +160,7 @@ class SlamSession:
         words = f"The vehicle flies at {now_m:.1f} m; level scans see another slice than at {before_m:.1f} m."
         if has_bands and self._closer is not None and not slam.tracking.is_lost:
             if not self._has_said_bands:
-                self._say(f"{words} Each height has its own map now; no loops are closed between them.")
+                self._say(f"{words} Each height has its own map now; only clouds close loops between them.")
             self._has_said_bands = True
             slam.change_band(Band(now_m, self._closer.parameters.height_band_m))
             self._supervisor.forget_map()
@@ -258,6 +275,11 @@ class SlamSession:
             return (0.0, 0.0, 0.0) if self._starting_pose is None else None
         odom = se2.compose(self.slam.map_to_odom, self._odometry.odom_in_continuous)
         return tuple(odom.tolist())
+
+    @property
+    def rise_m(self) -> float:
+        """How much higher the odometry's frame is in the map than at the start, by closed loops."""
+        return 0.0 if self.slam is None else self.slam.rise_m
 
     @property
     def tracking(self) -> TrackingMonitor | None:

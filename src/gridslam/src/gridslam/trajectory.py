@@ -18,6 +18,8 @@ class Trajectory:
     """(k,) ascending"""
     poses_in_map: np.ndarray
     """(k, 3) x, y, yaw"""
+    heights_m: np.ndarray | None = None
+    """(k,) of the base in the map; None, or NaN at a pose: not known."""
 
     def filled(self, stamps_s: np.ndarray, base_in_odom: np.ndarray) -> np.ndarray:
         """Return the poses in the map (n, 3) at other stamps, from the odometry (n, 3) at these stamps.

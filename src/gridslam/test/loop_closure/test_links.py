@@ -30,7 +30,9 @@ def path_of(poses, odometry=None):
     way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*steps[:, :2].T))])
     odometry = poses if odometry is None else odometry
     stamps_s, covariances = np.arange(len(poses), dtype=float), np.zeros((len(steps), 3, 3))
-    return MeasuredPath(stamps_s, poses, steps, covariances, odometry, way_m)
+    return MeasuredPath(
+        stamps_s, poses, steps, covariances, odometry, way_m, np.zeros(len(poses)), np.zeros(len(steps))
+    )
 
 
 def seen_from(walls, pose, seed=0) -> Surfaces:

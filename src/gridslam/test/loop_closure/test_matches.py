@@ -46,7 +46,14 @@ def tried(walls, off=(0.0, 0.0, 0.0), reach_m=1.0, uncertainty=0.5, lidar=LIDAR,
     scans = [scan_at(walls, pose, lidar, np.random.default_rng(seed)) for seed, pose in enumerate(truth)]
     steps = se2.between(poses[:-1], poses[1:])
     path = MeasuredPath(
-        np.array([0.0, 100.0]), poses, steps, np.zeros((1, 3, 3)), poses, np.array([0.0, 40.0])
+        np.array([0.0, 100.0]),
+        poses,
+        steps,
+        np.zeros((1, 3, 3)),
+        poses,
+        np.array([0.0, 40.0]),
+        np.zeros(2),
+        np.zeros(1),
     )
     maps = LocalMaps(parameters)
     maps.extend(scans)

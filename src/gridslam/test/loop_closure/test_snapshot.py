@@ -30,7 +30,7 @@ def test_a_snapshot_stays_as_it_is_while_the_filter_goes_on(log):
     np.testing.assert_array_equal(snapshot.poses_in_map, before[0])
     np.testing.assert_array_equal(snapshot.odometry, before[1])
     assert (snapshot.scans, snapshot.beams) == (before[2], before[3])
-    for name in ("stamps_s", "poses_in_map", "odometry", "is_usable"):
+    for name in ("stamps_s", "poses_in_map", "odometry", "heights_m", "is_usable"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(snapshot, name)[0] = 0.0
     with pytest.raises(dataclasses.FrozenInstanceError):
@@ -41,7 +41,7 @@ def test_parts_of_different_lengths_are_no_snapshot(log):
     slam = rooms.begin(log, keep_scans=True)
     rooms.run(slam, log, 0, 60)
     snapshot = slam.snapshot()
-    for name in ("stamps_s", "odometry", "scans", "is_usable"):
+    for name in ("stamps_s", "odometry", "heights_m", "scans", "clouds", "is_usable"):
         with pytest.raises(ValueError, match="one length"):
             dataclasses.replace(snapshot, **{name: getattr(snapshot, name)[:-1]})
 
@@ -49,6 +49,24 @@ def test_parts_of_different_lengths_are_no_snapshot(log):
 def test_a_filter_that_keeps_no_scans_gives_none(log):
     with pytest.raises(StateError, match="keep_scans=True"):
         rooms.begin(log).snapshot()
+
+
+def test_after_a_correction_of_heights_the_nodes_since_then_rise_with_the_last(log):
+    slam = rooms.begin(log, keep_scans=True)
+    rooms.run(slam, rooms.at_height(log, 2.0), 0, 60)
+    known = len(slam.snapshot())
+    rooms.run(slam, rooms.at_height(log, 2.0), 60, 90)
+    poses, heights_m = slam.trajectory().poses_in_map[:known], 2.0 + 0.01 * np.arange(known)
+    slam.correct(Correction(poses, heights_m=heights_m))
+    found = slam.trajectory().heights_m
+    np.testing.assert_allclose(found[:known], heights_m)
+    np.testing.assert_allclose(found[known:], heights_m[-1])
+    assert slam.rise_m == pytest.approx(0.01 * (known - 1))
+    rooms.run(slam, rooms.at_height(log, 2.5), 90)
+    assert slam.trajectory().heights_m[-1] == pytest.approx(2.5 + slam.rise_m)
+    # and what is taken over later counts from there
+    slam.correct(Correction(slam.trajectory().poses_in_map, heights_m=slam.trajectory().heights_m + 0.1))
+    assert slam.rise_m == pytest.approx(0.01 * (known - 1) + 0.1)
 
 
 def test_after_a_correction_the_nodes_since_then_follow_as_measured(log):

@@ -93,21 +93,27 @@ def test_an_unmeasured_step_is_as_uncertain_as_odometry_was_wrong():
 
 
 def test_corrected_poses_keep_the_measured_steps_and_later_ones_follow():
-    # given a path of four nodes, whose last three were corrected
+    # given a path of four nodes that climbs by 0.5 m a step, whose last three were corrected
     p, maps = LoopClosureParameters(), LocalMaps(LoopClosureParameters())
     measured = np.column_stack([np.arange(6.0), np.zeros((6, 2))])
     corrected = measured[:4] + np.array([(0.0, 0.0, 0.0), *[(0.2, 0.1, 0.0)] * 3])
-    first = snapshot_along(measured[:4])
+    heights_m, higher_m = 0.5 * np.arange(6.0), np.array([0.0, 0.1, 0.2, 0.3, 0.3, 0.3])
+    first = snapshot_along(measured[:4], heights_m=heights_m[:4])
     maps.extend(first.scans)
-    path = MeasuredPath.empty().followed(first, maps.informations, p).with_poses(corrected)
+    path = MeasuredPath.empty().followed(first, maps.informations, p)
+    path = path.corrected_to(corrected, (heights_m + higher_m)[:4])
     np.testing.assert_array_equal(path.steps, np.tile((1.0, 0.0, 0.0), (3, 1)))
     # when the filter goes on from there
-    later = snapshot_along(np.vstack([corrected, corrected[-1] + [(1.5, 0.0, 0.0), (2.5, 0.0, 0.0)]]))
+    poses = np.vstack([corrected, corrected[-1] + [(1.5, 0.0, 0.0), (2.5, 0.0, 0.0)]])
+    later = snapshot_along(poses, heights_m=heights_m + higher_m)
     maps.extend(later.scans)
     path = path.followed(later, maps.informations, p)
     # then the old steps are as they were measured, and the new ones begin at the corrected pose
     np.testing.assert_allclose(path.steps[:, 0], [1.0, 1.0, 1.0, 1.5, 1.0])
     np.testing.assert_allclose(path.way_m, [0.0, 1.0, 2.0, 3.0, 4.5, 5.5])
+    np.testing.assert_allclose(path.heights_m, heights_m + higher_m)
+    np.testing.assert_allclose(path.climbs_m, 0.5)
+    np.testing.assert_allclose(path.way_in_space_m[:4], np.hypot(1.0, 0.5) * np.arange(4.0))
 
 
 def test_scans_that_do_not_measure_their_step_are_noted():

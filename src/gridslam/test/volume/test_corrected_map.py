@@ -36,7 +36,7 @@ shifts = st.lists(st.one_of(st.just((0.0, 0.0, 0.0)), st.tuples(small, small, sm
 def test_a_rebuilt_map_equals_a_fresh_one_and_octomaps(path, moves):
     corrected = flown(path)
     poses = [
-        Pose.planar(move[0], move[1], 0.1 * move[2]) @ node.sensor_in_map
+        Pose.level(move[0], move[1], 0.1 * move[2]) @ node.sensor_in_map
         for move, node in zip(moves, corrected.nodes)
     ]
     rebuilding = Rebuilding(corrected, poses)
@@ -60,7 +60,7 @@ PATH = [(5.0 + k, 5.0 + 0.5 * k, 3.0, 0.1 * k) for k in range(8)]
 
 def turned(corrected, first=0):
     """Poses after a correction of the nodes from one on."""
-    correction = Pose.planar(0.4, -0.3, 0.05)
+    correction = Pose.level(0.4, -0.3, 0.05)
     return [
         correction @ node.sensor_in_map if number >= first else node.sensor_in_map
         for number, node in enumerate(corrected.nodes)
@@ -75,9 +75,9 @@ def test_clouds_and_cleared_boxes_during_a_rebuild_are_in_the_map():
         rebuilding.step()
     np.testing.assert_array_equal(corrected.voxels.values(corrected.voxels.box()), before)  # still in service
     points, pose = cloud_at(14.0, 9.0, 4.0, 1.0, seed=20)
-    corrected.add(20.0, points, pose, Pose.planar(0.4, -0.3, 0.05))
+    corrected.add(20.0, points, pose, Pose.level(0.4, -0.3, 0.05))
     corrected.clear(Box(np.array((0, 0, 0)), np.array((40, 10, 20))))
-    corrected.add(21.0, points, pose, Pose.planar(0.4, -0.3, 0.05))
+    corrected.add(21.0, points, pose, Pose.level(0.4, -0.3, 0.05))
     rebuilding.take_over()
     voxels = VoxelMap(PARAMETERS)
     for event in corrected.events:
@@ -133,7 +133,7 @@ def test_an_earlier_map_stays_below_the_path():
 
 def test_a_correction_below_half_a_voxel_moves_nothing():
     corrected = flown(PATH)
-    poses = [Pose.planar(0.05, 0.05, 0.0) @ node.sensor_in_map for node in corrected.nodes]
+    poses = [Pose.level(0.05, 0.05, 0.0) @ node.sensor_in_map for node in corrected.nodes]
     rebuilding = Rebuilding(corrected, poses)
     assert (rebuilding.moved, rebuilding.is_due) == (0, False)
     stamp = corrected.voxels.stamp
@@ -169,7 +169,7 @@ def test_a_node_comes_with_way_turn_or_time():
         (1.41, 0.25, 5.1),
     ]
     kept = [
-        corrected.add(stamp, points, Pose.planar(15.0 + x, 10.0, np.radians(angle)), Pose.identity())
+        corrected.add(stamp, points, Pose.level(15.0 + x, 10.0, np.radians(angle)), Pose.identity())
         for stamp, x, angle in steps
     ]
     assert kept == [True, False, True, False, True, False, True]

@@ -10,10 +10,10 @@ from gridslam.volume import Pose
 from gridslam.volume.path_poses import OdometryHistory, odom_in_map
 
 
-def history_along_x(stamps_s):
+def history_along_x(stamps_s, climb=0.0):
     history = OdometryHistory()
     for stamp_s in stamps_s:
-        history.add(stamp_s, Pose.planar(stamp_s, 0.0, 0.0))
+        history.add(stamp_s, Pose.level(stamp_s, 0.0, 0.0, climb * stamp_s))
     return history
 
 
@@ -38,6 +38,16 @@ def test_odometry_is_interpolated_at_the_paths_stamps():
     path = np.array([(0.1, 2.0, 0.0), (0.3, 2.0, 0.0)])
     poses = odom_in_map(np.array([0.1, 0.3]), path, history_along_x([0.0, 0.2, 0.4]), np.array([0.2]))
     np.testing.assert_allclose(poses[0].translation, (0.0, 2.0, 0.0), atol=1e-12)
+
+
+def test_odom_rises_by_what_the_path_is_higher_than_odometry():
+    """Given odometry that climbs by 0.5 m/s, on a path that is level at 1 m, and on one without heights."""
+    stamps_s, history = np.arange(5.0), history_along_x(np.arange(5.0), climb=0.5)
+    path = np.column_stack([stamps_s, np.zeros((5, 2))])
+    found = odom_in_map(stamps_s, path, history, np.array([0.0, 2.5, 9.0]), np.ones(5))
+    np.testing.assert_allclose([pose.translation for pose in found], [(0, 0, 1), (0, 0, -0.25), (0, 0, -1)])
+    found = odom_in_map(stamps_s, path, history, np.array([2.5]))
+    np.testing.assert_allclose(found[0].translation, 0.0, atol=1e-12)
 
 
 @pytest.mark.parametrize(

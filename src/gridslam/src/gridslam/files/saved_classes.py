@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from gridslam.filter.earlier_map import PiecesState
+from gridslam.filter.kept_scans import InSpace
 from gridslam.filter.motion_model import MotionState
 from gridslam.filter.state import FilterState
 from gridslam.inputs.continuous_odometry import OdometryState
 from gridslam.inputs.slice_watch import SliceState
 from gridslam.inputs.usual_motion import UsualMotionState
+from gridslam.level_cloud import LevelCloud
 from gridslam.localisation.joined_scans import JoinedScan
 from gridslam.localisation.relocaliser import SearchState
 from gridslam.localisation.standstill import StandstillState
@@ -37,7 +39,9 @@ SAVED_CLASSES: tuple[type, ...] = (
     DoubtfulNodes,
     Edges,
     FilterState,
+    InSpace,
     JoinedScan,
+    LevelCloud,
     LoopClosureParameters,
     MapsState,
     Match,

@@ -16,7 +16,7 @@ import numpy as np
 TREE = "tree"
 """Name of the structure among the arrays; the others are named by their type."""
 CLASS, FIELDS, ARRAY, TUPLE, MAPPING = "class", "fields", "array", "tuple", "mapping"
-DTYPES = ("bool", "int8", "int32", "int64", "uint8", "uint16", "uint32", "float64")
+DTYPES = ("bool", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "float64")
 
 
 def pack(tree: Any) -> dict[str, np.ndarray]:

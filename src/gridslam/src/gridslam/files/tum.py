@@ -13,15 +13,17 @@ from gridslam.trajectory import Trajectory
 
 
 def write_tum(path: Path, trajectory: Trajectory) -> None:
-    """Write a planar trajectory at once: z = 0, turned about z only; stamps to the microsecond.
+    """Write a level trajectory at once, turned about z only; stamps to the microsecond. z: 0 if not known.
 
     Raises:
         OSError: the file cannot be written.
     """
-    lines = []
-    for stamp_s, (x, y, yaw) in zip(trajectory.stamps_s, trajectory.poses_in_map):
+    lines, heights_m = [], np.zeros(len(trajectory.stamps_s))
+    if trajectory.heights_m is not None:
+        heights_m = np.nan_to_num(trajectory.heights_m)
+    for stamp_s, (x, y, yaw), height_m in zip(trajectory.stamps_s, trajectory.poses_in_map, heights_m):
         z, w = np.sin(yaw / 2.0), np.cos(yaw / 2.0)
-        lines.append(f"{stamp_s:.6f} {x:.9g} {y:.9g} 0 0 0 {z:.9g} {w:.9g}\n")
+        lines.append(f"{stamp_s:.6f} {x:.9g} {y:.9g} {height_m:.9g} 0 0 {z:.9g} {w:.9g}\n")
     replace_file(path, "".join(lines))
 
 

@@ -14,6 +14,7 @@ from gridslam.filter.earlier_map import EarlierMap
 from gridslam.filter.motion_model import Motion
 from gridslam.filter.particle_filter import START_DEVIATION, ParticleFilter
 from gridslam.filter.state import FilterState
+from gridslam.level_cloud import LevelCloud
 from gridslam.loop_closure.snapshot import Snapshot
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import Band, MapDraft
@@ -56,7 +57,21 @@ class GridSlam(ParticleFilter):
 
     def trajectory(self) -> Trajectory:
         """Return the best particle's path, at the processed scans."""
-        return self._particles.trajectory()
+        path = self._particles.trajectory()
+        return replace(path, heights_m=self._map.kept.heights_m) if self._map.has_kept_scans else path
+
+    @property
+    def rise_m(self) -> float:
+        """How much higher the base is in the map now than odometry says."""
+        return self._map.kept.rise_m if self._map.has_kept_scans else 0.0
+
+    def add_cloud(self, cloud: LevelCloud) -> None:
+        """Keep what the lidar saw in space with the scan that was processed last, for loop closure.
+
+        Raises:
+            StateError: the scans are not kept.
+        """
+        self._map.kept.add_cloud(cloud)
 
     def grid(self) -> OccupancyGrid:
         """Return the best particle's map, or the earlier one if that holds more; its cells are read-only."""
@@ -156,7 +171,9 @@ class GridSlam(ParticleFilter):
             path.stamps_s,
             path.poses_in_map,
             kept.odometry,
+            kept.heights_m,
             tuple(kept.scans),
+            tuple(each.cloud for each in kept.in_space),
             tuple(self._map.beams),
             pieces.first_in_map,
             pieces.is_usable(len(kept)),
@@ -178,6 +195,8 @@ class GridSlam(ParticleFilter):
             first, band = correction.first_in_map, self._map.band
             draft = MapDraft(self.parameters, self._map.starting_map, first, band)
         self.adopt(np.vstack([poses, se2.compose(poses[-1], since)]), draft)
+        if correction.heights_m is not None:
+            self._map.kept.correct_heights(correction.heights_m)
 
     def adopt(self, poses_in_map: np.ndarray, draft: MapDraft | None = None) -> None:
         """Give all particles a corrected trajectory (k, 3), and a map of the scans along it.
@@ -213,6 +232,7 @@ class GridSlam(ParticleFilter):
             self._step_check.before,
             None if kept is None else kept.scans,
             None if kept is None else kept.odometry,
+            [] if kept is None else kept.in_space,
             self._rng.bit_generator.state,
         )
 

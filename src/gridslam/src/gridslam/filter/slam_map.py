@@ -129,7 +129,8 @@ class SlamMap:
         self.band = state.band
         self.pieces.restore(state.pieces, state.parameters, len(state.tree.stamps_s))
         if self._kept is not None and state.scans is not None and state.odometry is not None:
-            self._kept.restore(state.scans, _beams_of(state.scans, state.parameters), state.odometry)
+            beams = _beams_of(state.scans, state.parameters)
+            self._kept.restore(state.scans, beams, state.odometry, state.in_space)
         self._leave_out()
 
     def _leave_out(self) -> None:

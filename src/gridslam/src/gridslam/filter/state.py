@@ -8,6 +8,7 @@ from typing import Any, Mapping
 import numpy as np
 
 from gridslam.filter.earlier_map import PiecesState
+from gridslam.filter.kept_scans import InSpace
 from gridslam.filter.motion_model import MotionState
 from gridslam.maps.new_map import Band
 from gridslam.maps.tile_map import MapsState
@@ -50,6 +51,8 @@ class FilterState:
     """The processed scans; None: they are not kept."""
     odometry: np.ndarray | None
     """(k, 3) at these scans."""
+    in_space: list[InSpace]
+    """k, of these scans."""
     random: Mapping[str, Any]
     """State of the random generator."""
 
@@ -66,3 +69,6 @@ class FilterState:
         odometry = np.zeros((0, 3)) if self.odometry is None else self.odometry
         if self.scans is not None and (len(self.scans) != nodes or odometry.shape != (nodes, 3)):
             raise ValueError("there are not as many scans as stamps")
+        rises_m = [each.rise_m for each in self.in_space]
+        if len(rises_m) != len(self.scans or ()) or not np.isfinite(rises_m).all():
+            raise ValueError("what is known in space is not of these scans")

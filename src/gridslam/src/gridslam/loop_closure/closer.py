@@ -29,6 +29,8 @@ class PendingState:
     poses: np.ndarray | None
     """(k, 3) see `Correction`; None: the path stays as it is."""
     first_in_map: int
+    heights_m: np.ndarray | None
+    """(k,)"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,8 +173,8 @@ class LoopCloser:
         pending, work = None, self._work
         if work is not None:
             found = work.result()
-            poses, first = (None, 0) if found is None else (found.poses, found.first_in_map)
-            pending = PendingState(work.begun_s, work.due_s, poses, first)
+            taken = (None, 0, None) if found is None else (found.poses, found.first_in_map, found.heights_m)
+            pending = PendingState(work.begun_s, work.due_s, *taken)
         return CloserState(
             self.parameters,
             self._stages.state(),
@@ -210,5 +212,9 @@ class LoopCloser:
             if state.poses.shape != (nodes, 3):
                 raise ValueError(f"the correction at hand has the shape {state.poses.shape}")
             require_indices(np.array(state.first_in_map), nodes - 1, "the first node of the correction's map")
-            correction = Correction(state.poses, state.first_in_map)
+            if state.heights_m is not None and state.heights_m.shape != (nodes,):
+                raise ValueError(
+                    f"the heights of the correction at hand have the shape {state.heights_m.shape}"
+                )
+            correction = Correction(state.poses, state.first_in_map, heights_m=state.heights_m)
         return BackgroundWork(self._thread, state.begun_s, state.due_s, lambda: correction)

@@ -18,6 +18,9 @@ from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.path.way_uncertainty import carried
 
+HEIGHT_CHI_SQUARE_MAX = 6.63
+"""99 % of a distribution with one degree of freedom."""
+
 
 @dataclass(frozen=True, eq=False)
 class MatchSet:
@@ -38,6 +41,7 @@ class MatchSet:
     def with_match(self, match: Match, path: UncorrectedPath, parameters: LoopClosureParameters) -> MatchSet:
         """Return the set with one more."""
         agrees = contradictions(path, match, self.matches) <= parameters.chi_square_max
+        agrees &= ~contradict_in_height(path, match, self.matches)
         count = len(self.matches)
         agree = np.ones((count + 1, count + 1), dtype=bool)
         agree[:count, :count] = self.agree
@@ -53,10 +57,12 @@ class MatchSet:
 class UncorrectedPath:
     """The path of the measured steps without corrections, and its growing uncertainty.
 
-    step_covariances: (k - 1, 3, 3).
+    step_covariances: (k - 1, 3, 3). climb_variances_m2: (k - 1,) of the steps' climbs.
     """
 
-    def __init__(self, path: MeasuredPath, step_covariances: np.ndarray) -> None:
+    def __init__(
+        self, path: MeasuredPath, step_covariances: np.ndarray, climb_variances_m2: np.ndarray
+    ) -> None:
         start, steps = path.poses[0], path.steps
         yaw = start[2] + np.concatenate([[0.0], np.cumsum(steps[:, 2])])
         cos, sin = np.cos(yaw[:-1]), np.sin(yaw[:-1])
@@ -65,6 +71,8 @@ class UncorrectedPath:
         )
         xy = start[:2] + np.concatenate([np.zeros((1, 2)), np.cumsum(moved, axis=0)])
         self.poses = np.column_stack([xy, se2.wrap(yaw)])
+        self.heights_m = np.concatenate([[0.0], np.cumsum(path.climbs_m)])
+        self._climbs_summed = np.concatenate([[0.0], np.cumsum(climb_variances_m2)])
         in_map = carried(step_covariances, self.poses[1:])
         self._summed = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(in_map, axis=0)])
 
@@ -72,6 +80,10 @@ class UncorrectedPath:
         """Return the covariances (n, 3, 3) of the path from a node to others (n,), in the node's frame."""
         between = self._summed[np.maximum(node, others)] - self._summed[np.minimum(node, others)]
         return carried(between, se2.inverse(self.poses[node])[None])
+
+    def height_variance_m2(self, node: int, others: np.ndarray) -> np.ndarray:
+        """Return the variances (n,) of the climbs along the path from a node to others (n,), m2."""
+        return np.abs(self._climbs_summed[others] - self._climbs_summed[node])
 
 
 def contradictions(path: UncorrectedPath, first: Match, others: Sequence[Match]) -> np.ndarray:
@@ -95,6 +107,28 @@ def contradictions(path: UncorrectedPath, first: Match, others: Sequence[Match])
         + carried(path.covariances(first.older, older), back[None])
     )
     return np.einsum("ni,ni->n", error, np.linalg.solve(covariance, error[:, :, None])[:, :, 0])
+
+
+def contradict_in_height(path: UncorrectedPath, first: Match, others: Sequence[Match]) -> np.ndarray:
+    """Return with which of the others (n,) a match makes a loop that does not close in height.
+
+    A climb that was not measured contradicts none.
+    """
+    older, newer = (
+        np.array([getattr(match, end) for match in others], dtype=int) for end in ("older", "newer")
+    )
+    climbs_m = np.array([match.climb_m for match in others], float)
+    sigmas_m = np.array([match.climb_sigma_m for match in others], float)
+    heights_m = path.heights_m
+    climb_m = first.climb_m - (heights_m[first.newer] - heights_m[first.older])
+    error_m = climb_m - (climbs_m - (heights_m[newer] - heights_m[older]))
+    variance_m2 = (
+        first.climb_sigma_m**2
+        + sigmas_m**2
+        + path.height_variance_m2(first.older, older)
+        + path.height_variance_m2(first.newer, newer)
+    )
+    return error_m**2 > HEIGHT_CHI_SQUARE_MAX * variance_m2  # NaN is not
 
 
 def largest_consistent(agree: np.ndarray) -> list[int]:

@@ -29,6 +29,8 @@ class Correction:
     """Number of the first nodes whose scans stay in the earlier map; see `MapPieces`."""
     draft: MapDraft | None = None
     """The map of the scans at these poses; None: the filter makes it."""
+    heights_m: np.ndarray | None = None
+    """(k,) corrected heights of these nodes in the map; None: they stay."""
 
 
 class Effort(NamedTuple):

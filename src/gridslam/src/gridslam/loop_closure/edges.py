@@ -6,6 +6,7 @@ the back end they stay `Match`, and `Closure` is how one is reported, by its sta
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple, Sequence
 
@@ -27,6 +28,10 @@ class Match(Edge):
     """A place found again (stage 3). Its covariance is in the newer node's frame."""
 
     score: float
+    climb_m: float = math.nan
+    """How much higher the newer node is; NaN: not measured."""
+    climb_sigma_m: float = math.nan
+    """Standard deviation of this."""
 
 
 @dataclass(frozen=True)

@@ -48,14 +48,14 @@ def match(
     pose, covariance = refined.query_in_reference, match_covariance(refined, p)
     if covariance is None:  # test 2: their surfaces hold the pose in every direction
         return None
-    if not _agrees_with_path(pose, covariance, candidate, path, p):  # test 3
+    if not agrees_with_path(pose, covariance, candidate, path, p):  # test 3
         return None
     if _has_rival(search, optimum, p):  # test 4: no other pose fits nearly as well
         return None
     return Match(candidate.older, candidate.newer, pose, covariance, optimum.score)
 
 
-def _agrees_with_path(
+def agrees_with_path(
     pose: np.ndarray,
     covariance: np.ndarray,
     candidate: Candidate,

@@ -11,6 +11,7 @@ NOT_NEGATIVE = (
     "odometry_m_per_sqrt_m",
     "odometry_rad_per_sqrt_m",
     "odometry_rad_per_sqrt_rad",
+    "climb_m_per_sqrt_m",
     "drift_share",
 )
 SHARES = (
@@ -91,6 +92,8 @@ class LoopClosureParameters:
     """rad: odometry's standard deviation of the heading after one metre."""
     odometry_rad_per_sqrt_rad: float = 0.2
     """rad: the same after one radian turned."""
+    climb_m_per_sqrt_m: float = 0.005
+    """m: standard deviation of the height by odometry after one metre."""
     drift_share: float = 0.005
     """Systematic part of the path's error, besides noise and matching, m per m."""
     slip_m: float = 10.0

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gridslam.level_cloud import LevelCloud
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import ALL_HEIGHTS, Band, MapDraft
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
-ARRAYS = ("stamps_s", "poses_in_map", "odometry", "is_usable")
+ARRAYS = ("stamps_s", "poses_in_map", "odometry", "heights_m", "is_usable")
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +30,12 @@ class Snapshot:
     """(k, 3) the best particle's path: x, y in m and yaw in rad."""
     odometry: np.ndarray
     """(k, 3) pose of the base in the odometry's frame, at the nodes."""
+    heights_m: np.ndarray
+    """(k,) of the base in the map, at the nodes; NaN: not known."""
     scans: tuple[PlanarScan, ...]
     """k scans."""
+    clouds: tuple[LevelCloud | None, ...]
+    """What the lidar saw in space at each; None: it told none."""
     beams: tuple[Beams, ...]
     """What each scan enters into a map."""
     first_in_map: int
@@ -50,7 +55,7 @@ class Snapshot:
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         count = len(self.stamps_s)
-        lengths = {len(getattr(self, name)) for name in (*ARRAYS, "scans", "beams")}
+        lengths = {len(getattr(self, name)) for name in (*ARRAYS, "scans", "clouds", "beams")}
         if lengths != {count} or self.poses_in_map.shape != (count, 3) or self.odometry.shape != (count, 3):
             raise ValueError("a snapshot's path, scans and odometry are not of one length")
 
@@ -59,8 +64,7 @@ class Snapshot:
 
     def in_band(self, node: int, band_m: float) -> np.ndarray:
         """Return which nodes (k,) were at a node's height within a band, as far as heights are known."""
-        heights_m = np.array([scan.height_m for scan in self.scans])
-        return ~(np.abs(heights_m - heights_m[node]) > band_m)  # NaN is in every band
+        return ~(np.abs(self.heights_m - self.heights_m[node]) > band_m)  # NaN is in every band
 
     def map_of(self, poses_in_map: np.ndarray, first: int) -> MapDraft:
         """Return a new map of the scans from the ``first`` on, at poses (k, 3) of all nodes."""

@@ -20,10 +20,15 @@ from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.path.step_uncertainty import DoubtfulNodes, StepUncertainty, step_uncertainty
 from gridslam.loop_closure.snapshot import Snapshot
+from gridslam.loop_closure.space.heights import climb_sigmas_m, fitted_heights, step_variances_m2
+from gridslam.loop_closure.space.path_clouds import PathClouds
+from gridslam.loop_closure.space.space_match import match_in_space
 from gridslam.maps.tile_pool import require_indices
 
 BENT_M = 0.1
 """m: a closure may fit the path at both its nodes, and tell that it is bent by more than this in between."""
+CLIMB_SIGMAS = 2.0
+"""A climb that differs from the path's by so many standard deviations is off."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +54,7 @@ class Stages:
     def __init__(self, parameters: LoopClosureParameters) -> None:
         self._parameters = parameters
         self._path, self._maps = MeasuredPath.empty(), LocalMaps(parameters)
+        self._clouds = PathClouds(parameters)
         self._links = ScanLinks(parameters)
         self._matches = MatchSet()
         self._counted: tuple[int, ...] = ()
@@ -74,11 +80,10 @@ class Stages:
         if not changed and not is_joined:
             return None
         is_off = any(map(self._is_off, changed))
-        poses = self._corrected(ON_THE_WAY, doubtful)
-        moved_m = np.hypot(*(poses - self._path.poses)[:, :2].T)
-        if not is_off and moved_m.max() <= BENT_M and not is_joined:
+        corrected = self._corrected(ON_THE_WAY, doubtful)
+        if not is_off and self._moved_m(corrected) <= BENT_M and not is_joined:
             return None
-        return self._correction(snapshot, poses)
+        return self._correction(snapshot, corrected)
 
     def at_the_end(self, snapshot: Snapshot, doubtful: DoubtfulNodes, is_searched: bool) -> Correction | None:
         """Return the correction by all links and closures, or None if there is no closure.
@@ -139,13 +144,17 @@ class Stages:
 
     def _follow(self, snapshot: Snapshot) -> None:
         """Measure the path's new steps, and link its new scans."""
+        self._clouds.extend(snapshot.clouds)
         self._maps.extend(snapshot.scans)
         self._path = self._path.followed(snapshot, self._maps.informations, self._parameters)
         self._links.extend(snapshot.scans, self._path)
 
     def _newest_scan_agrees(self) -> bool:
+        """Return whether the newest scan's links agree with the path. They do not tell what a cloud would."""
         path = self._path
-        return self._links.agrees(path.poses, path.way_m, self._parameters.correction_min_m)
+        return not self._clouds.known(path)[-1] and self._links.agrees(
+            path.poses, path.way_m, self._parameters.correction_min_m
+        )
 
     def _search(self, snapshot: Snapshot, doubtful: DoubtfulNodes) -> list[int]:
         """Look for the newest node's place, near and then far. Return the indices of the new matches."""
@@ -158,6 +167,9 @@ class Stages:
             found = self._matched(candidates, recent)
             if found:
                 return self._remember(found, doubtful)
+        found = self._matched_in_space(self._revisit_in_space(snapshot, revisit.newer))
+        if found:
+            return self._remember(found, doubtful)
         if way_m - self._searched_far_m < p.search_far_m:
             return []
         self._searched_far_m = way_m
@@ -194,9 +206,9 @@ class Stages:
             if node not in searched and not is_near:
                 searched.add(node)
                 candidates = near_candidates(self._revisit(snapshot, node), p)
-                if candidates:
-                    found = self._matched(candidates, self._maps.around(self._path, node))
-                    self._remember(found, doubtful)
+                found = self._matched(candidates, self._maps.around(self._path, node)) if candidates else []
+                found = found or self._matched_in_space(self._revisit_in_space(snapshot, node))
+                self._remember(found, doubtful)
         self._counted = self._chosen()
 
     def _revisit(self, snapshot: Snapshot, node: int) -> Revisit:
@@ -204,15 +216,40 @@ class Stages:
         is_usable = snapshot.is_usable & snapshot.in_band(node, self._parameters.height_band_m)
         return Revisit(self._path, node, counted, is_usable, snapshot.first_in_map)
 
+    def _revisit_in_space(self, snapshot: Snapshot, node: int) -> Revisit:
+        is_usable = snapshot.is_usable & self._clouds.known(self._path)
+        return self._revisit(snapshot, node)._replace(is_usable=is_usable)
+
     def _matched(self, candidates: list[Candidate], recent: LocalMap) -> list[Match]:
+        """Return the candidates whose level scans agree, and whose clouds do if there are any."""
         tried = (match(each, self._path, recent, self._maps, self._parameters) for each in candidates)
+        known = self._clouds.known(self._path)
+        checked = [
+            self._in_space(each, planar) if known[each.older] and known[each.newer] else planar
+            for each, planar in zip(candidates, tried)
+            if planar is not None
+        ]
+        return [found for found in checked if found is not None]
+
+    def _matched_in_space(self, revisit: Revisit) -> list[Match]:
+        """Return the near candidates whose clouds agree, from whatever height."""
+        if not self._clouds.known(self._path)[revisit.newer]:
+            return []
+        tried = (self._in_space(each, None) for each in near_candidates(revisit, self._parameters))
         return [found for found in tried if found is not None]
+
+    def _in_space(self, candidate: Candidate, planar: Match | None) -> Match | None:
+        counted = [self._matches.matches[index] for index in self._counted]
+        sigmas_m = climb_sigmas_m(self._path, counted, candidate.newer, self._parameters)
+        return match_in_space(candidate, planar, self._path, self._clouds, sigmas_m, self._parameters)
 
     def _remember(self, found: list[Match], doubtful: DoubtfulNodes) -> list[int]:
         """Add matches to those known. Return their indices."""
         first = len(self._matches.matches)
         if found:
-            path = UncorrectedPath(self._path, self._step_uncertainty(doubtful).covariances)
+            covariances = self._step_uncertainty(doubtful).covariances
+            climbs = step_variances_m2(self._path, self._parameters)
+            path = UncorrectedPath(self._path, covariances, climbs)
             for each in found:
                 self._matches = self._matches.with_match(each, path, self._parameters)
         return list(range(first, first + len(found)))
@@ -230,9 +267,11 @@ class Stages:
 
     def _is_off(self, index: int) -> bool:
         """Return whether the present path differs from a match's measurement."""
-        match, poses = self._matches.matches[index], self._path.poses
-        here = se2.between(poses[match.older], poses[match.newer])
-        return math.dist(here[:2], match.newer_in_older[:2]) > self._parameters.correction_min_m
+        match, path, least_m = self._matches.matches[index], self._path, self._parameters.correction_min_m
+        here = se2.between(path.poses[match.older], path.poses[match.newer])
+        climb_m = path.heights_m[match.newer] - path.heights_m[match.older]
+        is_higher = abs(climb_m - match.climb_m) > max(least_m, CLIMB_SIGMAS * match.climb_sigma_m)
+        return bool(is_higher or math.dist(here[:2], match.newer_in_older[:2]) > least_m)
 
     def _first_in_map(self, snapshot: Snapshot) -> int:
         """Return the node at which the present map begins; 0 if closures join it with the earlier one."""
@@ -240,16 +279,24 @@ class Stages:
         counted = (self._matches.matches[index] for index in self._counted)
         return 0 if any(match.older < first <= match.newer for match in counted) else first
 
-    def _corrected(self, effort: Effort, doubtful: DoubtfulNodes) -> np.ndarray:
+    def _corrected(self, effort: Effort, doubtful: DoubtfulNodes) -> MeasuredPath:
         closures = [self._matches.matches[index] for index in self._counted]
-        uncertainty = self._step_uncertainty(doubtful)
-        return corrected_poses(self._path, uncertainty, self._links, closures, effort, self._parameters)
+        uncertainty, path, p = self._step_uncertainty(doubtful), self._path, self._parameters
+        poses = corrected_poses(path, uncertainty, self._links, closures, effort, p)
+        return path.corrected_to(poses, fitted_heights(path, closures, p))
 
-    def _correction(self, snapshot: Snapshot, poses: np.ndarray) -> Correction:
-        """Return a correction to these poses (k, 3), with the map that they make."""
-        self._path = self._path.with_poses(poses)
+    def _moved_m(self, corrected: MeasuredPath) -> float:
+        """Return by how much a pose of the path moves at most, or a height."""
+        level_m = np.hypot(*(corrected.poses - self._path.poses)[:, :2].T).max()
+        climbed_m = np.abs(np.nan_to_num(corrected.heights_m - self._path.heights_m)).max()
+        return float(max(level_m, climbed_m))
+
+    def _correction(self, snapshot: Snapshot, corrected: MeasuredPath) -> Correction:
+        """Return a correction to a path, with the map that it makes."""
+        self._path = corrected
         first = self._first_in_map(snapshot)
-        return Correction(poses, first, snapshot.map_of(poses, first))
+        heights_m = corrected.heights_m if np.isfinite(corrected.heights_m).all() else None
+        return Correction(corrected.poses, first, snapshot.map_of(corrected.poses, first), heights_m)
 
     def _closure(self, match: Match) -> Closure:
         stamps = self._path.stamps_s

@@ -47,11 +47,11 @@ class Pose:
         return cls(np.eye(3), np.zeros(3))
 
     @classmethod
-    def planar(cls, x: float, y: float, yaw: float) -> Pose:
+    def level(cls, x: float, y: float, yaw: float, z: float = 0.0) -> Pose:
         """Return a pose that turns about z only."""
         cosine, sine = np.cos(yaw), np.sin(yaw)
         return cls(
-            np.array(((cosine, -sine, 0.0), (sine, cosine, 0.0), (0.0, 0.0, 1.0))), np.array((x, y, 0.0))
+            np.array(((cosine, -sine, 0.0), (sine, cosine, 0.0), (0.0, 0.0, 1.0))), np.array((x, y, z))
         )
 
     @classmethod

@@ -1,4 +1,4 @@
-"""Where the map's path has been: from SLAM's planar poses and odometry to poses in three dimensions."""
+"""Where the map's path has been: from SLAM's poses and odometry to corrections in three dimensions."""
 
 from __future__ import annotations
 
@@ -13,34 +13,35 @@ SOONER_S = 0.2
 
 
 class OdometryHistory:
-    """The base's planar poses in odom, at the clouds."""
+    """The base's level poses in odom, at the clouds: x, y, yaw and z."""
 
     def __init__(self) -> None:
         self._stamps_s: list[float] = []
-        self._poses: list[tuple[float, float, float]] = []
+        self._poses: list[tuple[float, float, float, float]] = []
 
     def add(self, stamp_s: float, base_in_odom: Pose) -> None:
         """Take note of a pose; an older one than the last is left out."""
         if not self._stamps_s or stamp_s > self._stamps_s[-1]:
-            rotation, (x, y, _) = base_in_odom.rotation, base_in_odom.translation
+            rotation, (x, y, z) = base_in_odom.rotation, base_in_odom.translation
+            yaw = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
             self._stamps_s.append(stamp_s)
-            self._poses.append((float(x), float(y), float(np.arctan2(rotation[1, 0], rotation[0, 0]))))
+            self._poses.append((float(x), float(y), yaw, float(z)))
 
     @classmethod
     def of(cls, stamps_s: np.ndarray, poses: np.ndarray) -> OdometryHistory:
-        """Return the history of stamps (n,) and poses (n, 3); raises ValueError if they make no sense."""
-        if poses.shape != (len(stamps_s), 3) or not (np.diff(stamps_s) > 0.0).all():
+        """Return the history of stamps (n,) and poses (n, 4); raises ValueError if they make no sense."""
+        if poses.shape != (len(stamps_s), 4) or not (np.diff(stamps_s) > 0.0).all():
             raise ValueError("the odometry's history makes no sense")
         if not (np.isfinite(stamps_s).all() and np.isfinite(poses).all()):
             raise ValueError("the odometry's history is not finite")
         history = cls()
         history._stamps_s = stamps_s.tolist()
-        history._poses = [(x, y, yaw) for x, y, yaw in poses.tolist()]
+        history._poses = [(x, y, yaw, z) for x, y, yaw, z in poses.tolist()]
         return history
 
     def arrays(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the stamps (n,) and the poses (n, 3)."""
-        return np.array(self._stamps_s, float), np.array(self._poses, float).reshape(-1, 3)
+        """Return the stamps (n,) and the poses (n, 4)."""
+        return np.array(self._stamps_s, float), np.array(self._poses, float).reshape(-1, 4)
 
     def take_over(self, other: OdometryHistory) -> None:
         """Become another history."""
@@ -51,9 +52,9 @@ class OdometryHistory:
         self._stamps_s, self._poses = [], []
 
     def at(self, stamps_s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return which of the stamps (n,) are known, and the poses (k, 3) at these."""
+        """Return which of the stamps (n,) are known, and the poses (k, 4) at these."""
         if len(self._stamps_s) < 2:
-            return np.zeros(len(stamps_s), bool), np.zeros((0, 3))
+            return np.zeros(len(stamps_s), bool), np.zeros((0, 4))
         known_s, poses = np.array(self._stamps_s), np.array(self._poses)
         later = np.clip(np.searchsorted(known_s, stamps_s), 1, len(known_s) - 1)
         ways = np.stack([stamps_s - known_s[later - 1], known_s[later] - stamps_s])
@@ -70,14 +71,24 @@ class PathCorrections:
         path_stamps_s: (n,) of the path's poses, in order.
         path_poses: (n, 3) x, y and yaw of the base in the map.
         history: of odometry.
+        heights_m: (n,) z of the base in the map; None: the path is one in the plane, and odometry tells z.
 
     Raises:
         PoseError: the path is empty, makes no sense, or odometry is known at none of its poses.
     """
 
-    def __init__(self, path_stamps_s: np.ndarray, path_poses: np.ndarray, history: OdometryHistory):
+    def __init__(
+        self,
+        path_stamps_s: np.ndarray,
+        path_poses: np.ndarray,
+        history: OdometryHistory,
+        heights_m: np.ndarray | None = None,
+    ):
         is_sound = (
-            len(path_stamps_s) and np.isfinite(path_poses).all() and (np.diff(path_stamps_s) > 0.0).all()
+            len(path_stamps_s)
+            and np.isfinite(path_poses).all()
+            and (heights_m is None or np.isfinite(heights_m).all())
+            and (np.diff(path_stamps_s) > 0.0).all()
         )
         if not is_sound:
             raise PoseError(
@@ -88,11 +99,14 @@ class PathCorrections:
             raise PoseError(
                 "No pose of the path is of a time at which odometry is known; the map stays as it is."
             )
-        corrections = np.array(
-            [se2.compose(pose, se2.inverse(base)) for pose, base in zip(path_poses[are_known], base_in_odom)]
-        )
+        planar = zip(path_poses[are_known], base_in_odom[:, :3])
+        corrections = np.array([se2.compose(pose, se2.inverse(base)) for pose, base in planar])
         corrections[:, 2] = np.unwrap(corrections[:, 2])
-        self._stamps_s, self._corrections = path_stamps_s[are_known], corrections
+        rises_m = np.zeros(len(base_in_odom))
+        if heights_m is not None:
+            rises_m = heights_m[are_known] - base_in_odom[:, 3]
+        self._stamps_s = path_stamps_s[are_known]
+        self._corrections = np.column_stack([corrections, rises_m])
 
     def cover(self, stamp_s: float) -> bool:
         """Return whether a time lies between the first and the last pose of the path."""
@@ -100,18 +114,22 @@ class PathCorrections:
 
     def at(self, stamp_s: float) -> Pose:
         """Return the pose of odom in the map at a time; before and after the path, that of its end."""
-        return Pose.planar(
+        return Pose.level(
             *(float(np.interp(stamp_s, self._stamps_s, column)) for column in self._corrections.T)
         )
 
 
 def odom_in_map(
-    path_stamps_s: np.ndarray, path_poses: np.ndarray, history: OdometryHistory, stamps_s: np.ndarray
+    path_stamps_s: np.ndarray,
+    path_poses: np.ndarray,
+    history: OdometryHistory,
+    stamps_s: np.ndarray,
+    heights_m: np.ndarray | None = None,
 ) -> list[Pose]:
     """Return the poses of odom in the map at times (k,), after a path; see `PathCorrections`.
 
     Raises:
         PoseError: the path cannot be used.
     """
-    corrections = PathCorrections(path_stamps_s, path_poses, history)
+    corrections = PathCorrections(path_stamps_s, path_poses, history, heights_m)
     return [corrections.at(stamp_s) for stamp_s in stamps_s.tolist()]

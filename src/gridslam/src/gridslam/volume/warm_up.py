@@ -23,7 +23,7 @@ def warm_up_volume() -> float:
     corrected, shown = CorrectedMap(parameters), ShownMap(parameters.resolution_m)
     points = np.array([(1.0, 0.5, 0.25), (3.0, 0.0, 0.0)], np.float32)
     corrected.add(0.0, points, Pose.identity(), Pose.identity())
-    Rebuilding(corrected, [Pose.planar(1.0, 0.0, 0.0)]).take_over()
+    Rebuilding(corrected, [Pose.level(1.0, 0.0, 0.0)]).take_over()
     corrected.add(1.0, points, Pose.identity(), Pose.identity())
     changed = shown.refresh(corrected)
     DistanceField(parameters.resolution_m, 0.3).update(shown, changed)

@@ -55,7 +55,7 @@ def judge(asked: Asked) -> dict:
     """
     rng = np.random.default_rng(SEED)
     x, y, z, yaw = asked.map_in_world
-    turned = Pose.planar(x, y, yaw)
+    turned = Pose.level(x, y, yaw)
     map_in_world = Pose(turned.rotation, np.array((x, y, z)))
     voxels = voxels_of(read_octree(asked.map_file), map_in_world, rng)
     if not len(voxels.occupied_m):

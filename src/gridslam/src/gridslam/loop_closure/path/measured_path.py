@@ -37,6 +37,10 @@ class MeasuredPath:
     """(k, 3) pose of the base in the odometry's frame, at the nodes."""
     way_m: np.ndarray
     """(k,) length of the path up to each node."""
+    heights_m: np.ndarray
+    """(k,) the nodes' present heights in the map; NaN: not known."""
+    climbs_m: np.ndarray
+    """(k - 1,) how much higher each node but the first is than the one before it, as odometry measured it."""
     corrected: int = 0
     """Number of nodes, the first ones, whose poses were corrected last. Their steps stay."""
 
@@ -46,9 +50,11 @@ class MeasuredPath:
             ("stamps_s", (nodes,)),
             ("poses", (nodes, 3)),
             ("way_m", (nodes,)),
+            ("heights_m", (nodes,)),
             ("odometry", (nodes, 3)),
             ("steps", (between, 3)),
             ("covariances", (between, 3, 3)),
+            ("climbs_m", (between,)),
         ):
             if getattr(self, name).shape != shape:
                 raise ValueError(f"the path's {name} are of shape {getattr(self, name).shape}, not {shape}")
@@ -60,7 +66,14 @@ class MeasuredPath:
     def empty(cls) -> MeasuredPath:
         """Return a path without nodes."""
         rows = np.empty((0, 3))
-        return cls(np.empty(0), rows, rows, np.empty((0, 3, 3)), rows, np.zeros(0))
+        none = np.empty(0)
+        return cls(none, rows, rows, np.empty((0, 3, 3)), rows, none, none, none)
+
+    @property
+    def way_in_space_m(self) -> np.ndarray:
+        """(k,) length of the path up to each node, climbs included as far as they are known."""
+        steps_m = np.hypot(np.diff(self.way_m), np.nan_to_num(self.climbs_m))
+        return np.concatenate([[0.0], np.cumsum(steps_m)])[: len(self)]
 
     def followed(
         self, snapshot: Snapshot, informations: np.ndarray, parameters: LoopClosureParameters
@@ -81,12 +94,15 @@ class MeasuredPath:
             np.concatenate([self.covariances[:first], covariances]),
             snapshot.odometry,
             np.concatenate([[0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))]),
+            np.array(snapshot.heights_m, dtype=float),
+            np.concatenate([self.climbs_m[:first], np.diff(snapshot.heights_m[first:])]),
             self.corrected,
         )
 
-    def with_poses(self, poses: np.ndarray) -> MeasuredPath:
-        """Return the path with corrected poses (k, 3). The steps measured so far stay."""
-        return replace(self, poses=np.array(poses, dtype=float), corrected=len(poses))
+    def corrected_to(self, poses: np.ndarray, heights_m: np.ndarray) -> MeasuredPath:
+        """Return the path with corrected poses (k, 3) and heights (k,). What was measured stays."""
+        poses, heights_m = np.array(poses, dtype=float), np.array(heights_m, dtype=float)
+        return replace(self, poses=poses, heights_m=heights_m, corrected=len(poses))
 
     def _first_changed(self, poses_in_map: np.ndarray) -> int:
         """Return the first changed step. Steps change when another particle becomes the best one."""

@@ -95,7 +95,7 @@ class ClearedState:
 class VolumeState:
     """A `CorrectedMap` and what its path is corrected with.
 
-    voxels, base: the data of their octrees. stamps_s (n,), poses (n, 3): the odometry's history. offsets_s:
+    voxels, base: the data of their octrees. stamps_s (n,), poses (n, 4): the odometry's history. offsets_s:
     of the flights, see `MapTime`.
     """
 
