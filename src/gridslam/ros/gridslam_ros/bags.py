@@ -11,13 +11,13 @@ import numpy as np
 import rosbag
 from nav_msgs.msg import Odometry
 from rospy.numpy_msg import numpy_msg
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import LaserScan, PointCloud2
 from tf2_msgs.msg import TFMessage
 
 from gridslam import SlamError
 from gridslam.errors import reason_of
+from gridslam_ros.beside.beside_scans import BesideScans
 from gridslam_ros.intake import Intake
-from gridslam_ros.odometry.covariances import OdometryCovariances
 from gridslam_ros.odometry_frames import OdometryFrames
 from gridslam_ros.scan_queue import ScanQueue
 
@@ -98,7 +98,8 @@ class BagScans:
         say: is called with a sentence when something is odd.
         start_anew: is called with the seconds that the clock has gone back by, before the next scan.
         throttle: one of so many scans is yielded.
-        odometry: topic of the odometry, and what learns its covariances; None: they do not count.
+        beside: learns what else belongs to a scan.
+        topics: of the odometry and of the clouds, as far as they count.
     """
 
     def __init__(
@@ -109,10 +110,11 @@ class BagScans:
         say: Callable[[str], None],
         start_anew: Callable[[float], None],
         throttle: int = 1,
-        odometry: tuple[str, OdometryCovariances] | None = None,
+        beside: BesideScans | None = None,
+        topics: tuple[str, str] = ("", ""),
     ):
-        self._odometry_topic = odometry[0] if odometry else ""
-        self._covariances = odometry[1] if odometry else None
+        self._beside = beside or BesideScans(frames, None, None)
+        self._odometry_topic, self._cloud_topic = topics
         self._topic, self._frames, self._count, self._begin_again = topic, frames, count, start_anew
         self._queue = ScanQueue(waiting_max=None, ready_max=None)
         self._intake = Intake(frames, throttle, say, self._queue.offer, self._skip, self._start_anew)
@@ -127,28 +129,32 @@ class BagScans:
             if name == self._topic:
                 self._count.read += 1
                 self._intake.add_scan(message)
-            elif self._covariances is not None and name == self._odometry_topic:
-                self._covariances.add(message)
+            elif self._beside.covariances is not None and name == self._odometry_topic:
+                self._beside.covariances.add(message)
+            elif self._beside.clouds is not None and name == self._cloud_topic:
+                self._beside.clouds.add(message)
             elif name.endswith("tf_static"):
                 self._frames.add(message.transforms, static=True)
             else:
                 self._intake.add_transforms(message.transforms)
-            yield from self._ready(self._know)
-        yield from self._ready(self._frames.know)  # whose odometry never came
+            yield from self._ready(self._beside.know)
+        yield from self._ready(self._frames.know)  # whose odometry or cloud never came
         self._intake.drop_held()
         self._count.without_tf += len(self._queue.clear())
 
     def _messages(self, bag: rosbag.Bag) -> Iterator[tuple]:
-        """Yield (topic, message) of scans, TF and odometry."""
+        """Yield (topic, message) of scans, TF, odometry and clouds."""
         # Read raw messages: tf2 warns of rosbag's own message classes, and arrays are faster
         scan_type = numpy_msg(LaserScan)
-        topics = [self._topic, *TF_TOPICS, *filter(None, [self._odometry_topic])]
+        topics = [self._topic, *TF_TOPICS, *filter(None, [self._odometry_topic, self._cloud_topic])]
         try:
             for name, (_, data, *_), _ in bag.read_messages(topics=topics, raw=True):
                 if name == self._topic:
                     yield name, scan_type().deserialize_numpy(data, np)
                 elif name == self._odometry_topic:
                     yield name, Odometry().deserialize(data)
+                elif name == self._cloud_topic:
+                    yield name, PointCloud2().deserialize(data)
                 else:
                     yield name, TFMessage().deserialize(data)
         except DAMAGE as error:
@@ -161,12 +167,6 @@ class BagScans:
             if scan is None:
                 return
             yield scan
-
-    def _know(self, scan: LaserScan) -> bool:
-        """Whether everything about a scan has come."""
-        return self._frames.know(scan) and (
-            self._covariances is None or self._covariances.know(scan.header.stamp, self._frames.newest_ns)
-        )
 
     def _skip(self, _scan: LaserScan) -> None:
         self._count.skipped += 1

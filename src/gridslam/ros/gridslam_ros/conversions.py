@@ -62,11 +62,12 @@ def particles_message(poses: np.ndarray, header: Header) -> PoseArray:
 
 
 def path_message(trajectory: Trajectory, header: Header) -> Path:
-    """Return a trajectory as a message."""
+    """Return a trajectory as a message. z is the height as far as it is known, and else 0."""
     path = Path(header=header)
+    rows = zip(trajectory.stamps_s.tolist(), trajectory.poses_in_map.tolist(), _heights_of(trajectory))
     path.poses = [
-        PoseStamped(header=header_of(stamp_s, header.frame_id), pose=pose_message(*pose))
-        for stamp_s, pose in zip(trajectory.stamps_s.tolist(), trajectory.poses_in_map.tolist())
+        PoseStamped(header=header_of(stamp_s, header.frame_id), pose=pose_message(x, y, yaw, z))
+        for stamp_s, (x, y, yaw), z in rows
     ]
     return path
 
@@ -83,13 +84,22 @@ def closures_message(closures: Sequence[Closure], trajectory: Trajectory, header
     stamps_s = [stamp_s for closure in closures for stamp_s in (closure.stamp_from_s, closure.stamp_to_s)]
     nodes = np.searchsorted(trajectory.stamps_s, np.array(stamps_s) - 1e-6)
     nodes = np.minimum(nodes, len(trajectory.stamps_s) - 1)
-    marker.points = [Point(x, y, 0.0) for x, y, _ in trajectory.poses_in_map[nodes].tolist()]
+    heights_m = np.array(_heights_of(trajectory))[nodes].tolist()
+    places_xy = trajectory.poses_in_map[nodes, :2].tolist()
+    marker.points = [Point(x, y, z) for (x, y), z in zip(places_xy, heights_m)]
     return marker
 
 
-def pose_message(x: float, y: float, yaw: float) -> Pose:
-    """Return a pose in the plane as a message."""
+def _heights_of(trajectory: Trajectory) -> list[float]:
+    """Return the heights (k) of a path, m; 0 where they are not known."""
+    if trajectory.heights_m is None:
+        return [0.0] * len(trajectory.stamps_s)
+    return np.nan_to_num(trajectory.heights_m).tolist()
+
+
+def pose_message(x: float, y: float, yaw: float, z: float = 0.0) -> Pose:
+    """Return a level pose as a message."""
     pose = Pose()
-    pose.position.x, pose.position.y = x, y
+    pose.position.x, pose.position.y, pose.position.z = x, y, z
     set_yaw(pose.orientation, yaw)
     return pose

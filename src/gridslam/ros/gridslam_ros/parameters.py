@@ -18,6 +18,7 @@ YES_OR_NO = (
     "continue_from_state",
     "odometry_covariance",
     "odometry_in_space",
+    "clouds",
 )
 PATHS = ("starting_map", "state_file")
 SAMPLED_LIKELIHOOD = ("llsamplerange", "llsamplestep", "lasamplerange", "lasamplestep")
@@ -51,6 +52,8 @@ class NodeParameters:
     """How uncertain a motion is comes from the topic odometry, not from srr, srt, str and stt."""
     odometry_in_space: bool = False
     """Odometry is matched in space, as by clouds: another height does not lead it astray."""
+    clouds: bool = False
+    """Loops are closed by the topic cloud, too: in space, and from any height."""
     floor_z: float = 0.0
     """m: height of the floor in odom_frame, to drop beams that hit it; NaN: unknown, none is dropped."""
     starting_map: str = ""

@@ -6,14 +6,16 @@ import argparse
 import contextlib
 import dataclasses
 import json
+import math
 import os
 import platform
 import resource
 import sys
 import tempfile
 import time
+from functools import partial
 from pathlib import Path
-from typing import Any, Iterator
+from typing import Any, Iterator, NamedTuple
 
 import numpy as np
 import yaml
@@ -30,7 +32,9 @@ from gridslam.volume.clouds import Pose
 from gridslam.volume.path_poses import OdometryHistory, PathCorrections
 from gridslam.warm_up import warm_up
 from gridslam_ros.bags import ODOMETRY, POINT_CLOUD, BagCount, BagError, BagScans, open_bag, topic_of
-from gridslam_ros.odometry.covariances import OdometryCovariances
+from gridslam_ros.beside.beside_scans import BesideScans
+from gridslam_ros.beside.clouds import CloudSource
+from gridslam_ros.beside.covariances import OdometryCovariances
 from gridslam_ros.odometry_frames import FrameError, OdometryFrames
 from gridslam_ros.parameters import clamped, sort_parameters, without_effect
 from gridslam_ros.remarks import Remarks
@@ -46,6 +50,7 @@ SIDE = (
     "floor_z",
     "odometry_covariance",
     "odometry_in_space",
+    "clouds",
 )
 
 
@@ -78,7 +83,8 @@ def main(argv: list[str] | None = None) -> int:
     arguments = parser.parse_args(rest)
     output = Path(arguments.output or str(Path(arguments.bag).with_suffix("")) + "_slam")
     try:
-        replay = Replay(arguments.bag, (arguments.scan, arguments.odometry), given, volume_request(arguments))
+        topics = Topics(arguments.scan, arguments.odometry, arguments.cloud)
+        replay = Replay(arguments.bag, topics, given, volume_request(arguments))
         with writable(output):
             replay.run(output)
     except SlamError as error:
@@ -131,11 +137,19 @@ def writable(folder: Path) -> Iterator[None]:
                 folder.rmdir()
 
 
+class Topics(NamedTuple):
+    """Names of a bag's topics. Those of odometry and clouds count if the parameters say so."""
+
+    scan: str = "/scan"
+    odometry: str = "/odometry"
+    cloud: str = "/cloud"
+
+
 class Replay:
     """One run over one bag. Raises SlamError with one sentence."""
 
-    def __init__(self, bag: str, topics: tuple[str, str], given: dict, volume: VolumeRequest | None = None):
-        """topics: of the scans and of the odometry. volume: the map of voxels to make of the clouds."""
+    def __init__(self, bag: str, topics: Topics, given: dict, volume: VolumeRequest | None = None):
+        """volume: the map of voxels to make of the clouds."""
         settings, parameters, _, unknown = sort_parameters(given)
         if unknown:
             raise ParameterError(
@@ -147,7 +161,11 @@ class Replay:
         self._bag, self._topics, self._settings, self._volume = bag, topics, settings, volume
         self._sessions = Sessions(given, self._remarks.say)
         self._frames = OdometryFrames(settings.odom_frame, settings.base_frame, self._remarks.say)
-        self._covariances = OdometryCovariances(self._remarks.say) if settings.odometry_covariance else None
+        self._beside = BesideScans(
+            self._frames,
+            OdometryCovariances(self._remarks.say) if settings.odometry_covariance else None,
+            CloudSource(self._frames, self._remarks.say) if settings.clouds else None,
+        )
         self._source = ScanSource(
             self._frames, self._remarks.say, bool(settings.levelling), settings.floor_z_m
         )
@@ -174,11 +192,13 @@ class Replay:
             warm_up_loop_closure()
         start_s = time.perf_counter()
         with open_bag(self._bag) as bag:
-            topic, odometry = topic_of(bag, self._topics[0]), None
+            topic, odometry, cloud = topic_of(bag, self._topics.scan), "", ""
             if self._volume is not None:
                 topic_of(bag, self._volume.cloud, POINT_CLOUD)
-            if self._covariances is not None:
-                odometry = topic_of(bag, self._topics[1], ODOMETRY), self._covariances
+            if self._beside.covariances is not None:
+                odometry = topic_of(bag, self._topics.odometry, ODOMETRY)
+            if self._beside.clouds is not None:
+                cloud = topic_of(bag, self._topics.cloud, POINT_CLOUD)
             scans = BagScans(
                 topic,
                 self._frames,
@@ -186,7 +206,8 @@ class Replay:
                 self._remarks.say,
                 self._begin_again,
                 self._settings.throttle_scans,
-                odometry,
+                self._beside,
+                (odometry, cloud),
             )
             total = bag.get_message_count(topic)
             with tqdm(total=total, unit="scan", desc=Path(self._bag).name, mininterval=0.2) as bar:
@@ -211,8 +232,8 @@ class Replay:
         begun_s = time.process_time()
         try:
             planar, base_in_odom = self._source.planar(scan)
-            covariance = self._covariances.at(scan.header.stamp) if self._covariances else None
-            update = self._session.process(planar, base_in_odom, covariance)
+            covariance, cloud = self._beside.covariance_of(scan), partial(self._beside.cloud_of, scan)
+            update = self._session.process(planar, base_in_odom, covariance, cloud)
         except FrameError:
             self._count.without_tf += 1
             return
@@ -223,7 +244,8 @@ class Replay:
         if update is not None:
             self._cpu_s.append(time.process_time() - begun_s)
         self._stamps_s.append(planar.stamp_s)
-        self._history.add(planar.stamp_s, Pose.planar(*base_in_odom))
+        height_m = planar.height_m if math.isfinite(planar.height_m) else 0.0
+        self._history.add(planar.stamp_s, Pose.level(*base_in_odom, height_m))
         self._odometry.append(se2.compose(self._session.odom_in_continuous, base_in_odom))
         map_to_odom = self._session.map_to_odom
         assert map_to_odom is not None  # since the first scan
@@ -238,7 +260,7 @@ class Replay:
                 f'"{self._settings.base_frame}" to "{self._settings.odom_frame}"; set base_frame:=... and '
                 "odom_frame:=..."
             )
-        return f"None of the {self._count.read} scans on {self._topics[0]} could be used."
+        return f"None of the {self._count.read} scans on {self._topics.scan} could be used."
 
     def _write(self, output: Path, wall_s: float) -> None:
         begun_s = time.process_time()
@@ -268,7 +290,7 @@ class Replay:
         if self._volume is None:
             return {}
         path = self._final(stamps_s)
-        corrections = PathCorrections(path.stamps_s, path.poses_in_map, self._history)
+        corrections = PathCorrections(path.stamps_s, path.poses_in_map, self._history, path.heights_m)
         frames = self._settings.odom_frame, self._settings.base_frame
         figures = BagVolume(self._volume, frames, corrections, self._remarks.say).make(self._bag)
         print(f"{figures['clouds_integrated']} of {figures['clouds_read']} clouds are in {figures['file']}")
@@ -277,8 +299,13 @@ class Replay:
     def _final(self, stamps_s: np.ndarray) -> Trajectory:
         """Return the best particle's path at every scan. Between integrated scans it follows the odometry."""
         path, ours = self._session.trajectory(), len(self._cpu_s)
+        heights_m = None
+        if path.heights_m is not None and np.isfinite(path.heights_m).all():
+            told_m = self._history.arrays()[1][:, 3]
+            rises_m = path.heights_m[-ours:] - np.interp(path.stamps_s[-ours:], stamps_s, told_m)
+            heights_m = told_m + np.interp(stamps_s, path.stamps_s[-ours:], rises_m)
         path = Trajectory(path.stamps_s[-ours:], path.poses_in_map[-ours:])  # not those of a saved state
-        return Trajectory(stamps_s, path.filled(stamps_s, np.array(self._odometry)))
+        return Trajectory(stamps_s, path.filled(stamps_s, np.array(self._odometry)), heights_m)
 
     def _figures(self, wall_s: float, render_s: float) -> dict:
         return {

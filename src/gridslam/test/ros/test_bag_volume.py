@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from gridslam import se2
+from gridslam.filter.grid_slam import GridSlam
 from gridslam.volume import read_octree
 from gridslam.volume.drawing.centres import occupied_centres
 
@@ -62,6 +63,19 @@ def test_the_voxels_lie_along_the_corrected_path(bag, way, tmp_path, ending):
     assert errors.mean() < along_odometry.mean()
     told = json.loads((tmp_path / "slam" / "timing.json").read_text())["volume"]
     assert 0 < told["clouds_integrated"] <= told["clouds_read"] == len(way.scans)
+
+
+def test_loops_are_closed_by_the_clouds_too(bag, way, tmp_path, monkeypatch):
+    kept, add = [], GridSlam.add_cloud
+    monkeypatch.setattr(GridSlam, "add_cloud", lambda slam, cloud: kept.append(cloud) or add(slam, cloud))
+    target = tmp_path / "map.bt"
+    words = (str(bag), *test_replay.FEW, "clouds:=true", "--output", str(tmp_path / "slam"))
+    assert replay.main([*words, "--volume", str(target)]) == 0
+    told = json.loads((tmp_path / "slam" / "timing.json").read_text())
+    assert len(kept) == told["scans_integrated"]
+    assert np.unique(kept[0].points_m[:, 2].round(2)).tolist() == [0.1, 0.2, 0.6]
+    _, errors = errors_m(target, way, way.truth.poses_in_map)
+    assert np.percentile(errors, 95) < 0.15
 
 
 def test_clouds_without_tf_are_one_sentence(bag, way, tmp_path, capsys):

@@ -1,6 +1,7 @@
 """From the filter's results to messages, and maps back."""
 
 import io
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -68,6 +69,15 @@ def test_closed_loops_are_lines_between_places_on_the_path():
     marker = conversions.closures_message(closures, PATH, HEADER)
     assert marker.type == marker.LINE_LIST
     assert [(point.x, point.y) for point in marker.points] == [(0.0, 0.0), (2.0, 1.0), (0.0, 0.0), (1.0, 0.5)]
+
+
+def test_path_and_closures_are_at_their_heights_as_far_as_they_are_known():
+    risen = replace(PATH, heights_m=np.array([0.5, np.nan, 2.5]))
+    path = conversions.path_message(risen, HEADER)
+    assert [pose.pose.position.z for pose in path.poses] == [0.5, 0.0, 2.5]
+    loop = SimpleNamespace(stamp_from_s=1.0, stamp_to_s=3.5)
+    assert [point.z for point in conversions.closures_message([loop], risen, HEADER).points] == [0.5, 2.5]
+    assert [pose.pose.position.z for pose in conversions.path_message(PATH, HEADER).poses] == [0.0] * 3
 
 
 def test_no_loops_no_lines():

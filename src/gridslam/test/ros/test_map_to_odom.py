@@ -11,7 +11,7 @@ map_to_odom = pytest.importorskip(
 )
 FRAMES = ("map", "odom")
 S = 1_000_000_000
-HERE, THERE = (1.0, 2.0, 0.5), (1.1, 2.0, 0.5)
+HERE, THERE = (1.0, 2.0, 0.5, 0.2), (1.1, 2.0, 0.5, 0.2)
 
 
 class Sent(list):
@@ -35,6 +35,7 @@ def test_it_is_stamped_ahead():
     out.keep_up(10 * S)
     assert sent == [(10.1, 1.0)]
     assert (sent.edge.header.frame_id, sent.edge.child_frame_id) == FRAMES
+    assert sent.edge.transform.translation.z == 0.2
     assert sent.edge.transform.rotation.z == pytest.approx(math.sin(0.25))
     assert sent.edge.transform.rotation.w == pytest.approx(math.cos(0.25))
 

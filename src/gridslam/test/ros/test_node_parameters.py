@@ -32,6 +32,7 @@ NODE_IN_YAML = {
     "levelling",
     "odometry_covariance",
     "odometry_in_space",
+    "clouds",
     "floor_z",
     "map_update_interval",
     "transform_publish_period",

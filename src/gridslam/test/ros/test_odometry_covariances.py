@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import rospy
-from gridslam_ros.odometry.covariances import KEPT, OdometryCovariances
+from gridslam_ros.beside.covariances import KEPT, OdometryCovariances
 from nav_msgs.msg import Odometry
 
 S = 1_000_000_000

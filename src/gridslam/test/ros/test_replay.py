@@ -236,7 +236,7 @@ def test_with_odometry_covariance_each_scan_counts_with_that_of_its_stamp(way, t
             opened.write("/UAV/odometry", message, stamp_of(0.5 * index + 0.1))
     told = []
     process = SlamSession.process
-    monkeypatch.setattr(SlamSession, "process", lambda *given: told.append(given[-1]) or process(*given))
+    monkeypatch.setattr(SlamSession, "process", lambda *given: told.append(given[3]) or process(*given))
     words = ("odometry_covariance:=true", "--odometry", "/UAV/odometry")
     assert replay.main([str(tmp_path / "way.bag"), *words, *FEW]) == 0
     expected = [np.diag([1.0, 2.0, 3.0]) * (index + 1) for index in range(count - 1)]
@@ -251,6 +251,7 @@ def test_with_odometry_covariance_each_scan_counts_with_that_of_its_stamp(way, t
             ["BAG", "odometry_covariance:=true"],
             "no odometry on /odometry. It holds no nav_msgs/Odometry at all.",
         ),
+        (["BAG", "clouds:=true"], "no clouds on /cloud"),
         (["BAG", "partcles:=5"], "no parameter partcles"),
         (["BAG", "particles:=0"], "particles must be at least 1"),
         (["BAG", "particles:=["], "particles:=[ cannot be read"),

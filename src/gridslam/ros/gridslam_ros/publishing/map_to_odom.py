@@ -10,8 +10,8 @@ from tf2_msgs.msg import TFMessage
 
 from node_tools.conversions import set_yaw, time_of
 
-PlanarPose = tuple[float, float, float]
-"""x, y in m and yaw in rad."""
+LevelPose = tuple[float, float, float, float]
+"""x, y in m, yaw in rad and z in m."""
 
 APART_NS = 1000
 """TF refuses two transforms of one stamp. So a correction is stamped later by at least this."""
@@ -33,16 +33,16 @@ class MapToOdom:
         self._publisher, self._frames = publisher, frames
         self._period_ns, self._delay_ns = int(period_s * 1e9), int(delay_s * 1e9)
         self._lock = threading.Lock()
-        self._pose: PlanarPose | None = None
+        self._pose: LevelPose | None = None
         self._last_ns: int | None = None
         self.restart(None)
 
-    def restart(self, pose: PlanarPose | None) -> None:
-        """Start anew with this odom in map (x, y, yaw), or without one until ``correct`` is called."""
+    def restart(self, pose: LevelPose | None) -> None:
+        """Start anew with this odom in map, or without one until ``correct`` is called."""
         with self._lock:
             self._pose, self._last_ns = pose, None
 
-    def correct(self, pose: PlanarPose, stamp_ns: int) -> None:
+    def correct(self, pose: LevelPose, stamp_ns: int) -> None:
         """Publish a new odom in map, computed from a message of this stamp."""
         with self._lock:
             before, self._pose = self._pose, pose
@@ -57,7 +57,7 @@ class MapToOdom:
                 self._publish(self._pose, stamp_ns)
 
     def _publish(
-        self, pose: PlanarPose, stamp_ns: int, at_once: bool = False, corrected: PlanarPose | None = None
+        self, pose: LevelPose, stamp_ns: int, at_once: bool = False, corrected: LevelPose | None = None
     ) -> None:
         if not self._period_ns:
             return
@@ -73,11 +73,12 @@ class MapToOdom:
         self._last_ns = ahead_ns
         self._publisher.publish(TFMessage([*edges, self._edge(pose, ahead_ns)]))
 
-    def _edge(self, pose: PlanarPose, stamp_ns: int) -> TransformStamped:
-        x, y, yaw = pose
+    def _edge(self, pose: LevelPose, stamp_ns: int) -> TransformStamped:
+        x, y, yaw, z = pose
         message = TransformStamped()
         message.header.frame_id, message.child_frame_id = self._frames
         message.header.stamp = time_of(stamp_ns)
-        message.transform.translation.x, message.transform.translation.y = x, y
+        translation = message.transform.translation
+        translation.x, translation.y, translation.z = x, y, z
         set_yaw(message.transform.rotation, yaw)
         return message

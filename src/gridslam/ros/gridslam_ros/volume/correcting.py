@@ -73,13 +73,16 @@ class Correcting:
         poses = np.array(
             [(p.pose.position.x, p.pose.position.y, yaw_of(p.pose.orientation)) for p in path.poses]
         ).reshape(-1, 3)
+        heights_m = np.array([p.pose.position.z for p in path.poses])
+        is_planar = not heights_m.any()  # of a SLAM that knows no heights
         with self._lock:
             served, nodes = self._served, self._served.corrected.nodes
             if not nodes:
                 return
             are_known, path_s, since_s = served.time.of_path(stamps_s)
             times_s = np.array([node.stamp_s for node in nodes])
-            in_map = odom_in_map(path_s, poses[are_known], served.history, times_s)
+            heights = None if is_planar else heights_m[are_known]
+            in_map = odom_in_map(path_s, poses[are_known], served.history, times_s, heights)
             # A node after the path's end, or of a flight that the path does not know, stays where it is
             sensors = [
                 odom @ node.sensor_in_odom if since_s <= node.stamp_s <= path_s[-1] else node.sensor_in_map

@@ -1,0 +1,1 @@
+"""What comes on other topics than a scan, and belongs to it."""
