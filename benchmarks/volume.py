@@ -60,7 +60,7 @@ def pose_at(time_s: float) -> Pose:
     """Return the lidar's pose in the hold."""
     turn = 2.0 * np.pi * time_s / PERIOD_S
     x, y, z = 15.0 + 9.0 * np.cos(turn), 10.0 + 5.0 * np.sin(turn), 4.0 + 2.5 * np.sin(0.5 * turn)
-    return Pose(Pose.planar(0.0, 0.0, turn + np.pi / 2.0).rotation, np.array((x, y, z)))
+    return Pose(Pose.level(0.0, 0.0, turn + np.pi / 2.0).rotation, np.array((x, y, z)))
 
 
 def cloud_at(time_s: float) -> np.ndarray:
@@ -135,7 +135,7 @@ def flight(seconds: float, nodes: int) -> dict[str, float]:
     _settle(corrected)
     message_ms = float(np.median([cpu_ms(shown.octree) for _ in range(5)]))
     memory_mb, count = rss_mb() - before_mb, len(corrected.nodes)
-    correction = [Pose.planar(0.2, -0.1, 0.02) @ node.sensor_in_map for node in corrected.nodes[-nodes:]]
+    correction = [Pose.level(0.2, -0.1, 0.02) @ node.sensor_in_map for node in corrected.nodes[-nodes:]]
     kept = [node.sensor_in_map for node in corrected.nodes[:-nodes]]
     wall_s, began = time.perf_counter(), time.thread_time()
     rebuilding = Rebuilding(corrected, kept + correction)

@@ -25,7 +25,17 @@ from simulation_tools.geometry import Pose
 from simulation_tools.sensors.cloud import Cloud, CloudLidar
 from simulation_tools.simulation import SimulationParameters, StepOutput
 
-METRICS = ("ate_m", "worst_m", "height_p95_m", "cpu_ms", "cpu_p99_ms", "slam_ate_m", "slam_worst_m")
+METRICS = (
+    "ate_m",
+    "worst_m",
+    "height_p95_m",
+    "cpu_ms",
+    "cpu_p99_ms",
+    "slam_ate_m",
+    "slam_worst_m",
+    "slam_height_p95_m",
+    "closures",
+)
 BESIDE_METRICS = ("ate_m", "worst_m", "aligned_m", "cpu_ms")
 
 
@@ -36,7 +46,8 @@ def fly(
 
     ate_m: root mean square. worst_m: the greatest. height_p95_m: of the height, 95 %. remarks: estimates
     that told a doubt. silent_m: the greatest error without a remark in the second before. slam_ate_m,
-    slam_worst_m: of SLAM's poses, level. beside: names of `beside.NAMES`.
+    slam_worst_m: of SLAM's poses, level. slam_height_p95_m: of its height. closures: loops that it closed.
+    beside: names of `beside.NAMES`.
     """
     warm_up_odometry()
     warm_up_cloud_odometry()

@@ -47,7 +47,7 @@ class CorrectionWatch:
         self._slam.settle(t_s)
         before, self._before = self._before, self._slam.map_to_odom
         here = np.array([pose.position_m[:2]])
-        size_m = math.dist(*(se2.transform(by, here)[0] for by in (before, self._before)))
+        size_m = math.dist(*(se2.transform(by[:3], here)[0] for by in (before, self._before)))
         if size_m >= EVENT_M and t_s > self._until_s:
             self._until_s, self._frozen = t_s + WATCHED_S, before
             self._controller = copy.deepcopy(self._loop.position_controller)
@@ -60,9 +60,9 @@ class CorrectionWatch:
         setpoint_m = self._loop.position_controller.setpoint_m
         if setpoint_m is not None:
             self._controller.set_setpoint(setpoint_m)
-        x, y, yaw = self._frozen
+        x, y, yaw, z = self._frozen
         turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-        place = self._correction.apply(t_s, (pose.position_m, pose.yaw_rad), (x, y, 0.0), turn)
+        place = self._correction.apply(t_s, (pose.position_m, pose.yaw_rad), (x, y, z), turn)
         return self._controller.update(t_s, *place).velocity_m_s
 
     def compare(self) -> None:

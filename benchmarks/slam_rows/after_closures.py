@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Callable
 
 import numpy as np
-from gridslam_ros.replay import Replay
+from gridslam_ros.replay import Replay, Topics
 from sensor_msgs.msg import LaserScan
 
 from benchmarks.slam_rows.logs import LOGS, by_poses
@@ -35,7 +35,7 @@ class WatchedReplay(Replay):
     """
 
     def __init__(self, bag: Path, given: dict, error_m: ErrorOf) -> None:
-        super().__init__(str(bag), ("/scan", "/odometry"), given)
+        super().__init__(str(bag), Topics(), given)
         self._error_m = error_m
         self.published_m: list[float] = []
         self.best_m: list[float] = []

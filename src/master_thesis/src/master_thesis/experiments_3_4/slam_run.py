@@ -6,13 +6,14 @@ import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Sequence
+from typing import Callable, NamedTuple, Sequence
 
 import numpy as np
 
 from gridslam import OccupancyGrid, ScanError
 from gridslam.evaluation import Walls
 from gridslam.inputs.levelling import Levelling
+from gridslam.level_cloud import LevelCloud
 from gridslam.session import SlamSession
 from gridslam.trajectory import Trajectory
 from master_thesis.flight.flight_log import POSE_COLUMNS, Series
@@ -77,10 +78,12 @@ class SlamParticipant:
         odometry: Pose,
         truth: Pose,
         covariance: np.ndarray | None = None,
+        cloud: Callable[[], LevelCloud | None] = lambda: None,
     ) -> None:
         """Take a scan. As in the node, a scan without a usable beam is left out.
 
-        covariance: (3, 3) of the odometry's x, y and yaw; None: SLAM's parameters tell it.
+        covariance: (3, 3) of the odometry's x, y and yaw; None: SLAM's parameters tell it. cloud: returns
+        what the lidar saw in space.
         """
         self._scans += 1
         if self._half_way is None and t_s >= self._half_time_s:
@@ -98,7 +101,7 @@ class SlamParticipant:
             )
         except ScanError:
             return
-        update = self.session.process(scan, base_in_odom, covariance)
+        update = self.session.process(scan, base_in_odom, covariance, cloud)
         if update is not None:
             self._cpu_ms.append(1e3 * (time.thread_time() - started))
             self._online.append((t_s, *update.base_in_map))

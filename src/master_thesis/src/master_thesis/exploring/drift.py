@@ -64,4 +64,4 @@ class Drift:
             return Pose.identity()
         begin_s = self.closed_s[number - 1] if number else 0.0
         share = (stamp_s - begin_s) / (self.closed_s[number] - begin_s)
-        return Pose.planar(*(share * self.offsets[number]).tolist())
+        return Pose.level(*(share * self.offsets[number]).tolist())

@@ -10,13 +10,20 @@ from typing import NamedTuple
 import numpy as np
 
 from gridslam.cloud_odometry import CloudOdometry, SensedCloud
+from gridslam.level_cloud import LevelCloud
 from gridslam.odometry import LidarOdometry, OdometryEstimate
 from gridslam.odometry.inertial import InertialReading
 from gridslam.odometry.intake import Answer, OdometryIntake, SensedRange, SensedScan
 from inspection_tools.vision_pose import Motion, VisionPose, VisionState
 from master_thesis.errors import FlightError
 from master_thesis.flight.due import Due
-from simulation_tools.geometry import Pose, Quaternion, Vector3, quaternion_from_rpy
+from simulation_tools.geometry import (
+    Pose,
+    Quaternion,
+    Vector3,
+    quaternion_from_rpy,
+    rpy_from_quaternion,
+)
 from simulation_tools.ned_frames import attitude_to_enu, attitude_to_ned, enu_to_ned, flu_to_frd
 from simulation_tools.px4.estimation.samples import ExternalVision
 from simulation_tools.px4.px4 import Px4
@@ -29,6 +36,7 @@ from simulation_tools.simulation.payload import PayloadSensor
 IMU_PERIOD_US = 20_000
 """Of PX4's ATTITUDE_QUATERNION on the offboard link."""
 _LIDAR_FRAME = "hokuyo"
+CLOUDS_KEPT = 8
 LIDAR, RANGE_FINDER, BRIDGE, SLAM = "lidar", "range_finder", "bridge", "slam"
 PARTS = (LIDAR, RANGE_FINDER, BRIDGE, SLAM)
 """The bridge is vision_pose_publisher, which begins anew when it comes back. So does SLAM."""
@@ -74,7 +82,8 @@ class OwnOdometry:
 
     A lidar with clouds is followed by these, any other by its scans. These wait for readings and ranges, as
     in the node.
-    uses_clouds: whether the lidar has any. estimates: of all scans or clouds. cpu_ms: CPU time of each.
+    uses_clouds: whether the lidar has any. clouds: the last ones, by the simulation's time in us. estimates:
+    of all scans or clouds. cpu_ms: CPU time of each.
     told_us: time of the last pose that the flight controller got.
     """
 
@@ -96,6 +105,7 @@ class OwnOdometry:
         )
         self._vision = VisionPose()
         self._imu_due = Due(IMU_PERIOD_US)
+        self.clouds: dict[int, SensedCloud] = {}
         self.estimates: list[OdometryEstimate] = []
         self.cpu_ms: list[float] = []
         self.told_us: int | None = None
@@ -129,8 +139,18 @@ class OwnOdometry:
         if isinstance(sensor.device, CloudLidar):
             cloud = sensor.shared()
             assert isinstance(cloud, Cloud)
-            return self._intake.on_lidar(SensedCloud(1000 * time_us, t_s, cloud.points_m, sensor.name))
+            sensed = SensedCloud(1000 * time_us, t_s, cloud.points_m, sensor.name)
+            self.clouds = {**dict(list(self.clouds.items())[1 - CLOUDS_KEPT :]), time_us: sensed}
+            return self._intake.on_lidar(sensed)
         return []
+
+    def level_cloud(self, t_s: float, base_in_odom: Pose) -> LevelCloud | None:
+        """Return the cloud of one of the last scans, for SLAM; None: the lidar has none."""
+        cloud = self.clouds.get(round(1e6 * t_s))
+        if cloud is None:
+            return None
+        roll_rad, pitch_rad, _ = rpy_from_quaternion(base_in_odom.orientation_xyzw)
+        return LevelCloud.of(cloud.points, self._mount_of(cloud.frame), (roll_rad, pitch_rad))
 
     def _mount_of(self, frame: str) -> tuple[Vector3, Quaternion]:
         mount = self._mounts[frame]

@@ -100,7 +100,7 @@ def corrections_of(recording: FlightRecording, path: Trajectory) -> PathCorrecti
     history = OdometryHistory()
     for scan in recording:
         history.add(scan.t_s, as_volume(scan.odometry))
-    return PathCorrections(path.stamps_s, path.poses_in_map, history)
+    return PathCorrections(path.stamps_s, path.poses_in_map, history, path.heights_m)
 
 
 def judged(

@@ -108,16 +108,16 @@ def fly_without_gnss(world: str, seed: int, parameters: ClosedLoopParameters) ->
 class SlamPose:
     """SLAM beside a closed loop, whose mission it lets fly in `map`. SLAM that died begins a new map.
 
-    rows: time in s and position, of every odometry. map_to_odom: x, y in m and yaw in rad, the newest that
-    counts at the time of `settle`. slow: lets it count slowly.
+    rows: time in s and position, of every odometry. map_to_odom: x, y in m, yaw in rad and z in m, the newest
+    that counts at the time of `settle`. slow: lets it count slowly.
     """
 
     def __init__(self, loop: ClosedLoop, world: str, seed: int) -> None:
         self._setup, self._seed, self._loop = read_setup(world), seed, loop
         self._slam: SlamParticipant | None = None
         self.slow = SlowCorrection()
-        self.map_to_odom = (0.0, 0.0, 0.0)
-        self._coming: deque[tuple[float, tuple[float, float, float]]] = deque()
+        self.map_to_odom = (0.0, 0.0, 0.0, 0.0)
+        self._coming: deque[tuple[float, tuple[float, float, float, float]]] = deque()
         self.rows: list[tuple[float, ...]] = []
         loop.listeners.append(self)
         loop.correct = self.of
@@ -133,9 +133,11 @@ class SlamPose:
             session = self._setup.session(self._seed, loop_closure=True, odometry_in_space=own.uses_clouds)
             self._slam = SlamParticipant(session, LidarGeometry.of(self._loop.lidar))
         estimate = next(e for e in reversed(own.estimates) if e.stamp_s == t_s)
-        self._slam.on_scan(t_s, ranges, odometry, truth, estimate.planar_covariance)
-        if self._slam.session.map_to_odom is not None:
-            self._coming.append((t_s + CORRECTION_LAG_S, self._slam.session.map_to_odom))
+        covariance = estimate.planar_covariance
+        self._slam.on_scan(t_s, ranges, odometry, truth, covariance, lambda: own.level_cloud(t_s, odometry))
+        session = self._slam.session
+        if session.map_to_odom is not None:
+            self._coming.append((t_s + CORRECTION_LAG_S, (*session.map_to_odom, session.rise_m)))
 
     def settle(self, t_s: float) -> None:
         """Let the corrections count that are old enough."""
@@ -145,9 +147,9 @@ class SlamPose:
     def of(self, t_s: float, pose: Pose) -> tuple[Vector3, float]:
         """Return position and heading in `map` of a pose in `odom`."""
         self.settle(t_s)
-        x, y, yaw = self.map_to_odom
+        x, y, yaw, z = self.map_to_odom
         turn = (0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-        position_m, yaw_rad = self.slow.apply(t_s, (pose.position_m, pose.yaw_rad), (x, y, 0.0), turn)
+        position_m, yaw_rad = self.slow.apply(t_s, (pose.position_m, pose.yaw_rad), (x, y, z), turn)
         self.rows.append((t_s, *position_m))
         return position_m, yaw_rad
 
