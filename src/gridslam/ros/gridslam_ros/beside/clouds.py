@@ -9,7 +9,7 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 
 from gridslam.inputs.attitude import matrix_of_quaternion, roll_pitch_yaw_of
 from gridslam.level_cloud import LevelCloud
-from gridslam_ros.beside.covariances import LATE_NS
+from gridslam_ros.beside.by_stamp import ByStamp
 from gridslam_ros.odometry_frames import OdometryFrames
 from gridslam_ros.volume import messages
 
@@ -26,28 +26,20 @@ class CloudSource:
 
     def __init__(self, frames: OdometryFrames, say: Callable[[str], None]) -> None:
         self._frames, self._say = frames, say
-        self._known: dict[int, PointCloud2] = {}
-        self._newest_ns = -1
+        self._last: ByStamp[PointCloud2] = ByStamp(KEPT)
 
     def add(self, message: PointCloud2) -> None:
         """Take a cloud."""
-        stamp_ns = message.header.stamp.to_nsec()
-        if stamp_ns < self._newest_ns:  # the clock went back
-            self._known.clear()
-        self._newest_ns = stamp_ns
-        self._known[stamp_ns] = message
-        while len(self._known) > KEPT:
-            del self._known[next(iter(self._known))]
+        self._last.put(message.header.stamp, message)
 
     @property
     def has_come(self) -> bool:
         """Whether there was a cloud yet."""
-        return self._newest_ns >= 0
+        return self._last.has_come
 
     def know(self, stamp: Time, tf_ns: int | None) -> bool:
-        """Whether the clouds have reached a scan's stamp, or TF is so much newer that they will not come."""
-        is_late = tf_ns is not None and tf_ns - stamp.to_nsec() > LATE_NS
-        return is_late or self._newest_ns >= stamp.to_nsec()
+        """Whether the clouds have reached a scan's stamp; see `ByStamp.know`."""
+        return self._last.know(stamp, tf_ns)
 
     def of(self, scan: LaserScan) -> LevelCloud | None:
         """Return the cloud of a scan's stamp; None: there is none.
@@ -56,7 +48,7 @@ class CloudSource:
             FrameError: TF does not know where the lidar was.
             ScanError: the cloud makes no sense.
         """
-        cloud = self._known.get(scan.header.stamp.to_nsec())
+        cloud = self._last.get(scan.header.stamp)
         if cloud is None:
             self._say("Scans have no cloud of the same stamp; loops are closed by level scans alone there.")
             return None

@@ -9,10 +9,9 @@ from genpy import Time
 from nav_msgs.msg import Odometry
 
 from gridslam.filter.motion_model import is_told
+from gridslam_ros.beside.by_stamp import ByStamp
 
 KEPT = 400
-LATE_NS = 1_000_000_000
-"""A scan waits for its covariance until TF is newer by this much."""
 PLANE = np.ix_((0, 1, 5), (0, 1, 5))
 """x, y and yaw."""
 
@@ -26,28 +25,20 @@ class OdometryCovariances:
 
     def __init__(self, say: Callable[[str], None]) -> None:
         self._say = say
-        self._known: dict[int, np.ndarray | None] = {}
-        self._newest_ns = -1
+        self._last: ByStamp[np.ndarray | None] = ByStamp(KEPT)
 
     def add(self, message: Odometry) -> None:
         """Take an odometry."""
-        stamp_ns = message.header.stamp.to_nsec()
-        if stamp_ns < self._newest_ns:  # the clock went back
-            self._known.clear()
-        self._newest_ns = stamp_ns
         covariance = np.reshape(message.pose.covariance, (6, 6))[PLANE]
         is_meant = is_told(covariance) and (np.diag(covariance) > 0.0).all()
         if not is_meant:
             self._say("The odometry tells no covariance; the parameters srr, srt, str and stt count instead.")
-        self._known[stamp_ns] = covariance if is_meant else None
-        while len(self._known) > KEPT:
-            del self._known[next(iter(self._known))]
+        self._last.put(message.header.stamp, covariance if is_meant else None)
 
     def know(self, stamp: Time, tf_ns: int | None) -> bool:
-        """Whether the odometry has reached a scan's stamp, or TF is so much newer that it will not come."""
-        is_late = tf_ns is not None and tf_ns - stamp.to_nsec() > LATE_NS
-        return is_late or self._newest_ns >= stamp.to_nsec()
+        """Whether the odometry has reached a scan's stamp; see `ByStamp.know`."""
+        return self._last.know(stamp, tf_ns)
 
     def at(self, stamp: Time) -> np.ndarray | None:
         """Return the covariance (3, 3) at a scan's stamp; None: none was told."""
-        return self._known.get(stamp.to_nsec())
+        return self._last.get(stamp)
