@@ -36,12 +36,12 @@ def beams(elevation_rad=0.26, rings=16, around=120):
 class Flight:
     """A UAV without dynamics: it is where its plan leads, and looks around on the way."""
 
-    def __init__(self, filled, start_m, directions=None):
+    def __init__(self, filled, start_m, directions=None, sees_m=LIDAR_MAX_M, parameters=PLANNER):
         self.filled = filled
         self.kinds = np.full(filled.shape, UNKNOWN, np.uint8)
         self.place_m = np.array(start_m, float)
         self.directions = beams() if directions is None else directions
-        self.planner = PathPlanner(PLANNER)
+        self.planner, self.sees_m = PathPlanner(parameters), sees_m
         self.way_m = 0.0
         self.places_m = [self.place_m]
         x, y, z = (self.place_m / SIDE_M).astype(int)
@@ -50,7 +50,7 @@ class Flight:
 
     def look(self):
         is_on = np.ones(len(self.directions), bool)
-        for far_m in np.arange(0.0, LIDAR_MAX_M, SIDE_M / 3):
+        for far_m in np.arange(0.0, self.sees_m, SIDE_M / 3):
             points = self.place_m + far_m * self.directions[is_on]
             x, y, z = (points / SIDE_M).astype(int).T
             hits = self.filled[z, y, x]

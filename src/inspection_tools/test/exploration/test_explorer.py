@@ -1,5 +1,6 @@
 """An exploration ends, and only when nothing that the UAV can reach is left to see."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -26,8 +27,8 @@ def explored(filled, start_m, **lidar):
 
 def left_over(explorer, flight):
     """What stays unknown from where a flight has ended."""
-    space = flight.planner.space(0.0, flight.place_m)
-    return explorer.left_over(space, space, flight.place_m)
+    space, anywhere = (flight.planner.space(0.0, flight.place_m, with_far=far) for far in (True, False))
+    return explorer.left_over(space, space, anywhere, flight.place_m)
 
 
 def test_two_rooms_with_a_door_of_1_2_m_are_known_at_the_end():
@@ -117,6 +118,26 @@ def test_a_slit_that_the_uav_does_not_fit_through_is_named():
     assert sum(left.area_m2 for left in behind) > 1.0
     assert {left.why for left in behind} <= {Why.NO_ROOM, Why.NO_BEAM, Why.IN_VAIN, Why.SMALL}
     assert max(place[0] for place in flight.places_m) < 3.0
+
+
+@pytest.mark.parametrize("landmark_reach", [1.4, 0.0])
+def test_what_is_seen_only_from_far_off_the_walls_is_named(landmark_reach):
+    """From 1.4 m off the walls a lidar that sees 2.4 m does not see the middle of a room of 10 m."""
+    keeps_near = dataclasses.replace(PLANNER, landmark_reach=landmark_reach)
+    flight = Flight(room((10.0, 10.0, 2.4)), (1.2, 1.2, 1.2), sees_m=2.4, parameters=keeps_near)
+    explorer = Explorer(ExplorerParameters(spacing=0.4, reach=2.4))
+    flight.explore(explorer)
+    far = [left for left in left_over(explorer, flight) if left.why is Why.FAR]
+    assert (sum(left.area_m2 for left in far) > 5.0) is (landmark_reach > 0.0)
+    assert all(min_off_walls([left.place_m], 10.0) > 3.0 for left in far)
+    stays_near = bool(min_off_walls(flight.places_m, 10.0).max() < 1.4 + 2 * SIDE_M)
+    assert stays_near is (landmark_reach > 0.0)
+
+
+def min_off_walls(places_m, side_m):
+    """How far each place (x, y, z) is from the nearest wall of a square room, m."""
+    level = np.array(places_m)[:, :2]
+    return np.minimum(level, side_m - level).min(axis=1)
 
 
 def test_a_uav_that_fits_nowhere_is_shut_in_and_nothing_is_said_to_be_explored():

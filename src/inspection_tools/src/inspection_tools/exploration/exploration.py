@@ -284,8 +284,11 @@ class Exploration:
         if self._explored_at is None:
             return
         (stamp_s, place_m), self._explored_at = self._explored_at, None
-        space, opened = (self._planner.space(stamp_s, place_m, with_closed=each) for each in (True, False))
-        self.told.leftovers = self._explorer.left_over(space, opened, place_m)
+        spaces = [
+            self._planner.space(stamp_s, place_m, *wider)
+            for wider in ((True, True), (False, True), (False, False))
+        ]
+        self.told.leftovers = self._explorer.left_over(*spaces, place_m)
         if self.told.left_m2(Why.REFUSED) > 0.0:
             self.told.reason += f" CEPA refused {TRIES} times to fly to more."
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from inspection_tools.exploration.leftovers import Leftover, Why, leftovers_of, with_refused
+from inspection_tools.exploration.leftovers import Leftover, Why, leftovers_of, named
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.exploration.steep import steep_steps
@@ -123,10 +123,12 @@ class Explorer:
         x, y, z = chosen.place_m.tolist()
         return Decision((x, y, z), chosen.way_m, column_m=chosen.column_m)
 
-    def left_over(self, space: Space, opened: Space, place_m: np.ndarray) -> tuple[Leftover, ...]:
+    def left_over(
+        self, space: Space, opened: Space, anywhere: Space, place_m: np.ndarray
+    ) -> tuple[Leftover, ...]:
         """Return what stays unknown and why, when a decision at a place (x, y, z) has found nothing to see.
 
-        opened: the space without what is closed.
+        opened: the space without what is closed. anywhere: also far from what tells the lidar its place.
         """
         nodes = self._roadmap(space, place_m).nodes
         if not len(nodes):
@@ -135,12 +137,15 @@ class Explorer:
         cells = scene.cells(self._p.cell)
         is_left = self._worthy.is_left(scene, cells)
         left = leftovers_of(space, scene.kinds, nodes, cells, is_left, scene.sight)
-        sight, nodes = sight_of(opened, self._p), self._roadmap(opened, place_m).nodes
         refused = [opened.grid.index_of(view_m) for view_m in self._refused_m]
         views = np.array([voxel for voxel in refused if voxel is not None])
         if len(views):  # what was looked at from where CEPA held the UAV, and not from the view itself
-            left = with_refused(left, opened, views, sight, (Why.IN_VAIN,))
-        return with_refused(left, opened, nodes, sight) if len(nodes) else left
+            left = named(Why.REFUSED, left, opened, views, sight_of(opened, self._p), (Why.IN_VAIN,))
+        for why, wider in ((Why.REFUSED, opened), (Why.FAR, anywhere)):
+            nodes = self._roadmap(wider, place_m).nodes
+            if len(nodes):
+                left = named(why, left, wider, nodes, sight_of(wider, self._p))
+        return left
 
     def steep_steps(self, space: Space, place_m: np.ndarray) -> np.ndarray:
         """Return (n, k, 3) steps straight up or down from a place (x, y, z) of the UAV; see `steep_steps`.

@@ -23,6 +23,7 @@ class Why(Enum):
     NO_BEAM = "no beam of the lidar points there from where the UAV fits"
     NO_ROOM = "no place with enough room for the UAV sees it"
     REFUSED = "CEPA does not fly the way to where it is seen"
+    FAR = "where it is seen, the lidar is too far from all that tells it its place"
 
 
 @dataclass(frozen=True)
@@ -76,19 +77,20 @@ def leftovers_of(
     return tuple(sorted(found, key=lambda leftover: -leftover.area_m2))
 
 
-def with_refused(
+def named(
+    why: Why,
     leftovers: Sequence[Leftover],
     opened: Space,
     nodes: np.ndarray,
     sight: Sight,
-    whys: Sequence[Why] = (Why.NO_BEAM, Why.NO_ROOM),
+    instead_of: Sequence[Why] = (Why.NO_BEAM, Why.NO_ROOM),
 ) -> tuple[Leftover, ...]:
-    """Return leftovers; those that the UAV would see if CEPA let it fly there are named so.
+    """Return leftovers; those that the UAV would see in a wider space get this reason.
 
-    opened: the space without what is closed. nodes: (n, 3) voxels of the map where the UAV could be then.
-    whys: only these reasons are named anew.
+    opened: the space without what the reason forbids. nodes: (n, 3) voxels of the map where the UAV could be
+    then. instead_of: only these reasons are named anew.
     """
-    unseen = [number for number, left in enumerate(leftovers) if left.why in whys]
+    unseen = [number for number, left in enumerate(leftovers) if left.why in instead_of]
     places = [opened.grid.index_of(np.array(leftovers[number].place_m)) for number in unseen]
     inside = [(number, place) for number, place in zip(unseen, places) if place is not None]
     told = list(leftovers)
@@ -97,5 +99,5 @@ def with_refused(
         cells = np.array([place for _, place in inside]) + 1
         mark_seen(np.pad(opened.grid.kinds, 1), nodes + 1, cells, sight.slopes, sight.reaches, is_seen)
         for (number, _), seen in zip(inside, is_seen):
-            told[number] = replace(told[number], why=Why.REFUSED) if seen else told[number]
+            told[number] = replace(told[number], why=why) if seen else told[number]
     return tuple(told)

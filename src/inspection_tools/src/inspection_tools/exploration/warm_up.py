@@ -19,6 +19,6 @@ def warm_up_exploration() -> None:
     for parameters in (ExplorerParameters(), blind, ExplorerParameters(by_volume=True)):
         explorer, space = Explorer(parameters, is_steep=True), planner.space(0.0, here)
         explorer.decide(space, here)
-        explorer.left_over(space, space, here)
+        explorer.left_over(space, space, space, here)
     kinds, voxels = np.ones((1, 1, 1), np.uint8), np.zeros((1, 3), np.int64)
     sights_of(kinds, voxels, voxels, (-1.0, 1.0), (0.0, 1.0))  # that space has no border of room

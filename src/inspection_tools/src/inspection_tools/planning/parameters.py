@@ -20,6 +20,8 @@ class PlannerParameters:
             path wins.
         closed_radius: A place that CEPA does not fly is closed within this radius, m.
         closed_time: So long, s.
+        landmark_reach: A path stays within so far of something occupied at its own height, m. A planar
+            lidar of short range knows its place only there. 0: it goes anywhere.
 
     Raises:
         ParameterError: a value out of range.
@@ -31,6 +33,7 @@ class PlannerParameters:
     preference: float = 0.5
     closed_radius: float = 1.0
     closed_time: float = 30.0
+    landmark_reach: float = 0.0
 
     def __post_init__(self) -> None:
         check_number("radius", self.radius, 0.05, 5.0)
@@ -39,6 +42,7 @@ class PlannerParameters:
         check_number("preference", self.preference, 0.0, 10.0)
         check_number("closed_radius", self.closed_radius, 0.05, 50.0)
         check_number("closed_time", self.closed_time, 0.0, 86_400.0)
+        check_number("landmark_reach", self.landmark_reach, 0.0, 1e3)
 
     @property
     def clearance_m(self) -> float:

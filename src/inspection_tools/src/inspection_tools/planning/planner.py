@@ -16,6 +16,7 @@ from inspection_tools.planning.kernels.distances import REACH_MAX
 from inspection_tools.planning.kernels.neighbours import STEPS
 from inspection_tools.planning.kernels.pulling import pull
 from inspection_tools.planning.kernels.search import DONE, START, UNREACHED, search
+from inspection_tools.planning.landmarks import Landmarks
 from inspection_tools.planning.limits import Limits
 from inspection_tools.planning.parameters import PlannerParameters
 from inspection_tools.planning.room_above import room_above_m
@@ -59,6 +60,7 @@ class PathPlanner:
     def __init__(self, parameters: PlannerParameters | None = None, limits: Limits | None = None):
         self._parameters, self._limits = parameters or PlannerParameters(), limits or Limits()
         self._map: ClearanceMap | None = None
+        self._landmarks: Landmarks | None = None
         self._closures = Closures()
         self._ventured: list[Taken | None] = []
 
@@ -71,7 +73,7 @@ class PathPlanner:
     def parameters(self, parameters: PlannerParameters) -> None:
         self._parameters = parameters
         if self._map is not None:
-            self._map = self._clearances_on(self._map.grid)
+            self._begin_on(self._map.grid)
 
     def lower_ceiling(self, height_m: float) -> None:
         """Let the UAV's centre come no higher than this in the map's frame, nor than the limits say."""
@@ -97,10 +99,13 @@ class PathPlanner:
         if known is not None and (known.grid.resolution_m, known.grid.side) == (resolution_m, side):
             known.grid.update(tiles, voxels)
             known.note(tiles)
+            if self._landmarks is not None:
+                self._landmarks.note()
             return
         grid = VoxelGrid(resolution_m, side)
         grid.update(tiles, voxels)
-        self._map, self._ventured = self._clearances_on(grid), []
+        self._begin_on(grid)
+        self._ventured = []
 
     def take_as_free(self, place_m: np.ndarray, radius_m: float) -> None:
         """Let what is unknown around a place (x, y, z) count as free: where the UAV is, or takes off.
@@ -133,7 +138,7 @@ class PathPlanner:
 
     def clear_map(self) -> None:
         """Forget the map, but not what is closed."""
-        self._map, self._ventured = None, []
+        self._map, self._landmarks, self._ventured = None, None, []
 
     def close(self, place_m: np.ndarray, stamp_s: float) -> None:
         """Close a place (x, y, z) that CEPA did not fly, for `closed_time`; each time for twice as long.
@@ -188,21 +193,26 @@ class PathPlanner:
         kept_m = radius_m + max(self._parameters.margin, RISE_MARGIN_M)
         return room_above_m(self._map.grid, place_m, wanted_m, radius_m, kept_m)
 
-    def _clearances_on(self, grid: VoxelGrid) -> ClearanceMap:
-        reach_m = self._parameters.clearance_m + self._parameters.comfort
-        reach = min(math.ceil(reach_m / grid.resolution_m) + 1, REACH_MAX)
-        return ClearanceMap(grid, reach, self._limits.boxes)
+    def _begin_on(self, grid: VoxelGrid) -> None:
+        p = self._parameters
+        reach = min(math.ceil((p.clearance_m + p.comfort) / grid.resolution_m) + 1, REACH_MAX)
+        self._map = ClearanceMap(grid, reach, self._limits.boxes)
+        self._landmarks = Landmarks(grid, p.landmark_reach) if p.landmark_reach > 0.0 else None
 
-    def space(self, stamp_s: float, start_m: np.ndarray, with_closed: bool = True) -> Space:
+    def space(
+        self, stamp_s: float, start_m: np.ndarray, with_closed: bool = True, with_far: bool = True
+    ) -> Space:
         """Return what the UAV may fly through from a start (x, y, z); raises NoPathError without a map.
 
-        with_closed: whether what is closed counts.
+        with_closed: whether what is closed counts. with_far: whether `landmark_reach` does.
         """
         if self._map is None:
             raise NoPathError("There is no map yet.")
         grid, closures = self._map.grid, self._closures.at(stamp_s) if with_closed else []
         closed = tuple(_ahead_of(closure, start_m, grid) for closure in closures)
-        return Space.of(grid, self._map.squares(), self._parameters, self._limits, closed, start_m[2])
+        squares = self._map.squares()
+        far = self._landmarks.far(start_m) if self._landmarks is not None and with_far else None
+        return Space.of(grid, squares, self._parameters, self._limits, closed, start_m[2], far)
 
     def _why(self, space: Space, came: np.ndarray, start_m: np.ndarray, goal_m: np.ndarray) -> str:
         """Return the sentence that says what blocks the way."""

@@ -79,6 +79,8 @@ def _blocker(space: Space, place_m: np.ndarray) -> str:
     for closure in space.closed:
         if math.dist(closure.place_m, place_m) <= closure.radius_m:
             return "a place that is closed, because CEPA did not fly there"
+    if space.far is not None and space.far[index]:
+        return "a place too far from all that tells the lidar where it is"
     if not space.squares[index]:
         centre_m = grid.centres_m(np.array(index)[None])[0]
         return (

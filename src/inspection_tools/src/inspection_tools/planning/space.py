@@ -24,9 +24,10 @@ class Space:
 
     Attributes:
         grid: the map. limits: as given. closed: what is closed.
-        squares: (d, h, w) squared clearances, voxels; 0: blocked, closed, or centred above the ceiling.
+        squares: (d, h, w) squared clearances, voxels; 0: blocked, closed, far, or centred above the ceiling.
         need: squared clearance that a path keeps. factors: (k,) cost of a length, by squared clearance.
         corner: (3,) x, y, z of the squares' first voxel. The grid's own may change when it grows.
+        far: (d, h, w) what is too far from all that tells the lidar its place; None: nothing is.
     """
 
     grid: VoxelGrid
@@ -36,6 +37,7 @@ class Space:
     need: int
     factors: np.ndarray
     corner: np.ndarray
+    far: np.ndarray | None = None
 
     @classmethod
     def of(
@@ -46,9 +48,12 @@ class Space:
         limits: Limits,
         closed: Sequence[Closure],
         height_m: float,
+        far: np.ndarray | None = None,
     ) -> Space:
         """Return the space of a UAV at a height; one above the ceiling may stay there, but not climb."""
-        if closed or math.isfinite(limits.ceiling_m):
+        if far is not None:
+            squares = np.where(far, np.uint16(0), squares)
+        elif closed or math.isfinite(limits.ceiling_m):
             squares = squares.copy()
         if math.isfinite(limits.ceiling_m):
             layer = math.floor(limits.ceiling_m / grid.resolution_m - 0.5)
@@ -58,7 +63,7 @@ class Space:
             _close(squares, grid, closure)
         need = max(math.ceil((parameters.clearance_m / grid.resolution_m) ** 2 - 1e-9), LEAST_NEED)
         factors = _factors(parameters, grid.resolution_m)
-        return cls(grid, limits, closed, squares, need, factors, grid.corner)
+        return cls(grid, limits, closed, squares, need, factors, grid.corner, far)
 
     @property
     def clearance_m(self) -> float:
