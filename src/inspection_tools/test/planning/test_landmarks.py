@@ -58,6 +58,16 @@ def test_what_stands_higher_or_lower_does_not_count():
         planner.plan((3.5, 3.5, 6.5), high)
 
 
+def test_a_post_is_no_wall():
+    kinds = np.repeat(np.repeat(np.repeat(pool(), 2, 0), 2, 1), 2, 2)  # in voxels of 0.5 m
+    kinds[:, 30, 30] = 2
+    at_post = np.array((15.25, 14.25, 4.5))
+    for length, is_wall in ((1, False), (2, True)):
+        kinds[:, 30, 30 : 30 + length] = 2
+        space = planner_on(kinds, NEAR, 0.5).space(0.0, (3.5, 15.5, 4.5))
+        assert (space.far is not None and not space.far[space.grid.index_of(at_post)]) is is_wall
+
+
 def test_from_too_far_away_it_may_come_nearer_but_not_go_farther():
     planner = planner_on(pool(), NEAR)
     start = np.array((9.5, 15.5, 4.5))
@@ -99,7 +109,7 @@ def rooms(draw):
 
 
 def away_of(kinds):
-    """Slow and obvious: from each voxel to the nearest occupied one of its layer."""
+    """Slow and obvious: from each voxel to the nearest occupied one of its layer. One alone has 1 m."""
     away = np.full(kinds.shape, math.inf)
     for z, y, x in np.ndindex(kinds.shape):
         for b, a in np.argwhere(kinds[z] == 2):

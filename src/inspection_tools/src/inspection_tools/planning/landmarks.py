@@ -9,14 +9,18 @@ from scipy import ndimage
 
 from inspection_tools.planning.voxel_grid import OCCUPIED, VoxelGrid
 
+LEAST_M = 1.0
+"""A post does not tell enough: what counts is so long in its layer, along x or y."""
+ALSO_CORNERS = np.ones((3, 3), bool)
+
 
 class Landmarks:
-    """How far each voxel's centre is from the nearest occupied one of its layer.
+    """How far each voxel's centre is from the nearest wall in its layer.
 
     A lidar that meets nothing does not tell where the UAV is. So a path may have to stay near walls.
 
     Args:
-        grid: the map. reach_m: so far from what is occupied the UAV may be.
+        grid: the map. reach_m: so far from a wall the UAV may be.
     """
 
     def __init__(self, grid: VoxelGrid, reach_m: float) -> None:
@@ -40,11 +44,20 @@ class Landmarks:
         return far
 
     def _distances_m(self) -> np.ndarray:
-        """Return (d, h, w); infinite in a layer without anything occupied."""
-        kinds = self._grid.kinds
+        """Return (d, h, w); infinite in a layer without a wall."""
+        kinds, voxel_m = self._grid.kinds, self._grid.resolution_m
         if self._away_m is None or self._away_m.shape != kinds.shape:
             self._away_m = np.full(kinds.shape, np.inf, np.float32)
             for layer, away_m in zip(kinds == OCCUPIED, self._away_m):
-                if layer.any():
-                    away_m[...] = ndimage.distance_transform_edt(~layer) * self._grid.resolution_m
+                walls = _of_length(layer, LEAST_M / voxel_m)
+                if walls.any():
+                    away_m[...] = ndimage.distance_transform_edt(~walls) * voxel_m
         return self._away_m
+
+
+def _of_length(layer: np.ndarray, least: float) -> np.ndarray:
+    """Return what is marked in a layer (h, w) and hangs together over so many voxels, along x or y."""
+    numbers, _ = ndimage.label(layer, ALSO_CORNERS)
+    lengths = [max(side.stop - side.start for side in found) for found in ndimage.find_objects(numbers)]
+    is_long: np.ndarray = np.concatenate(([False], np.array(lengths) >= least - 1e-6))[numbers]
+    return is_long

@@ -20,8 +20,8 @@ class PlannerParameters:
             path wins.
         closed_radius: A place that CEPA does not fly is closed within this radius, m.
         closed_time: So long, s.
-        landmark_reach: A path stays within so far of something occupied at its own height, m. A planar
-            lidar of short range knows its place only there. 0: it goes anywhere.
+        landmark_reach: A path stays within so far of a wall at its own height, m: of something occupied that
+            is 1 m long. A planar lidar of short range knows its place only there. 0: it goes anywhere.
 
     Raises:
         ParameterError: a value out of range.
