@@ -8,15 +8,17 @@ import numpy as np
 import pytest
 import trimesh
 from drawn_wall import AWAY_M, CAMERA, wall_picture
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.findings.candidates import Candidate
+from inspection_tools.findings.candidates import Candidate, candidates_in
 from inspection_tools.findings.command import main
 from inspection_tools.findings.findings_file import read_findings
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.remembered import write_marks
 from inspection_tools.findings.search import find
 from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord
+from inspection_tools.report.grades import RUST_M
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
@@ -86,6 +88,19 @@ def test_cracks_are_not_looked_for_where_a_pixel_covers_too_much(tmp_path):
     for detail, kinds in ((1.1 * pixel_mm, ["crack", "rust"]), (0.9 * pixel_mm, ["rust"])):
         found = find([tmp_path], mesh, FindingParameters(crack_detail=detail))
         assert [each.kind for each in found] == kinds
+
+
+@pytest.mark.parametrize("detail_mm", [0.5, 1.0, 2.0])
+def test_the_places_of_a_rusted_wall_leave_no_gap_of_a_rusted_edge(detail_mm):
+    """Each rusted pixel has a place that is as near as an edge counts as rusted."""
+    picture = np.full((1200, 1600, 3), 128, np.uint8)
+    picture[100:1100, 200:1400] = (120, 60, 20)
+    (rust,) = candidates_in(picture, FindingParameters(), detail_mm=detail_mm)
+    assert rust.kind == "rust"
+    assert rust.size_px == pytest.approx(1200 * 1000, rel=0.01)
+    pixels = np.stack(np.meshgrid(np.arange(200, 1400, 7), np.arange(100, 1100, 7)), -1).reshape(-1, 2)
+    apart_mm = detail_mm * cKDTree(rust.pixels).query(pixels)[0]
+    assert apart_mm.max() < 1e3 * RUST_M
 
 
 def test_an_empty_folder_is_named(tmp_path, capsys):

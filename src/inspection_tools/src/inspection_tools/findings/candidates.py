@@ -24,7 +24,9 @@ NOISES = 3.0
 COARSE_MM = 1.0
 """Of a pixel, at which the widest cracks are looked for."""
 MOST_PIXELS = 400
-"""Of one candidate, drawn evenly."""
+"""Of one candidate, drawn evenly. Of rust it is more where they would be farther apart than RUST_APART_MM."""
+RUST_APART_MM = 35.0
+"""On the surface. An edge is rusted where a place of rust is near, so the places must lie close."""
 
 
 class Candidate(NamedTuple):
@@ -44,11 +46,15 @@ def candidates_in(
     """Return the candidates in a picture, uint8 (height, width, 3), sRGB.
 
     looked_at: (rows, columns) where cracks are looked for, in cells that fill the picture; None: everywhere.
-    detail_mm: that a pixel covers. If it is fine, wide cracks are looked for in a smaller picture, too.
+    detail_mm: that a pixel covers. If it is fine, wide cracks are looked for in a smaller picture, too; how
+        close the places of rust are told goes by it.
     """
     rust = _rust_blocks(picture, parameters)
+    most_apart = max(1, int(RUST_APART_MM / (BLOCK_PX * np.clip(detail_mm, 0.1, 2.0 * COARSE_MM))))
     found = [
-        Candidate("rust", _some(places) * BLOCK_PX + 0.5 * (BLOCK_PX - 1), len(places) * BLOCK_PX**2)
+        Candidate(
+            "rust", _spread(places, most_apart) * BLOCK_PX + 0.5 * (BLOCK_PX - 1), len(places) * BLOCK_PX**2
+        )
         for places in _groups(rust)
         if len(places) >= 4
     ]
@@ -151,6 +157,13 @@ def _groups(marked: np.ndarray) -> list[np.ndarray]:
     order = np.argsort(of, kind="stable")
     places = np.column_stack((x, y))[order]
     return np.split(places, np.searchsorted(of[order], np.arange(2, count + 1))) if count else []
+
+
+def _spread(places: np.ndarray, most_apart: int) -> np.ndarray:
+    """Return the first place (n, 2) in each square of a board; squares are at most `most_apart` wide."""
+    side = min(max(1, int(np.sqrt(len(places) / MOST_PIXELS))), most_apart)
+    _, first = np.unique(places // side, axis=0, return_index=True)
+    return places[np.sort(first)]
 
 
 def _some(places: np.ndarray) -> np.ndarray:
