@@ -45,5 +45,5 @@ class Explored:
     def time_of(self, share: float) -> float:
         """Return when this share of the volume known at the end was known, s; NaN if nothing was."""
         rows = np.array(self.known_m3).reshape(-1, 2)
-        enough = rows[rows[:, 1] >= share * rows[:, 1].max(initial=0.0)]
+        enough = rows[rows[:, 1] >= share * rows[-1:, 1]] if len(rows) else rows
         return float(enough[0, 0]) if len(enough) else math.nan

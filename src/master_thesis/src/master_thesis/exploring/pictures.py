@@ -56,7 +56,7 @@ def _draw_known(panel: Axes, known: np.ndarray) -> None:
     """Draw the known volume over the time, and when almost all of it was known."""
     panel.set_axis_on()
     panel.plot(*known.T, color=PATH, linewidth=1.5)
-    enough_s = known[known[:, 1] >= KNOWN * known[:, 1].max()][0, 0]
+    enough_s = known[known[:, 1] >= KNOWN * known[-1, 1]][0, 0]
     panel.axvline(enough_s, color="grey", linewidth=0.8, linestyle="--")
     panel.set_title(f"known volume; {100 * KNOWN:.0f} % after {enough_s:.0f} s", fontsize=9)
     panel.set(xlabel="time, s", ylabel="m³", xlim=(0.0, known[-1, 0]), ylim=(0.0, None))
