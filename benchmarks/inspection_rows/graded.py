@@ -71,7 +71,7 @@ def grade(seed: int, most: int) -> dict:
         (coverage,) = judge_on(surface, (taken,), part.camera, asked)
         record = _record(coverage)
         edges_m = edge_places(surface.mesh.triangles_m, surface.mesh.part)
-        whole = replace(record, shown=np.ones_like(record.shown))  # the truth counts what was not seen, too
+        whole = replace(record, shown=record.reachable)  # the truth counts what was not seen, too
         told, true = (
             {each.name: each for each in areas_graded(_ship(), shown, edges_m, findings, GradeRules())}
             for shown, findings in ((record, found), (whole, _true_findings(world, marks)))

@@ -103,6 +103,21 @@ def test_the_places_of_a_rusted_wall_leave_no_gap_of_a_rusted_edge(detail_mm):
     assert apart_mm.max() < 1e3 * RUST_M
 
 
+def to_srgb(light):
+    """IEC 61966-2-1, of light 0 to 1."""
+    value = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 1e-9) ** (1 / 2.4) - 0.055)
+    return np.rint(255 * value).astype(np.uint8)
+
+
+@pytest.mark.parametrize("paint", [(0.45, 0.47, 0.44), (0.15, 0.15, 0.16), (0.5, 0.35, 0.28)])
+def test_a_spot_that_fades_into_its_paint_ends_where_rust_covers_half(paint):
+    y, x = np.mgrid[-300:300, -400:400]
+    share = np.clip(0.5 + (150.0 - np.hypot(x, y)) / 60.0, 0.0, 1.0)[..., None]  # half at 150 px
+    light = share * (0.12, 0.03, 0.01) + (1.0 - share) * paint
+    (rust,) = candidates_in(to_srgb(light), FindingParameters(), detail_mm=0.5)
+    assert rust.size_px == pytest.approx(np.pi * 150.0**2, rel=0.05)
+
+
 def test_an_empty_folder_is_named(tmp_path, capsys):
     assert main([str(tmp_path), "--mesh", "wall.stl"]) == 1
     assert "there is no photograph" in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -27,6 +28,8 @@ MOST_PIXELS = 400
 """Of one candidate, drawn evenly. Of rust it is more where they would be farther apart than RUST_APART_MM."""
 RUST_APART_MM = 35.0
 """On the surface. An edge is rusted where a place of rust is near, so the places must lie close."""
+RIM_MM = 40.0
+"""On the surface: so far around what is surely rust it may fade into paint."""
 
 
 class Candidate(NamedTuple):
@@ -49,8 +52,9 @@ def candidates_in(
     detail_mm: that a pixel covers. If it is fine, wide cracks are looked for in a smaller picture, too; how
         close the places of rust are told goes by it.
     """
-    rust = _rust_blocks(picture, parameters)
-    most_apart = max(1, int(RUST_APART_MM / (BLOCK_PX * np.clip(detail_mm, 0.1, 2.0 * COARSE_MM))))
+    block_mm = BLOCK_PX * float(np.clip(detail_mm, 0.1, 2.0 * COARSE_MM))
+    rust = _rust_blocks(picture, parameters, math.ceil(RIM_MM / block_mm))
+    most_apart = max(1, int(RUST_APART_MM / block_mm))
     found = [
         Candidate(
             "rust", _spread(places, most_apart) * BLOCK_PX + 0.5 * (BLOCK_PX - 1), len(places) * BLOCK_PX**2
@@ -133,14 +137,42 @@ def _contrasts(light: np.ndarray, least: float, looked_at: np.ndarray | None) ->
     return contrasts.astype(np.float32)
 
 
-def _rust_blocks(picture: np.ndarray, parameters: FindingParameters) -> np.ndarray:
-    """Return which blocks are rust. Red is compared with green in all coloured blocks nearby, for noise."""
+def _rust_blocks(picture: np.ndarray, parameters: FindingParameters, rim: int) -> np.ndarray:
+    """Return which blocks are rust. Red is compared with green in all coloured blocks nearby, for noise.
+
+    rim: blocks around what is surely rust that are compared with the paint.
+    """
     light = block_light(picture, _linear(), BLOCK_PX)
     total = light.sum(axis=2)
     red, green, blue = np.moveaxis(light, 2, 0)
     coloured = (red - blue > parameters.rust_colour * total) & (total > 3.0 * LEAST_LIGHT)
-    red, green = (ndimage.uniform_filter(np.where(coloured, each, 0.0), NEAR_BLOCKS) for each in (red, green))
-    return coloured & (red > parameters.rust_red * green)
+    red_near, green_near = (
+        ndimage.uniform_filter(np.where(coloured, each, 0.0), NEAR_BLOCKS) for each in (red, green)
+    )
+    sure = coloured & (red_near > parameters.rust_red * green_near)
+    return _half_covered(red - blue, total, sure, rim) if sure.any() else sure
+
+
+def _half_covered(colour: np.ndarray, total: np.ndarray, sure: np.ndarray, rim: int) -> np.ndarray:
+    """Return what is surely rust, and the blocks around it that rust covers by more than half.
+
+    There the light is nearer to that of the rust than to that of the paint beside it. colour: red less blue.
+    total: of all three.
+    """
+    near = ndimage.maximum_filter(sure, 2 * rim + 1)
+    window = 4 * rim + 1
+    rust, paint = (_means_around(which, (colour, total), window) for which in (sure, ~near))
+    middle = (rust[0] + paint[0]) / np.maximum(rust[1] + paint[1], 1e-6)
+    colour, total = (ndimage.uniform_filter(each, NEAR_BLOCKS // 2 + 1) for each in (colour, total))
+    covered: np.ndarray = sure | (near & (paint[1] > 0.0) & (colour > middle * total))
+    return covered
+
+
+def _means_around(which: np.ndarray, values: tuple[np.ndarray, ...], window: int) -> tuple[np.ndarray, ...]:
+    """Return the means of values over the blocks of a window that are meant; 0: there are none."""
+    share = ndimage.uniform_filter(which.astype(np.float32), window)
+    sums = [ndimage.uniform_filter(np.where(which, each, np.float32(0.0)), window) for each in values]
+    return tuple(np.where(share > 1e-4, each / np.maximum(share, 1e-4), 0.0) for each in sums)
 
 
 def _linear() -> np.ndarray:
