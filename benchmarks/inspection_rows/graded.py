@@ -89,6 +89,7 @@ def summary(boxes: Sequence[dict]) -> dict:
         "photographs": sum(box["photographs"] for box in boxes),
         "plates": len(plates),
         "right": sum(plate["told"][0] == plate["true"][0] for plate in plates),
+        "told_as_other": sum(plate["other"] == plate["true"][0] for plate in plates),
         "off_share": max((abs(plate["told"][1] - plate["true"][1]) for plate in plates), default=None),
     }
 
@@ -97,6 +98,7 @@ def _row(told: AreaGrade, true: AreaGrade) -> dict:
     return {
         "told": [told.grade, round(told.rust_share, 4), round(told.edge_share, 4)],
         "true": [true.grade, round(true.rust_share, 4), round(true.edge_share, 4)],
+        "other": told.other_grade,
         "seen": round(told.seen, 3),
     }
 

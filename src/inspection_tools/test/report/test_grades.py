@@ -27,6 +27,19 @@ def test_grades_are_those_of_the_circular(area, edges, grade):
     assert RULES.grade(area, edges) == grade
 
 
+@pytest.mark.parametrize(
+    ("area", "edges", "other"),
+    [
+        (0.01, 0.1, None), (0.027, 0.1, "FAIR"), (0.01, 0.18, "FAIR"), (0.034, 0.1, "GOOD"),
+        (0.05, 0.21, None), (0.19, 0.1, "POOR"), (0.22, 0.1, "FAIR"), (0.4, 0.1, None), (0.05, 0.45, "POOR"),
+    ],
+)  # fmt: skip
+def test_a_share_near_a_limit_tells_the_other_grade_too(area, edges, other):
+    """A share may be wrong by 15 % of itself."""
+    assert RULES.other_grade(area, edges) == other
+    assert GradeRules(error=0.0).other_grade(area, edges) is None
+
+
 def port_and_starboard(findings, shown, edges=NO_EDGES):
     return areas_graded(ship(), side_walls(shown), edges, findings, RULES)
 

@@ -284,11 +284,11 @@ class Exploration:
         if self._explored_at is None:
             return
         (stamp_s, place_m), self._explored_at = self._explored_at, None
-        spaces = [
+        space, opened, anywhere = (
             self._planner.space(stamp_s, place_m, *wider)
             for wider in ((True, True), (False, True), (False, False))
-        ]
-        self.told.leftovers = self._explorer.left_over(*spaces, place_m)
+        )
+        self.told.leftovers = self._explorer.left_over(space, opened, anywhere, place_m)
         if self.told.left_m2(Why.REFUSED) > 0.0:
             self.told.reason += f" CEPA refused {TRIES} times to fly to more."
 

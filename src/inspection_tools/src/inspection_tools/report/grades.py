@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Sequence
 
 import numpy as np
@@ -31,6 +31,8 @@ class GradeRules:
         good_edges, poor_edges: Rusted share of edges and welds.
         pitting: Rusted share of a plate from which thickness measurements are proposed.
         least_seen: Seen share of an area that a grade needs.
+        error: Photographs tell a share wrong by so much of it. Where that may change the grade, both are
+            told.
 
     Raises:
         ParameterError: a value out of range.
@@ -42,6 +44,7 @@ class GradeRules:
     poor_edges: float = 0.50
     pitting: float = 0.15
     least_seen: float = 0.5
+    error: float = 0.15
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -53,10 +56,19 @@ class GradeRules:
         edges = GOOD if edge_share < self.good_edges else FAIR if edge_share <= self.poor_edges else POOR
         return max(area, edges, key=GRADES.index)
 
+    def other_grade(self, area_share: float, edge_share: float) -> str | None:
+        """Return the grade that shares which are wrong by `error` would give; None: the same."""
+        grade = self.grade(area_share, edge_share)
+        others = (self.grade(area_share * by, edge_share * by) for by in (1.0 + self.error, 1.0 - self.error))
+        return next((other for other in others if other != grade), None)
+
 
 @dataclass(frozen=True)
 class AreaGrade:
-    """What is known of an area. grade: None: too little of it was seen. Shares are of what was seen."""
+    """What is known of an area. Shares are of what was seen.
+
+    grade: None: too little of it was seen. other_grade: it may be this one, too; None: it is sure.
+    """
 
     name: str
     area_m2: float
@@ -66,7 +78,8 @@ class AreaGrade:
     rusted_edges_m: float
     rust: int
     cracks: int
-    grade: str | None
+    grade: str | None = None
+    other_grade: str | None = None
 
     @property
     def seen(self) -> float:
@@ -159,15 +172,12 @@ def areas_graded(
             STEP_M * float((lines & rusted).sum()),
             int((marks & stand.is_rust).sum()),
             int((marks & stand.is_crack).sum()),
-            None,
         )
-        enough = each.seen >= rules.least_seen
-        graded.append(AreaGrade(**{**vars(each), "grade": _grade(each, rules) if enough else None}))
+        if each.seen >= rules.least_seen:
+            shares = each.rust_share, each.edge_share
+            each = replace(each, grade=rules.grade(*shares), other_grade=rules.other_grade(*shares))
+        graded.append(each)
     return graded
-
-
-def _grade(area: AreaGrade, rules: GradeRules) -> str:
-    return rules.grade(area.rust_share, area.edge_share)
 
 
 def plates_seen(ship: Ship, surface: SurfaceRecord, findings: Sequence[Finding]) -> list[PlateState]:
