@@ -42,6 +42,18 @@ def test_a_lidar_that_nods_is_flown_by_the_algorithm_that_remembers(number, give
 
 @pytest.mark.ros
 @pytest.mark.parametrize(
+    ("lidar", "nod", "reach_m"), [("ust", True, 7.0), ("utm", True, 0.0), ("puck", False, 0.0)]
+)
+def test_a_lidar_of_short_range_stays_near_walls_and_where_it_nods_the_imu_counts(lidar, nod, reach_m):
+    """7 m of the UST's 10 m: it still meets some 7 m of the wall to each side."""
+    path = ROOT / "src/master_thesis/launch/explore.launch"
+    params = loaded(path, f"lidar:={lidar}", f"nod:={str(nod).lower()}").params
+    assert params["/explore/planner/landmark_reach"].value == reach_m
+    assert ("/lidar_odometry/acceleration_noise" in params) is nod
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(
     ("file", "given", "leaders"),
     [
         ("explore", [], {"explore"}),
