@@ -142,6 +142,8 @@ class Explorer:
         if len(views):  # what was looked at from where CEPA held the UAV, and not from the view itself
             left = named(Why.REFUSED, left, opened, views, sight_of(opened, self._p), (Why.IN_VAIN,))
         for why, wider in ((Why.REFUSED, opened), (Why.FAR, anywhere)):
+            if why is Why.FAR and space.far is None:
+                continue  # nothing is too far
             nodes = self._roadmap(wider, place_m).nodes
             if len(nodes):
                 left = named(why, left, wider, nodes, sight_of(wider, self._p))

@@ -14,7 +14,8 @@ from inspection_tools.findings.parameters import FindingParameters
 
 BLOCK_PX = 4
 """Colour is judged in blocks: single pixels are noisy, and JPEG halves the colour's resolution."""
-NEAR_BLOCKS = 5
+NEAR_BLOCKS, RIM_BLOCKS = 5, 3
+"""Blocks along the sides of what is smoothed: where rust is sure, and at its rim."""
 LEAST_LIGHT = 0.01
 """Of white; darker blocks have no colour that one could judge."""
 SMOOTH_PX, REACH_PX = 1.0, 5
@@ -163,7 +164,7 @@ def _half_covered(colour: np.ndarray, total: np.ndarray, sure: np.ndarray, rim: 
     window = 4 * rim + 1
     rust, paint = (_means_around(which, (colour, total), window) for which in (sure, ~near))
     middle = (rust[0] + paint[0]) / np.maximum(rust[1] + paint[1], 1e-6)
-    colour, total = (ndimage.uniform_filter(each, NEAR_BLOCKS // 2 + 1) for each in (colour, total))
+    colour, total = (ndimage.uniform_filter(each, RIM_BLOCKS) for each in (colour, total))
     covered: np.ndarray = sure | (near & (paint[1] > 0.0) & (colour > middle * total))
     return covered
 
