@@ -14,6 +14,8 @@ from inspection_tools.findings.parameters import FindingParameters
 
 BLOCK_PX = 4
 """Colour is judged in blocks: single pixels are noisy, and JPEG halves the colour's resolution."""
+LEAST_BLOCKS = 4
+"""Fewer that hang together are noise."""
 NEAR_BLOCKS, RIM_BLOCKS = 5, 3
 """Blocks along the sides of what is smoothed: where rust is sure, and at its rim."""
 LEAST_LIGHT = 0.01
@@ -31,6 +33,7 @@ RUST_APART_MM = 35.0
 """On the surface. An edge is rusted where a place of rust is near, so the places must lie close."""
 RIM_MM = 40.0
 """On the surface: so far around what is surely rust it may fade into paint."""
+ALSO_CORNERS = np.ones((3, 3), bool)
 
 
 class Candidate(NamedTuple):
@@ -54,14 +57,14 @@ def candidates_in(
         close the places of rust are told goes by it.
     """
     block_mm = BLOCK_PX * float(np.clip(detail_mm, 0.1, 2.0 * COARSE_MM))
-    rust = _rust_blocks(picture, parameters, math.ceil(RIM_MM / block_mm))
+    least = max(LEAST_BLOCKS, (1e3 * parameters.rust_size / block_mm) ** 2)
+    rust = _rust_blocks(picture, parameters, least, math.ceil(RIM_MM / block_mm))
     most_apart = max(1, int(RUST_APART_MM / block_mm))
     found = [
         Candidate(
             "rust", _spread(places, most_apart) * BLOCK_PX + 0.5 * (BLOCK_PX - 1), len(places) * BLOCK_PX**2
         )
         for places in _groups(rust)
-        if len(places) >= 4
     ]
     light = _linear()[picture[..., 1]]  # green has the least noise
     near = ndimage.binary_dilation(rust, iterations=3)  # rust has dark pits and borders
@@ -138,10 +141,11 @@ def _contrasts(light: np.ndarray, least: float, looked_at: np.ndarray | None) ->
     return contrasts.astype(np.float32)
 
 
-def _rust_blocks(picture: np.ndarray, parameters: FindingParameters, rim: int) -> np.ndarray:
+def _rust_blocks(picture: np.ndarray, parameters: FindingParameters, least: float, rim: int) -> np.ndarray:
     """Return which blocks are rust. Red is compared with green in all coloured blocks nearby, for noise.
 
-    rim: blocks around what is surely rust that are compared with the paint.
+    least: so many blocks that are surely rust must hang together. rim: blocks around them that are compared
+    with the paint.
     """
     light = block_light(picture, _linear(), BLOCK_PX)
     total = light.sum(axis=2)
@@ -150,12 +154,15 @@ def _rust_blocks(picture: np.ndarray, parameters: FindingParameters, rim: int) -
     red_near, green_near = (
         ndimage.uniform_filter(np.where(coloured, each, 0.0), NEAR_BLOCKS) for each in (red, green)
     )
-    sure = coloured & (red_near > parameters.rust_red * green_near)
+    numbers, _ = ndimage.label(coloured & (red_near > parameters.rust_red * green_near), ALSO_CORNERS)
+    is_large = np.bincount(numbers.ravel()) >= least
+    is_large[0] = False
+    sure = is_large[numbers]
     return _half_covered(red - blue, total, sure, rim) if sure.any() else sure
 
 
 def _half_covered(colour: np.ndarray, total: np.ndarray, sure: np.ndarray, rim: int) -> np.ndarray:
-    """Return what is surely rust, and the blocks around it that rust covers by more than half.
+    """Return what is surely rust, and what hangs together with it that rust covers by more than half.
 
     There the light is nearer to that of the rust than to that of the paint beside it. colour: red less blue.
     total: of all three.
@@ -165,8 +172,9 @@ def _half_covered(colour: np.ndarray, total: np.ndarray, sure: np.ndarray, rim: 
     rust, paint = (_means_around(which, (colour, total), window) for which in (sure, ~near))
     middle = (rust[0] + paint[0]) / np.maximum(rust[1] + paint[1], 1e-6)
     colour, total = (ndimage.uniform_filter(each, RIM_BLOCKS) for each in (colour, total))
-    covered: np.ndarray = sure | (near & (paint[1] > 0.0) & (colour > middle * total))
-    return covered
+    covered = sure | (near & (paint[1] > 0.0) & (colour > middle * total))
+    joined: np.ndarray = ndimage.binary_propagation(sure, ALSO_CORNERS, covered)
+    return joined
 
 
 def _means_around(which: np.ndarray, values: tuple[np.ndarray, ...], window: int) -> tuple[np.ndarray, ...]:
@@ -184,7 +192,7 @@ def _linear() -> np.ndarray:
 
 def _groups(marked: np.ndarray) -> list[np.ndarray]:
     """Return the places (n, 2), x, y, of each group of marked pixels that touch, corners included."""
-    numbers, count = ndimage.label(marked, np.ones((3, 3)))
+    numbers, count = ndimage.label(marked, ALSO_CORNERS)
     y, x = np.nonzero(numbers)
     of = numbers[y, x]
     order = np.argsort(of, kind="stable")
