@@ -1,12 +1,13 @@
 """What leads an exploration, without a flight."""
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from voxel_room import Flight, next_places, open_box, room
+from voxel_room import PLANNER, Flight, next_places, open_box, room
 
 from inspection_tools.energy import EnergyWatch
 from inspection_tools.exploration import (
@@ -65,6 +66,27 @@ def test_a_uav_that_was_pushed_over_a_limit_flies_back_the_way_it_came_and_goes_
     assert lost.must_land
     assert not lost.is_home
     assert lost.told.reason.count("stood still for 60 s") == 1
+
+
+def test_a_home_too_far_from_all_walls_is_reached_the_way_the_uav_came():
+    near = dataclasses.replace(PLANNER, landmark_reach=2.0)
+    flight = Flight(room((10.0, 10.0, 2.4)), (5.0, 5.0, 1.2), sees_m=6.0, parameters=near)
+    asked = ExplorationParameters(first_sink=0.0)
+    exploration = Exploration(flight.planner, Explorer(ExplorerParameters(spacing=0.4, reach=3.0)), asked)
+    exploration.begin(0.0, flight.place_m)
+    for stamp_s in np.arange(0.0, 300.0, 0.5):
+        if exploration.follow(float(stamp_s), flight.place_m):
+            exploration.look(float(stamp_s), flight.place_m)
+        if exploration.is_home or exploration.must_land:
+            break
+        away_m = exploration.setpoint_m - flight.place_m
+        flight.place_m = flight.place_m + away_m * min(1.0, 0.5 / max(math.hypot(*away_m), 1e-9))
+        flight.places_m.append(flight.place_m)
+        flight.look()
+    assert exploration.told.end is End.EXPLORED
+    assert exploration.is_home
+    assert math.dist(flight.place_m, exploration.home_m) < asked.arrived
+    assert max(math.dist(place_m, exploration.home_m) for place_m in flight.places_m) > 3.0
 
 
 def test_a_pause_on_the_way_home_is_no_standstill():

@@ -67,6 +67,8 @@ class Exploration:
         """Since the last look."""
         self._is_held_off = False
         """By CEPA, at this look."""
+        self._is_by_track = False
+        """It comes home the way it came, for the planner knows none: each place of that way counts."""
         self.is_home = self.must_land = False
         self._shut_in_s: float | None = None
         """Since when; None: it is not."""
@@ -79,7 +81,7 @@ class Exploration:
 
         home_m: home of an exploration that was lost in flight, which this one goes on with.
         """
-        self._began_s, self.is_home, self.must_land = stamp_s, False, False
+        self._began_s, self.is_home, self.must_land, self._is_by_track = stamp_s, False, False, False
         is_first = not self.has_begun
         self._back.begin(here_m - (0.0, 0.0, self._p.first_sink) if home_m is None else home_m)
         if is_first:
@@ -226,6 +228,9 @@ class Exploration:
             return False
         if not self._guide.mind_the_pace(stamp_s, here_m, rest_m):
             return False
+        if self._is_by_track:
+            self._stay.note(stamp_s, here_m)
+            return not self._stay.lasts(stamp_s, self._p.stranded)
         way = self._guide.way
         is_decided = self.told.end is not None or self._p.sweep > 0.0 or not way.is_on_last_leg
         return is_decided and self._planner.is_clear(np.array([here_m, *way.rest_m]), stamp_s)
@@ -309,10 +314,12 @@ class Exploration:
             self.must_land = True
             self.told.reason += f" On its way home it stood still for {self._p.stranded:g} s."
             self.told.reason += f" {self._why_no_way(stamp_s, here_m)}"
-        elif not self._plan(here_m, self.home_m, stamp_s) and not (
-            self._planner.reopen(stamp_s) and self._plan(here_m, self.home_m, stamp_s)
-        ):
-            self._guide.set_out(Way([*self._back.track_back_m, self.home_m]))
+        else:
+            self._is_by_track = not self._plan(here_m, self.home_m, stamp_s) and not (
+                self._planner.reopen(stamp_s) and self._plan(here_m, self.home_m, stamp_s)
+            )
+            if self._is_by_track:
+                self._guide.set_out(Way([*self._back.track_back_m, self.home_m]))
 
     def _plan(self, here_m: np.ndarray, goal_m: np.ndarray, stamp_s: float) -> bool:
         """Set out for a goal; return whether there is a way."""
