@@ -13,6 +13,8 @@ YAWS, TILTS = 48, 25
 """Directions that are tried: 7.5 deg apart, all around and from straight down to straight up."""
 EXACT = 4
 """Of the directions with the most in their frame, so many are judged exactly."""
+HALVINGS = 2
+"""The best of them is turned by half a step, a quarter, and so on."""
 
 
 @njit(cache=True, nogil=True)
@@ -30,31 +32,44 @@ def bins_of(places: np.ndarray, begins: np.ndarray, seen: np.ndarray, points: np
 
 @njit(cache=True, nogil=True)
 def frames(lens: np.ndarray, tilts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return which directions a camera of yaw 0 has in its frame, for each tilt (deg; least and greatest).
+    """Return for each tilt of a line of sight which directions of the camera have it in their frame.
 
-    Returns begins (TILTS + 1,) and (k, 2): tilt and turn of each. A tilt that the gimbal lacks has none.
+    lens: (4,) of `is_drawn`. tilts: (2,) least and greatest of the gimbal, rad; beyond them is no direction.
+
+    Returns begins (TILTS + 1,) and runs (k, 3): the camera's tilt, and numbers of steps in yaw, `first` and
+    `length`. The camera's yaw lies from `first` beyond that of the line of sight to before first + length.
     """
-    begins, found = np.zeros(TILTS + 1, np.int64), np.empty((TILTS * TILTS * YAWS, 2), np.int64)
+    begins, runs = np.zeros(TILTS + 1, np.int64), np.empty((TILTS * TILTS * YAWS, 3), np.int64)
     count = 0
-    for t in range(TILTS):
-        tilt = (t / (TILTS - 1) - 0.5) * math.pi
-        axes = axes_of(0.0, tilt)
-        if tilts[0] - 1e-6 <= math.degrees(tilt) <= tilts[1] + 1e-6:
-            for other in range(TILTS):
-                level = math.cos((other / (TILTS - 1) - 0.5) * math.pi)
-                up = math.sin((other / (TILTS - 1) - 0.5) * math.pi)
-                for turn in range(YAWS):
-                    angle = 2.0 * math.pi * turn / YAWS
-                    way = np.array((level * math.cos(angle), level * math.sin(angle), up))
-                    z = (axes[:, 2] * way).sum()
-                    if z <= 1e-6:
-                        continue
-                    x, y = (axes[:, 0] * way).sum() / z, (axes[:, 1] * way).sum() / z
-                    if abs(x) <= lens[0] and abs(y) <= lens[1]:
-                        found[count, 0], found[count, 1] = other, turn
-                        count += 1
-        begins[t + 1] = count
-    return begins, found[:count].copy()
+    for other in range(TILTS):
+        for t in range(TILTS):
+            tilt = (t / (TILTS - 1) - 0.5) * math.pi
+            if not tilts[0] - 1e-6 <= tilt <= tilts[1] + 1e-6:
+                continue
+            has = _has_in_frame(lens, tilt, (other / (TILTS - 1) - 0.5) * math.pi)
+            for first in range(YAWS):
+                if has[first] and (not has[first - 1] or (first == 0 and has.all())):
+                    length = 1
+                    while length < YAWS and has[(first + length) % YAWS]:
+                        length += 1
+                    runs[count, 0], runs[count, 1], runs[count, 2] = t, first, length
+                    count += 1
+        begins[other + 1] = count
+    return begins, runs[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def _has_in_frame(lens: np.ndarray, tilt: float, line_tilt: float) -> np.ndarray:
+    """Return for each yaw (YAWS,) of the camera if it has a line of sight of yaw 0 in its frame."""
+    has = np.zeros(YAWS, np.bool_)
+    way = np.array((math.cos(line_tilt), 0.0, math.sin(line_tilt)))
+    for yaw in range(YAWS):
+        axes = axes_of(2.0 * math.pi * yaw / YAWS, tilt)
+        z = (axes[:, 2] * way).sum()
+        if z > 1e-6:
+            x, y = (axes[:, 0] * way).sum() / z, (axes[:, 1] * way).sum() / z
+            has[yaw] = abs(x) <= lens[0] and abs(y) <= lens[1]
+    return has
 
 
 @njit(cache=True, nogil=True)
@@ -76,6 +91,32 @@ def gain_of(
 
 
 @njit(cache=True, nogil=True)
+def worth_of_directions(
+    bins: np.ndarray, worth: np.ndarray, frame_begins: np.ndarray, frame_runs: np.ndarray
+) -> np.ndarray:
+    """Return (TILTS, YAWS) the worth (k,) of the points, with their bins (k,), in each direction's frame."""
+    sums = np.zeros((TILTS, YAWS))
+    for k in range(len(bins)):
+        sums[bins[k] // YAWS, bins[k] % YAWS] += worth[k]
+    steps = np.zeros((TILTS, 2 * YAWS + 1))
+    for other in range(TILTS):
+        for yaw in range(YAWS):
+            if sums[other, yaw] > 0.0:
+                for k in range(frame_begins[other], frame_begins[other + 1]):
+                    t, first, length = frame_runs[k, 0], frame_runs[k, 1], frame_runs[k, 2]
+                    begin = (yaw + first) % YAWS
+                    steps[t, begin] += sums[other, yaw]
+                    steps[t, begin + length] -= sums[other, yaw]
+    totals = np.zeros((TILTS, YAWS))
+    for t in range(TILTS):
+        total = 0.0
+        for k in range(2 * YAWS):
+            total += steps[t, k]
+            totals[t, k % YAWS] += total
+    return totals
+
+
+@njit(cache=True, nogil=True)
 def best_view(
     place: np.ndarray,
     seen: np.ndarray,
@@ -84,22 +125,22 @@ def best_view(
     normals: np.ndarray,
     worth: np.ndarray,
     lens: np.ndarray,
+    tilts: np.ndarray,
     frame_begins: np.ndarray,
-    frame_bins: np.ndarray,
+    frame_runs: np.ndarray,
 ) -> tuple[float, float, float]:
-    """Return the gain, the yaw and the tilt, rad, of the best photograph from a place."""
-    sums = np.zeros((TILTS, YAWS))
+    """Return the gain, the yaw and the tilt, rad, of the best photograph from a place.
+
+    The direction with the most worth in its frame is sought on a raster, and then turned by less than a step.
+    """
+    counts = np.zeros(len(seen), np.bool_)
     for k in range(len(seen)):
-        sums[bins[k] // YAWS, bins[k] % YAWS] += worth[seen[k]]
-    totals = np.zeros((TILTS, YAWS))
-    for t in range(TILTS):
-        for k in range(frame_begins[t], frame_begins[t + 1]):
-            other, turn = frame_bins[k, 0], frame_bins[k, 1]
-            for yaw in range(YAWS):
-                source = yaw + turn
-                totals[t, yaw] += sums[other, source if source < YAWS else source - YAWS]
+        counts[k] = worth[seen[k]] > 0.0
+    seen, bins = seen[counts], bins[counts]
     best, best_yaw, best_tilt = 0.0, 0.0, 0.0
-    flat = totals.reshape(-1)
+    if len(seen) == 0:
+        return best, best_yaw, best_tilt
+    flat = worth_of_directions(bins, worth[seen], frame_begins, frame_runs).reshape(-1)
     for _ in range(EXACT):
         number = int(np.argmax(flat))
         if flat[number] <= best:
@@ -110,7 +151,34 @@ def best_view(
         gain = gain_of(place, axes_of(angle, tilt), lens, seen, points, normals, worth)
         if gain > best:
             best, best_yaw, best_tilt = gain, angle, tilt
-    return best, best_yaw, best_tilt
+    return turned_better(best, best_yaw, best_tilt, place, seen, points, normals, worth, lens, tilts)
+
+
+@njit(cache=True, nogil=True)
+def turned_better(
+    gain: float,
+    yaw: float,
+    tilt: float,
+    place: np.ndarray,
+    seen: np.ndarray,
+    points: np.ndarray,
+    normals: np.ndarray,
+    worth: np.ndarray,
+    lens: np.ndarray,
+    tilts: np.ndarray,
+) -> tuple[float, float, float]:
+    """Return the gain, yaw and tilt of the photograph, turned by less than a step if it shows more then."""
+    step = 2.0 * math.pi / YAWS
+    for _ in range(HALVINGS):
+        step *= 0.5
+        middle_yaw, middle_tilt = yaw, tilt
+        for right, up in ((step, 0.0), (-step, 0.0), (0.0, step), (0.0, -step)):
+            turned, tilted = middle_yaw + right, middle_tilt + up
+            if tilts[0] <= tilted <= tilts[1]:
+                shown = gain_of(place, axes_of(turned, tilted), lens, seen, points, normals, worth)
+                if shown > gain:
+                    gain, yaw, tilt = shown, turned, tilted
+    return gain, yaw, tilt
 
 
 @njit(cache=True, nogil=True)
@@ -124,8 +192,9 @@ def best_views(
     normals: np.ndarray,
     worth: np.ndarray,
     lens: np.ndarray,
+    tilts: np.ndarray,
     frame_begins: np.ndarray,
-    frame_bins: np.ndarray,
+    frame_runs: np.ndarray,
 ) -> np.ndarray:
     """Return (k, 3) gain, yaw and tilt of the best photograph from each chosen (k,) place."""
     found = np.zeros((len(chosen), 3))
@@ -133,7 +202,7 @@ def best_views(
         n = chosen[k]
         part = slice(begins[n], begins[n + 1])
         found[k] = best_view(
-            places[n], seen[part], bins[part], points, normals, worth, lens, frame_begins, frame_bins
+            places[n], seen[part], bins[part], points, normals, worth, lens, tilts, frame_begins, frame_runs
         )
     return found
 

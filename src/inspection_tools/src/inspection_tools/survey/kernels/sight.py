@@ -8,9 +8,11 @@ import numpy as np
 
 from kernel_cache.compiler import njit
 
+Triple = tuple[float, float, float]
+
 
 @njit(cache=True, nogil=True)
-def worst_scale(x: float, y: float, z: float, normal: np.ndarray, blur: float) -> float:
+def worst_scale(x: float, y: float, z: float, normal: np.ndarray | Triple, blur: float) -> float:
     """Return how much surface a pixel covers in the worst direction, in m, times the focal length in px.
 
     A step (du, dv) in the picture at depth 1 moves the point on the surface by z times a du + b dv, where a
@@ -59,9 +61,11 @@ def is_drawn(
     y = (axes[0, 1] * dx + axes[1, 1] * dy + axes[2, 1] * dz) / z
     if y > lens[1] or y < -lens[1]:
         return False
-    turned = np.empty(3)
-    for k in range(3):
-        turned[k] = axes[0, k] * normal[0] + axes[1, k] * normal[1] + axes[2, k] * normal[2]
+    turned = (
+        axes[0, 0] * normal[0] + axes[1, 0] * normal[1] + axes[2, 0] * normal[2],
+        axes[0, 1] * normal[0] + axes[1, 1] * normal[1] + axes[2, 1] * normal[2],
+        axes[0, 2] * normal[0] + axes[1, 2] * normal[1] + axes[2, 2] * normal[2],
+    )
     return worst_scale(x, y, z, turned, lens[3]) <= lens[2]
 
 

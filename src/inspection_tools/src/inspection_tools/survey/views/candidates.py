@@ -92,7 +92,8 @@ class Candidates:
         self.costs = np.ones(len(places_m))
         self.patches, self.places_m, self._asked = patches, places_m, parameters
         self.lens = lens_of(camera, parameters, speed_m_s)
-        self._frames = frames(self.lens, np.array((camera.tilt_min, camera.tilt_max)))
+        self._tilts = np.radians((camera.tilt_min, camera.tilt_max))
+        self._frames = frames(self.lens, self._tilts)
         corner = math.cos(math.atan(math.hypot(self.lens[0], self.lens[1])))
         scale = self.lens[2] / corner**2
         least = math.cos(math.radians(parameters.incidence))
@@ -168,7 +169,7 @@ class Candidates:
         p = self.patches
         return best_views(
             np.asarray(chosen, np.int64), self.places_m, self.begins, self.seen, self.bins, p.points_m,
-            p.normals, worth, self.lens, *self._frames,
+            p.normals, worth, self.lens, self._tilts, *self._frames,
         )  # fmt: skip
 
     def drawn(self, place: int, yaw: float, tilt: float) -> np.ndarray:

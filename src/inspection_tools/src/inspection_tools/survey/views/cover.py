@@ -12,8 +12,11 @@ from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.views.candidates import Candidates, View
 
 LEAST_M2 = 1e-9
-NEIGHBOURHOOD = 8
-"""Photographs that are taken away together and chosen anew."""
+ANEW = 2
+"""So many photographs at most are taken away together and chosen anew. In hold_3d this led to 13 % fewer
+photographs in 30 s of search than 8 did."""
+REACH_M = 1.0
+"""The new ones are sought so much farther from the first than the old ones are."""
 
 
 @dataclass(frozen=True)
@@ -39,20 +42,19 @@ class Cover:
     ):
         self._c, self._p = candidates, parameters
         self.areas_m2 = np.where(candidates.reachable, candidates.patches.areas_m2, 0.0)
-        self._shown_m2 = np.zeros(len(candidates.patches.names)) if shown_m2 is None else shown_m2
-        self._whole_m2 = float(self.areas_m2.sum() + self._shown_m2.sum())
+        names = candidates.patches.names
+        self._shown_m2 = np.zeros(len(names)) if shown_m2 is None else np.asarray(shown_m2, float)
         self.shots: list[Shot] = []
         self.counts = np.zeros(len(self.areas_m2), np.int64)
         self._bounds = candidates.best(np.arange(len(candidates.places_m)), self.areas_m2)[:, 0]
-        self._by_class = self._shown_m2 + np.bincount(
-            candidates.patches.parts, self.areas_m2, len(candidates.patches.names)
-        )
+        self._by_class_m2 = self._shown_m2 + self._sums_m2(np.arange(len(self.areas_m2)))
+        self._whole_m2 = float(self._by_class_m2.sum())
+        self._count_anew()
 
     @property
     def share(self) -> float:
         """Of the reachable area that is shown, 0..1."""
-        shown_m2 = self.areas_m2[self.counts > 0].sum() + self._shown_m2.sum()
-        return float(shown_m2 / max(self._whole_m2, 1e-12))
+        return float(self._now_m2.sum() / max(self._whole_m2, 1e-12))
 
     @property
     def cost(self) -> float:
@@ -67,10 +69,7 @@ class Cover:
 
     def class_shares(self) -> np.ndarray:
         """(names,) the same for each thing; 1 where nothing of it is reachable."""
-        shown = self._shown_m2 + np.bincount(
-            self._c.patches.parts, self.areas_m2 * (self.counts > 0), len(self._c.patches.names)
-        )
-        return np.where(self._by_class > 1e-9, shown / np.maximum(self._by_class, 1e-9), 1.0)
+        return np.where(self._by_class_m2 > 1e-9, self._now_m2 / np.maximum(self._by_class_m2, 1e-9), 1.0)
 
     def is_enough(self) -> bool:
         """Whether the shares are those that are asked for."""
@@ -79,12 +78,29 @@ class Cover:
     def add(self, shot: Shot) -> None:
         """Take a photograph in."""
         self.shots.append(shot)
+        fresh = shot.drawn[self.counts[shot.drawn] == 0]
         self.counts[shot.drawn] += 1
+        self._open_m2[fresh] = 0.0
+        self._now_m2 += self._sums_m2(fresh)
 
     def remove(self, shot: Shot) -> None:
         """Take a photograph out."""
         self.shots = [each for each in self.shots if each is not shot]
         self.counts[shot.drawn] -= 1
+        lost = shot.drawn[self.counts[shot.drawn] == 0]
+        self._open_m2[lost] = self.areas_m2[lost]
+        self._now_m2 -= self._sums_m2(lost)
+
+    def _sums_m2(self, patches: np.ndarray) -> np.ndarray:
+        """Return (names,) the reachable area of the patches (n,), by thing."""
+        p = self._c.patches
+        return np.bincount(p.parts[patches], self.areas_m2[patches], len(p.names))
+
+    def _count_anew(self) -> None:
+        drawn = np.concatenate([np.empty(0, np.int64), *(each.drawn for each in self.shots)])
+        self.counts = np.bincount(drawn, minlength=len(self.areas_m2))
+        self._open_m2 = np.where(self.counts == 0, self.areas_m2, 0.0)
+        self._now_m2 = self._shown_m2 + self._sums_m2(np.flatnonzero(self.counts))
 
     def fill(
         self, places: np.ndarray | None = None, most: int | None = None, least_m2: float = LEAST_M2
@@ -94,9 +110,12 @@ class Cover:
         places: candidates; None: all. most: so many at most. least_m2: that one must show. Returns whether it
         is enough.
         """
-        numbers = np.arange(len(self._c.places_m)) if places is None else places
         costs = self._c.costs
-        heap = [(-gain / costs[n], int(n)) for gain, n in zip(self._bounds[numbers], numbers) if gain > 0.0]
+        if places is None:
+            numbers, bounds = np.arange(len(self._c.places_m)), self._bounds
+        else:
+            numbers, bounds = places, self._c.best(places, self._worth())[:, 0]
+        heap = [(-gain / costs[n], int(n)) for gain, n in zip(bounds, numbers) if gain > 0.0]
         heapq.heapify(heap)
         added = 0
         while heap and (most is None or added < most):
@@ -119,50 +138,52 @@ class Cover:
 
     def _worth(self) -> np.ndarray:
         """Return what each patch counts: its area if none shows it; once the sum is enough, by class."""
-        worth = np.where(self.counts == 0, self.areas_m2, 0.0)
-        if self.share >= self._p.share:
-            lacks = self.class_shares() < self._p.class_share
-            worth = np.where(lacks[self._c.patches.parts], worth, 0.0)
-        return worth
+        if self.share < self._p.share:
+            return self._open_m2
+        lacks = self.class_shares() < self._p.class_share
+        return np.where(lacks[self._c.patches.parts], self._open_m2, 0.0)
 
     def drop_idle(self) -> None:
         """Take out photographs that are not needed for the shares, those that show least alone first."""
-        for shot in sorted(self.shots, key=lambda each: self._alone_m2(each) / self._c.costs[each.place]):
-            self.remove(shot)
-            if not self.is_enough():
-                self.add(shot)
-                if self._alone_m2(shot) > self.slack_m2():
-                    break
+        costs = np.array([self._c.costs[each.place] for each in self.shots])
+        alone_m2 = self._alone_m2()
+        shots = list(self.shots)
+        for k in np.argsort(alone_m2 / costs):
+            if alone_m2[k] <= self.slack_m2():
+                self.remove(shots[k])
+                if not self.is_enough():
+                    self.add(shots[k])
 
     def slack_m2(self) -> float:
         """Return the area that is shown beyond what is asked."""
         return (self.share - self._p.share) * self._whole_m2
 
-    def _alone_m2(self, shot: Shot) -> float:
-        return float(self.areas_m2[shot.drawn[self.counts[shot.drawn] == 1]].sum())
+    def _alone_m2(self) -> np.ndarray:
+        """Return (n,) what each photograph shows that no other does."""
+        begins = np.cumsum([0] + [len(each.drawn) for each in self.shots])
+        drawn = np.concatenate([each.drawn for each in self.shots])
+        sums = np.concatenate(
+            ([0.0], np.cumsum(np.where(self.counts[drawn] == 1, self.areas_m2[drawn], 0.0)))
+        )
+        return sums[begins[1:]] - sums[begins[:-1]]
 
     def improve(self, rng: np.random.Generator, goes_on: Callable[[], bool]) -> None:
         """Choose photographs near each other anew while time is left; keep what costs less, or shows more."""
         places_m = self._c.places_m
         while goes_on() and len(self.shots) > 1:
-            middle = places_m[self.shots[int(rng.integers(len(self.shots)))].place]
-            away = np.array([np.linalg.norm(places_m[each.place] - middle) for each in self.shots])
-            chosen = [self.shots[k] for k in np.argsort(away)[: min(NEIGHBOURHOOD, len(away))]]
             before, share, cost = list(self.shots), self.share, self.cost
-            for shot in chosen:
-                self.remove(shot)
-            reach_m = float(np.sort(away)[len(chosen) - 1]) + 2.0
-            near = np.flatnonzero(((places_m - middle) ** 2).sum(axis=1) <= reach_m**2)
-            near = rng.permutation(near)[: max(200, len(near) // 2)]
+            shots_m = places_m[[each.place for each in self.shots]]
+            middle_m = shots_m[int(rng.integers(len(self.shots)))]
+            away_m = np.linalg.norm(shots_m - middle_m, axis=1)
+            chosen = np.argsort(away_m)[: int(rng.integers(1, ANEW + 1))]
+            for k in chosen:
+                self.remove(before[k])
+            reach_m = away_m[chosen[-1]] + REACH_M
+            near = np.flatnonzero(((places_m - middle_m) ** 2).sum(axis=1) <= reach_m**2)
             is_enough = self.fill(near, most=len(chosen))
             if is_enough:
                 self.drop_idle()
             costs_more = self.cost - cost
             if not is_enough or costs_more > 1e-9 or (costs_more > -1e-9 and self.share <= share):
-                self._set(before)
-
-    def _set(self, shots: list[Shot]) -> None:
-        self.shots = shots
-        self.counts[:] = 0
-        for shot in shots:
-            self.counts[shot.drawn] += 1
+                self.shots = before
+                self._count_anew()
