@@ -59,7 +59,7 @@ def test_the_shares_are_those_of_the_photographs_in_it(seed, moves):
 
 
 @settings(max_examples=50, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.sampled_from((0.5, 0.7, 0.85)), st.sampled_from((0.0, 0.6, 0.8)))
+@given(st.integers(0, 2**32 - 1), st.sampled_from((0.5, 0.7, 1.0)), st.sampled_from((0.0, 0.8, 1.0)))
 def test_no_photograph_is_kept_that_is_not_needed(seed, share, class_share):
     cover, _, shots = cover_and_shots(seed, share, class_share)
     for shot in shots:
