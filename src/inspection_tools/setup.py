@@ -15,6 +15,7 @@ setup(
             "inspection_tools.exploration.kernels",
             "inspection_tools.exploration.views",
             "inspection_tools.findings",
+            "inspection_tools.findings.picture",
             "inspection_tools.inspection",
             "inspection_tools.mission",
             "inspection_tools.photographs",

@@ -8,8 +8,8 @@ import numpy as np
 import trimesh
 
 from inspection_tools.exploration.warm_up import warm_up_exploration
-from inspection_tools.findings.candidates import candidates_in
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.picture.candidates import candidates_in
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.planner import SurveyPlanner
 from inspection_tools.survey.surface.mesh_file import Mesh

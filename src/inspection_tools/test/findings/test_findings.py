@@ -11,10 +11,10 @@ from drawn_wall import AWAY_M, CAMERA, wall_picture
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.findings.candidates import Candidate, candidates_in
 from inspection_tools.findings.command import main
 from inspection_tools.findings.findings_file import read_findings
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.picture.candidates import Candidate, candidates_in
 from inspection_tools.findings.remembered import write_marks
 from inspection_tools.findings.search import find
 from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord

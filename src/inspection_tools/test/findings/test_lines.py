@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from inspection_tools.findings.candidates import candidates_in, is_thin
-from inspection_tools.findings.lines import line_through, pieces_joined
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.picture.candidates import candidates_in, is_thin
+from inspection_tools.findings.picture.lines import line_through, pieces_joined
 from inspection_tools.survey.surface.mesh_file import Mesh
 
 PARAMETERS = FindingParameters()

@@ -9,7 +9,7 @@ from inspection_tools.findings.merging import CELL_M, PIECE_M, merged
 from inspection_tools.findings.placing import Placed
 
 APART_M, STEP_M = 0.06, 0.02
-WALL = np.array((0.0, 1.0, 0.0))
+WALL, EYE_M = np.array((0.0, 1.0, 0.0)), np.array((2.0, 0.0, 1.0))
 
 
 def rust(low, high, photograph, off_m=(0.0, 0.0, 0.0), kind="rust"):
@@ -17,7 +17,7 @@ def rust(low, high, photograph, off_m=(0.0, 0.0, 0.0), kind="rust"):
     x, z = (np.arange(a + 0.5 * STEP_M, b, STEP_M) for a, b in zip(low, high))
     points = np.stack(np.meshgrid(x, z), -1).reshape(-1, 2)
     points_m = np.column_stack((points[:, 0], np.full(len(points), 2.0), points[:, 1])) + off_m
-    return Placed(kind, points_m, WALL, STEP_M**2 * len(points), photograph, 1.0)
+    return Placed(kind, points_m, WALL, STEP_M**2 * len(points), photograph, 1.0, EYE_M)
 
 
 def area_m2(findings):

@@ -14,7 +14,7 @@ from sensor_msgs.msg import CameraInfo, CompressedImage
 from std_msgs.msg import Header
 
 from inspection_tools.errors import ParameterError
-from inspection_tools.findings.candidates import Candidate
+from inspection_tools.findings.picture.candidates import Candidate
 from inspection_tools.findings.remembered import marked
 from inspection_tools.msg import Candidate as CandidateMessage
 from inspection_tools.msg import Candidates, Photograph

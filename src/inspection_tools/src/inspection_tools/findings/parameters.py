@@ -29,6 +29,10 @@ class FindingParameters:
         line_bent: Least deviation from a straight line, root mean square, as a share of the length.
         line_bent_on_maps: The same with the mesh of an explored map, which does not show every edge. Edges
             and the shadows beside them are straight.
+        crossing: Lines of sight of several photographs that pass each other by less than this cross, m: a
+            spot is where most of them do, if the surface lies elsewhere. 0: the surface is right.
+        crossing_on_maps: The same with the mesh of an explored map. In places it lies before the true
+            surface, or shows a beam where there is none.
         keep_off: Cracks keep this far from edges of the mesh, px.
         pose_off, pose_turned: A photograph's pose may be wrong by so much, m and deg. Lines that run along an
             edge of the mesh, not farther from it than this, are no cracks.
@@ -55,6 +59,8 @@ class FindingParameters:
     line_rough: float = 3.0
     line_bent: float = 0.0
     line_bent_on_maps: float = 0.003
+    crossing: float = 0.0
+    crossing_on_maps: float = 0.08
     keep_off: int = 14
     pose_off: float = 0.02
     pose_turned: float = 0.8
@@ -66,7 +72,8 @@ class FindingParameters:
         """Return them for photographs of a mesh."""
         if not any(map(is_mapped, mesh.names)):
             return self
-        return replace(self, line_bent=max(self.line_bent, self.line_bent_on_maps))
+        bent = max(self.line_bent, self.line_bent_on_maps)
+        return replace(self, line_bent=bent, crossing=max(self.crossing, self.crossing_on_maps))
 
     def __post_init__(self) -> None:
         check_number("rust_colour", self.rust_colour, 0.01, 1.0)
@@ -84,6 +91,8 @@ class FindingParameters:
         check_number("line_rough", self.line_rough, 0.1, 20.0)
         check_number("line_bent", self.line_bent, 0.0, 1.0)
         check_number("line_bent_on_maps", self.line_bent_on_maps, 0.0, 1.0)
+        check_number("crossing", self.crossing, 0.0, 1.0)
+        check_number("crossing_on_maps", self.crossing_on_maps, 0.0, 1.0)
         check_whole("keep_off", self.keep_off, 1, 1000)
         check_number("pose_off", self.pose_off, 0.0, 1.0)
         check_number("pose_turned", self.pose_turned, 0.0, 20.0)

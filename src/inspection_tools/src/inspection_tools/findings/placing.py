@@ -9,8 +9,8 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.findings.candidates import Candidate
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.picture.candidates import Candidate
 from inspection_tools.findings.sight import Sight
 from inspection_tools.photographs.folder import PhotographRecord
 from inspection_tools.survey.camera import SurveyCamera
@@ -22,7 +22,7 @@ HIDDEN_M = 0.05
 class Placed(NamedTuple):
     """A candidate on the surface. points_m: (n, 3) in the map. normal: (3,). area_m2: of all its pixels.
 
-    detail_mm: that a pixel covers there in the worst direction, median.
+    detail_mm: that a pixel covers there in the worst direction, median. eye_m: (3,) of the camera.
     """
 
     kind: str
@@ -31,6 +31,7 @@ class Placed(NamedTuple):
     area_m2: float
     photograph: str
     detail_mm: float
+    eye_m: np.ndarray
 
 
 class MeshSurface:
@@ -91,7 +92,8 @@ class PosedPhotograph:
         pixel_m2 = (far[good] / self._camera.focal_px) ** 2 * ahead**3 / steep[good]
         area = float(pixel_m2.mean() * candidate.size_px * good.mean())
         detail_mm = float(np.median(1e3 * far[good] / self._camera.focal_px / steep[good]))
-        placed = Placed(candidate.kind, points[good], normals[good].mean(axis=0), area, self._name, detail_mm)
+        normal = normals[good].mean(axis=0)
+        placed = Placed(candidate.kind, points[good], normal, area, self._name, detail_mm, self._eye_m)
         if candidate.kind == "crack":
             return placed if extent(placed.points_m)[1] >= p.crack_length else None
         return placed if area >= p.rust_size**2 else None

@@ -18,8 +18,8 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from inspection_tools.findings.candidates import Candidate
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.picture.candidates import Candidate
 from inspection_tools.photographs.folder import PhotographError
 
 SUFFIX = ".candidates.npz"
@@ -135,5 +135,5 @@ class Remembered:
 @cache
 def _program() -> bytes:
     """Return a digest of this package's sources: another program may find other candidates."""
-    sources = sorted(Path(__file__).parent.glob("*.py"))
+    sources = sorted(Path(__file__).parent.rglob("*.py"))
     return hashlib.sha256(b"".join(each.read_bytes() for each in sources)).digest()

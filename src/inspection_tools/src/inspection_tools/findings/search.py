@@ -10,13 +10,14 @@ from typing import NamedTuple, Sequence
 import numpy as np
 
 from inspection_tools.errors import SurveyError
-from inspection_tools.findings.candidates import Candidate, candidates_in
 from inspection_tools.findings.findings_file import DISMISSED
 from inspection_tools.findings.merging import Finding, merged
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.picture.candidates import Candidate, candidates_in
 from inspection_tools.findings.placing import MeshSurface, Placed, PosedPhotograph
 from inspection_tools.findings.remembered import Remembered, read_marks
 from inspection_tools.findings.second_look import without_refuted
+from inspection_tools.findings.several_views import where_sights_cross
 from inspection_tools.photographs.folder import (
     PhotographError,
     PhotographRecord,
@@ -87,7 +88,10 @@ class PhotographSearch:
 
     def findings(self) -> list[Finding]:
         """Return what all photographs show together."""
-        return merged(without_refuted(self._placed, self._near, self._p), self._p.apart)
+        placed = without_refuted(self._placed, self._near, self._p)
+        if self._p.crossing:
+            placed = where_sights_cross(placed, self._p.crossing, self._p.distance)
+        return merged(placed, self._p.apart)
 
 
 def find(folders: Sequence[Path], mesh: Path | Mesh, parameters: FindingParameters) -> list[Finding]:

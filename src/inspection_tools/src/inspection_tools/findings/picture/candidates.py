@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from inspection_tools.findings.kernels import block_light, dark_ridges
-from inspection_tools.findings.lines import Line, line_through, pieces_joined
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.picture.kernels import block_light, dark_ridges
+from inspection_tools.findings.picture.lines import Line, line_through, pieces_joined
 
 BLOCK_PX = 4
 """Colour is judged in blocks: single pixels are noisy, and JPEG halves the colour's resolution."""

@@ -1,0 +1,1 @@
+"""Rust and cracks in the pixels of one photograph."""
