@@ -20,11 +20,13 @@ graded: a corroded box of six plates, photographed all over, with poses off as i
 the plates' grades, those that are the same by the findings as by the true rust.
 
 mapped: a plan on the map of an exploration, flown as in `bench explore` with a Puck. share, shares: what its
-photographs would show of the drawing, of what is reachable there. mesh_cpu_s: of the map's surface.
+photographs would show of the drawing, of what is reachable there. mesh_cpu_s: of the map's surface. rust:
+where its spots would be placed on the map, from poses that are off by 2.5 cm and 0.3 deg in the median.
 
 missions: photographs of small rooms, flown on a battery that is too small: see `inspection_rows/missions.py`.
 
-Keys: inspection.hold_3d.mapped.{photographs, share, shares, mesh_cpu_s, cpu_s, contacts}, medians, and
+Keys: inspection.hold_3d.mapped.{photographs, share, shares, mesh_cpu_s, cpu_s, contacts, rust.{shown,
+found, false, off_p95_m}}, medians, and
 inspection.hold_3d.plan.{photographs, lp_ratio, tour_ratio, flights, flight_s, share, cpu_s} and
 inspection.hold_3d.{findings, second_look}.{rust, cracks, wide_cracks}.{found, shown},
 .false_{rust, cracks}_per_100_m2, .off_p95_m, .area_m2, .photographs, .cpu_s

@@ -1,4 +1,4 @@
-"""A plan on the map of an exploration, and what its photographs would show of the drawing."""
+"""A plan on the map of an exploration: what its photographs would show of the drawing, and where rust."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 from benchmarks.inspection_rows.hold import FLYING, HOME_M, WORLD
+from benchmarks.inspection_rows.placed import place_rust
 from gridslam.volume import stream_of, write_octree
 from inspection_tools.survey.coverage import judge_on
 from inspection_tools.survey.planner import SurveyPlanner
@@ -24,7 +25,7 @@ TIME_S, BRIEF_TIME_S = 400.0, 15.0
 
 
 def fly(seed: int, time_s: float, search_s: float) -> dict:
-    """Explore, plan on the map, and judge the plan on the drawing."""
+    """Explore, plan on the map, and judge the plan on the drawing, and the places of rust."""
     place = place_of(HOLD, seed)
     with ClosedLoop(place.loop_parameters(WORLD, seed, 2.0 * time_s)) as loop:
         flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, place.asked(time_s))
@@ -50,5 +51,6 @@ def fly(seed: int, time_s: float, search_s: float) -> dict:
         "shares": {name: shown.share(number) for number, name in enumerate(shown.patches.names)},
         "mesh_cpu_s": mesh_cpu_s,
         "cpu_s": cpu_s,
+        "rust": place_rust(made, surface.mesh, drawing.mesh, seed),
         "contacts": contact,
     }

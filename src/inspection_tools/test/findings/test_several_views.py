@@ -59,6 +59,15 @@ def test_a_candidate_that_lies_on_two_surfaces_comes_in_parts():
     assert found.length_m < 0.15
 
 
+def test_what_turns_out_to_be_too_far_away_is_left_out():
+    """A bar that is not there brings a spot near that is 9 m away; others see it from nearer."""
+    far = seen(np.zeros(3), np.array((7.0, 0.0, 5.7)), "far.jpg", 4.0)
+    spots = [seen(np.zeros(3), eye, f"{k}.jpg") for k, eye in enumerate(AROUND)]
+    assert len(merged([*spots, far], APART_M)) == 2
+    (found,) = merged(where_sights_cross([*spots, far], GAP_M, MOST_M), APART_M)
+    assert "far.jpg" not in found.photographs
+
+
 def test_its_normal_is_that_of_the_surface_where_it_is():
     spots = [seen(np.zeros(3), eye, f"{k}.jpg") for k, eye in enumerate(AROUND)]
     on_bar = seen(np.zeros(3), AROUND[0], "bar.jpg", 0.9)._replace(normal=np.array((1.0, 0.0, 0.0)))

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
-from scipy.spatial.transform import Rotation
 
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate
 from inspection_tools.findings.sight import Sight
-from inspection_tools.photographs.folder import PhotographRecord
 from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.survey.poses import Taken
 
 HIDDEN_M = 0.05
 """A point that is so far from where its ray ends is hidden."""
@@ -56,20 +56,23 @@ class MeshSurface:
 
 
 class PosedPhotograph:
-    """A photograph's rays on the surface. record: tells its pose. name: of its file."""
+    """A photograph's rays on the surface. taken: its pose. name: of its file."""
 
     def __init__(
         self,
         surface: MeshSurface,
         camera: SurveyCamera,
-        record: PhotographRecord,
+        taken: Taken,
         parameters: FindingParameters,
         name: str,
     ) -> None:
         self._surface, self._camera, self._p, self._name = surface, camera, parameters, name
-        self._eye_m = np.array(record.position_m)
-        self._turn = Rotation.from_quat(record.orientation_xyzw).as_matrix()
-        self.sight = Sight(self._look, self._eye_m, camera, parameters)
+        self._eye_m, self._turn = taken.place_m, taken.axes
+
+    @cached_property
+    def sight(self) -> Sight:
+        """What it should show of the surface; some 300,000 rays tell it."""
+        return Sight(self._look, self._eye_m, self._camera, self._p)
 
     def _look(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         aside = (pixels - self._camera.centre_px) / self._camera.focal_px

@@ -52,7 +52,8 @@ class Sights(NamedTuple):
 def where_sights_cross(placed: Sequence[Placed], gap_m: float, most_m: float) -> list[Placed]:
     """Return candidates, each where most photographs see one of its kind; cracks stay where they are.
 
-    A candidate with points on two surfaces comes in parts. Each part moves along its line of sight only.
+    A candidate with points on two surfaces comes in parts. Each part moves along its line of sight only. One
+    that turns out to be too far away is left out.
 
     gap_m: lines of sight that pass each other by less cross. most_m: greatest distance from the camera.
     """
@@ -63,6 +64,8 @@ def where_sights_cross(placed: Sequence[Placed], gap_m: float, most_m: float) ->
         middles_m = sights.eyes_m + sights.far_m[:, None] * sights.ways
         for k, spot in enumerate(spots):
             far_m = depth_of(sights, k, gap_m, most_m)
+            if far_m > most_m:
+                continue
             place_m = sights.eyes_m[k] + far_m * sights.ways[k]
             is_there = np.linalg.norm(middles_m - place_m, axis=1) < JUMP_M
             facing = np.mean([spots[m].normal for m in np.flatnonzero(is_there)] or [spot.normal], axis=0)
@@ -73,15 +76,15 @@ def where_sights_cross(placed: Sequence[Placed], gap_m: float, most_m: float) ->
 def depth_of(sights: Sights, k: int, gap_m: float, most_m: float) -> float:
     """Return the distance from its camera, m, at which most photographs see what line of sight k shows.
 
-    It is that of the surface, unless others cross elsewhere in clearly more photographs.
+    It is that of the surface, unless others cross elsewhere in clearly more photographs. It may be farther
+    than most_m, which holds for the others.
     """
     eye_m, way, on_surface_m = sights.eyes_m[k], sights.ways[k], float(sights.far_m[k])
     others = sights.only(sights.photographs != sights.photographs[k])
     own_m, others_m, apart_m, sines = _closest(eye_m, way, others)
     with np.errstate(invalid="ignore"):
         crosses = (sines > LEAST_ANGLE) & (apart_m < gap_m)
-        for each_m in (own_m, others_m):
-            crosses &= (each_m > NEAREST_M) & (each_m < most_m)
+        crosses &= (own_m > NEAREST_M) & (others_m > NEAREST_M) & (others_m < most_m)
     if not crosses.any():
         return on_surface_m
 

@@ -1,0 +1,98 @@
+"""Where the photographs of a plan would place rust on a map. No pixel is drawn: a spot is an ellipse."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Sequence
+
+import numpy as np
+
+from benchmarks.inspection_rows.hold import ASKED, WORLD
+from inspection_tools.findings.merging import merged
+from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.picture.candidates import Candidate
+from inspection_tools.findings.placing import MeshSurface, Placed, PosedPhotograph
+from inspection_tools.findings.several_views import where_sights_cross
+from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools.survey.poses import Taken
+from inspection_tools.survey.surface.mesh_file import Mesh
+from master_thesis.inspecting.findings_judge import NEAR_M, disturbed, shows
+from master_thesis.worlds.defects import write_defects
+from simulation_tools.camera.defects import Defect, read_defects
+
+OFF_M, OFF_DEG = 0.025, 0.3
+HIDDEN_M = 0.03
+INSIDE = np.array(
+    [(u, v) for u in np.linspace(-1, 1, 11) for v in np.linspace(-1, 1, 11) if u * u + v * v <= 1]
+)
+"""Places of an ellipse, as shares of its half length and half width."""
+
+
+def place_rust(plan: SurveyPlan, on: Mesh, true: Mesh, seed: int) -> dict:
+    """Return how many spots of a seeded world are shown and found, and how many findings are false.
+
+    on: mesh of the map. true: of the drawing.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        defects = read_defects(write_defects(WORLD, Path(name) / "defects.yaml", seed)).defects
+    spots = [each for each in defects if each.kind == "rust"]
+    taken = [Taken.of_view(each) for each in plan.views]
+    surface, p = MeshSurface(true.triangles_m), FindingParameters().for_mesh(on)
+    placed = _placed(spots, taken, plan.camera, surface, MeshSurface(on.triangles_m), p, seed)
+    findings = merged(where_sights_cross(placed, p.crossing, p.distance), p.apart)
+    shown = [
+        k for k, spot in enumerate(spots) if any(shows(t, spot, plan.camera, ASKED, surface) for t in taken)
+    ]
+    told_m, true_m = (np.array([each.position_m for each in all_]) for all_ in (findings, spots))
+    off_m = np.linalg.norm(told_m[:, None] - true_m[None], axis=2)
+    nearest_m = off_m.min(axis=1)
+    return {
+        "shown": len(shown),
+        "found": int((off_m[:, shown].min(axis=0) < NEAR_M).sum()),
+        "false": int((nearest_m >= NEAR_M).sum()),
+        "off_p95_m": float(np.percentile(nearest_m[nearest_m < NEAR_M], 95)),
+    }
+
+
+def _placed(
+    spots: Sequence[Defect],
+    taken: Sequence[Taken],
+    camera: SurveyCamera,
+    true: MeshSurface,
+    on: MeshSurface,
+    parameters: FindingParameters,
+    seed: int,
+) -> list[Placed]:
+    """Return what photographs with disturbed poses place on a map."""
+    rng, placed = np.random.default_rng(seed), []
+    for number, each in enumerate(taken):
+        told = disturbed(each, rng, OFF_M, OFF_DEG)
+        posed = PosedPhotograph(on, camera, told, parameters, str(number))
+        seen = [_seen(spot, each, camera, true) for spot in spots]
+        found = [posed.place(candidate) for candidate in seen if candidate is not None]
+        placed += [each for each in found if each is not None]
+    return placed
+
+
+def _seen(spot: Defect, taken: Taken, camera: SurveyCamera, true: MeshSurface) -> Candidate | None:
+    """Return a spot in a photograph, as far as it is in the picture and nothing hides it."""
+    along, across = np.array(spot.along), np.cross(spot.normal, spot.along)
+    halves_m = 0.5 * np.array((spot.length_m, spot.width_m))
+    points_m = np.array(spot.position_m) + (INSIDE * halves_m) @ np.array((along, across))
+    local_m = (points_m - taken.place_m) @ taken.axes
+    if local_m[:, 2].min() < 0.1:
+        return None
+    pixels = local_m[:, :2] / local_m[:, 2:] * camera.focal_px + camera.centre_px
+    seen = ((pixels >= 0.0) & (pixels <= (camera.width - 1, camera.height - 1))).all(axis=1)
+    if not seen.any():
+        return None
+    far_m = np.linalg.norm(points_m - taken.place_m, axis=1)
+    rays = (points_m - taken.place_m) / far_m[:, None]
+    seen &= np.linalg.norm(true.hits(taken.place_m, rays)[0] - points_m, axis=1) < HIDDEN_M
+    steep = -float(rays.mean(axis=0) @ np.array(spot.normal))
+    if not seen.any() or steep <= 0.0:
+        return None
+    size_px = np.pi * halves_m.prod() * seen.mean() * (camera.focal_px / far_m.mean()) ** 2 * steep
+    return Candidate("rust", pixels[seen], max(int(size_px), int(seen.sum())))
