@@ -23,12 +23,12 @@ LEAST_ANGLE = np.sin(np.radians(8.0))
 """Lines of sight that differ by less do not tell where they cross."""
 SHIFT_M = 0.05
 """A surface that is off by less stays: the poses are no better."""
-FAR_SHIFT_M = 1.0
-"""Farther than this from the surface, one other photograph is not enough."""
 TIMES = 2
 """Where a spot is put, so many times as many other photographs must see it as on the surface."""
 WIDE = 0.5
-"""A line of sight to a large spot meets the others by this share of its radius farther off."""
+"""A line of sight to a spot meets the others by this share of its radius farther off."""
+LARGE_M = 0.25
+"""Radius from which a spot stays on the surface: where its middle is depends on what a photograph shows."""
 
 
 class Sights(NamedTuple):
@@ -60,52 +60,77 @@ def where_sights_cross(placed: Sequence[Placed], gap_m: float, most_m: float) ->
     moved = [each for each in placed if each.kind == "crack"]
     for kind in sorted({each.kind for each in placed} - {"crack"}):
         spots = [spot for each in placed if each.kind == kind for spot in _on_one_surface(each)]
-        sights = _sights(spots)
-        middles_m = sights.eyes_m + sights.far_m[:, None] * sights.ways
-        for k, spot in enumerate(spots):
-            far_m = depth_of(sights, k, gap_m, most_m)
-            if far_m > most_m:
-                continue
-            place_m = sights.eyes_m[k] + far_m * sights.ways[k]
-            is_there = np.linalg.norm(middles_m - place_m, axis=1) < JUMP_M
-            facing = np.mean([spots[m].normal for m in np.flatnonzero(is_there)] or [spot.normal], axis=0)
-            moved.append(_moved(spot, far_m / sights.far_m[k], facing, sights.ways[k]))
+        votes = Votes(spots, gap_m, most_m)
+        depths_m = np.array([votes.depth_m(k) for k in range(len(spots))])
+        middles_m = votes.sights.eyes_m + votes.sights.far_m[:, None] * votes.sights.ways
+        for k in np.flatnonzero(depths_m <= most_m):
+            way, spot = votes.sights.ways[k], spots[k]
+            is_there = np.linalg.norm(middles_m - spot.eye_m - depths_m[k] * way, axis=1) < JUMP_M
+            facing = [spots[m].normal for m in np.flatnonzero(is_there)] or [spot.normal]
+            times = depths_m[k] / votes.sights.far_m[k]
+            moved.append(_moved(spot, times, np.mean(facing, axis=0), way))
     return moved
 
 
-def depth_of(sights: Sights, k: int, gap_m: float, most_m: float) -> float:
-    """Return the distance from its camera, m, at which most photographs see what line of sight k shows.
+class Votes:
+    """Photographs vote on where spots of one kind are. Arguments: as of `where_sights_cross`."""
 
-    It is that of the surface, unless others cross elsewhere in clearly more photographs. It may be farther
-    than most_m, which holds for the others.
-    """
-    eye_m, way, on_surface_m = sights.eyes_m[k], sights.ways[k], float(sights.far_m[k])
-    others = sights.only(sights.photographs != sights.photographs[k])
-    own_m, others_m, apart_m, sines = _closest(eye_m, way, others)
-    with np.errstate(invalid="ignore"):
-        crosses = (sines > LEAST_ANGLE) & (apart_m < gap_m)
-        crosses &= (own_m > NEAREST_M) & (others_m > NEAREST_M) & (others_m < most_m)
-    if not crosses.any():
-        return on_surface_m
+    def __init__(self, spots: Sequence[Placed], gap_m: float, most_m: float) -> None:
+        self.sights, self._gap_m, self._most_m = _sights(spots), gap_m, most_m
+        self._is_large = self.sights.wide * self.sights.far_m > LARGE_M
+        large = [spots[k] for k in np.flatnonzero(self._is_large)]
+        points_m = np.concatenate([np.zeros((0, 3)), *(each.points_m for each in large)])
+        self._of_large = np.repeat(
+            self.sights.photographs[self._is_large], [len(each.points_m) for each in large]
+        )
+        self._large = cKDTree(points_m)
 
-    def seen_by(depth_m: float) -> int:
-        place_m = eye_m + depth_m * way
+    def depth_m(self, k: int) -> float:
+        """Return the distance from its camera at which most photographs see what line of sight k shows, m.
+
+        It is that of the surface, unless others cross elsewhere in clearly more photographs; a single one
+        must have the spot there on the surface. It may be farther than the greatest distance, which holds for
+        the others.
+        """
+        eye_m, way, surface_m = self.sights.eyes_m[k], self.sights.ways[k], float(self.sights.far_m[k])
+        own = self.sights.photographs[k]
+        if self._is_large[k]:
+            return surface_m
+        others = self.sights.only((self.sights.photographs != own) & ~self._is_large)
+        own_m, others_m, apart_m, sines = _closest(eye_m, way, others)
+        with np.errstate(invalid="ignore"):
+            crosses = (sines > LEAST_ANGLE) & (apart_m < self._gap_m) & (own_m > NEAREST_M)
+            crosses &= (others_m > NEAREST_M) & (others_m < self._most_m)
+            beside = others.only(~(apart_m > self._gap_m + WIDE * others.wide * self._most_m))
+        if not crosses.any():
+            return surface_m
+        most, best_m = TIMES * self._seen_by(eye_m + surface_m * way, beside, own), [surface_m]
+        beside_m = beside.eyes_m + beside.far_m[:, None] * beside.ways
+        for depth_m in np.sort(own_m[crosses]):
+            place_m = eye_m + depth_m * way
+            count = self._seen_by(place_m, beside, own)
+            if count < max(most, 1) or abs(depth_m - surface_m) <= SHIFT_M:
+                continue
+            if count == 1 and np.linalg.norm(beside_m - place_m, axis=1).min() > JUMP_M:
+                continue  # two lines of sight may cross by chance
+            if count > most:
+                most, best_m = count, [depth_m]
+            elif surface_m not in best_m:
+                best_m.append(depth_m)
+        return float(best_m[len(best_m) // 2])
+
+    def _seen_by(self, place_m: np.ndarray, others: Sights, own: int) -> int:
+        """Return how many photographs, but for the own one, show a spot at a place.
+
+        They do if their lines of sight pass there, or if a large spot of theirs lies there.
+        """
         off_m = place_m - others.eyes_m
         along_m = (off_m * others.ways).sum(axis=1)
         aside_m = np.linalg.norm(off_m - along_m[:, None] * others.ways, axis=1)
-        sees = (along_m > NEAREST_M) & (along_m < most_m)
-        sees &= aside_m < gap_m + WIDE * others.wide * along_m
-        return len(np.unique(others.photographs[sees]))
-
-    most, best_m = TIMES * seen_by(on_surface_m), [on_surface_m]
-    for depth_m in np.sort(own_m[crosses]):
-        shift_m, count = abs(depth_m - on_surface_m), seen_by(depth_m)
-        if shift_m > SHIFT_M and (shift_m <= FAR_SHIFT_M or count > 1):
-            if count > most:
-                most, best_m = count, [depth_m]
-            elif count == most and on_surface_m not in best_m:
-                best_m.append(depth_m)
-    return float(best_m[len(best_m) // 2])
+        sees = (along_m > NEAREST_M) & (along_m < self._most_m)
+        sees &= aside_m < self._gap_m + WIDE * others.wide * along_m
+        large = self._of_large[self._large.query_ball_point(place_m, self._gap_m)]
+        return len({*others.photographs[sees].tolist(), *large.tolist()} - {own})
 
 
 def _closest(
