@@ -23,7 +23,9 @@ from master_thesis.worlds.defects import write_defects
 from simulation_tools.camera.defects import Defect, read_defects
 
 OFF_M, OFF_DEG = 0.025, 0.3
+"""Of the poses, medians: 0.02 m in flights with SLAM, and a larger angle than theirs."""
 HIDDEN_M = 0.03
+"""A place that is so far from where its ray ends is hidden."""
 INSIDE = np.array(
     [(u, v) for u in np.linspace(-1, 1, 11) for v in np.linspace(-1, 1, 11) if u * u + v * v <= 1]
 )
@@ -81,11 +83,7 @@ def _seen(spot: Defect, taken: Taken, camera: SurveyCamera, true: MeshSurface) -
     along, across = np.array(spot.along), np.cross(spot.normal, spot.along)
     halves_m = 0.5 * np.array((spot.length_m, spot.width_m))
     points_m = np.array(spot.position_m) + (INSIDE * halves_m) @ np.array((along, across))
-    local_m = (points_m - taken.place_m) @ taken.axes
-    if local_m[:, 2].min() < 0.1:
-        return None
-    pixels = local_m[:, :2] / local_m[:, 2:] * camera.focal_px + camera.centre_px
-    seen = ((pixels >= 0.0) & (pixels <= (camera.width - 1, camera.height - 1))).all(axis=1)
+    pixels, seen = camera.drawn((points_m - taken.place_m) @ taken.axes)
     if not seen.any():
         return None
     far_m = np.linalg.norm(points_m - taken.place_m, axis=1)

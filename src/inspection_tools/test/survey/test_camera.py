@@ -17,6 +17,19 @@ def test_a_camera_of_20_megapixels_and_60_degrees_draws_1_mm_per_pixel_at_4_49_m
     assert camera.distance_m(1.0, incidence_deg=60.0) == pytest.approx(2.245, abs=1e-3)
 
 
+def test_a_point_is_drawn_where_the_matrix_puts_it_and_not_if_it_is_behind_or_beside():
+    camera = SurveyCamera()
+    beside_m = 3.0 * camera.half_extents[0] + 0.01
+    points_m = np.array(
+        ((0.0, 0.0, 2.0), (0.4, -0.3, 1.5), (0.4, -0.3, -1.5), (beside_m, 0.0, 3.0), (0.0, 0.0, 0.0))
+    )
+    pixels, is_drawn = camera.drawn(points_m)
+    assert is_drawn.tolist() == [True, True, False, False, False]
+    by_matrix = points_m[:2] @ camera.matrix.T
+    np.testing.assert_allclose(pixels[:2], by_matrix[:, :2] / by_matrix[:, 2:], rtol=1e-12)
+    assert np.isfinite(pixels).all()
+
+
 def test_the_view_of_yaw_0_and_tilt_0_looks_along_x_with_the_picture_upright():
     right, down, ahead = optical_axes(0.0, 0.0).T
     np.testing.assert_allclose(right, (0.0, -1.0, 0.0), atol=1e-12)

@@ -103,16 +103,8 @@ class PosedPhotograph:
 
     def share_judged(self, points_m: np.ndarray, detail_mm: float) -> float:
         """Return the share of points (n, 3) that lie where cracks are looked for, at this detail or finer."""
-        camera, local = self._camera, (points_m - self._eye_m) @ self._turn
-        ahead = local[:, 2] > 0.0
-        pixels = (
-            local[:, :2] / np.where(ahead, local[:, 2], 1.0)[:, None] * camera.focal_px + camera.centre_px
-        )
-        inside = (
-            ahead
-            & (pixels >= 0.0).all(axis=1)
-            & (pixels <= (camera.width - 1, camera.height - 1)).all(axis=1)
-        )
+        camera = self._camera
+        pixels, inside = camera.drawn((points_m - self._eye_m) @ self._turn)
         if not inside.any():
             return 0.0
         hits, normals, rays = self._look(pixels[inside])

@@ -66,6 +66,17 @@ class SurveyCamera:
         """Tangents of the angles from the optical axis to the picture's right and lower edges."""
         return 0.5 * self.width / self.focal_px, 0.5 * self.height / self.focal_px
 
+    def drawn(self, points_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the pixels (n, 2), x and y, of points (n, 3) in the optical frame, and which are drawn (n,).
+
+        Those beside the picture or behind the camera are not; the pixels of the latter mean nothing.
+        """
+        is_ahead = points_m[:, 2] > 0.0
+        aside = points_m[:, :2] / np.where(is_ahead, points_m[:, 2], 1.0)[:, None]
+        pixels = aside * self.focal_px + self.centre_px
+        is_drawn = is_ahead & ((pixels >= 0.0) & (pixels <= (self.width - 1, self.height - 1))).all(axis=1)
+        return pixels, is_drawn
+
     def distance_m(self, resolution_mm: float, incidence_deg: float = 0.0) -> float:
         """Return the distance at which a surface in the middle of a picture has a resolution, mm per pixel.
 

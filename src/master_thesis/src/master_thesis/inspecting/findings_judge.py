@@ -109,11 +109,7 @@ def shows(
 ) -> bool:
     """Return whether half of a defect lies in a photograph as it is asked."""
     points = np.array(defect.position_m) + np.outer(ALONG * defect.length_m, defect.along)
-    local = (points - taken.place_m) @ taken.axes
-    ahead = np.maximum(local[:, 2], 1e-9)
-    pixels = local[:, :2] / ahead[:, None] * camera.focal_px + camera.centre_px
-    inside = (local[:, 2] > 0.0) & (pixels >= 0.0).all(axis=1)
-    inside &= (pixels <= (camera.width - 1, camera.height - 1)).all(axis=1)
+    _, inside = camera.drawn((points - taken.place_m) @ taken.axes)
     rays = points - taken.place_m
     far = np.linalg.norm(rays, axis=1)
     rays /= far[:, None]
