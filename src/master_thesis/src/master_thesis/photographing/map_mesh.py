@@ -11,7 +11,7 @@ from scipy.sparse import coo_matrix
 
 from gridslam.volume import CloudNode
 from gridslam.volume.octree.files import read_octree
-from gridslam.volume.plates import Plates, plates_of, points_of
+from gridslam.volume.plates import Plates, SeenPoints, plates_of, points_of
 from gridslam.volume.saved.saved_map import read_volume
 from inspection_tools.survey.surface.mesh_file import (
     MAPPED_BARS,
@@ -20,7 +20,8 @@ from inspection_tools.survey.surface.mesh_file import (
     NOT_SURVEYED,
 )
 from master_thesis.errors import ScenarioError
-from master_thesis.photographing.plate_mesh import Kinds, are_bars, beside, not_of, standing, with_backs
+from master_thesis.photographing.bars import are_bars, beams_on, cubes_of
+from master_thesis.photographing.plate_mesh import Kinds, beside, not_of, standing, with_backs
 from master_thesis.photographing.plating import is_plating
 
 UNKNOWN, FREE, OCCUPIED = 0, 1, 2
@@ -50,8 +51,8 @@ def mesh_of_map(path: Path) -> trimesh.Scene:
 def surfaces_of_map(path: Path, nodes: Sequence[CloudNode]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """Return corners (n, 3), m, and quads (m, 4) of plating, structure, bars and the unknown, by their names.
 
-    Bars stay voxels: a plate would close what one sees through. The unknown closes the space, and is no
-    surface to photograph.
+    Bars are cubes: a plate would close what one sees through. The unknown closes the space, and is no surface
+    to photograph.
 
     nodes: with the clouds of the map, or none. Raises: as `mesh_of_map`.
     """
@@ -67,13 +68,17 @@ def surfaces_of_map(path: Path, nodes: Sequence[CloudNode]) -> dict[str, tuple[n
             f"{path}: no free voxel lies beside an occupied one, so there is no surface in it."
         )
     corners_m = smoothed(corners, quads) * side_m + low_m
-    whole_m, known_quads, bars = corners_m, quads[of == OCCUPIED], np.zeros((0, 4), np.int64)
+    whole_m, known_quads = corners_m, quads[of == OCCUPIED]
+    bars = np.zeros((0, 3)), np.zeros((0, 4), np.int64)
     if nodes:
-        closed, seen_through = _plates(nodes, Kinds(kinds, low_m, side_m))
+        points = points_of(nodes)
+        closed, seen_through = _plates(points, nodes, Kinds(kinds, low_m, side_m))
         faces_m = corners[known_quads] * side_m + low_m
         left = not_of(closed, faces_m, side_m)
         of_bars = left & beside(seen_through, faces_m, side_m)
-        bars, known_quads = known_quads[of_bars], known_quads[left & ~of_bars]
+        if of_bars.any():
+            bars = cubes_of(faces_m[of_bars], side_m, low_m, points.places_m)
+        known_quads = known_quads[left & ~of_bars]
         whole_m = np.concatenate((corners_m, closed.corners_m.reshape(-1, 3)))
         own = np.arange(len(corners_m), len(whole_m)).reshape(-1, 4)
         known_quads = np.concatenate((known_quads, own))
@@ -81,18 +86,17 @@ def surfaces_of_map(path: Path, nodes: Sequence[CloudNode]) -> dict[str, tuple[n
     surfaces = {
         MAPPED_PLATING: (whole_m, known_quads[wide]),
         MAPPED_STRUCTURE: (whole_m, known_quads[~wide]),
-        MAPPED_BARS: (corners_m, bars),
+        MAPPED_BARS: bars,
         NOT_SURVEYED: (corners_m, quads[of == UNKNOWN]),
     }
     return {name: surface for name, surface in surfaces.items() if len(surface[1])}
 
 
-def _plates(nodes: Sequence[CloudNode], known: Kinds) -> tuple[Plates, Plates]:
-    """Return the plates of clouds, with their backs, and those of bars."""
-    points = points_of(nodes)
+def _plates(points: SeenPoints, nodes: Sequence[CloudNode], known: Kinds) -> tuple[Plates, Plates]:
+    """Return the plates of clouds, with their backs, and those of bars. points: of all clouds."""
     plates = plates_of(points, np.random.default_rng(SEED))
     plates = with_backs(standing(plates, known, OCCUPIED), known, FREE)
-    has_bars = are_bars(plates, known, FREE, points.places_m)
+    has_bars = are_bars(plates, beams_on(plates, nodes))
     return plates.only(~has_bars), plates.only(has_bars)
 
 

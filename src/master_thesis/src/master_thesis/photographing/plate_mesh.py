@@ -23,14 +23,6 @@ SEEN_M, BESIDE_VOXELS = 0.05, 0.6
 """A plate is the back of another one if it is not so far before it, and no farther beside it."""
 NEAR_VOXELS, OFF_VOXELS, COUNT = 1.8, 1.1, 24
 """A face of a voxel is that of a plate if one of so many plates is so near, and its plane nearer still."""
-ACROSS = (-0.375, -0.125, 0.125, 0.375)
-"""Places on a plate, as shares of its sides from its middle."""
-THROUGH_VOXELS = (-1.0, -0.5, 0.0, 0.5, 1.0)
-"""One sees through a plate at a place if the voxels so far before and behind it are free."""
-SOLID_M = 0.045
-"""One does not see through a place so near to a point of a cloud."""
-BARS_M, HOLES = 0.45, 0.1
-"""Plates are bars where, so far around, one sees through so many of their places."""
 AWAY, OPPOSITE = -0.2, -0.8
 """Cosine between the normals of a face and a plate that is not its; and of the two sides of one."""
 
@@ -82,42 +74,6 @@ def with_backs(plates: Plates, kinds: Kinds, free: int) -> Plates:
     those = has_air & ~has_back
     backs = plates.corners_m[those][:, ::-1] - THICK_M * normals[those][:, None]
     return Plates(np.concatenate((plates.corners_m, backs)), np.concatenate((normals, -normals[those])))
-
-
-def are_bars(plates: Plates, kinds: Kinds, free: int, points_m: np.ndarray) -> np.ndarray:
-    """Return which plates (n,) are bars, as a ladder's: around them one sees through their plane.
-
-    points_m: (k, 3) of the clouds. A thin web may be free in the map, but not without points.
-    """
-    holes, centres_m, normals = _holes(plates, kinds, free, points_m), plates.centres_m, plates.normals
-    one, other = cKDTree(centres_m).query_pairs(BARS_M, output_type="ndarray").T
-    off_m = np.abs(((centres_m[other] - centres_m[one]) * normals[one]).sum(axis=1))
-    joined = (np.abs((normals[one] * normals[other]).sum(axis=1)) > -OPPOSITE) & (off_m < 0.5 * kinds.side_m)
-    one, other = one[joined], other[joined]
-    count = len(plates)
-
-    def around(values: np.ndarray) -> np.ndarray:
-        sums = values + np.bincount(one, values[other], count) + np.bincount(other, values[one], count)
-        return np.asarray(sums)
-
-    core = around(holes) >= HOLES * around(np.ones(count))
-    return around(core.astype(float)) > 0.0
-
-
-def _holes(plates: Plates, kinds: Kinds, free: int, points_m: np.ndarray) -> np.ndarray:
-    """Return (n,) the share of each plate's places at which one sees through it."""
-    points = cKDTree(points_m)
-    first, third = plates.corners_m[:, 0], plates.corners_m[:, 2]
-    along, up = plates.corners_m[:, 1] - first, plates.corners_m[:, 3] - first
-    holes = np.zeros(len(plates))
-    for i, j in itertools.product(ACROSS, ACROSS):
-        place_m = 0.5 * (first + third) + i * along + j * up
-        is_hole = np.ones(len(plates), bool)
-        for voxels in THROUGH_VOXELS:
-            is_hole &= kinds.at(place_m + voxels * kinds.side_m * plates.normals) == free
-        is_hole[is_hole] = points.query(place_m[is_hole], distance_upper_bound=SOLID_M)[0] > SOLID_M
-        holes += is_hole / len(ACROSS) ** 2
-    return holes
 
 
 def beside(plates: Plates, faces_m: np.ndarray, side_m: float) -> np.ndarray:
