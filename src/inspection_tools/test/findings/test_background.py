@@ -3,6 +3,7 @@
 import signal
 import threading
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from inspection_tools.findings.wanted import Wanted
 from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord, photographs_in
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
-from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
+from inspection_tools.survey.plan import Draft, Flight, PlannedView, SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.views.candidates import View
 
@@ -90,6 +91,36 @@ def test_what_no_photograph_shows_is_asked_for_first(survey):
         follow(survey / "plan.yaml", survey / "closer.yaml", Wanted(), [lines[0], f"[[{x}, {y}, {z}]]"])
     )
     assert all(np.linalg.norm(np.subtract(each[:3], (x, y, z))) > 0.5 for each in again[0]["views"])
+
+
+def test_a_draft_is_completed_before_its_photographs_are_searched(survey):
+    drafted = replace(read_plan(survey / "plan.yaml"), draft=Draft(seed=1, search_s=0.0))
+    write_plan(survey / "plan.yaml", drafted)
+    search = BackgroundSearch(survey / "plan.yaml", survey / "closer.yaml", Wanted(False, False))
+    answer = answered(search)  # nobody has asked
+    assert not answer.is_last
+    assert "The plan is complete" in answer.says
+    whole = read_plan(survey / "plan.yaml")
+    assert whole.draft is None
+    assert whole.views[0] == drafted.views[0]
+    assert len(answer.views) == len(whole.views) - 1 > 3
+    np.testing.assert_allclose(answer.views[0].place_m, whole.views[1].place_m, atol=1e-3)
+    paths = [f"{path}\n" for path in photographs_in(survey / "shots")]
+    write_plan(survey / "plan.yaml", drafted)
+    given = survey / "plan.yaml", survey / "closer.yaml", Wanted(False, True)
+    answers = list(follow(*given, [*paths, "[]\n"]))
+    assert [each["is_last"] for each in answers] == [False, True]
+    assert "1 cracks" in answers[-1]["says"]
+
+
+def test_a_draft_that_cannot_be_completed_is_told_and_the_search_goes_on(survey):
+    flying = FlightParameters(endurance=30.0, landing_time=14.0)
+    drafted = replace(read_plan(survey / "plan.yaml"), flying=flying, draft=Draft(1, 0.0))
+    write_plan(survey / "plan.yaml", drafted)
+    first, last = follow(survey / "plan.yaml", survey / "closer.yaml", Wanted(False, False), ["[]\n"])
+    assert (first["views"], first["is_last"], last["is_last"]) == ([], False, True)
+    assert "too far from home for one battery" in first["says"]
+    assert read_plan(survey / "plan.yaml").draft is not None
 
 
 def test_a_plan_that_cannot_be_read_is_answered_with_its_sentence(survey):

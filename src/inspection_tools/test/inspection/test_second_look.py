@@ -160,3 +160,50 @@ def test_photographs_are_searched_until_the_search_has_answered_for_the_last_tim
     second.look(waits=False)
     second.stored("later")
     assert (search.closed, search.added) == (1, ["one", "late"])
+
+
+def test_the_first_photographs_of_a_draft_are_taken_while_the_others_are_planned():
+    search = Search((VIEWS[0],), patience=3, open_=[(VIEWS[2],)])
+    search.waits, search.patient = True, 30  # its first answer comes unasked, 3 s after the start
+    lead = inspection(VIEWS[:2])
+    second, uav = SecondLook(lead, search, is_draft=True), Uav(lead)
+    states = []
+    while not lead.is_home and uav.stamp_s < 300.0:
+        second.look(waits=False)
+        uav.step()
+        states.append(second.state)
+    assert [task.number for task in uav.asked] == [1, 2, 3, -1]
+    assert (search.asked, search.closed, lead.end) == (1, 1, End.DONE)
+    assert states[:30] == [SearchState.IDLE] * 30
+
+
+def test_a_uav_that_has_taken_a_draft_s_photographs_lands_until_the_others_are_planned():
+    search = Search((), patience=3, open_=[(VIEWS[2],)])
+    search.waits, search.patient = True, 10**6
+    lead = inspection(VIEWS[:1], parameters=replace(QUICK, search_hover=5.0))
+    second, uav = SecondLook(lead, search, is_draft=True), Uav(lead)
+    while not lead.is_home:
+        second.look(waits=False)
+        uav.step()
+    assert (lead.end, second.state, search.asked) == (End.SEARCHING, SearchState.SEARCHING, 0)
+    search.patient = 0
+    assert second.look(waits=False) == "Some is open."
+    assert second.state is SearchState.IDLE
+    lead.begin(uav.stamp_s, uav.place_m)
+    while not lead.is_home and uav.stamp_s < 300.0:
+        second.look(waits=False)
+        uav.step()
+    assert [task.number for task in uav.asked] == [1, 2]
+    assert (search.asked, lead.end) == (1, End.DONE)
+
+
+def test_a_survey_whose_planner_dies_comes_home_and_says_that_its_plan_is_not_complete():
+    search = Search((), patience=3)
+    search.waits, search.patient = True, 30
+    lead = inspection(VIEWS[:2])
+    second, uav = SecondLook(lead, search, is_draft=True), Uav(lead)
+    while not lead.is_home and uav.stamp_s < 300.0:
+        second.look(waits=False)
+        uav.step()
+    assert (lead.end, lead.reason) == (End.ABORTED, "The plan is not complete. Two cracks.")
+    assert search.closed == 1

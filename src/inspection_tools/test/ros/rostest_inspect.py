@@ -9,6 +9,7 @@ import signal
 import sys
 import tempfile
 import unittest
+from dataclasses import replace
 from pathlib import Path
 from xmlrpc.client import ServerProxy
 
@@ -27,8 +28,8 @@ from inspection_tools.msg import SurveyActionFeedback, SurveyActionGoal, SurveyA
 from inspection_tools.photographs.folder import photographs_in, read_record
 from inspection_tools.srv import LookCloser, RoomAbove
 from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters
-from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
-from inspection_tools.survey.plan_file import write_plan
+from inspection_tools.survey.plan import Draft, Flight, PlannedView, SurveyPlan
+from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.views.candidates import View
 from node_tools.testing import Input, address_of, wait_until
 
@@ -87,7 +88,7 @@ class InspectTest(unittest.TestCase):
         self.assertEqual(self.results.last.status.status, GoalStatus.ABORTED)
         return self.results.last.status.text
 
-    def test_1_what_cannot_be_flown_is_refused_with_a_sentence(self):
+    def test_01_what_cannot_be_flown_is_refused_with_a_sentence(self):
         self.assertIn("place of the UAV is not known yet", self.refused("early", self.plan()))
         self.uav.tell()
         rospy.sleep(0.3)
@@ -99,7 +100,7 @@ class InspectTest(unittest.TestCase):
         self.assertFalse(self.services["look_closer"](Point(4.0, 9.4, 2.0)).success)
         self.assertEqual(self.services["room_above"](1.5).room, 1.5)  # no map yet
 
-    def test_2_it_photographs_pauses_looks_closer_and_comes_home(self):
+    def test_02_it_photographs_pauses_looks_closer_and_comes_home(self):
         uav, told = self.uav, self.feedback
         uav.send_map()
         self.send_goal("survey", self.plan())
@@ -136,7 +137,7 @@ class InspectTest(unittest.TestCase):
         self.assertTrue(self.markers.last.markers)
         self.assertAlmostEqual(uav.tilts.last.data, 0.0)
 
-    def test_3_an_abort_brings_it_home_and_the_same_goal_goes_on(self):
+    def test_03_an_abort_brings_it_home_and_the_same_goal_goes_on(self):
         uav = self.uav
         self.send_goal("again", self.plan())
         uav.fly(lambda: self.feedback.last.status.goal_id.id == "again", "the flight")
@@ -162,7 +163,7 @@ class InspectTest(unittest.TestCase):
         views, mesh = (View((6.0, 5.0, 2.0), 0.0, 0.0),), str(self.folder / "drawn.stl")
         return self.plan("fine.yaml", views, FINE_CAMERA, mesh)
 
-    def test_4_a_search_that_is_awaited_on_the_ground_is_aborted(self):
+    def test_04_a_search_that_is_awaited_on_the_ground_is_aborted(self):
         plan = self.plan_of_a_crack()
         self.send_goal("aborted", plan, second_look=True)
         self.uav.fly(lambda: self.ended("aborted"), "the wait on the ground")
@@ -171,7 +172,7 @@ class InspectTest(unittest.TestCase):
         self.uav.fly(lambda: self.search.last.data == "aborted", "the end of the search")
         self.assertFalse(self.services["abort"]().success)
 
-    def test_5_it_lands_while_the_photograph_is_searched_and_the_crack_is_photographed_from_nearer(self):
+    def test_05_it_lands_while_the_photograph_is_searched_and_the_crack_is_photographed_from_nearer(self):
         uav, plan, camera, wall_m = self.uav, self.plan_of_a_crack(), FINE_CAMERA, 9.4
         self.send_goal("second look", plan, second_look=True)
         phases = set()
@@ -195,7 +196,23 @@ class InspectTest(unittest.TestCase):
         crack_m = -(2101.0 - camera.centre_px[0]) * (wall_m - 6.0) / camera.focal_px  # left of x is y
         self.assertAlmostEqual(near.position_m[1] - 5.0, crack_m, delta=0.15)
 
-    def test_6_a_camera_that_stops_brings_it_home_and_what_is_taken_stays(self):
+    def test_06_a_draft_is_completed_while_its_photograph_is_taken(self):
+        uav, plan = self.uav, self.plan_of_a_crack()
+        asked = SurveyParameters(resolution=20.0, patch=1.0, spacing=2.0)
+        write_plan(plan, replace(read_plan(plan), asked=asked, draft=Draft(1, 0.0)))
+        self.send_goal("draft", plan)
+        uav.fly(lambda: self.ended("draft"), "the photograph of the draft")
+        if self.results.last.result.end == "searching":  # a slow machine
+            uav.fly(lambda: self.search.last.data == "idle", "the whole plan")
+            self.send_goal("the others", plan, "draft")
+            uav.fly(lambda: self.ended("the others"), "the end")
+        whole = read_plan(plan)
+        self.assertIsNone(whole.draft)
+        self.assertEqual(self.results.last.result.end, "done")
+        self.assertEqual({each.view for each in self.records("draft")}, set(range(1, len(whole.views) + 1)))
+        self.assertGreater(len(whole.views), 3)
+
+    def test_07_a_camera_that_stops_brings_it_home_and_what_is_taken_stays(self):
         uav, told = self.uav, self.feedback
         uav.picture = np.zeros((48, 64, 3), np.uint8)
         uav.send_map()
@@ -215,7 +232,7 @@ class InspectTest(unittest.TestCase):
         self.assertEqual(sorted(each.view for each in self.records("camera")), [1, 2, 3])
         self.assertEqual(told.last.status.goal_id.id, "camera again")
 
-    def test_7_a_picture_that_is_cut_is_taken_again(self):
+    def test_08_a_picture_that_is_cut_is_taken_again(self):
         uav = self.uav
         uav.cut = 2
         self.send_goal("cut", self.plan())
@@ -224,7 +241,7 @@ class InspectTest(unittest.TestCase):
         self.assertEqual((result.end, result.taken, result.shots >= 5), ("done", 3, True))
         self.assertEqual(sorted(each.view for each in self.records("cut")), [1, 2, 3])
 
-    def test_8_a_folder_that_cannot_be_written_brings_it_home(self):
+    def test_09_a_folder_that_cannot_be_written_brings_it_home(self):
         uav, folder, away = self.uav, self.folder / "storage", self.folder / "storage is away"
         self.send_goal("storage", self.plan())
         uav.fly(lambda: len(self.records("storage")) == 1, "the first photograph")
@@ -238,7 +255,7 @@ class InspectTest(unittest.TestCase):
         uav.fly(lambda: self.ended("storage again"), "the rest")
         self.assertEqual(sorted(each.view for each in self.records("storage")), [1, 2, 3])
 
-    def test_9_killed_in_flight_it_loses_no_photograph(self):
+    def test_10_killed_in_flight_it_loses_no_photograph(self):
         uav = self.uav
         self.send_goal("killed", self.plan())
         uav.fly(lambda: len(self.records("killed")) >= 1, "the first photograph")

@@ -75,9 +75,10 @@ class SurveyGoals:
         self.close()
         is_fine = files.plan.asked.resolution <= FINE_MM
         wanted = Wanted(goal.supplement and not goal.photographs, goal.second_look and not is_fine)
-        if any(wanted):
+        is_draft = files.plan.draft is not None and not goal.photographs
+        if any(wanted) or is_draft:
             search = BackgroundSearch(Path(goal.plan), files.folder.folder / "closer.yaml", wanted)
-            self.second_look = SecondLook(inspection, search)
+            self.second_look = SecondLook(inspection, search, is_draft)
         self.on_stored = self._taker(files.plan.source)
         for path, _ in records_in(files.folder.folder)[0]:
             self.on_stored(path)

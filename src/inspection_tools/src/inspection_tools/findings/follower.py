@@ -1,5 +1,7 @@
 """A process that looks at photographs while the UAV flies; `background` starts it and talks to it.
 
+If the plan is a draft, it first completes the plan, and answers with the photographs that this adds.
+
 On standard input comes a line for each photograph, its path. When all have come, a JSON list comes: the
 places (x, y, z) of those that could not be taken. Then standard output gets a line, a JSON with `views` (x,
 y, z, yaw and tilt in rad, of more photographs), `says`, a sentence, and `is_last`. If it is not the last
@@ -21,6 +23,7 @@ from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.search import PhotographSearch, plan_nearer
 from inspection_tools.findings.wanted import Wanted
 from inspection_tools.photographs.folder import PhotographError, read_record
+from inspection_tools.survey.draft import completed
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.supplement import ROUNDS, Supplement
@@ -43,7 +46,7 @@ class Follower:
     """
 
     def __init__(self, plan_file: Path, closer_file: Path, wanted: Wanted) -> None:
-        self._plan, self._closer_file = read_plan(plan_file), closer_file
+        self._plan, self._plan_file, self._closer_file = read_plan(plan_file), plan_file, closer_file
         self._surface: Surface = read_surface(Path(self._plan.source), self._plan.asked, self._plan.home_m)
         self._supplement = Supplement(self._plan, self._surface) if wanted.open else None
         self._search: PhotographSearch | None = None
@@ -60,6 +63,20 @@ class Follower:
                 self._search.add(photograph)
         except PhotographError:
             self._left_out += 1
+
+    def complete(self) -> dict | None:
+        """Write the whole plan over a draft. Return what to photograph, too; None: it was whole."""
+        if self._plan.draft is None:
+            return None
+        settled = len(self._plan.views)
+        try:
+            self._plan = completed(self._plan, self._surface)
+            write_plan(self._plan_file, self._plan)
+        except SurveyError as error:
+            return {"views": [], "says": f"The plan is not completed: {error}", "is_last": False}
+        number, share = len(self._plan.views), 100.0 * self._plan.figures["share"]
+        says = f"The plan is complete: {number} photographs show {share:.1f} % of what can be shown."
+        return {"views": _rows(self._plan)[settled:], "says": says, "is_last": False}
 
     def answer(self, not_taken_m: list[list[float]]) -> dict:
         """Return the next answer."""
@@ -107,10 +124,14 @@ def _rows(plan: SurveyPlan) -> list[list[float]]:
 def follow(plan_file: Path, closer_file: Path, wanted: Wanted, lines: Iterable[str]) -> Iterator[dict]:
     """Look at the photographs whose paths come. Yield an answer each time that one is asked for.
 
+    Before, yield one that completes the plan, if it is a draft.
+
     Raises:
         InspectionToolsError: the plan or its mesh cannot be read.
     """
     follower = Follower(plan_file, closer_file, wanted)
+    if (rest := follower.complete()) is not None:
+        yield rest
     for line in lines:
         if line.startswith("["):
             answer = follower.answer(json.loads(line))

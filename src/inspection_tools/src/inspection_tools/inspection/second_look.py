@@ -1,4 +1,4 @@
-"""More photographs in the same survey: of what stays open, and of what a search finds, from nearer."""
+"""More photographs in the same survey: those that a draft lacks, of what stays open, and nearer ones."""
 
 from __future__ import annotations
 
@@ -56,21 +56,23 @@ class SecondLook:
     While it waits for the search, the UAV flies home and hovers there. It lands if that takes long.
 
     Args:
-        inspection: that is flown. search: of its photographs.
+        inspection: that is flown. search: of its photographs. is_draft: the inspection has the first flight
+            of a plan; the search answers unasked with the others, once.
     """
 
-    def __init__(self, inspection: Inspection, search: Search) -> None:
-        self._inspection, self._search = inspection, search
+    def __init__(self, inspection: Inspection, search: Search, is_draft: bool = False) -> None:
+        self._inspection, self._search, self._lacks_rest = inspection, search, is_draft
         self._has_asked = self._is_aborted = self._is_closed = False
         inspection.awaits = True
 
     @property
     def state(self) -> SearchState:
-        """SEARCHING: the search was asked, and has not answered yet."""
+        """SEARCHING: all photographs are taken, and the search has not answered yet."""
         if self._is_aborted:
             return SearchState.ABORTED
-        is_asked = self._inspection.awaits and self._has_asked
-        return SearchState.SEARCHING if is_asked else SearchState.IDLE
+        lead = self._inspection
+        is_awaited = self._has_asked or (self._lacks_rest and lead.todo.next is None)
+        return SearchState.SEARCHING if lead.awaits and is_awaited else SearchState.IDLE
 
     def abort(self) -> None:
         """Await no more photographs. The next `look` ends the search."""
@@ -90,18 +92,21 @@ class SecondLook:
         if not lead.awaits:
             self.close()
             return ""
-        if not self._has_asked and lead.todo.next is None and not waits:
+        if not self._has_asked and not self._lacks_rest and lead.todo.next is None and not waits:
             self._has_asked = True
             self._search.ask(lead.todo.views_left_out)
         answer = self._search.take_answer()
         if answer is None:
             return ""
-        if answer.is_last:
+        if answer.is_last and self._lacks_rest:
+            lead.abort(f"The plan is not complete. {answer.says}")
+            self.abort()
+        elif answer.is_last:
             lead.look_again(answer.views)
             self.close()
         else:
             lead.take_more(answer.views)
-            self._has_asked = False
+            self._has_asked = self._lacks_rest = False
         return answer.says
 
     def close(self) -> None:

@@ -72,9 +72,10 @@ def _figures(plan: SurveyPlan, rows: list[dict[str, Any]], left_out: list[dict[s
     seen = NONE if share is None else f"{100.0 * share:.1f} %"
     whole = "not computed" if reachable_m2 is None else f"of {reachable_m2:,.0f} m\u00b2 within reach"
     beyond_m2 = sum(row["area_m2"] for row in left_out)
+    flights = counted(len(rows), "flight") + ("; more are planned during it" if plan.draft else "")
     time_min = sum(row["time_min"] for row in rows)
     return [
-        {"name": "Photographs", "value": str(len(plan.views)), "more": f"in {counted(len(rows), 'flight')}"},
+        {"name": "Photographs", "value": str(len(plan.views)), "more": f"in {flights}"},
         {"name": "Surface to be seen", "value": seen, "more": whole},
         {"name": "Cannot be photographed", "value": f"{beyond_m2:,.0f} m\u00b2", "more": "reasons below"},
         {"name": "Time in the air", "value": f"{time_min:.0f} min", "more": "without changes of battery"},

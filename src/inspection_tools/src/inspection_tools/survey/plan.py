@@ -37,6 +37,14 @@ class Leftover:
 
 
 @dataclass(frozen=True)
+class Draft:
+    """How the flights that a plan lacks are sought. seed: of all that is drawn; search_s: CPU time, s."""
+
+    seed: int
+    search_s: float
+
+
+@dataclass(frozen=True)
 class SurveyPlan:
     """What is flown.
 
@@ -45,6 +53,7 @@ class SurveyPlan:
         camera, asked, flying: parameters. flights: in their order.
         figures: area_m2, reachable_m2, share, photographs, their LP bound, the tour's and so on.
         shares: of what is reachable, by thing. leftovers: what cannot be shown.
+        draft: the flights are settled, and others will follow them (`survey.draft`); None: these are all.
     """
 
     source: str
@@ -56,6 +65,7 @@ class SurveyPlan:
     figures: dict[str, float] = field(default_factory=dict)
     shares: dict[str, float] = field(default_factory=dict)
     leftovers: tuple[Leftover, ...] = ()
+    draft: Draft | None = None
 
     @property
     def views(self) -> tuple[View, ...]:

@@ -10,14 +10,14 @@ from typing import Any, Mapping
 from inspection_tools.errors import InspectionToolsError, SurveyError
 from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
-from inspection_tools.survey.plan import Flight, Leftover, PlannedView, SurveyPlan
+from inspection_tools.survey.plan import Draft, Flight, Leftover, PlannedView, SurveyPlan
 from inspection_tools.survey.views.candidates import View
 
 HEAD = """# A survey plan. Edit photographs, then check: rosrun inspection_tools survey_planner check PLAN
 # at: place of the camera in the map, m. yaw: anticlockwise from x, deg. tilt: 0 level, 90 straight up, deg.
 # way: corners of the way there from the photograph before, m, if it is not straight.
 """
-KEYS = ("source", "home", "camera", "asked", "flying", "figures", "shares", "left_out", "flights")
+KEYS = ("source", "home", "camera", "asked", "flying", "figures", "shares", "left_out", "draft", "flights")
 
 
 def write_plan(path: Path, plan: SurveyPlan) -> None:
@@ -46,6 +46,8 @@ def write_plan(path: Path, plan: SurveyPlan) -> None:
             for o in plan.leftovers
         ],
     }
+    if plan.draft is not None:
+        content["draft"] = asdict(plan.draft)
     lines = [HEAD, yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=110), "flights:\n"]
     number = 0
     for flight in plan.flights:
@@ -59,8 +61,10 @@ def write_plan(path: Path, plan: SurveyPlan) -> None:
                 f"  - {{id: {number}, at: [{at}], yaw: {math.degrees(v.yaw_rad):.2f}, "
                 f"tilt: {math.degrees(v.tilt_rad):.2f}{way}}}\n"
             )
+    part = path.with_name(f"{path.name}.part")  # whoever reads the plan meanwhile finds a whole one
     try:
-        path.write_text("".join(lines), encoding="utf-8")
+        part.write_text("".join(lines), encoding="utf-8")
+        part.replace(path)
     except OSError as error:
         raise SurveyError(f"{path} cannot be written: {error.strerror}.") from None
 
@@ -122,7 +126,24 @@ def parse_plan(content: object) -> SurveyPlan:
             Leftover(str(o["part"]), str(o["why"]), _number("area_m2", o["area_m2"]), _place("at", o["at"]))
             for o in content.get("left_out") or []
         ),
+        _draft(content),
     )
+
+
+def _draft(content: Mapping) -> Draft | None:
+    given = content.get("draft")
+    if given is None:
+        return None
+    if not isinstance(given, Mapping):
+        raise SurveyError(f"draft is {given!r}; it must be a mapping with seed and search_s.")
+    _refuse_unknown("draft", given, ("seed", "search_s"))
+    seed, search_s = (_number(f"{key} of draft", given.get(key)) for key in ("seed", "search_s"))
+    if seed < 0.0 or search_s < 0.0 or seed != int(seed):
+        raise SurveyError(
+            f"draft has the seed {seed:g} and {search_s:g} s of search; the seed must be a whole number from "
+            "0, the time not negative."
+        )
+    return Draft(int(seed), search_s)
 
 
 def _refuse_unknown(what: str, given: Mapping, known: tuple[str, ...]) -> None:

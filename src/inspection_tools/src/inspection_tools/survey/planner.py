@@ -1,10 +1,13 @@
-"""Plans a survey; a first plan comes early and gets better while time is left."""
+"""Plans a survey; a first plan comes early and gets better while time is left.
+
+Or a first flight comes at once, and the others are planned while it is flown.
+"""
 
 from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
-from typing import Iterator
+from typing import Iterator, Sequence
 
 import numpy as np
 
@@ -12,17 +15,20 @@ from inspection_tools.errors import SurveyError
 from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.leftovers import leftovers_of
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
-from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools.survey.plan import Draft, Flight, SurveyPlan
 from inspection_tools.survey.surface.patches import Patches
 from inspection_tools.survey.surface.room import Room
 from inspection_tools.survey.tour.flown import flown
-from inspection_tools.survey.views.candidates import Candidates, Ranges, lattice
+from inspection_tools.survey.views.candidates import Candidates, Ranges, lattice, near_home
 from inspection_tools.survey.views.cover import Cover
 from inspection_tools.survey.views.lp_bound import lp_bound
 
 FIRST_TRIES, LAST_TRIES = 0, 300
 COARSER = 2.0
 """The first plan's lattice is so many times as wide."""
+NEAR_PLACES, SETTLED = 400, 60
+"""Places nearest to home, and the photographs at them with which a draft begins. They are flown in some two
+minutes, and the others are found in half of that."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,29 @@ class SurveyPlanner:
         self._camera, self._asked = camera or SurveyCamera(), asked or SurveyParameters()
         self._flying, self._source = flying or FlightParameters(), source
 
-    def improve(self, seed: int = 1, search_s: float = 20.0, bound: bool = True) -> Iterator[Progress]:
+    def first_flight(self, seed: int = 1, search_s: float = 20.0) -> SurveyPlan | None:
+        """Return a draft: some photographs near home, soon; None: nothing can be photographed there.
+
+        They are those that show most. What they leave open is for other flights, which `improve` finds, if
+        these are settled.
+
+        seed, search_s: for those. Raises: SurveyError: no photograph fits a battery.
+        """
+        near = self._candidates(self._patches, near_home(self._room, self._lattice(), NEAR_PLACES))
+        if not len(near.seen):
+            return None
+        cover = Cover(near, self._asked)
+        cover.fill(most=SETTLED)
+        if not cover.shots:
+            return None
+        flights, _ = flown(self._room, cover.views, self._flying, np.random.default_rng(seed), FIRST_TRIES)
+        most = max(flights, key=lambda flight: len(flight.views))
+        plan = self._plan_of((most,), {"photographs": len(most.views)})
+        return replace(plan, draft=Draft(seed, search_s))
+
+    def improve(
+        self, seed: int = 1, search_s: float = 20.0, bound: bool = True, settled: Sequence[Flight] = ()
+    ) -> Iterator[Progress]:
         """Yield flyable plans.
 
         The first tries few places, so less of the surface counts as reachable, and a later plan may need more
@@ -64,6 +92,7 @@ class SurveyPlanner:
         than the one before: has more photographs, or more where the UAV has little room.
 
         seed: of all that is drawn. search_s: CPU time of the local search. bound: compute the LP's bound.
+        settled: flights with which the plans begin. Then there is no coarse plan, and no bound.
 
         Raises:
             SurveyError: nothing can be photographed, or not on one battery.
@@ -73,50 +102,82 @@ class SurveyPlanner:
         def told(stage: str, plan: SurveyPlan) -> Progress:
             return Progress(stage, time.process_time() - begin_s, plan)
 
-        coarse = self._candidates(COARSER * self._asked.lattice_m)
-        if len(coarse.seen):
-            first = Cover(coarse, self._asked)
-            first.fill()
-            first.drop_idle()
-            if first.shots:
-                yield told("first plan", self._plan(coarse, first, rng, FIRST_TRIES))
-        candidates = self._candidates(self._asked.lattice_m)
-        cover = Cover(candidates, self._asked)
+        if not settled:
+            coarse = self._candidates(self._patches, self._lattice(COARSER))
+            if len(coarse.seen):
+                first = Cover(coarse, self._asked)
+                first.fill()
+                first.drop_idle()
+                if first.shots:
+                    yield told("first plan", self._plan(coarse, first, rng, FIRST_TRIES))
+        shown = self._shown_by(settled)
+        candidates = self._candidates(self._patches.only(~shown), self._lattice())
+        cover = Cover(candidates, self._asked, self._patches.only(shown).by_part_m2)
         cover.fill()
+        if not cover.shots and settled:
+            yield told("all places", self._plan_of(tuple(settled), {"share": cover.share}))
+            return
         if not cover.shots:
             raise SurveyError(
                 f"Nothing can be photographed at {self._asked.resolution:g} mm per pixel: from where the UAV "
                 "fits, every surface is too far, too oblique or hidden."
             )
         cover.drop_idle()
-        yield told("all places", self._plan(candidates, cover, rng, FIRST_TRIES))
+        yield told("all places", self._plan(candidates, cover, rng, FIRST_TRIES, settled))
         end_s = time.process_time() + search_s
         cover.improve(rng, lambda: time.process_time() < end_s)
-        plan = self._plan(candidates, cover, rng, LAST_TRIES)
+        plan = self._plan(candidates, cover, rng, LAST_TRIES, settled)
         plan = replace(plan, leftovers=leftovers_of(self._room, candidates, self._asked, self._ranges_m))
         yield told("local search", plan)
-        if bound:
+        if bound and not settled:
             least = lp_bound(candidates, cover, self._asked.share, rng)
             yield told("bound", replace(plan, figures={**plan.figures, "photographs_lp_bound": least}))
 
-    def _candidates(self, spacing_m: float) -> Candidates:
-        places_m, speed_m_s = lattice(self._room, spacing_m), self._flying.shooting_speed
-        found = Candidates(self._patches, places_m, self._camera, self._asked, self._ranges_m, speed_m_s)
+    def _lattice(self, coarser: float = 1.0) -> np.ndarray:
+        return lattice(self._room, coarser * self._asked.lattice_m)
+
+    def _candidates(self, patches: Patches, places_m: np.ndarray) -> Candidates:
+        speed_m_s = self._flying.shooting_speed
+        found = Candidates(patches, places_m, self._camera, self._asked, self._ranges_m, speed_m_s)
         return found.comfortable(self._room)
 
-    def _plan(self, candidates: Candidates, cover: Cover, rng: np.random.Generator, tries: int) -> SurveyPlan:
+    def _shown_by(self, flights: Sequence[Flight]) -> np.ndarray:
+        """Return which patches (n,) photographs of flights draw."""
+        shown = np.zeros(len(self._patches), bool)
+        views = [each.view for flight in flights for each in flight.views]
+        if not views:
+            return shown
+        places_m, speed_m_s = np.array([view.place_m for view in views]), self._flying.shooting_speed
+        theirs = Candidates(
+            self._patches, places_m, self._camera, self._asked, self._ranges_m, speed_m_s
+        )  # fmt: skip
+        for place, view in enumerate(views):
+            shown[theirs.drawn(place, view.yaw_rad, view.tilt_rad)] = True
+        return shown
+
+    def _plan(
+        self,
+        candidates: Candidates,
+        cover: Cover,
+        rng: np.random.Generator,
+        tries: int,
+        settled: Sequence[Flight] = (),
+    ) -> SurveyPlan:
         flights, figures = flown(self._room, cover.views, self._flying, rng, tries)
-        x, y, z = self._room.home_m.tolist()
+        flights = (*settled, *flights)
         areas = {
             "area_m2": float(self._patches.areas_m2.sum()),
-            "reachable_m2": float(cover.areas_m2.sum()),
+            "reachable_m2": float(cover.by_class_m2.sum()),
             "share": cover.share,
         }
+        figures["photographs"] = sum(len(flight.views) for flight in flights)
+        shares = dict(zip(candidates.patches.names, cover.class_shares().tolist()))
+        return self._plan_of(flights, {**areas, **figures}, shares)
+
+    def _plan_of(
+        self, flights: tuple[Flight, ...], figures: dict[str, float], shares: dict[str, float] | None = None
+    ) -> SurveyPlan:
+        x, y, z = self._room.home_m.tolist()
         return SurveyPlan(
-            self._source, (x, y, z), self._camera, self._asked, self._flying, flights,
-            {**areas, **figures}, _shares(cover, candidates),
-        )  # fmt: skip
-
-
-def _shares(cover: Cover, candidates: Candidates) -> dict[str, float]:
-    return dict(zip(candidates.patches.names, cover.class_shares().tolist()))
+            self._source, (x, y, z), self._camera, self._asked, self._flying, flights, figures, shares or {}
+        )

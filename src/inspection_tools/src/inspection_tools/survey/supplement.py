@@ -80,7 +80,7 @@ class Supplement:
             self.patches.only(~self.shown), places_m, self._plan.camera, careful, self._surface.ranges_m,
             self._plan.flying.shooting_speed,
         )  # fmt: skip
-        cover = Cover(candidates.comfortable(room), careful, self._shown_m2())
+        cover = Cover(candidates.comfortable(room), careful, self.patches.only(self.shown).by_part_m2)
         before = cover.share
         if before >= asked.share and (cover.class_shares() >= asked.class_share).all():
             return None
@@ -90,10 +90,6 @@ class Supplement:
         flights, figures = flown(room, cover.views, self._plan.flying, rng, TRIES)
         shares = {"share_before": before, "share": cover.share}
         return replace(self._plan, flights=flights, figures={**figures, **shares}, shares={}, leftovers=())
-
-    def _shown_m2(self) -> np.ndarray:
-        p = self.patches
-        return np.bincount(p.parts[self.shown], p.areas_m2[self.shown], len(p.names))
 
 
 def _away_from(left_out_m: Sequence[Sequence[float]], places_m: np.ndarray) -> np.ndarray:

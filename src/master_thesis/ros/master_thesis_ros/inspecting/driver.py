@@ -16,7 +16,7 @@ from master_thesis.errors import FlightError
 from master_thesis.exploring.errand import Errand
 from master_thesis.flight.monitor import Monitor
 from master_thesis.inspecting.coverage import Judged, judge_photographs
-from master_thesis.inspecting.planning import provide_plan, ship_file
+from master_thesis.inspecting.planning import provide_plan, ship_file, write_page
 from master_thesis.inspecting.request import InspectingRequest, read
 from master_thesis.inspecting.summary import headline
 from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
@@ -78,6 +78,7 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     simulator.unpause()
     errand = Errand(len(parts), flight.swaps)
     run.lead(monitor, lambda: ErrandNode(monitor, errand, parts, lockstep))
+    _take_whole_plan(request, survey, folder)
     if not run.interrupted:
         save_volume(run.folder)
     elif survey.plan is not None:
@@ -92,6 +93,17 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
         lambda content: _complete(flown, survey, ship_file(request), content),
         "coverage, findings or pictures",
     )
+
+
+def _take_whole_plan(request: InspectingRequest, survey: SurveyPart, folder: Path) -> None:
+    """Take the plan as it was completed in flight, and write its page."""
+    was_draft = survey.plan is not None and survey.plan.draft is not None
+    try:
+        survey.read_whole_plan()
+        if was_draft:
+            write_page(request, folder / "plan.yaml")
+    except InspectionToolsError as error:
+        rospy.logwarn(str(error))
 
 
 def _complete(flown: FlownRun, survey: SurveyPart, ship: Path | None, content: dict) -> dict:

@@ -17,6 +17,7 @@ from inspection_tools.inspection.second_look import SearchState
 from inspection_tools.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
 from inspection_tools.photographs.folder import photographs_in
 from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools.survey.plan_file import read_plan
 from master_thesis.inspecting.coverage import TruePose
 from master_thesis.inspecting.request import InspectingRequest
 from master_thesis_ros.experiments.messages import pose_values, stamp_s
@@ -73,6 +74,14 @@ class SurveyPart(Part):
     def prepare(self) -> None:
         """Make the plan."""
         self.plan = self._make_plan()
+
+    def read_whole_plan(self) -> None:
+        """Read the plan again, which was completed in flight if it was a draft.
+
+        Raises: SurveyError: it cannot be read.
+        """
+        if self.plan is not None and self.plan.draft is not None:
+            self.plan = read_plan(self._folder / "plan.yaml")
 
     def wait(self) -> bool:
         """Wait until the photographs are searched. Return whether it goes on."""

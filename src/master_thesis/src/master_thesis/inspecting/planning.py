@@ -13,7 +13,7 @@ from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.planner import SurveyPlanner
-from inspection_tools.survey.surface.reading import read_surface
+from inspection_tools.survey.surface.reading import Surface, read_surface
 from master_thesis.exploring.request import HOVER_M
 from master_thesis.inspecting.request import InspectingRequest
 from master_thesis.photographing.map_mesh import mesh_of_map
@@ -25,7 +25,8 @@ MAP_SUFFIXES = (".bt", ".ot")
 def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable[[str], None]) -> SurveyPlan:
     """Write the plan that is flown to a file, and return it: the given one, or one that is made.
 
-    One that is made has a page to print beside it, plan.html.
+    One that is made has a page to print beside it, plan.html. If a draft is asked, it is one: it is completed
+    while its photographs are taken.
 
     If only few photographs are asked, the first plan will do.
 
@@ -53,6 +54,12 @@ def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable
     planner = SurveyPlanner(
         surface.room, surface.patches, surface.ranges_m, request.camera, asked, request.flying, str(drawing)
     )  # fmt: skip
+    draft = planner.first_flight(seed, request.search_s) if request.draft else None
+    if draft is not None:
+        write_plan(out, draft)
+        say(f"The first {len(draft.views)} photographs are planned. The others are planned in flight.")
+        write_page(request, out, surface)
+        return draft
     for progress in planner.improve(seed, request.search_s, bound=False):
         write_plan(out, progress.plan)
         figures = progress.plan.figures
@@ -62,9 +69,19 @@ def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable
         )
         if request.photographs:
             break
-    plan, ship = read_plan(out), ship_file(request)
-    write_plan_page(out.with_suffix(".html"), plan, surface.patches, read_ship(ship) if ship else None)
-    return plan
+    write_page(request, out, surface)
+    return read_plan(out)
+
+
+def write_page(request: InspectingRequest, plan_file: Path, surface: Surface | None = None) -> None:
+    """Write the page of a plan beside it. surface: of its mesh; None: it is read.
+
+    Raises:
+        InspectionToolsError: the plan, the surface or the ship cannot be read, or the page not written.
+    """
+    plan, ship = read_plan(plan_file), ship_file(request)
+    known = surface or read_surface(Path(plan.source), plan.asked, plan.home_m)
+    write_plan_page(plan_file.with_suffix(".html"), plan, known.patches, read_ship(ship) if ship else None)
 
 
 def on_map(asked: SurveyParameters, path: Path) -> SurveyParameters:

@@ -33,8 +33,8 @@ class InspectingRequest:
     flight: as of an exploration. plan: file of it; None: it is made from a drawing (SDF world, mesh, or map
     of voxels) for `camera`, `asked` and `flying`, with so much CPU time of search. photographs: only the
     first so many; 0: all. second_look: take nearer photographs of cracks. supplement: take more of what the
-    plan's did not show. explore_s: explore first, for so long at most, and plan on the map of that; None: do
-    not.
+    plan's did not show. draft: set out with the first photographs, and plan the others meanwhile. explore_s:
+    explore first, for so long at most, and plan on the map of that; None: do not.
     """
 
     flight: ExploringRequest
@@ -47,6 +47,7 @@ class InspectingRequest:
     search_s: float
     second_look: bool
     supplement: bool
+    draft: bool = False
     explore_s: float | None = None
 
 
@@ -72,8 +73,8 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
     source = Path(drawing) if drawing else flight.description.scenario.world_path
     if not source.is_file():
         raise ScenarioError(f"{source}: there is no such drawing. Give a mesh, a world, or a map.bt.")
-    second_look, supplement = (
-        scenario.flag(key, asked.get(key, False)) for key in ("second_look", "supplement")
+    second_look, supplement, draft = (
+        scenario.flag(key, asked.get(key, False)) for key in ("second_look", "supplement", "draft")
     )
     try:
         camera = SurveyCamera(
@@ -98,7 +99,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
     given = Path(path) if path else None
     return InspectingRequest(
         flight, given, source, photographs, camera, wanted, flying, search_s, second_look, supplement,
-        explore_s,
+        draft and not photographs, explore_s,
     )  # fmt: skip
 
 

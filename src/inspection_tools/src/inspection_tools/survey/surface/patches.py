@@ -52,6 +52,11 @@ class Patches:
     def __len__(self) -> int:
         return len(self.points_m)
 
+    @property
+    def by_part_m2(self) -> np.ndarray:
+        """(names,) their area of each thing."""
+        return np.bincount(self.parts, self.areas_m2, len(self.names))
+
     def only(self, those: np.ndarray) -> Patches:
         """Return these patches (n,) alone."""
         own = self.points_m[those], self.normals[those], self.areas_m2[those], self.parts[those]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Callable
 
 import numpy as np
+from scipy import ndimage
 
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey.camera import SurveyCamera
@@ -58,6 +59,27 @@ def lattice(room: Room, spacing_m: float) -> np.ndarray:
     )
     part = room.flyable[first[0] :: step, first[1] :: step, first[2] :: step]
     return room.outer(np.argwhere(part) * step + first + 0.5)
+
+
+def near_home(room: Room, places_m: np.ndarray, most: int) -> np.ndarray:
+    """Return those of places (n, 3), at most so many, that are nearest to home.
+
+    Each has a way home that goes no farther from home than the farthest of them: none is behind a wall.
+    """
+    away_m = np.linalg.norm(places_m - room.home_m, axis=1)
+    nearest = np.argsort(away_m, kind="stable")[:most]
+    reach = float(away_m[nearest].max(initial=0.0)) / room.voxel_m + 1.0
+    home = np.floor(room.inner(room.home_m)).astype(np.int64)
+    low = np.maximum(np.floor(home - reach).astype(np.int64), 0)
+    high = np.minimum(np.ceil(home + reach).astype(np.int64) + 1, room.flyable.shape)
+    z, y, x = np.ogrid[tuple(map(slice, (low - home).tolist(), (high - home).tolist()))]
+    ball = z * z + y * y + x * x <= reach * reach
+    parts, _ = ndimage.label(room.flyable[tuple(map(slice, low.tolist(), high.tolist()))] & ball)
+    voxels = np.floor(room.inner(places_m[nearest])).astype(np.int64) - low
+    inside = ((voxels >= 0) & (voxels < parts.shape)).all(axis=1)
+    here = np.zeros(len(nearest), np.int64)
+    here[inside] = parts[tuple(voxels[inside].T)]
+    return places_m[nearest[(here > 0) & (here == parts[tuple(home - low)])]]
 
 
 @dataclass(frozen=True)

@@ -49,8 +49,8 @@ class Cover:
         self.shots: list[Shot] = []
         self.counts = np.zeros(len(self.areas_m2), np.int64)
         self._bounds = candidates.best(np.arange(len(candidates.places_m)), self.areas_m2)[:, 0]
-        self._by_class_m2 = self._shown_m2 + self._sums_m2(np.arange(len(self.areas_m2)))
-        self._whole_m2 = float(self._by_class_m2.sum())
+        self.by_class_m2 = self._shown_m2 + self._sums_m2(np.arange(len(self.areas_m2)))
+        self._whole_m2 = float(self.by_class_m2.sum())
         self._count_anew()
 
     @property
@@ -71,7 +71,7 @@ class Cover:
 
     def class_shares(self) -> np.ndarray:
         """(names,) the same for each thing; 1 where nothing of it is reachable."""
-        return np.where(self._by_class_m2 > 1e-9, self._now_m2 / np.maximum(self._by_class_m2, 1e-9), 1.0)
+        return np.where(self.by_class_m2 > 1e-9, self._now_m2 / np.maximum(self.by_class_m2, 1e-9), 1.0)
 
     def is_enough(self) -> bool:
         """Whether the shares are those that are asked for."""
