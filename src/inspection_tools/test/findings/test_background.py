@@ -1,9 +1,13 @@
 """A search in another process answers with nearer photographs, and what was searched is remembered."""
 
+import os
 import signal
+import subprocess
+import sys
 import threading
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -151,6 +155,40 @@ def test_a_process_that_dies_is_an_answer(survey):
     assert answer.views == ()
     assert "has ended" in answer.says
     search.add(survey / "late.jpg")  # nobody listens, and nothing is raised
+
+
+def lives(process):
+    """Whether a process of /proc goes on. One that nobody has awaited is listed, too."""
+    try:
+        return " Z " not in (process / "stat").read_text()
+    except OSError:
+        return False
+
+
+def test_the_process_ends_when_its_parent_does(survey):
+    """Killed, as a node that dies; else it could write over the plan of the next one."""
+    code = (
+        "import sys, time\n"
+        "from pathlib import Path\n"
+        "from inspection_tools.findings.background import BackgroundSearch, Wanted\n"
+        "search = BackgroundSearch(*map(Path, sys.argv[1:]), Wanted())\n"
+        "print(search._process.pid, flush=True)\n"
+        "time.sleep(600)\n"
+    )
+    known = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    given = str(survey / "plan.yaml"), str(survey / "closer.yaml")
+    parent = subprocess.Popen([sys.executable, "-c", code, *given], stdout=subprocess.PIPE, env=known)
+    assert parent.stdout is not None
+    child = Path("/proc") / parent.stdout.readline().decode().strip()
+    held = os.open(child / "fd" / "0", os.O_WRONLY)  # its input stays open
+    parent.kill()
+    parent.wait()
+    until = time.monotonic() + 30.0
+    while lives(child) and time.monotonic() < until:
+        time.sleep(0.05)
+    os.close(held)
+    parent.stdout.close()
+    assert not lives(child)
 
 
 def test_nobody_asks_and_nothing_is_answered(survey):

@@ -59,25 +59,6 @@ def inspecting_flight(loop, plan, energy=None, swaps=0, prior=None, supplement=N
     )  # fmt: skip
 
 
-def test_it_photographs_from_its_place_and_lands_at_home():
-    plan, parameters = flight_in_a_room()
-    (view,) = plan.views
-    with ClosedLoop(parameters) as loop:
-        flown = inspecting_flight(loop, plan)
-        photographed, outcome = flown.run(), loop.outcome
-        truth = loop.log.truth.array("x_m", "y_m")
-    assert flown.inspection.end is End.DONE
-    assert outcome.landed
-    assert not outcome.collision
-    assert math.dist(truth[0], truth[-1]) < 0.8
-    (true,), (told,) = photographed.true, photographed.told
-    assert np.linalg.norm(true.place_m - view.place_m) < 0.5
-    assert np.linalg.norm(true.place_m - told.place_m) < 0.1
-    ahead = (0.0, math.cos(0.2), math.sin(0.2))
-    assert true.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
-    assert told.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
-
-
 @pytest.mark.parametrize(("swaps", "taken"), [(1, 1), (0, 0)])
 def test_a_battery_that_runs_low_is_swapped_at_home_and_the_flight_goes_on(swaps, taken):
     """At 14 % less the take-off, the reserve of 12 % says to come home before the first photograph."""
@@ -94,18 +75,27 @@ def test_a_battery_that_runs_low_is_swapped_at_home_and_the_flight_goes_on(swaps
     assert (len(photographed.true), outcome.landed, outcome.failure) == (taken, True, None)
 
 
-def test_what_the_plan_s_photograph_did_not_show_is_photographed_in_the_same_flight():
+def test_it_photographs_from_its_place_then_what_that_did_not_show_and_lands_at_home():
     plan, parameters = flight_in_a_room()
-    asked = SurveyParameters(resolution=4.0, share=0.2, class_share=0.0, margin=0.25, voxel=0.2, patch=0.5)
+    asked = SurveyParameters(resolution=4.0, share=0.2, class_share=0.0, margin=0.25, voxel=0.2, patch=1.0)
     plan = replace(plan, asked=asked)
+    (view,) = plan.views
     parameters = replace(parameters, limits=PhaseLimits(flight_timeout_s=150.0))
     surface = read_surface(Path(parameters.simulation.world), asked, plan.home_m)
     with ClosedLoop(parameters) as loop:
         prior = PriorMap(surface.room)
         flown = inspecting_flight(loop, plan, prior=prior, supplement=Supplement(plan, surface))
         photographed, outcome = flown.run(), loop.outcome
+        truth = loop.log.truth.array("x_m", "y_m")
     assert (flown.inspection.end, outcome.landed, outcome.collision) == (End.DONE, True, False)
+    assert math.dist(truth[0], truth[-1]) < 0.8
     first, *more = photographed.true
+    told = photographed.told[0]
+    assert np.linalg.norm(first.place_m - view.place_m) < 0.5
+    assert np.linalg.norm(first.place_m - told.place_m) < 0.1
+    ahead = (0.0, math.cos(0.2), math.sin(0.2))
+    assert first.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
+    assert told.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
     assert len(more) == len(flown.inspection.todo.tasks) - 1 > 0
     before, after = judge_on(surface, ([first], photographed.true), plan.camera, asked)
     assert before.share() < asked.share <= after.share()

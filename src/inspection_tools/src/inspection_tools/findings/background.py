@@ -38,7 +38,7 @@ class BackgroundSearch:
         self._process = subprocess.Popen(
             [
                 sys.executable, "-m", "inspection_tools.findings.follower", str(plan), str(closer),
-                json.dumps(wanted),
+                json.dumps(wanted), str(os.getpid()),
             ],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=known,
         )  # fmt: skip

@@ -13,6 +13,9 @@ from __future__ import annotations
 import json
 import os
 import sys
+import threading
+import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Iterable, Iterator
 
@@ -31,6 +34,8 @@ from inspection_tools.survey.surface.reading import Surface, read_surface
 
 NICE = 10
 """The search leaves the processor to what flies."""
+PARENT_S = 0.5
+"""Between two looks whether the process still has its parent."""
 SEED = 1
 
 
@@ -73,6 +78,7 @@ class Follower:
             self._plan = completed(self._plan, self._surface)
             write_plan(self._plan_file, self._plan)
         except SurveyError as error:
+            self._plan = replace(self._plan, draft=None)
             return {"views": [], "says": f"The plan is not completed: {error}", "is_last": False}
         number, share = len(self._plan.views), 100.0 * self._plan.figures["share"]
         says = f"The plan is complete: {number} photographs show {share:.1f} % of what can be shown."
@@ -142,9 +148,17 @@ def follow(plan_file: Path, closer_file: Path, wanted: Wanted, lines: Iterable[s
             follower.add(Path(line.rstrip("\n")))
 
 
+def _end_with(parent: int) -> None:
+    """End this process when its parent has: a node that starts again has its own one, for the same plan."""
+    while os.getppid() == parent:
+        time.sleep(PARENT_S)
+    os._exit(1)
+
+
 def main() -> int:
-    """Run the process: PLAN CLOSER WANTED. Return its exit code."""
+    """Run the process: PLAN CLOSER WANTED PARENT, the number of who starts it. Return its exit code."""
     os.nice(NICE)
+    threading.Thread(target=_end_with, args=(int(sys.argv[4]),), daemon=True).start()
     given = Path(sys.argv[1]), Path(sys.argv[2]), Wanted(*json.loads(sys.argv[3]))
     try:
         for answer in follow(*given, sys.stdin):

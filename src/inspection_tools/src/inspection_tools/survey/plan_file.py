@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, Mapping
@@ -66,6 +67,8 @@ def write_plan(path: Path, plan: SurveyPlan) -> None:
         part.write_text("".join(lines), encoding="utf-8")
         part.replace(path)
     except OSError as error:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
         raise SurveyError(f"{path} cannot be written: {error.strerror}.") from None
 
 
