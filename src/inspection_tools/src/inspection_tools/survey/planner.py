@@ -23,7 +23,8 @@ from inspection_tools.survey.views.candidates import Candidates, Ranges, lattice
 from inspection_tools.survey.views.cover import Cover
 from inspection_tools.survey.views.lp_bound import lp_bound
 
-FIRST_TRIES, LAST_TRIES = 0, 300
+FIRST_TRIES, LAST_TRIES = 0, 60
+"""Perturbations of the tour. In hold_3d 60 shorten it by 0.4 % in 4 s of CPU time, 300 by 0.8 % in 15 s."""
 COARSER = 2.0
 """The first plan's lattice is so many times as wide."""
 NEAR_PLACES, SETTLED = 400, 60
