@@ -5,6 +5,7 @@ Or a first flight comes at once, and the others are planned while it is flown.
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, replace
 from typing import Iterator, Sequence
@@ -27,9 +28,10 @@ FIRST_TRIES, LAST_TRIES = 0, 60
 """Perturbations of the tour. In hold_3d 60 shorten it by 0.4 % in 4 s of CPU time, 300 by 0.8 % in 15 s."""
 COARSER = 2.0
 """The first plan's lattice is so many times as wide."""
-NEAR_PLACES, SETTLED = 400, 60
-"""Places nearest to home, and the photographs at them with which a draft begins. They are flown in some two
-minutes, and the others are found in half of that."""
+NEAR_PLACES, SETTLED, EACH_M2 = 400, 60, 30.0
+"""A draft visits some of so many places, nearest to home. It has so many photographs at most, and one for so
+much of the surface. The others are found while these are flown: a hold's in a minute, a tank's sooner. With
+60 in its draft, a tank needed 7 % more photographs."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ class SurveyPlanner:
         if not len(near.seen):
             return None
         cover = Cover(near, self._asked)
-        cover.fill(most=SETTLED)
+        cover.fill(most=min(SETTLED, math.ceil(self._patches.areas_m2.sum() / EACH_M2)))
         if not cover.shots:
             return None
         flights, _ = flown(self._room, cover.views, self._flying, np.random.default_rng(seed), FIRST_TRIES)
