@@ -26,9 +26,9 @@ from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.search import PhotographSearch, plan_nearer
 from inspection_tools.findings.wanted import Wanted
 from inspection_tools.photographs.folder import PhotographError, read_record
-from inspection_tools.survey.draft import completed
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
+from inspection_tools.survey.planner import completed
 from inspection_tools.survey.supplement import ROUNDS, Supplement
 from inspection_tools.survey.surface.reading import Surface, read_surface
 

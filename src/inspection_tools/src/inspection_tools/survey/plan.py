@@ -53,7 +53,7 @@ class SurveyPlan:
         camera, asked, flying: parameters. flights: in their order.
         figures: area_m2, reachable_m2, share, photographs, their LP bound, the tour's and so on.
         shares: of what is reachable, by thing. leftovers: what cannot be shown.
-        draft: the flights are settled, and others will follow them (`survey.draft`); None: these are all.
+        draft: the flights are settled, and others will follow (`planner.completed`); None: these are all.
     """
 
     source: str

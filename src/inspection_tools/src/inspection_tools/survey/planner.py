@@ -18,6 +18,7 @@ from inspection_tools.survey.leftovers import leftovers_of
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import Draft, Flight, SurveyPlan
 from inspection_tools.survey.surface.patches import Patches
+from inspection_tools.survey.surface.reading import Surface
 from inspection_tools.survey.surface.room import Room
 from inspection_tools.survey.tour.flown import flown
 from inspection_tools.survey.views.candidates import Candidates, Ranges, lattice, near_home
@@ -184,3 +185,18 @@ class SurveyPlanner:
         return SurveyPlan(
             self._source, (x, y, z), self._camera, self._asked, self._flying, flights, figures, shares or {}
         )
+
+
+def completed(draft: SurveyPlan, surface: Surface) -> SurveyPlan:
+    """Return the whole plan of a draft, which begins with its flights. A plan that is whole is returned.
+
+    surface: of its mesh. Raises: SurveyError: a photograph is too far for a battery.
+    """
+    if draft.draft is None:
+        return draft
+    planner = SurveyPlanner(
+        surface.room, surface.patches, surface.ranges_m, draft.camera, draft.asked, draft.flying, draft.source
+    )
+    how = draft.draft
+    *_, whole = planner.improve(how.seed, how.search_s, bound=False, settled=draft.flights)
+    return whole.plan
