@@ -83,8 +83,7 @@ class SurveyPlanner:
             return None
         flights, _ = flown(self._room, cover.views, self._flying, np.random.default_rng(seed), FIRST_TRIES)
         most = max(flights, key=lambda flight: len(flight.views))
-        plan = self._plan_of((most,), {"photographs": len(most.views)})
-        return replace(plan, draft=Draft(seed, search_s))
+        return replace(self._plan_of((most,), {}), draft=Draft(seed, search_s))
 
     def improve(
         self, seed: int = 1, search_s: float = 20.0, bound: bool = True, settled: Sequence[Flight] = ()
@@ -106,14 +105,9 @@ class SurveyPlanner:
         def told(stage: str, plan: SurveyPlan) -> Progress:
             return Progress(stage, time.process_time() - begin_s, plan)
 
-        if not settled:
-            coarse = self._candidates(self._patches, self._lattice(COARSER))
-            if len(coarse.seen):
-                first = Cover(coarse, self._asked)
-                first.fill()
-                first.drop_idle()
-                if first.shots:
-                    yield told("first plan", self._plan(coarse, first, rng, FIRST_TRIES))
+        first = None if settled else self._coarse_plan(rng)
+        if first is not None:
+            yield told("first plan", first)
         shown = self._shown_by(settled)
         candidates = self._candidates(self._patches.only(~shown), self._lattice())
         cover = Cover(candidates, self._asked, self._patches.only(shown).by_part_m2)
@@ -136,6 +130,18 @@ class SurveyPlanner:
         if bound and not settled:
             least = lp_bound(candidates, cover, self._asked.share, rng)
             yield told("bound", replace(plan, figures={**plan.figures, "photographs_lp_bound": least}))
+
+    def _coarse_plan(self, rng: np.random.Generator) -> SurveyPlan | None:
+        """Return a plan from few places; None: they show nothing."""
+        coarse = self._candidates(self._patches, self._lattice(COARSER))
+        if not len(coarse.seen):
+            return None
+        cover = Cover(coarse, self._asked)
+        cover.fill()
+        if not cover.shots:
+            return None
+        cover.drop_idle()
+        return self._plan(coarse, cover, rng, FIRST_TRIES)
 
     def _lattice(self, coarser: float = 1.0) -> np.ndarray:
         return lattice(self._room, coarser * self._asked.lattice_m)
@@ -174,7 +180,6 @@ class SurveyPlanner:
             "reachable_m2": float(cover.by_class_m2.sum()),
             "share": cover.share,
         }
-        figures["photographs"] = sum(len(flight.views) for flight in flights)
         shares = dict(zip(candidates.patches.names, cover.class_shares().tolist()))
         return self._plan_of(flights, {**areas, **figures}, shares)
 
@@ -182,9 +187,11 @@ class SurveyPlanner:
         self, flights: tuple[Flight, ...], figures: dict[str, float], shares: dict[str, float] | None = None
     ) -> SurveyPlan:
         x, y, z = self._room.home_m.tolist()
+        number = float(sum(len(flight.views) for flight in flights))
         return SurveyPlan(
-            self._source, (x, y, z), self._camera, self._asked, self._flying, flights, figures, shares or {}
-        )
+            self._source, (x, y, z), self._camera, self._asked, self._flying, flights,
+            {**figures, "photographs": number}, shares or {},
+        )  # fmt: skip
 
 
 def completed(draft: SurveyPlan, surface: Surface) -> SurveyPlan:
