@@ -28,12 +28,12 @@ WEB = trimesh.creation.box(bounds=((FACE_M - 0.02, 0.0, 0.0), (FACE_M, 0.5, 4.0)
 
 
 def clouds(*bodies):
-    """Clouds of bodies, seen from six places before them by beams that are evenly around."""
+    """Clouds of bodies, seen from 15 places before them by beams that are evenly around."""
     sight, nodes = Sight(np.concatenate([each.triangles for each in bodies])), []
     rng = np.random.default_rng(5)
-    for number in range(6):
-        here_m = np.array((rng.uniform(2.0, 5.0), rng.uniform(-2.0, 2.5), rng.uniform(0.5, 3.5)))
-        ways = rng.normal(size=(20_000, 3))
+    for number in range(15):
+        here_m = np.array((rng.uniform(1.5, 5.0), rng.uniform(-2.8, 3.5), rng.uniform(0.5, 3.5)))
+        ways = rng.normal(size=(60_000, 3))
         ways /= np.linalg.norm(ways, axis=1)[:, None]
         range_m = sight.ranges_m(np.tile(here_m, (len(ways), 1)), ways)
         is_hit = np.isfinite(range_m) & (range_m < 30.0)
@@ -75,6 +75,22 @@ def test_plates_of_a_ladder_before_a_wall_are_bars():
 def test_other_plates_are_none(bodies, columns):
     plates = upright(columns)
     assert not are_bars(plates, beams_on(plates, clouds(*bodies))).any()
+
+
+def test_the_sides_of_its_rails_are_bars_and_the_deck_at_its_foot_is_none():
+    deck = trimesh.creation.box(bounds=((0.0, -3.0, -0.1), (6.0, 4.0, 0.0)))
+    front = upright(columns=3)
+    # Their plates are wider than they are: points are off, and plates reach over gaps
+    low = np.array([(FACE_M - 0.12, 0.0, SIDE_M * k) for k in range(20)])
+    sides = low[:, None] + np.array(((0, 0, 0), (0.14, 0, 0), (0.14, 0, SIDE_M), (0, 0, SIDE_M)))
+    low = np.array([(FACE_M - 0.1 + SIDE_M * k, SIDE_M * i, 0.0) for k in (-1, 0, 1) for i in range(3)])
+    floor = low[:, None] + SIDE_M * np.array(((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)))
+    facing = np.array(((0.0, -1.0, 0.0),) * len(sides) + ((0.0, 0.0, 1.0),) * len(floor))
+    plates = Plates(np.concatenate((front.corners_m, sides, floor)), np.concatenate((front.normals, facing)))
+    found = are_bars(plates, beams_on(plates, clouds(WALL, deck, *RAILS, *RUNGS)))
+    assert found[: len(front)].all()
+    assert found[len(front) : len(front) + len(sides)].mean() > 0.9
+    assert not found[len(front) + len(sides) :].any()
 
 
 def test_plates_that_no_beam_tells_about_are_none():

@@ -7,7 +7,7 @@ from typing import Iterable, NamedTuple
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
-from scipy.sparse import coo_matrix
+from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from gridslam.volume import CloudNode
@@ -26,6 +26,9 @@ AROUND_M, OFF_M, ALIKE = 0.45, 0.1, 0.8
 OPEN, WIDE_M = 0.65, 0.1
 """Plates are bars if so many of the beams around them went through, and if those that go together spread so
 much, as a standard deviation, also across their longest way. Beside a stanchion beams pass, too."""
+PASSED = 0.1
+"""Plates beside those are bars, too, whichever way they face, if more of the beams on them went through. The
+deck at a ladder's foot is none."""
 THICK = 0.5
 """Side of a bar's cube, as a share of the voxel's. Between the cubes one sees their other sides, too."""
 
@@ -70,24 +73,39 @@ def beams_on(plates: Plates, nodes: Iterable[CloudNode], every: int = EVERY) -> 
 
 
 def are_bars(plates: Plates, beams: Beams) -> np.ndarray:
-    """Return which plates (n,) are bars: those that one sees through, and those beside them."""
+    """Return which plates (n,) are bars: those that one sees through, and those beside them in their plane.
+
+    Of the latter those count that face the same way, and those that some beams passed, as the sides of rails.
+    """
     count, centres_m, normals = len(plates), plates.centres_m, plates.normals
-    one, other = cKDTree(centres_m).query_pairs(AROUND_M, output_type="ndarray").T
-    off_m = np.abs(((centres_m[other] - centres_m[one]) * normals[one]).sum(axis=1))
-    alike = np.abs((normals[one] * normals[other]).sum(axis=1)) > ALIKE
-    one, other = one[alike & (off_m < OFF_M)], other[alike & (off_m < OFF_M)]
-    rows, columns = (
-        np.concatenate((one, other, np.arange(count))),
-        np.concatenate((other, one, np.arange(count))),
-    )
-    together = coo_matrix((np.ones(len(rows)), (rows, columns)), shape=(count, count)).tocsr()
-    is_open = together @ beams.through > OPEN * (together @ (beams.through + beams.met))
+    pairs = cKDTree(centres_m).query_pairs(AROUND_M, output_type="ndarray")
+    own = np.repeat(np.arange(count), 2).reshape(-1, 2)
+    one, other = np.concatenate((pairs, pairs[:, ::-1], own)).T
+    is_beside = np.abs(((centres_m[other] - centres_m[one]) * normals[one]).sum(axis=1)) < OFF_M
+    one, other = one[is_beside], other[is_beside]
+    is_alike = np.abs((normals[one] * normals[other]).sum(axis=1)) > ALIKE
+    alike = _sums(one[is_alike], other[is_alike], count)
+    all_beams = beams.through + beams.met
+    is_open = alike @ beams.through > OPEN * (alike @ all_beams)
+    is_middle = is_open & (_across_m(alike, centres_m) > WIDE_M)
+    is_passed = beams.through > PASSED * all_beams
+    found = np.zeros(count, bool)
+    found[other[is_middle[one] & (is_alike | is_passed[other])]] = True
+    return found
+
+
+def _sums(one: np.ndarray, other: np.ndarray, count: int) -> csr_matrix:
+    """Return the matrix (count, count) that adds up, for each one, the values of the others."""
+    return csr_matrix((np.ones(len(one)), (one, other)), shape=(count, count))
+
+
+def _across_m(together: csr_matrix, places_m: np.ndarray) -> np.ndarray:
+    """Return (n,) how far places (n, 3) that are together spread across their longest way, m."""
     numbers = np.asarray(together.sum(axis=1))
-    middles_m = together @ centres_m / numbers
-    products = (centres_m[:, :, None] * centres_m[:, None]).reshape(count, 9)
+    middles_m = together @ places_m / numbers
+    products = (places_m[:, :, None] * places_m[:, None]).reshape(len(places_m), 9)
     spread = (together @ products / numbers).reshape(-1, 3, 3) - middles_m[:, :, None] * middles_m[:, None]
-    across_m = np.sqrt(np.maximum(np.linalg.eigvalsh(spread)[:, 1], 0.0))
-    return np.asarray(together @ (is_open & (across_m > WIDE_M)) > 0)
+    return np.sqrt(np.maximum(np.linalg.eigvalsh(spread)[:, 1], 0.0))
 
 
 def cubes_of(
