@@ -14,7 +14,7 @@ from inspection_tools.report.command import main
 from inspection_tools.report.plan_page import flight_rows, write_plan_page
 from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
-from inspection_tools.survey.plan import Flight, Leftover, PlannedView, SurveyPlan
+from inspection_tools.survey.plan import Draft, Flight, Leftover, PlannedView, SurveyPlan
 from inspection_tools.survey.plan_file import write_plan
 from inspection_tools.survey.views.candidates import View
 
@@ -55,6 +55,15 @@ def test_a_plan_without_figures_or_leftovers_has_a_page_too(tmp_path):
     text = words(tmp_path / "plan.html")
     assert "not computed" in text
     assert "All of the surface within the space can be photographed." in text
+
+
+def test_the_page_of_a_draft_tells_nothing_that_is_not_known_yet(tmp_path):
+    draft = replace(PLAN, figures={"photographs": 3.0}, shares={}, leftovers=(), draft=Draft(1, 20.0))
+    write_plan_page(tmp_path / "plan.html", draft, None)
+    text = words(tmp_path / "plan.html")
+    assert "more are planned during it" in text
+    assert "Cannot be photographed \N{EN DASH} not known yet" in text
+    assert "can be photographed." not in text
 
 
 def test_a_page_that_cannot_be_written_is_one_sentence(tmp_path):

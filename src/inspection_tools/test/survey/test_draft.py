@@ -108,6 +108,7 @@ def test_the_nearest_places_are_on_this_side_of_a_wall(drafted):
         ("draft: {seed: 1.5, search_s: 3}\n", "whole number"),
         ("draft: {seed: 1, search_s: 3, more: 1}\n", "unknown"),
         ("draft: {seed: 1, search_s: .nan}\n", "finite"),
+        ("draft: {seed: 1, search_s: 1.0e+9}\n", "0 to 86400 s"),
     ],
 )
 def test_a_draft_that_makes_no_sense_is_refused_with_a_sentence(drafted, tmp_path, line, told):

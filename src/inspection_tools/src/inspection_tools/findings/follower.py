@@ -15,7 +15,6 @@ import os
 import sys
 import threading
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Iterable, Iterator
 
@@ -78,8 +77,7 @@ class Follower:
             self._plan = completed(self._plan, self._surface)
             write_plan(self._plan_file, self._plan)
         except SurveyError as error:
-            self._plan = replace(self._plan, draft=None)
-            return {"views": [], "says": f"The plan is not completed: {error}", "is_last": False}
+            return {"views": [], "says": str(error), "is_last": True}
         number, share = len(self._plan.views), 100.0 * self._plan.figures["share"]
         says = f"The plan is complete: {number} photographs show {share:.1f} % of what can be shown."
         return {"views": _rows(self._plan)[settled:], "says": says, "is_last": False}
@@ -138,6 +136,8 @@ def follow(plan_file: Path, closer_file: Path, wanted: Wanted, lines: Iterable[s
     follower = Follower(plan_file, closer_file, wanted)
     if (rest := follower.complete()) is not None:
         yield rest
+        if rest["is_last"]:
+            return
     for line in lines:
         if line.startswith("["):
             answer = follower.answer(json.loads(line))

@@ -55,7 +55,8 @@ class Inspection:
         todo: what is done and open. end, reason: why it has ended; None: it flies. is_home: it has ended, and
         the UAV is where it may land. must_land: the energy does not take the UAV home. awaits: more
         photographs may come; when all others are taken, the UAV waits for them at home. If that takes long,
-        it ends as SEARCHING, to land until the search has answered, and begins again then.
+        it ends as SEARCHING, to land until the search has answered, and begins again then. lacks: why the
+        photographs are not all of the plan; with it, it ends as ABORTED when they are taken.
     """
 
     def __init__(
@@ -80,7 +81,7 @@ class Inspection:
         """Where CEPA kept the UAV off its way, and the next place of that; the planner does not know yet."""
         self._is_paused = False
         self.end: End | None = None
-        self.reason = ""
+        self.reason = self.lacks = ""
         self.is_home = self.must_land = self.awaits = False
         self.front_rad: float | None = None
         self.tilt_rad = 0.0
@@ -267,7 +268,7 @@ class Inspection:
             self._set_out_for_any(stamp_s, here_m)
             return
         if not self.awaits:
-            self.abort(self.todo.told(), End.DONE)
+            self.abort(self.lacks or self.todo.told(), End.ABORTED if self.lacks else End.DONE)
         elif self._homing.near_home_s(stamp_s, here_m) > self._p.search_hover:
             self.abort("The photographs are still being searched. The UAV lands meanwhile.", End.SEARCHING)
         else:

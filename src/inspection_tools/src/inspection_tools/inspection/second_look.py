@@ -98,10 +98,9 @@ class SecondLook:
         answer = self._search.take_answer()
         if answer is None:
             return ""
-        if answer.is_last and self._lacks_rest:
-            lead.abort(f"The plan is not complete. {answer.says}")
-            self.abort()
-        elif answer.is_last:
+        if answer.is_last:
+            if self._lacks_rest:
+                lead.lacks = f"The plan is not complete. {answer.says}"
             lead.look_again(answer.views)
             self.close()
         else:

@@ -41,6 +41,7 @@ def plan_content(plan: SurveyPlan, patches: Patches | None, ship: Ship) -> dict[
         "reserve": plan.flying.reserve,
         "shares": [{"part": ship.part(name), "share": share} for name, share in plan.shares.items()],
         "left_out": left_out,
+        "is_draft": plan.draft is not None,
         "written": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC"),
     }
 
@@ -73,11 +74,12 @@ def _figures(plan: SurveyPlan, rows: list[dict[str, Any]], left_out: list[dict[s
     whole = "not computed" if reachable_m2 is None else f"of {reachable_m2:,.0f} m\u00b2 within reach"
     beyond_m2 = sum(row["area_m2"] for row in left_out)
     flights = counted(len(rows), "flight") + ("; more are planned during it" if plan.draft else "")
+    beyond = (NONE, "not known yet") if plan.draft else (f"{beyond_m2:,.0f} m\u00b2", "reasons below")
     time_min = sum(row["time_min"] for row in rows)
     return [
         {"name": "Photographs", "value": str(len(plan.views)), "more": f"in {flights}"},
         {"name": "Surface to be seen", "value": seen, "more": whole},
-        {"name": "Cannot be photographed", "value": f"{beyond_m2:,.0f} m\u00b2", "more": "reasons below"},
+        {"name": "Cannot be photographed", "value": beyond[0], "more": beyond[1]},
         {"name": "Time in the air", "value": f"{time_min:.0f} min", "more": "without changes of battery"},
         {
             "name": "Energy",

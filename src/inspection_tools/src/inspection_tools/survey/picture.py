@@ -119,12 +119,12 @@ def _tell(panel: Any, plan: SurveyPlan) -> None:
     """Write figures and legend where the fourth view would be."""
     from matplotlib.lines import Line2D
 
-    f = plan.figures
-    lines = [
-        f"{len(plan.views)} photographs show {100 * f.get('share', math.nan):.1f} %",
-        f"of {f.get('reachable_m2', math.nan):,.0f} m² that can be reached",
-        f"{plan.asked.resolution:g} mm per pixel, incidence to {plan.asked.incidence:g}°",
-    ]
+    share, reachable_m2 = plan.figures.get("share"), plan.figures.get("reachable_m2")
+    lines = [f"{len(plan.views)} photographs"]
+    if share is not None and reachable_m2 is not None:
+        lines[0] += f" show {100.0 * share:.1f} %"
+        lines.append(f"of {reachable_m2:,.0f} m² that can be reached")
+    lines.append(f"{plan.asked.resolution:g} mm per pixel, incidence to {plan.asked.incidence:g}°")
     handles = [
         Line2D([], [], color=COLOURS[n % len(COLOURS)], marker="o", ms=4, label=_label(n + 1, each))
         for n, each in enumerate(plan.flights)

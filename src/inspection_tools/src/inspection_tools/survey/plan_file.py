@@ -18,6 +18,8 @@ HEAD = """# A survey plan. Edit photographs, then check: rosrun inspection_tools
 # at: place of the camera in the map, m. yaw: anticlockwise from x, deg. tilt: 0 level, 90 straight up, deg.
 # way: corners of the way there from the photograph before, m, if it is not straight.
 """
+LONGEST_S = 86_400.0
+"""Of the search that completes a draft; the UAV waits for it."""
 KEYS = ("source", "home", "camera", "asked", "flying", "figures", "shares", "left_out", "draft", "flights")
 
 
@@ -141,10 +143,10 @@ def _draft(content: Mapping) -> Draft | None:
         raise SurveyError(f"draft is {given!r}; it must be a mapping with seed and search_s.")
     _refuse_unknown("draft", given, ("seed", "search_s"))
     seed, search_s = (_number(f"{key} of draft", given.get(key)) for key in ("seed", "search_s"))
-    if seed < 0.0 or search_s < 0.0 or seed != int(seed):
+    if seed < 0.0 or seed != int(seed) or not 0.0 <= search_s <= LONGEST_S:
         raise SurveyError(
             f"draft has the seed {seed:g} and {search_s:g} s of search; the seed must be a whole number from "
-            "0, the time not negative."
+            f"0, the time 0 to {LONGEST_S:g} s."
         )
     return Draft(int(seed), search_s)
 

@@ -97,10 +97,8 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
 
 def _take_whole_plan(request: InspectingRequest, survey: SurveyPart, folder: Path) -> None:
     """Take the plan as it was completed in flight, and write its page."""
-    was_draft = survey.plan is not None and survey.plan.draft is not None
     try:
-        survey.read_whole_plan()
-        if was_draft:
+        if survey.read_whole_plan():
             write_page(request, folder / "plan.yaml")
     except InspectionToolsError as error:
         rospy.logwarn(str(error))

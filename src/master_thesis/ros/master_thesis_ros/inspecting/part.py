@@ -75,13 +75,15 @@ class SurveyPart(Part):
         """Make the plan."""
         self.plan = self._make_plan()
 
-    def read_whole_plan(self) -> None:
-        """Read the plan again, which was completed in flight if it was a draft.
+    def read_whole_plan(self) -> bool:
+        """Read the plan again if it was a draft: it was completed in flight. Return whether it was one.
 
         Raises: SurveyError: it cannot be read.
         """
-        if self.plan is not None and self.plan.draft is not None:
-            self.plan = read_plan(self._folder / "plan.yaml")
+        if self.plan is None or self.plan.draft is None:
+            return False
+        self.plan = read_plan(self._folder / "plan.yaml")
+        return True
 
     def wait(self) -> bool:
         """Wait until the photographs are searched. Return whether it goes on."""
