@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from inspection_tools.survey import SurveyParameters
+from inspection_tools.survey.kernels.gains import sums_alone
 from inspection_tools.survey.views.cover import Cover, Shot
 
 NAMES = ("plates", "frames")
@@ -24,7 +25,7 @@ def cover_and_shots(seed, share, class_share, already_m2=None):
         reachable=rng.random(30) < 0.9,
         places_m=np.zeros((12, 3)),
         costs=rng.uniform(1.0, 3.0, 12),
-        best=lambda chosen, worth: np.zeros((len(chosen), 3)),
+        likely_gains=lambda chosen, worth: np.zeros(len(chosen)),
     )
     cover = Cover(candidates, SurveyParameters(share=share, class_share=class_share), already_m2)
     shots = [Shot(k, 0.0, 0.0, np.flatnonzero(rng.random(30) < 0.4)) for k in range(12)]
@@ -72,3 +73,32 @@ def test_no_photograph_is_kept_that_is_not_needed(seed, share, class_share):
         cover.remove(shot)
         assert not cover.is_enough()
         cover.add(shot)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from((0.5, 0.8)))
+def test_photographs_chosen_anew_are_enough_and_never_cost_more(seed, share):
+    cover, candidates, shots = cover_and_shots(seed, share, 0.0)
+    candidates.drawn = lambda place, yaw, tilt: shots[place].drawn
+    candidates.likely_gains = lambda chosen, worth: np.array([worth[shots[k].drawn].sum() for k in chosen])
+    candidates.best = lambda chosen, worth: np.array(
+        [(worth[shots[k].drawn].sum(), 0.0, 0.0) for k in chosen]
+    )
+    for shot in shots:
+        cover.add(shot)
+    cost, turns = cover.cost, iter(range(40))
+    cover.improve(np.random.default_rng(seed), lambda: next(turns, None) is not None)
+    assert cover.cost <= cost + 1e-9
+    whole, by_class = plain_shares(cover, candidates, np.zeros(2))
+    assert whole >= share - 1e-6
+    assert cover.share == pytest.approx(whole)
+    np.testing.assert_allclose(cover.class_shares(), by_class)
+    counts = sum(np.bincount(each.drawn, minlength=30) for each in cover.shots)
+    np.testing.assert_array_equal(cover.counts, counts)
+
+
+def test_what_one_photograph_alone_shows_is_summed_as_by_hand():
+    drawn = [np.array((0, 1, 2)), np.array((2, 3)), np.array((4,))]
+    counts, areas_m2, parts = np.array((1, 1, 2, 1, 2)), np.arange(1.0, 6.0), np.array((0, 1, 0, 0, 1))
+    found = sums_alone(np.array((0, 3, 5, 6)), np.concatenate(drawn), counts, areas_m2, parts, 2)
+    np.testing.assert_array_equal(found, ((1.0, 2.0), (4.0, 0.0), (0.0, 0.0)))

@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,8 +15,10 @@ from inspection_tools.survey.kernels.gains import (
     bins_of,
     drawn_from,
     frames,
+    likely_gains,
     worth_of_directions,
 )
+from inspection_tools.survey.kernels.sight import drawn_straight
 
 YAWS_RAD = 2.0 * math.pi / YAWS * np.arange(YAWS)
 TILTS_RAD = math.pi * (np.arange(TILTS) / (TILTS - 1) - 0.5)
@@ -59,6 +62,21 @@ def test_the_worth_in_each_frame_is_that_of_plain_geometry(seed, across, down):
     np.testing.assert_allclose(found, plain_worth(tilts, yaws, worth, lens), atol=1e-9)
 
 
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.5))
+def test_what_a_straight_look_draws_is_near_and_steep_enough(seed, blur):
+    rng = np.random.default_rng(seed)
+    places, points = rng.uniform(-3.0, 3.0, (3, 3)), rng.uniform(-3.0, 3.0, (20, 3))
+    normals = rng.normal(size=(20, 3))
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    begins, seen = np.array((0, 6, 6, 15)), rng.integers(0, 20, 15)
+    way = np.repeat(places, np.diff(begins), axis=0) - points[seen]
+    apart_m = np.linalg.norm(way, axis=1)
+    cosine = (way * normals[seen]).sum(axis=1) / apart_m
+    found = drawn_straight(places, begins, seen, points, normals, np.array((0.5, 0.4, 4.0, blur)))
+    np.testing.assert_array_equal(found, np.hypot(apart_m, blur) <= 4.0 * cosine)
+
+
 def test_a_gimbal_that_does_not_look_up_has_no_direction_there():
     lens, tilts = lens_of(0.5, 0.4), np.radians((-90.0, 10.0))
     begins, runs = frames(lens, tilts)
@@ -82,6 +100,11 @@ def test_the_best_photograph_draws_its_gain_and_more_than_others(seed, least_deg
         return worth[drawn_from(place, optical_axes(yaw, tilt), lens, seen, points, normals)].sum()
 
     assert math.isclose(gain, shown(yaw, tilt))
+    likely, *nothing = likely_gains(
+        np.array((0, 1)), np.array((0, 2000, 2000)), seen, bins, worth, *frames(lens, tilts)
+    )
+    assert nothing == [0.0]
+    assert gain == pytest.approx(likely, rel=0.1)  # the raster's steps; all in the frame is drawn
     assert tilts[0] - 1e-6 <= tilt <= tilts[1] + 1e-6
     others = [t for t in TILTS_RAD.tolist() if tilts[0] <= t <= tilts[1]]
     assert gain >= 0.93 * max(shown(y, t) for y in YAWS_RAD for t in others)

@@ -160,6 +160,8 @@ def best_plane(
             n = -n
         count = 0
         for m in range(len(near)):
+            if count + len(near) - m <= best:  # it cannot be better
+                break
             if not taken[m] and is_on(points[near[m]], ways[near[m]], n, points[i], off):
                 count += 1
         if count > best:

@@ -208,6 +208,32 @@ def best_views(
 
 
 @njit(cache=True, nogil=True)
+def likely_gains(
+    chosen: np.ndarray,
+    begins: np.ndarray,
+    seen: np.ndarray,
+    bins: np.ndarray,
+    worth: np.ndarray,
+    frame_begins: np.ndarray,
+    frame_runs: np.ndarray,
+) -> np.ndarray:
+    """Return (k,) the most worth in one direction's frame, from each chosen (k,) place.
+
+    It is seldom less than the gain of `best_views`, which draws less of the frame, and is found much sooner.
+    """
+    found = np.zeros(len(chosen))
+    for k in range(len(chosen)):
+        part = slice(begins[chosen[k]], begins[chosen[k] + 1])
+        counts = np.zeros(len(seen[part]), np.bool_)
+        for m in range(len(counts)):
+            counts[m] = worth[seen[part][m]] > 0.0
+        if counts.any():
+            there = worth[seen[part][counts]]
+            found[k] = worth_of_directions(bins[part][counts], there, frame_begins, frame_runs).max()
+    return found
+
+
+@njit(cache=True, nogil=True)
 def drawn_from(
     place: np.ndarray,
     axes: np.ndarray,
@@ -221,3 +247,24 @@ def drawn_from(
     for k in range(len(seen)):
         kept[k] = is_drawn(place, axes, lens, points[seen[k]], normals[seen[k]])
     return seen[kept]
+
+
+@njit(cache=True, nogil=True)
+def sums_alone(
+    begins: np.ndarray,
+    drawn: np.ndarray,
+    counts: np.ndarray,
+    areas: np.ndarray,
+    parts: np.ndarray,
+    names: int,
+) -> np.ndarray:
+    """Return (n, names) the area of the points that one photograph alone draws, by the thing they are of.
+
+    begins: (n + 1,) of the points drawn by each photograph. counts: (m,) photographs that draw each point.
+    """
+    sums = np.zeros((len(begins) - 1, names))
+    for shot in range(len(begins) - 1):
+        for k in range(begins[shot], begins[shot + 1]):
+            if counts[drawn[k]] == 1:
+                sums[shot, parts[drawn[k]]] += areas[drawn[k]]
+    return sums

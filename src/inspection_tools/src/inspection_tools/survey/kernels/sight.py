@@ -113,3 +113,25 @@ def pairs_near(
                 count += 1
         begins[n + 1] = count
     return begins, found[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def drawn_straight(
+    places: np.ndarray, begins: np.ndarray, seen: np.ndarray, points: np.ndarray, normals: np.ndarray,
+    lens: np.ndarray,
+) -> np.ndarray:  # fmt: skip
+    """Return (k,) whether photographs draw the points that their places see, if they look straight at them.
+
+    begins, seen: pairs as of `pairs_near`. lens: (4,) of `is_drawn`.
+    """
+    are_drawn = np.empty(len(seen), np.bool_)
+    for n in range(len(places)):
+        for k in range(begins[n], begins[n + 1]):
+            dx = places[n, 0] - points[seen[k], 0]
+            dy = places[n, 1] - points[seen[k], 1]
+            dz = places[n, 2] - points[seen[k], 2]
+            square = dx * dx + dy * dy + dz * dz
+            normal = normals[seen[k]]
+            cosine = (dx * normal[0] + dy * normal[1] + dz * normal[2]) / math.sqrt(square)
+            are_drawn[k] = math.sqrt(square + lens[3] * lens[3]) <= lens[2] * cosine
+    return are_drawn

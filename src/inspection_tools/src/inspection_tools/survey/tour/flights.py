@@ -55,7 +55,7 @@ def flights_of(tour: Tour, times_s: np.ndarray, stays_s: float, flight: FlightPa
     Raises:
         SurveyError: one photograph is too far for a battery.
     """
-    order = tour.order[1:]
+    order, most_s = tour.order[1:], flight.flight_s
     count = len(order)
     costs: list[tuple[int, float]] = [(0, 0.0)] + [(count + 1, np.inf)] * count
     begins = np.zeros(count + 1, np.int64)
@@ -67,7 +67,7 @@ def flights_of(tour: Tour, times_s: np.ndarray, stays_s: float, flight: FlightPa
             if j > i:
                 time_s += times_s[order[j - 1], order[j]] + stays_s
             home_s = times_s[order[j], 0]
-            if time_s + flight.way_home_margin * home_s + flight.landing_time > flight.flight_s:
+            if time_s + flight.way_home_margin * home_s + flight.landing_time > most_s:
                 break
             cost = (costs[i][0] + 1, costs[i][1] + time_s + home_s + flight.landing_time)
             if cost < costs[j + 1]:

@@ -12,8 +12,8 @@ from scipy import ndimage
 
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey.camera import SurveyCamera
-from inspection_tools.survey.kernels.gains import best_views, bins_of, drawn_from, frames
-from inspection_tools.survey.kernels.sight import axes_of, pairs_near
+from inspection_tools.survey.kernels.gains import best_views, bins_of, drawn_from, frames, likely_gains
+from inspection_tools.survey.kernels.sight import axes_of, drawn_straight, pairs_near
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.surface.patches import Patches
 from inspection_tools.survey.surface.room import Room
@@ -146,10 +146,8 @@ class Candidates:
 
     def _are_drawn(self) -> np.ndarray:
         """Return for which pairs (n,) a photograph draws the patch if it looks straight at it."""
-        way = self.patches.points_m[self.seen] - self.places_m[self._of]
-        apart = np.linalg.norm(way, axis=1)
-        cosine = -(way * self.patches.normals[self.seen]).sum(axis=1) / apart
-        return np.hypot(apart, self.lens[3]) <= self.lens[2] * cosine
+        p = self.patches
+        return drawn_straight(self.places_m, self.begins, self.seen, p.points_m, p.normals, self.lens)
 
     def _reachable(self) -> np.ndarray:
         """Return which patches (n,) some photograph draws that looks straight at them."""
@@ -193,6 +191,12 @@ class Candidates:
             np.asarray(chosen, np.int64), self.places_m, self.begins, self.seen, self.bins, p.points_m,
             p.normals, worth, self.lens, self._tilts, *self._frames,
         )  # fmt: skip
+
+    def likely_gains(self, chosen: np.ndarray, worth: np.ndarray) -> np.ndarray:
+        """Return (k,) about how much the best photograph from each chosen place gains, seldom too little."""
+        return likely_gains(
+            np.asarray(chosen, np.int64), self.begins, self.seen, self.bins, worth, *self._frames
+        )
 
     def drawn(self, place: int, yaw: float, tilt: float) -> np.ndarray:
         """Return the patches that a photograph from a place draws."""

@@ -8,10 +8,11 @@ from typing import Callable
 
 import numpy as np
 
+from inspection_tools.survey.kernels.gains import sums_alone
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.views.candidates import Candidates, View
 
-LEAST_M2 = 1e-9
+LEAST_M2 = TINY_M2 = 1e-9
 ROUNDING = 1e-9
 """Shares are sums that photographs change one by one; a whole one may come out so much short of 1."""
 ANEW = 2
@@ -19,11 +20,13 @@ ANEW = 2
 photographs in 30 s of search than 8 did."""
 REACH_M = 1.0
 """The new ones are sought so much farther from the first than the old ones are."""
+TRIED = 0.5
+"""From so many of the places there, drawn anew each time."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Shot:
-    """A photograph from a place of the candidates, and the patches that it draws."""
+    """A photograph from a place of the candidates, and the patches that it draws. Each is itself alone."""
 
     place: int
     yaw: float
@@ -42,16 +45,19 @@ class Cover:
     def __init__(
         self, candidates: Candidates, parameters: SurveyParameters, shown_m2: np.ndarray | None = None
     ):
-        self._c, self._p = candidates, parameters
-        self.areas_m2 = np.where(candidates.reachable, candidates.patches.areas_m2, 0.0)
-        names = candidates.patches.names
-        self._shown_m2 = np.zeros(len(names)) if shown_m2 is None else np.asarray(shown_m2, float)
+        self._c = candidates
         self.shots: list[Shot] = []
+        self.areas_m2 = np.where(candidates.reachable, candidates.patches.areas_m2, 0.0)
         self.counts = np.zeros(len(self.areas_m2), np.int64)
-        self._bounds = candidates.best(np.arange(len(candidates.places_m)), self.areas_m2)[:, 0]
-        self.by_class_m2 = self._shown_m2 + self._sums_m2(np.arange(len(self.areas_m2)))
+        self._open_m2 = self.areas_m2.copy()
+        self._bounds = candidates.likely_gains(np.arange(len(candidates.places_m)), self.areas_m2)
+        names = candidates.patches.names
+        self._now_m2 = np.zeros(len(names)) if shown_m2 is None else np.array(shown_m2, float)
+        self.by_class_m2 = self._now_m2 + self._sums_m2(np.arange(len(self.areas_m2)))
         self._whole_m2 = float(self.by_class_m2.sum())
-        self._count_anew()
+        self._asked_m2 = (parameters.share - ROUNDING) * self._whole_m2
+        asked_m2 = (parameters.class_share - ROUNDING) * self.by_class_m2
+        self._asked_by_class_m2 = np.where(self.by_class_m2 > TINY_M2, asked_m2, -np.inf)
 
     @property
     def share(self) -> float:
@@ -61,7 +67,7 @@ class Cover:
     @property
     def cost(self) -> float:
         """Of all photographs: their number, where the UAV has room."""
-        return float(sum(self._c.costs[each.place] for each in self.shots))
+        return float(self._c.costs[[each.place for each in self.shots]].sum())
 
     @property
     def views(self) -> list[View]:
@@ -71,18 +77,23 @@ class Cover:
 
     def class_shares(self) -> np.ndarray:
         """(names,) the same for each thing; 1 where nothing of it is reachable."""
-        return np.where(self.by_class_m2 > 1e-9, self._now_m2 / np.maximum(self.by_class_m2, 1e-9), 1.0)
+        whole_m2 = np.maximum(self.by_class_m2, TINY_M2)
+        return np.where(self.by_class_m2 > TINY_M2, self._now_m2 / whole_m2, 1.0)
 
     def is_enough(self) -> bool:
         """Whether the shares are those that are asked for."""
-        return not self._lacks_all() and not self._lack().any()
+        return bool(self._are_enough(self._now_m2))
+
+    def _are_enough(self, shown_m2: np.ndarray) -> np.ndarray:
+        """Return whether the shares are enough if so much (..., names) of each thing is shown."""
+        return (shown_m2.sum(axis=-1) >= self._asked_m2) & (shown_m2 >= self._asked_by_class_m2).all(axis=-1)
 
     def _lacks_all(self) -> bool:
-        return self.share < self._p.share - ROUNDING
+        return bool(self._now_m2.sum() < self._asked_m2)
 
     def _lack(self) -> np.ndarray:
         """Return which things (names,) are shown to less than is asked of each."""
-        return self.class_shares() < self._p.class_share - ROUNDING
+        return self._now_m2 < self._asked_by_class_m2
 
     def add(self, shot: Shot) -> None:
         """Take a photograph in."""
@@ -94,7 +105,7 @@ class Cover:
 
     def remove(self, shot: Shot) -> None:
         """Take a photograph out."""
-        self.shots = [each for each in self.shots if each is not shot]
+        self.shots.remove(shot)
         self.counts[shot.drawn] -= 1
         lost = shot.drawn[self.counts[shot.drawn] == 0]
         self._open_m2[lost] = self.areas_m2[lost]
@@ -104,12 +115,6 @@ class Cover:
         """Return (names,) the reachable area of the patches (n,), by thing."""
         p = self._c.patches
         return np.bincount(p.parts[patches], self.areas_m2[patches], len(p.names))
-
-    def _count_anew(self) -> None:
-        drawn = np.concatenate([np.empty(0, np.int64), *(each.drawn for each in self.shots)])
-        self.counts = np.bincount(drawn, minlength=len(self.areas_m2))
-        self._open_m2 = np.where(self.counts == 0, self.areas_m2, 0.0)
-        self._now_m2 = self._shown_m2 + self._sums_m2(np.flatnonzero(self.counts))
 
     def fill(
         self, places: np.ndarray | None = None, most: int | None = None, least_m2: float = LEAST_M2
@@ -123,7 +128,7 @@ class Cover:
         if places is None:
             numbers, bounds = np.arange(len(self._c.places_m)), self._bounds
         else:
-            numbers, bounds = places, self._c.best(places, self._worth())[:, 0]
+            numbers, bounds = places, self._c.likely_gains(places, self._worth())
         heap = [(-gain / costs[n], int(n)) for gain, n in zip(bounds, numbers) if gain > 0.0]
         heapq.heapify(heap)
         added = 0
@@ -153,33 +158,31 @@ class Cover:
 
     def drop_idle(self) -> None:
         """Take out photographs that are not needed for the shares, those that show least alone first."""
-        costs = np.array([self._c.costs[each.place] for each in self.shots])
-        alone_m2 = self._alone_m2()
+        alone_m2, costs = self._alone_m2(), self._c.costs[[each.place for each in self.shots]]
+        are_idle = self._are_enough(self._now_m2 - alone_m2)
         shots = list(self.shots)
-        for k in np.argsort(alone_m2 / costs):
-            if alone_m2[k] <= self.slack_m2():
+        for k in np.argsort(alone_m2.sum(axis=1) / costs):
+            # Without those before, it may show more alone.
+            if are_idle[k] and self._are_enough(self._now_m2 - self._alone_of_m2(shots[k])):
                 self.remove(shots[k])
-                if not self.is_enough():
-                    self.add(shots[k])
 
-    def slack_m2(self) -> float:
-        """Return the area that is shown beyond what is asked."""
-        return (self.share - self._p.share + ROUNDING) * self._whole_m2
+    def _alone_of_m2(self, shot: Shot) -> np.ndarray:
+        """Return (names,) what a photograph shows that no other does, by thing."""
+        return self._sums_m2(shot.drawn[self.counts[shot.drawn] == 1])
 
     def _alone_m2(self) -> np.ndarray:
-        """Return (n,) what each photograph shows that no other does."""
+        """Return (n, names) the same of each photograph."""
         begins = np.cumsum([0] + [len(each.drawn) for each in self.shots])
         drawn = np.concatenate([each.drawn for each in self.shots])
-        sums = np.concatenate(
-            ([0.0], np.cumsum(np.where(self.counts[drawn] == 1, self.areas_m2[drawn], 0.0)))
-        )
-        return sums[begins[1:]] - sums[begins[:-1]]
+        p = self._c.patches
+        return sums_alone(begins, drawn, self.counts, self.areas_m2, p.parts, len(p.names))
 
     def improve(self, rng: np.random.Generator, goes_on: Callable[[], bool]) -> None:
         """Choose photographs near each other anew while time is left; keep what costs less, or shows more."""
         places_m = self._c.places_m
         while goes_on() and len(self.shots) > 1:
             before, share, cost = list(self.shots), self.share, self.cost
+            state = self.counts.copy(), self._open_m2.copy(), self._now_m2.copy()
             shots_m = places_m[[each.place for each in self.shots]]
             middle_m = shots_m[int(rng.integers(len(self.shots)))]
             away_m = np.linalg.norm(shots_m - middle_m, axis=1)
@@ -188,10 +191,11 @@ class Cover:
                 self.remove(before[k])
             reach_m = away_m[chosen[-1]] + REACH_M
             near = np.flatnonzero(((places_m - middle_m) ** 2).sum(axis=1) <= reach_m**2)
+            near = near[rng.random(len(near)) < TRIED]
             is_enough = self.fill(near, most=len(chosen))
             if is_enough:
                 self.drop_idle()
             costs_more = self.cost - cost
             if not is_enough or costs_more > 1e-9 or (costs_more > -1e-9 and self.share <= share):
                 self.shots = before
-                self._count_anew()
+                self.counts, self._open_m2, self._now_m2 = state
