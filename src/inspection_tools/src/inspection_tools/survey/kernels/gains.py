@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from inspection_tools.survey.kernels.sight import axes_of, is_drawn
+from inspection_tools.survey.kernels.sight import axes_of, eye_of, is_drawn, triple
 from kernel_cache.compiler import njit
 
 YAWS, TILTS = 48, 25
@@ -83,9 +83,9 @@ def gain_of(
     worth: np.ndarray,
 ) -> float:
     """Return what a photograph draws of the points that its place sees (k,), by their worth (n,)."""
-    total = 0.0
+    total, eye = 0.0, eye_of(place, axes, lens)
     for m in seen:
-        if worth[m] > 0.0 and is_drawn(place, axes, lens, points[m], normals[m]):
+        if worth[m] > 0.0 and is_drawn(eye, triple(points[m]), triple(normals[m])):
             total += worth[m]
     return total
 
@@ -243,9 +243,9 @@ def drawn_from(
     normals: np.ndarray,
 ) -> np.ndarray:
     """Return which of the points that a place sees (k,) a photograph draws: their numbers."""
-    kept = np.zeros(len(seen), np.bool_)
+    kept, eye = np.zeros(len(seen), np.bool_), eye_of(place, axes, lens)
     for k in range(len(seen)):
-        kept[k] = is_drawn(place, axes, lens, points[seen[k]], normals[seen[k]])
+        kept[k] = is_drawn(eye, triple(points[seen[k]]), triple(normals[seen[k]]))
     return seen[kept]
 
 

@@ -9,6 +9,8 @@ import numpy as np
 from kernel_cache.compiler import njit
 
 Triple = tuple[float, float, float]
+Eye = tuple[Triple, tuple[Triple, Triple, Triple], tuple[float, float, float, float]]
+"""Place of a camera, its optical axes and lens: numbers, with which loops are thrice as fast as with arrays."""
 
 
 @njit(cache=True, nogil=True)
@@ -39,34 +41,49 @@ def worst_scale(x: float, y: float, z: float, normal: np.ndarray | Triple, blur:
 
 
 @njit(cache=True, nogil=True)
-def is_drawn(
-    place: np.ndarray, axes: np.ndarray, lens: np.ndarray, point: np.ndarray, normal: np.ndarray
-) -> bool:
-    """Return whether a photograph draws a point finely enough, if nothing is between.
+def eye_of(place: np.ndarray, axes: np.ndarray, lens: np.ndarray) -> Eye:
+    """Return the numbers of a camera for `is_drawn`.
 
     Args:
         place: (3,) of the camera.
         axes: (3, 3), the optical frame's axes in its columns.
         lens: (4,) tangents to the right and the lower edge; the greatest `worst_scale`; and its `blur`.
-        point: (3,) on the surface.
-        normal: (3,) of the surface there.
     """
-    dx, dy, dz = point[0] - place[0], point[1] - place[1], point[2] - place[2]
-    z = axes[0, 2] * dx + axes[1, 2] * dy + axes[2, 2] * dz
+    return (
+        triple(place),
+        (triple(axes[:, 0]), triple(axes[:, 1]), triple(axes[:, 2])),
+        (lens[0], lens[1], lens[2], lens[3]),
+    )
+
+
+@njit(cache=True, nogil=True)
+def triple(values: np.ndarray) -> Triple:
+    """Return (3,) values as numbers."""
+    return values[0], values[1], values[2]
+
+
+@njit(cache=True, nogil=True)
+def is_drawn(eye: Eye, point: Triple, normal: Triple) -> bool:
+    """Return whether a photograph draws a point finely enough, if nothing is between.
+
+    eye: of the camera. point: on the surface. normal: of the surface there.
+    """
+    place, (right, down, ahead), (width, height, most, blur) = eye
+    way = (point[0] - place[0], point[1] - place[1], point[2] - place[2])
+    z = dot(ahead, way)
     if z <= 1e-6:
         return False
-    x = (axes[0, 0] * dx + axes[1, 0] * dy + axes[2, 0] * dz) / z
-    if x > lens[0] or x < -lens[0]:
+    x, y = dot(right, way), dot(down, way)
+    if abs(x) > width * z or abs(y) > height * z:
         return False
-    y = (axes[0, 1] * dx + axes[1, 1] * dy + axes[2, 1] * dz) / z
-    if y > lens[1] or y < -lens[1]:
-        return False
-    turned = (
-        axes[0, 0] * normal[0] + axes[1, 0] * normal[1] + axes[2, 0] * normal[2],
-        axes[0, 1] * normal[0] + axes[1, 1] * normal[1] + axes[2, 1] * normal[2],
-        axes[0, 2] * normal[0] + axes[1, 2] * normal[1] + axes[2, 2] * normal[2],
-    )
-    return worst_scale(x, y, z, turned, lens[3]) <= lens[2]
+    turned = (dot(right, normal), dot(down, normal), dot(ahead, normal))
+    return worst_scale(x / z, y / z, z, turned, blur) <= most
+
+
+@njit(cache=True, nogil=True)
+def dot(a: Triple, b: Triple) -> float:
+    """Return the inner product."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @njit(cache=True, nogil=True)
