@@ -86,8 +86,8 @@ def test_photographs_chosen_anew_are_enough_and_never_cost_more(seed, share):
     )
     for shot in shots:
         cover.add(shot)
-    cost, turns = cover.cost, iter(range(40))
-    cover.improve(np.random.default_rng(seed), lambda: next(turns, None) is not None)
+    cost = cover.cost
+    cover.improve(np.random.default_rng(seed), lambda: True)  # it ends all the same
     assert cover.cost <= cost + 1e-9
     whole, by_class = plain_shares(cover, candidates, np.zeros(2))
     assert whole >= share - 1e-6

@@ -22,6 +22,9 @@ REACH_M = 1.0
 """The new ones are sought so much farther from the first than the old ones are."""
 TRIED = 0.5
 """From so many of the places there, drawn anew each time."""
+IN_VAIN = 30
+"""After so many choices in vain for each photograph the search ends. A room of 6 m has 17 photographs then, and
+after eight times as long, too."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,9 +181,13 @@ class Cover:
         return sums_alone(begins, drawn, self.counts, self.areas_m2, p.parts, len(p.names))
 
     def improve(self, rng: np.random.Generator, goes_on: Callable[[], bool]) -> None:
-        """Choose photographs near each other anew while time is left; keep what costs less, or shows more."""
-        places_m = self._c.places_m
-        while goes_on() and len(self.shots) > 1:
+        """Choose photographs near each other anew while time is left; keep what costs less, or shows more.
+
+        It ends sooner when `IN_VAIN` choices of each photograph have led to nothing.
+        """
+        places_m, in_vain = self._c.places_m, 0
+        while goes_on() and len(self.shots) > 1 and in_vain < IN_VAIN * len(self.shots):
+            in_vain += 1
             before, share, cost = list(self.shots), self.share, self.cost
             state = self.counts.copy(), self._open_m2.copy(), self._now_m2.copy()
             shots_m = places_m[[each.place for each in self.shots]]
@@ -199,3 +206,5 @@ class Cover:
             if not is_enough or costs_more > 1e-9 or (costs_more > -1e-9 and self.share <= share):
                 self.shots = before
                 self.counts, self._open_m2, self._now_m2 = state
+            else:
+                in_vain = 0
