@@ -8,6 +8,8 @@ import numpy as np
 
 from kernel_cache.compiler import njit
 
+Triple = tuple[float, float, float]
+
 PLANES = 4
 """Of a cell, at most."""
 LEAST_OWN, LEAST_ALL = 1, 6
@@ -80,8 +82,22 @@ def around(
 
 
 @njit(cache=True, nogil=True)
-def is_on(point: np.ndarray, way: np.ndarray, normal: np.ndarray, place: np.ndarray, off: float) -> bool:
-    """Return whether a point is so near to a plane, and was seen from its front. way: (3,) to the sensor."""
+def triple(values: np.ndarray) -> Triple:
+    """Return (3,) values as numbers, with which loops are faster than with arrays."""
+    return values[0], values[1], values[2]
+
+
+@njit(cache=True, nogil=True)
+def across(begin: Triple, first: Triple, second: Triple) -> Triple:
+    """Return the product of the ways from one point to two others: across both, twice their triangle long."""
+    ax, ay, az = first[0] - begin[0], first[1] - begin[1], first[2] - begin[2]
+    bx, by, bz = second[0] - begin[0], second[1] - begin[1], second[2] - begin[2]
+    return ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+
+
+@njit(cache=True, nogil=True)
+def is_on(point: Triple, way: Triple, normal: Triple, place: Triple, off: float) -> bool:
+    """Return whether a point is so near to a plane, and was seen from its front. way: to the sensor."""
     if way[0] * normal[0] + way[1] * normal[1] + way[2] * normal[2] <= GRAZING:
         return False
     away = (
@@ -99,12 +115,12 @@ def refit(
 ) -> None:  # fmt: skip
     """Move normal and place (3,) to the plane of the points on them; narrow: spread of a strip, m."""
     sums = np.zeros(13)
-    first = points[near[0]]
+    first, front, here = points[near[0]], triple(normal), triple(place)
     for k in range(len(near)):
         if taken[k]:
             continue
         n = near[k]
-        if is_on(points[n], ways[n], normal, place, off):
+        if is_on(triple(points[n]), triple(ways[n]), front, here, off):
             w = weights[n]
             x, y, z = points[n, 0] - first[0], points[n, 1] - first[1], points[n, 2] - first[2]
             sums[0] += w
@@ -151,22 +167,23 @@ def best_plane(
         j, k = int(draws[h, 1] * len(near)), int(draws[h, 2] * len(near))
         if taken[j] or taken[k]:
             continue
-        n = np.cross(points[near[j]] - points[i], points[near[k]] - points[i])
-        length = math.sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2])
+        here = triple(points[i])
+        x, y, z = across(here, triple(points[near[j]]), triple(points[near[k]]))
+        length = math.sqrt(x * x + y * y + z * z)
         if length < 4.0 * off * off:
             continue
-        n /= length
-        if n[0] * ways[i, 0] + n[1] * ways[i, 1] + n[2] * ways[i, 2] < 0.0:
-            n = -n
-        count = 0
+        x, y, z = x / length, y / length, z / length
+        sign = -1.0 if x * ways[i, 0] + y * ways[i, 1] + z * ways[i, 2] < 0.0 else 1.0
+        count, front = 0, (sign * x, sign * y, sign * z)
         for m in range(len(near)):
             if count + len(near) - m <= best:  # it cannot be better
                 break
-            if not taken[m] and is_on(points[near[m]], ways[near[m]], n, points[i], off):
+            other = near[m]
+            if not taken[m] and is_on(triple(points[other]), triple(ways[other]), front, here, off):
                 count += 1
         if count > best:
             best = count
-            normal[:] = n
+            normal[0], normal[1], normal[2] = front
             place[:] = points[i]
     return best
 
@@ -213,13 +230,14 @@ def planes_of_cells(
             for part in REFITS:
                 refit(near, taken, points, ways, weights, normal, place, part * off, NARROW * side)
             rows[total, 7:10], rows[total, 10:13] = np.inf, -np.inf
-            mine, whole = 0, 0
+            mine, whole, front, here = 0, 0, triple(normal), triple(place)
             for k in range(count):
                 n = near[k]
-                if taken[k] or not is_on(points[n], ways[n], normal, place, 1.5 * off):
+                point, way = triple(points[n]), triple(ways[n])
+                if taken[k] or not is_on(point, way, front, here, 1.5 * off):
                     continue
                 taken[k] = True
-                if not is_on(points[n], ways[n], normal, place, off):
+                if not is_on(point, way, front, here, off):
                     continue
                 whole += 1
                 mine += begins[c] <= n < begins[c + 1]

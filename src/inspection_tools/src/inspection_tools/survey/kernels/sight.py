@@ -10,7 +10,7 @@ from kernel_cache.compiler import njit
 
 Triple = tuple[float, float, float]
 Eye = tuple[Triple, tuple[Triple, Triple, Triple], tuple[float, float, float, float]]
-"""Place of a camera, its optical axes and lens: numbers, with which loops are thrice as fast as with arrays."""
+"""Place of a camera, its optical axes and lens, as numbers: with arrays loops take thrice as long."""
 
 
 @njit(cache=True, nogil=True)

@@ -23,8 +23,8 @@ REACH_M = 1.0
 TRIED = 0.5
 """From so many of the places there, drawn anew each time."""
 IN_VAIN = 30
-"""After so many choices in vain for each photograph the search ends. A room of 6 m has 17 photographs then, and
-after eight times as long, too."""
+"""After so many choices in vain for each photograph the search ends. A room of 6 m has 17 photographs then,
+and has 17 after eight times as long."""
 
 
 @dataclass(frozen=True, eq=False)
