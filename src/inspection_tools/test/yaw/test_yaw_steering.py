@@ -33,6 +33,20 @@ def test_a_command_waits_for_the_reference_of_its_stamp():
     assert steering.on_reference(2 * S, LEFT) == [("waits", LOOKS_LEFT)]
 
 
+def test_the_yaw_rate_changes_no_faster_than_it_may():
+    steering = YawSteering(YawRegulatorParameters(max_yaw_acceleration=4.0))
+    assert steering.on_command(S, STANDS)[0].yaw_rate_rad_s == 0.0
+    rates = []
+    for turn in range(1, 41):
+        stamp_ns = S + turn * S // 20
+        steering.on_front(stamp_ns, LEFT if turn <= 10 or turn % 2 else (0.0, -1.0))
+        rates.append(steering.on_command(stamp_ns, (1.0, 0.0))[0].yaw_rate_rad_s)
+    assert rates[:10] == pytest.approx([0.2, 0.4, 0.6, 0.8, *[LOOKS_LEFT] * 6])
+    assert max(abs(a - b) for a, b in zip(rates, rates[1:])) == pytest.approx(0.2)  # 4 rad/s^2 for 0.05 s
+    steering.restart()
+    assert steering.on_command(S, (0.0, -1.0))[0].yaw_rate_rad_s == -LOOKS_LEFT
+
+
 def test_after_a_restart_nothing_of_before_counts():
     steering = YawSteering()
     steering.on_reference(S, LEFT)

@@ -54,6 +54,20 @@ def test_body_velocities_follow_the_heading_at_receipt():
     assert flight.body.velocity[:2] == pytest.approx(expected, abs=0.08)
 
 
+@pytest.mark.parametrize(("change_rad_s", "least_m", "most_m"), [(3.2, 1.0, 2.5), (0.2, -0.1, 0.1)])
+def test_a_heavy_uav_sinks_while_its_yaw_rate_jumps_to_and_fro(change_rad_s, least_m, most_m):
+    """PX4's mixer lowers the thrust to turn. With Puck and camera an Iris has none to spare."""
+    flight = Flight.of_iris(extra_kg=0.77, noise=NO_NOISE)
+    flight.take_off(8.0, seconds=20.0)
+    height_m, rate_rad_s = flight.body.position[2], 0.0
+    for turn in range(60):  # 20 setpoints a second; the sense changes with every other one
+        wanted = 1.6 if turn // 2 % 2 else -1.6
+        rate_rad_s += min(max(wanted - rate_rad_s, -change_rad_s), change_rad_s)
+        flight.stream = Setpoint.fly((0.0, 0.0, 0.0), rate_rad_s)
+        flight.run(0.05)
+    assert least_m <= height_m - flight.body.position[2] <= most_m
+
+
 def test_yaw_rate_setpoints_turn_counter_clockwise_for_positive_flu():
     flight = Flight.of_iris(noise=NO_NOISE)
     flight.take_off(2.0, yaw=0.0, seconds=14.0)

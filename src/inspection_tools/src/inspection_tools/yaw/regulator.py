@@ -20,6 +20,9 @@ class YawRegulatorParameters:
         gain: Yaw rate per angle to the direction of travel, 1/s.
         front_gain: The same where the front is to point to a given direction (`turn_to`), 1/s.
         max_yaw_rate: rad/s.
+        max_yaw_acceleration: Limit of every change of the yaw rate, rad/s^2; 0: none. Before an obstacle the
+            direction of travel may change its side with each scan. Where a heavy multirotor followed with its
+            yaw rate at once, its rotors had too little thrust left to carry it.
         speed_on: The regulator switches on above this horizontal speed, m/s.
         speed_off: It switches off below this one, m/s; less than `speed_on`.
         turn_margin: rad. The UAV keeps its sense of turn until the direction is this angle past the exact
@@ -33,6 +36,7 @@ class YawRegulatorParameters:
     gain: float = 1.5
     front_gain: float = 2.5
     max_yaw_rate: float = 1.0
+    max_yaw_acceleration: float = 0.0
     speed_on: float = 0.25
     speed_off: float = 0.15
     turn_margin: float = 0.5
@@ -42,6 +46,7 @@ class YawRegulatorParameters:
         check_number("gain", self.gain, 0.0, 5.0)
         check_number("front_gain", self.front_gain, 0.0, 5.0)
         check_number("max_yaw_rate", self.max_yaw_rate, 0.0, 5.0)
+        check_number("max_yaw_acceleration", self.max_yaw_acceleration, 0.0, 50.0)
         check_number("speed_on", self.speed_on, 0.01, 5.0)
         check_number("speed_off", self.speed_off, 0.0, 5.0)
         check_number("turn_margin", self.turn_margin, 0.0, 1.5)

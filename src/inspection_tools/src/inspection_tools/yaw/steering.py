@@ -29,6 +29,8 @@ class YawSteering:
         self._regulator = YawRegulator(parameters)
         self._pairing = StampPairing(("reference",), trusting=False)
         self._front: tuple[int, Vector2] | None = None
+        self._last: tuple[int, float] | None = None
+        """Stamp and yaw rate of the last command."""
 
     @property
     def parameters(self) -> YawRegulatorParameters:
@@ -43,7 +45,7 @@ class YawSteering:
         """Forget everything, as after a clock that jumped back."""
         self._regulator.reset()
         self._pairing.clear()
-        self._front = None
+        self._front = self._last = None
 
     def on_front(self, stamp_ns: int, front: Vector2) -> None:
         """Take in where the front is to point (x, y), levelled body frame; it counts as long as a reference.
@@ -67,7 +69,18 @@ class YawSteering:
             velocity_m_s, command = paired.leader.value
             wanted = paired.fresh("reference", max_age_ns, NO_VELOCITY)
             if self._front is not None and abs(paired.leader.stamp_ns - self._front[0]) <= max_age_ns:
-                turns.append(Turn(command, self._regulator.turn_to(self._front[1])))
-                continue
-            turns.append(Turn(command, self._regulator.update(velocity_m_s, wanted)))
+                wanted_rad_s = self._regulator.turn_to(self._front[1])
+            else:
+                wanted_rad_s = self._regulator.update(velocity_m_s, wanted)
+            turns.append(Turn(command, self._eased(paired.leader.stamp_ns, wanted_rad_s)))
         return turns
+
+    def _eased(self, stamp_ns: int, wanted_rad_s: float) -> float:
+        """Return the yaw rate that `max_yaw_acceleration` allows after the last command's."""
+        rate_rad_s, most_rad_s2 = wanted_rad_s, self.parameters.max_yaw_acceleration
+        if self._last is not None and most_rad_s2 > 0.0:
+            before_ns, before_rad_s = self._last
+            change_rad_s = most_rad_s2 * 1e-9 * max(stamp_ns - before_ns, 0)
+            rate_rad_s = min(max(wanted_rad_s, before_rad_s - change_rad_s), before_rad_s + change_rad_s)
+        self._last = stamp_ns, rate_rad_s
+        return rate_rad_s
