@@ -19,6 +19,7 @@ from master_thesis.inspecting.coverage import Judged, judge_photographs
 from master_thesis.inspecting.planning import provide_plan, ship_file, write_page
 from master_thesis.inspecting.request import InspectingRequest, read
 from master_thesis.inspecting.summary import headline
+from master_thesis.inspecting.whole_plan import WholePlanPage
 from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
 from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
 from master_thesis_ros.experiments.errand_node import ErrandNode
@@ -53,6 +54,7 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     flight = request.flight
     run = Run(flight.description.experiment, ending)
     folder = run.folder.path
+    page = WholePlanPage(folder / "plan.yaml", lambda: _write_whole_page(request, folder))
     monitor = Monitor(flight.limits, uav=flight.description.model)
     monitor.log.scan_period_s = SCAN_PERIOD_S
 
@@ -63,7 +65,10 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
                 raise FlightError("There is no map to plan photographs on.")
             save_clouds(run.folder)
             planned = replace(request, drawing=folder / "map.bt")
-        return provide_plan(planned, folder / "plan.yaml", flight.description.seed, rospy.loginfo)
+        plan = provide_plan(planned, folder / "plan.yaml", flight.description.seed, rospy.loginfo)
+        if plan.draft is not None:
+            page.watch()
+        return plan
 
     survey = SurveyPart(request, folder, make_plan)
     parts: tuple[Part, ...] = (survey,)
@@ -78,7 +83,7 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     simulator.unpause()
     errand = Errand(len(parts), flight.swaps)
     run.lead(monitor, lambda: ErrandNode(monitor, errand, parts, lockstep))
-    _take_whole_plan(request, survey, folder)
+    _take_whole_plan(request, survey, page, folder)
     if not run.interrupted:
         save_volume(run.folder)
     elif survey.plan is not None:
@@ -95,10 +100,13 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     )
 
 
-def _take_whole_plan(request: InspectingRequest, survey: SurveyPart, folder: Path) -> None:
-    """Take the plan as it was completed in flight, and write its page."""
+def _take_whole_plan(
+    request: InspectingRequest, survey: SurveyPart, page: WholePlanPage, folder: Path
+) -> None:
+    """Take the plan as it was completed in flight, and write its page if that was not done then."""
+    has_page = page.end()
     try:
-        if survey.read_whole_plan():
+        if survey.read_whole_plan() and not has_page:
             write_page(request, folder / "plan.yaml")
     except InspectionToolsError as error:
         rospy.logwarn(str(error))
@@ -147,6 +155,13 @@ def _reporting(folder: Path, ship: Path | None) -> tuple[str, ...]:
     return "inspection_report", str(folder), *(("--ship", str(ship)) if ship else ())
 
 
+def _write_whole_page(request: InspectingRequest, folder: Path) -> bool:
+    """Write the page of the whole plan, in flight. Return whether that was done."""
+    ship = ship_file(request)
+    named = ("--ship", str(ship)) if ship else ()
+    return _command("inspection_report", str(folder / "plan.yaml"), *named, before=("nice",))
+
+
 def _tell_what_is_left(folder: Path, plan: SurveyPlan, ship: Path | None) -> None:
     """After Ctrl-C: tell which commands search what was photographed, and write the report."""
     for command in (_searching(folder, plan), _reporting(folder, ship)):
@@ -162,15 +177,19 @@ def _draw(flown: FlownRun, judged: Judged, inspection: dict) -> None:
     write_inspected(folder, folder.path / "coverage_truth.npz", path_m, judged.taken, words)
 
 
-def _command(name: str, *arguments: str) -> None:
-    """Run a command of inspection_tools; what it cannot do is a warning. It ends when this process does."""
+def _command(name: str, *arguments: str, before: tuple[str, ...] = ()) -> bool:
+    """Run a command of inspection_tools, which ends when this process does. Return whether it did its work.
+
+    What it cannot do is a warning. before: words before the command.
+    """
     rospy.loginfo(f"rosrun inspection_tools {name} {' '.join(arguments)}")
     done = subprocess.run(
-        ["setpriv", "--pdeathsig", "TERM", "rosrun", "inspection_tools", name, *arguments],
+        ["setpriv", "--pdeathsig", "TERM", *before, "rosrun", "inspection_tools", name, *arguments],
         capture_output=True, text=True, timeout=COMMAND_S, check=False,
     )  # fmt: skip
     if done.returncode:
         rospy.logwarn(f"{name} failed: {done.stderr.strip()[-500:]}")
+    return not done.returncode
 
 
 def _figures(request: InspectingRequest, parts: Sequence[Part], errand: Errand) -> dict[str, Any]:
