@@ -63,6 +63,7 @@ def test_the_whole_plan_begins_with_the_draft_and_shows_as_much_as_one_without_i
     assert whole.figures["photographs"] == len(whole.views) > SETTLED
     check_plan(whole, surface.room)
     *_, other = (each.plan for each in planner.improve(seed=3, search_s=SEARCH_S, bound=False))
+    assert len(whole.flights) == len(other.flights) == 1  # the draft is no flight of its own
     assert len(whole.views) < 1.15 * len(other.views)
     assert (
         whole.figures["share"] > other.figures["share"] - 0.01

@@ -21,7 +21,7 @@ from inspection_tools.survey.surface.patches import Patches
 from inspection_tools.survey.surface.reading import Surface
 from inspection_tools.survey.surface.room import Room
 from inspection_tools.survey.tour.flown import flown
-from inspection_tools.survey.views.candidates import Candidates, Ranges, lattice, near_home
+from inspection_tools.survey.views.candidates import Candidates, Ranges, View, lattice, near_home
 from inspection_tools.survey.views.cover import Cover
 from inspection_tools.survey.views.lp_bound import lp_bounds
 
@@ -95,7 +95,7 @@ class SurveyPlanner:
         than the one before: has more photographs, or more where the UAV has little room.
 
         seed: of all that is drawn. search_s: CPU time of the local search. bound: compute the LP's bound.
-        settled: flights with which the plans begin. Then there is no coarse plan, and no bound.
+        settled: flights whose photographs come first. Then there is no coarse plan, and no bound.
 
         Raises:
             SurveyError: nothing can be photographed, or not on one battery.
@@ -154,7 +154,7 @@ class SurveyPlanner:
     def _shown_by(self, flights: Sequence[Flight]) -> np.ndarray:
         """Return which patches (n,) photographs of flights draw."""
         shown = np.zeros(len(self._patches), bool)
-        views = [each.view for flight in flights for each in flight.views]
+        views = _views_of(flights)
         if not views:
             return shown
         places_m, speed_m_s = np.array([view.place_m for view in views]), self._flying.shooting_speed
@@ -173,8 +173,8 @@ class SurveyPlanner:
         tries: int,
         settled: Sequence[Flight] = (),
     ) -> SurveyPlan:
-        flights, figures = flown(self._room, cover.views, self._flying, rng, tries)
-        flights = (*settled, *flights)
+        first = _views_of(settled)
+        flights, figures = flown(self._room, [*first, *cover.views], self._flying, rng, tries, len(first))
         areas = {
             "area_m2": float(self._patches.areas_m2.sum()),
             "reachable_m2": float(cover.by_class_m2.sum()),
@@ -194,8 +194,12 @@ class SurveyPlanner:
         )  # fmt: skip
 
 
+def _views_of(flights: Sequence[Flight]) -> list[View]:
+    return [each.view for flight in flights for each in flight.views]
+
+
 def completed(draft: SurveyPlan, surface: Surface) -> SurveyPlan:
-    """Return the whole plan of a draft, which begins with its flights. A plan that is whole is returned.
+    """Return the whole plan of a draft, which begins with its photographs. A plan that is whole is returned.
 
     surface: of its mesh. Raises: SurveyError: a photograph is too far for a battery.
     """

@@ -35,22 +35,48 @@ class Tour:
     nearest_s: float
 
 
-def short_tour(times_s: np.ndarray, rng: np.random.Generator, tries: int) -> Tour:
-    """Return a short tour by the times (n, n) of its legs. tries: perturbations."""
-    first = nearest_neighbour(times_s, 0)
+def short_tour(times_s: np.ndarray, rng: np.random.Generator, tries: int, settled: int = 0) -> Tour:
+    """Return a short tour by the times (n, n) of its legs.
+
+    tries: perturbations. settled: so many places after home come first, in their order.
+    """
+    from_home_s, from_last_s = times_s[0, settled + 1 :], times_s[settled, settled + 1 :]
+    # The settled places and home are one place: a tour leaves it from the last, and comes back to home. With
+    # the mean of both a tour costs as much as it does on average over its two directions.
+    costs_s = _joined(times_s, settled, 0.5 * (from_home_s + from_last_s))
+    first = nearest_neighbour(costs_s, 0)
     order = first.copy()
-    shorten(times_s, order)
-    order = perturb(times_s, order, rng.random((tries, 3)), NEAR)
+    shorten(costs_s, order)
+    order = _whole(times_s, settled, perturb(costs_s, order, rng.random((tries, 3)), NEAR))
     time_s = float(length_of(times_s, order))
-    bound_s = min(float(one_tree_bound(times_s, time_s, BOUND_STEPS)), time_s)
-    home = int(np.flatnonzero(order == 0)[0])
-    return Tour(np.roll(order, -home), time_s, bound_s, float(length_of(times_s, first)))
+    least_s = _joined(times_s, settled, np.minimum(from_home_s, from_last_s))
+    settled_s = float(times_s[np.arange(settled), np.arange(1, settled + 1)].sum())
+    bound_s = min(settled_s + float(one_tree_bound(least_s, time_s - settled_s, BOUND_STEPS)), time_s)
+    return Tour(order, time_s, bound_s, float(length_of(times_s, _whole(times_s, settled, first))))
 
 
-def flights_of(tour: Tour, times_s: np.ndarray, stays_s: float, flight: FlightParameters) -> list[np.ndarray]:
+def _joined(times_s: np.ndarray, settled: int, own_s: np.ndarray) -> np.ndarray:
+    """Return the times of home, which has its own (n - settled - 1,), and of what is not settled."""
+    rest_s = times_s[settled:, settled:].copy()
+    rest_s[0, 1:] = rest_s[1:, 0] = own_s
+    return rest_s
+
+
+def _whole(times_s: np.ndarray, settled: int, tour: np.ndarray) -> np.ndarray:
+    """Return the order of all places, home first, in the shorter direction of a tour of the joined ones."""
+    rest = np.roll(tour, -int(np.flatnonzero(tour == 0)[0]))[1:] + settled
+    orders = [np.concatenate((np.arange(settled + 1), each)) for each in (rest, rest[::-1])]
+    onward_s, backward_s = (float(length_of(times_s, each)) for each in orders)
+    return orders[0] if not settled or onward_s <= backward_s else orders[1]
+
+
+def flights_of(
+    tour: Tour, times_s: np.ndarray, stays_s: float, flight: FlightParameters, settled: int = 0
+) -> list[np.ndarray]:
     """Return the photographs (without home) of each flight: as few flights as the tour's order allows.
 
-    stays_s: time at each photograph. Of equally many flights those with the least time win (Prins, 2004).
+    stays_s: time at each photograph. settled: as of the tour; their flights keep its order. Of
+    equally many flights those with the least time win (Prins, 2004).
 
     Raises:
         SurveyError: one photograph is too far for a battery.
@@ -79,7 +105,8 @@ def flights_of(tour: Tour, times_s: np.ndarray, stays_s: float, flight: FlightPa
         )
     flights, end = [], count
     while end:
-        flights.append(_improved(order[begins[end] : end], times_s))
+        part = order[begins[end] : end]
+        flights.append(part if part[0] <= settled else _improved(part, times_s))
         end = int(begins[end])
     return flights[::-1]
 

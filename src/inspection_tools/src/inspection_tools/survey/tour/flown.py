@@ -19,9 +19,16 @@ hold_3d 40 photographs took 1.8 s each, by `leg_times_s` 1.35 s."""
 
 
 def flown(
-    room: Room, shots: Sequence[View], flying: FlightParameters, rng: np.random.Generator, tries: int
+    room: Room,
+    shots: Sequence[View],
+    flying: FlightParameters,
+    rng: np.random.Generator,
+    tries: int,
+    settled: int = 0,
 ) -> tuple[tuple[Flight, ...], dict[str, float]]:
-    """Return the flights from the room's home, and figures of the tour. tries: perturbations of it.
+    """Return the flights from the room's home, and figures of the tour.
+
+    tries: perturbations of the tour. settled: so many of the shots come first, in their order.
 
     Raises:
         SurveyError: there is no way to a photograph, or not on one battery.
@@ -32,9 +39,9 @@ def flown(
     ways = Ways(room, places_m)
     times_s = leg_times_s(ways.lengths_m, yaws, tilts, flying)
     stay_s = PASSING_S if flying.passing else flying.settle
-    tour = short_tour(times_s, rng, tries)
+    tour = short_tour(times_s, rng, tries, settled)
     flights = []
-    for part in flights_of(tour, times_s, stay_s, flying):
+    for part in flights_of(tour, times_s, stay_s, flying, settled):
         legs = [(a, b) for a, b in zip([0, *part], part)]
         views = tuple(
             PlannedView(shots[b - 1], tuple(map(tuple, ways.between(a, b).round(3).tolist())))
