@@ -143,10 +143,10 @@ def _plan(given: argparse.Namespace) -> None:
 
 def _summary(plan: Any) -> str:
     f = plan.figures
-    least = f", at least {f['photographs_lp_bound']:.0f}," if "photographs_lp_bound" in f else ""
+    if "photographs_lp_bound" in f:
+        return f"at least {f['photographs_lp_bound']:.0f} photographs are needed"
     return (
-        f"{f['photographs']:.0f} photographs{least} show {100 * f['share']:.1f} % "
-        f"of {f['reachable_m2']:.0f} m2; "
+        f"{f['photographs']:.0f} photographs show {100 * f['share']:.1f} % of {f['reachable_m2']:.0f} m2; "
         f"{len(plan.flights)} flights, {sum(each.time_s for each in plan.flights) / 60:.1f} min"
     )
 
