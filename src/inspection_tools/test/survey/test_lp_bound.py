@@ -80,3 +80,10 @@ def test_with_fair_prices_no_photograph_is_worth_more_than_one(seed):
     for each in shows:
         assert fair[sample.rows_of(np.flatnonzero(each))].sum() <= 1.0 + 1e-9
     assert fair.sum() >= prices.sum() / max(prices[sample.rows_of(np.flatnonzero(e))].sum() for e in shows)
+
+
+def test_a_relaxation_that_is_not_solved_gives_no_bound():
+    _, candidates, cover = candidates_and_cover(1, ())
+    cover.shots = [SimpleNamespace(drawn=np.array((0,)))]  # it cannot show the 23 others
+    cover.counts = np.ones(PATCHES, int)
+    assert not list(lp_bounds(candidates, cover, 1.0, np.random.default_rng(1)))

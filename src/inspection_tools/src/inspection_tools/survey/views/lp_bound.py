@@ -31,12 +31,17 @@ IDLE = 0.15
 def lp_bounds(
     candidates: Candidates, cover: Cover, share: float, rng: np.random.Generator
 ) -> Iterator[float]:
-    """Yield rising lower bounds of the number of photographs that show a share of patches drawn by area."""
+    """Yield rising lower bounds of the number of photographs that show a share of patches drawn by area.
+
+    They end early if the solver finds no optimum.
+    """
     sample = _Sample(candidates, cover, share, rng)
     columns = [sample.rows_of(shot.drawn) for shot in cover.shots]
     bound, best = 0.0, None
     for _ in range(ROUNDS):
         prices = sample.prices_for(columns)
+        if prices is None:
+            return
         tried = prices if best is None else INERTIA * best + (1.0 - INERTIA) * prices
         views = sample.best_views(tried)
         fair = sample.fair(tried, views[:, 0], columns)
@@ -103,8 +108,8 @@ class _Sample:
                 added.append(column)
         return added
 
-    def prices_for(self, columns: list[np.ndarray]) -> np.ndarray:
-        """Return the dual prices (rows,) of the relaxation with these columns only."""
+    def prices_for(self, columns: list[np.ndarray]) -> np.ndarray | None:
+        """Return the dual prices (rows,) of the relaxation with these columns only; None: not solved."""
         rows, number = len(self._drawn), len(columns)
         begins = np.cumsum([0] + [len(each) for each in columns])
         entries = (np.ones(begins[-1]), np.concatenate(columns), begins)
@@ -115,4 +120,4 @@ class _Sample:
         limits = np.concatenate((-np.ones(rows), [self._left_out]))
         # The interior point method is five times as fast here as the simplex method.
         found = linprog(costs, A_ub=matrix, b_ub=limits, bounds=(0, None), method="highs-ipm")
-        return -found.ineqlin.marginals[:-1]
+        return -found.ineqlin.marginals[:-1] if found.success else None
