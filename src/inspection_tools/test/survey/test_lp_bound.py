@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from inspection_tools.survey.views.lp_bound import _Sample, lp_bounds
+from inspection_tools.survey.views.lp_bound import PatchSample, lp_bounds
 
 PATCHES, PLACES = 24, 10
 
@@ -74,7 +74,7 @@ def test_columns_that_the_cover_lacks_are_found(seed):
 def test_with_fair_prices_no_photograph_is_worth_more_than_one(seed):
     shows, candidates, cover = candidates_and_cover(seed, range(PLACES))
     rng = np.random.default_rng(seed)
-    sample = _Sample(candidates, cover, 1.0, rng)
+    sample = PatchSample(candidates, cover, 1.0, rng)
     prices = rng.random(PATCHES)
     fair = sample.fair(prices, sample.best_views(prices)[:, 0], [])
     for each in shows:

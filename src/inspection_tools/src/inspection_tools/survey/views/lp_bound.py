@@ -35,7 +35,7 @@ def lp_bounds(
 
     They end early if the solver finds no optimum.
     """
-    sample = _Sample(candidates, cover, share, rng)
+    sample = PatchSample(candidates, cover, share, rng)
     columns = [sample.rows_of(shot.drawn) for shot in cover.shots]
     bound, best = 0.0, None
     for _ in range(ROUNDS):
@@ -53,7 +53,7 @@ def lp_bounds(
         columns += sample.new_columns(views, prices)
 
 
-class _Sample:
+class PatchSample:
     """Patches that are drawn by area, their rows, and the places that see each of them."""
 
     def __init__(self, candidates: Candidates, cover: Cover, share: float, rng: np.random.Generator):
