@@ -76,6 +76,17 @@ def test_the_whole_plan_begins_with_the_draft_and_shows_as_much_as_one_without_i
     assert completed(other, surface) is other
 
 
+def test_a_draft_that_is_edited_into_a_wall_is_completed_all_the_same(drafted):
+    surface, _, draft = drafted
+    (flight,) = draft.flights
+    walled = replace(flight.views[2], view=replace(flight.views[2].view, place_m=(0.0, -1.0, 1.0)))
+    edited = replace(draft, flights=(replace(flight, views=(*flight.views[:2], walled, *flight.views[3:])),))
+    whole = completed(edited, surface)
+    assert whole.views[:SETTLED] == edited.views
+    assert len(whole.views) > SETTLED
+    assert len(whole.flights) > 1
+
+
 def test_what_the_first_flight_shows_wholly_needs_no_other(rooms):
     asked = replace(ASKED, resolution=3.0)
     surface = read_surface(rooms, asked, HOME_M)

@@ -173,8 +173,7 @@ class SurveyPlanner:
         tries: int,
         settled: Sequence[Flight] = (),
     ) -> SurveyPlan:
-        first = _views_of(settled)
-        flights, figures = flown(self._room, [*first, *cover.views], self._flying, rng, tries, len(first))
+        flights, figures = self._flown(cover.views, rng, tries, settled)
         areas = {
             "area_m2": float(self._patches.areas_m2.sum()),
             "reachable_m2": float(cover.by_class_m2.sum()),
@@ -182,6 +181,20 @@ class SurveyPlanner:
         }
         shares = dict(zip(candidates.patches.names, cover.class_shares().tolist()))
         return self._plan_of(flights, {**areas, **figures}, shares)
+
+    def _flown(
+        self, views: list[View], rng: np.random.Generator, tries: int, settled: Sequence[Flight]
+    ) -> tuple[tuple[Flight, ...], dict[str, float]]:
+        """Return flights and figures of the tour: what is settled first, then the views."""
+        first = _views_of(settled)
+        try:
+            return flown(self._room, [*first, *views], self._flying, rng, tries, len(first))
+        except SurveyError:
+            if not settled:
+                raise
+        # One that is settled was edited to where no way leads: the others do not wait for it.
+        flights, figures = flown(self._room, views, self._flying, rng, tries)
+        return (*settled, *flights), figures
 
     def _plan_of(
         self, flights: tuple[Flight, ...], figures: dict[str, float], shares: dict[str, float] | None = None
