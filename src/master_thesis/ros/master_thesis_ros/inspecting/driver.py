@@ -150,16 +150,14 @@ def _searching(folder: Path, plan: SurveyPlan) -> tuple[str, ...]:
     return "findings", str(folder / "photographs"), "--mesh", plan.source, "--out", found
 
 
-def _reporting(folder: Path, ship: Path | None) -> tuple[str, ...]:
-    """Return the command that writes the report of a run."""
-    return "inspection_report", str(folder), *(("--ship", str(ship)) if ship else ())
+def _reporting(what: Path, ship: Path | None) -> tuple[str, ...]:
+    """Return the command that writes the report of a run's folder, or the page of a plan."""
+    return "inspection_report", str(what), *(("--ship", str(ship)) if ship else ())
 
 
 def _write_whole_page(request: InspectingRequest, folder: Path) -> bool:
     """Write the page of the whole plan, in flight. Return whether that was done."""
-    ship = ship_file(request)
-    named = ("--ship", str(ship)) if ship else ()
-    return _command("inspection_report", str(folder / "plan.yaml"), *named, before=("nice",))
+    return _command(*_reporting(folder / "plan.yaml", ship_file(request)), before=("nice",))
 
 
 def _tell_what_is_left(folder: Path, plan: SurveyPlan, ship: Path | None) -> None:
