@@ -18,7 +18,7 @@ source scripts/setup.sh
 
 usage() {
   cat <<'TEXT'
-./bringup.sh                                     fly Experiment 1 in the forest; print where the results are
+./bringup.sh                                     fly Experiment 1 in the forest with CEPA's algorithm dynamic; print where the results are
 ./bringup.sh <launch file> [arg:=value ...]      start a launch file of master_thesis with its arguments
 ./bringup.sh test [pytest arguments]             run every test, four at a time; arguments go to pytest (-n 0: one at a time)
 ./bringup.sh bench [name [arguments]]            run all benchmarks, or one (NAME --help prints its arguments)
@@ -162,7 +162,7 @@ run_report() {
 
 main() {
   case ${1:-} in
-    "") launch experiment_1.launch scenario:=forest ${DISPLAY:+rviz:=true} ;;
+    "") launch experiment_1.launch scenario:=forest algorithm:=dynamic ${DISPLAY:+rviz:=true} ;;
     -h | --help | help) usage ;;
     setup)
       set_up

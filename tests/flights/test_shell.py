@@ -77,6 +77,24 @@ def test_nodes_run_on_the_interpreter_that_says_so():
         assert node.read_text().splitlines()[0] == f"#!{ROOT}/devel/interpreter/python3"
 
 
+@pytest.mark.parametrize(("display", "rviz"), [("", []), (":7", ["rviz:=true"])])
+def test_bringup_without_arguments_flies_the_forest_with_the_safer_algorithm(tmp_path, display, rviz):
+    # Given bringup.sh that prints what it would launch
+    (tmp_path / "scripts").symlink_to(ROOT / "scripts")
+    lines = (ROOT / "bringup.sh").read_text().splitlines()
+    assert lines[-1] == 'main "$@"'
+    stub = 'launch() { printf "%s\\n" "$@"; }'
+    (tmp_path / "bringup.sh").write_text("\n".join((*lines[:-1], stub, lines[-1], "")))
+    run = subprocess.run(
+        ["bash", str(tmp_path / "bringup.sh")],
+        env={**os.environ, "DISPLAY": display},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stdout.split() == ["experiment_1.launch", "scenario:=forest", "algorithm:=dynamic", *rviz]
+
+
 @pytest.mark.timeout(SETUP_PATIENCE_S + 240.0)
 def test_bringup_takes_a_worlds_path_from_the_callers_folder(processes, tmp_path):
     folder = tmp_path / "a folder"

@@ -36,8 +36,8 @@ VOLUME = "gridslam.volume.warm_up:warm_up_volume"
 PATHS = "inspection_tools.warm_up:warm_up"
 ALL = (SIMULATOR, THESIS_CEPA, DYNAMIC_CEPA, SLAM, LOOP_CLOSURE, ODOMETRY, CLOUD_ODOMETRY, VOLUME, PATHS)
 """The parts that are compiled one by one: module and function that runs through all kernels of the part."""
-FIRST_FLIGHT = (SIMULATOR, THESIS_CEPA)
-"""Those of Experiment 1 with its defaults."""
+FIRST_FLIGHT = (SIMULATOR, DYNAMIC_CEPA)
+"""Those of `bringup.sh` without arguments."""
 NO = ("false", "0")
 PACKAGES = Path(__file__).resolve().parents[4]
 """The workspace's folder of packages."""
@@ -228,7 +228,7 @@ def main(words: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--first-flight", action="store_true", help="only what Experiment 1 needs")
+    parser.add_argument("--first-flight", action="store_true", help="only what bringup.sh flies without arguments")
     parser.add_argument("--every", type=float, default=EVERY_S, metavar="SECONDS", help="between two lines")
     given = parser.parse_args(words)
     try:
