@@ -228,7 +228,7 @@ def main(words: Sequence[str]) -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--first-flight", action="store_true", help="only what bringup.sh flies without arguments")
+    parser.add_argument("--first-flight", action="store_true", help="only what bringup.sh alone flies")
     parser.add_argument("--every", type=float, default=EVERY_S, metavar="SECONDS", help="between two lines")
     given = parser.parse_args(words)
     try:
