@@ -26,6 +26,7 @@ from node_tools.testing import Input, Warned, address_of, wait_until
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from drawn_voxels import block, tiles_of
+from lock_order import take_report
 from ros_probe import Newest, odometry_of
 
 NODE = "/explore"
@@ -239,6 +240,9 @@ class ExploreTest(unittest.TestCase):
     def test_9_a_map_in_another_frame_is_left_out(self):
         self.send_map(frame="odom")
         self.warned.wait_for('The map is in frame "odom"')
+
+    def test_z_its_threads_take_locks_in_one_order(self):
+        self.assertEqual(take_report(NODE), "")
 
     def target_m(self):
         """Return where the node sends the UAV."""

@@ -35,6 +35,7 @@ from node_tools.testing import Input, address_of, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from lock_order import take_report
 from ros_probe import Newest
 from surveying_uav import START, Uav
 
@@ -288,6 +289,9 @@ class InspectTest(unittest.TestCase):
         self.assertEqual(sorted(each.view for each in self.records("killed")), [1, 2, 3])
         for path, content in kept.items():
             self.assertEqual(path.read_bytes(), content)
+
+    def test_z_its_threads_take_locks_in_one_order(self):
+        self.assertEqual(take_report(NODE), "")
 
 
 if __name__ == "__main__":

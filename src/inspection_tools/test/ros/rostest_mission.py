@@ -18,6 +18,7 @@ from std_msgs.msg import Header
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
+from lock_order import take_report
 from ros_probe import odometry_of, scan_of, velocity_of
 
 from inspection_tools.msg import MissionActionFeedback, MissionActionGoal, MissionActionResult, MissionGoal
@@ -204,6 +205,9 @@ class MissionTest(unittest.TestCase):
         # And between scans nothing is decided
         poses.send(odometry_of(stamps.next(0.01), (5.0, 0.0, 2.0)))
         client.results.assert_quiet()
+
+    def test_z_its_threads_take_locks_in_one_order(self):
+        self.assertEqual(take_report("mission"), "")
 
 
 if __name__ == "__main__":

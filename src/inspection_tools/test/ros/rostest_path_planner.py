@@ -22,6 +22,7 @@ from node_tools.testing import Input, Output, Warned, wait_until
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from drawn_voxels import block, tiles_of
+from lock_order import take_report
 from ros_probe import odometry_of
 
 NODE = "/path_planner"
@@ -186,6 +187,9 @@ class PathPlannerTest(unittest.TestCase):
         self.plans.last(
             lambda plan: plan.poses and np.allclose(points_of(plan)[0], (7.0, 7.0, 2.0)), "from there"
         )
+
+    def test_z_its_threads_take_locks_in_one_order(self):
+        self.assertEqual(take_report("path_planner"), "")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """What a callback publishes, it publishes under the node's lock, which the end of a node waits for.
 
-Read from the sources: that rospy closes a topic in just the moment of a publication cannot be had at will.
+In a node with an action server that is actionlib's lock; see tests/code/test_node_locks.py. Read from the
+sources: that rospy closes a topic in just the moment of a publication cannot be had at will.
 """
 
 import ast

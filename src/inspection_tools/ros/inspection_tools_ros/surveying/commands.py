@@ -23,10 +23,11 @@ from inspection_tools_ros.surveying.goals import SurveyGoals
 class Flown:
     """What is flown. Read and change it under the lock; the planner has its own.
 
-    inspection, motion: None: nothing has come yet. is_active: a goal is being flown.
+    lock: over the action server's own. inspection, motion: None: nothing has come yet. is_active: a goal is
+    being flown.
     """
 
-    lock: threading.Condition = field(default_factory=threading.Condition)
+    lock: threading.Condition
     planner_lock: threading.Lock = field(default_factory=threading.Lock)
     inspection: Inspection | None = None
     motion: Motion | None = None

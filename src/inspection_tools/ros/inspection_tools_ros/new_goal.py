@@ -1,0 +1,26 @@
+"""A goal on its way from actionlib's callback to the thread that begins or refuses it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class NewGoal:
+    """A goal that nobody has answered yet.
+
+    actionlib holds two locks while a goal's callback runs, and a condition gives back only one of them. So
+    the callback only stores the goal. It neither waits nor reads files.
+
+    goal: of the action. id: actionlib's. until_s: monotonic time until which it may wait for what is missing.
+    """
+
+    goal: Any
+    id: str
+    until_s: float
+
+    def is_due(self, missing: str) -> bool:
+        """Return whether to answer it now. missing: what is not known yet, a sentence; empty: nothing."""
+        return not missing or time.monotonic() >= self.until_s

@@ -1,0 +1,113 @@
+"""No node can block for ever, or for long, while it holds a lock that a callback takes.
+
+rospy holds no lock of its own while it calls a callback, and a publisher with a queue never waits. So a node
+may publish under its own lock, and does: a node's end waits for it. actionlib holds its lock in callbacks and
+in calls to it. So a node with an action server has no other lock for these. dynamic_reconfigure does so, too.
+"""
+
+import ast
+from pathlib import Path
+
+import pytest
+from locked_calls import LockedCalls, classes_in, dotted
+from python_sources import python_nodes
+
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
+FILES = sorted(
+    {path for package in PACKAGES for path in (*python_nodes(package), *package.glob("ros/**/*.py"))}
+)
+CLASSES = [each for path in FILES for each in classes_in(path)]
+NAMES = [f"{each.path.name}:{each.name}" for each in CLASSES]
+CALLS = LockedCalls(CLASSES)
+ENDS = {"set_succeeded", "set_aborted", "set_preempted", "publish_feedback", "accept_new_goal"}
+"""Methods of actionlib's server that take its lock."""
+BLOCKS = {"wait_for_service", "wait_for_message", "wait_for_result", "wait_for_server", "sleep", "wallsleep"}
+BLOCKS |= {"join", "result", "communicate", "check_call", "check_output", "urlopen", "recv", "accept"}
+
+
+def blocks(call):
+    """Whether a call waits for something else than the lock that is held."""
+    *owner, last = call.call.split(".")
+    if owner[:1] == ["subprocess"] or (last in BLOCKS and owner[:2] != ["os", "path"]):
+        return True
+    if "self" in owner and call.made_by == "Thread":
+        return last == "join"
+    is_service = call.made_by in {"ServiceProxy", "ServiceCall"}
+    waits = last in {"wait", "wait_for"} and call.made_by in {"Event", "Condition", "Popen"}
+    return is_service or (waits and ".".join(owner) != call.lock)
+
+
+KNOWN = {
+    # The node's own condition is over the lock that is held.
+    "mavros_publisher: MavrosPublisherNode._on_velocity": {"self._pose_came.wait_for"},
+}
+
+
+@pytest.mark.parametrize("owner", CLASSES, ids=NAMES)
+def test_no_node_waits_for_anything_under_a_lock(owner):
+    found = [call for call in CALLS.of(owner) if blocks(call)]
+    assert [call for call in found if call.call not in KNOWN.get(call.where, set())] == []
+
+
+SERVERS = [each for each in CLASSES if {"SimpleActionServer", "ActionServer"} & set(each.made_by.values())]
+
+
+@pytest.mark.parametrize("owner", SERVERS, ids=lambda each: each.path.name)
+def test_a_node_with_an_action_server_has_the_lock_of_that(owner):
+    text = ast.unparse(owner.methods["__init__"])
+    assert "self._server.action_server.lock" in text
+    own = [f"self._lock = threading.{kind}()" for kind in ("Lock", "RLock", "Condition")]
+    assert not any(each in text for each in own)
+
+
+@pytest.mark.parametrize("owner", SERVERS, ids=lambda each: each.path.name)
+def test_under_its_other_locks_such_a_node_neither_publishes_nor_ends_an_action(owner):
+    others = [call for call in CALLS.of(owner) if call.lock != "self._lock"]
+    assert [call for call in others if call.call.rpartition(".")[2] in ENDS | {"publish", "send"}] == []
+
+
+@pytest.mark.parametrize("owner", SERVERS, ids=lambda each: each.path.name)
+def test_a_goal_callback_only_stores(owner):
+    # actionlib holds a second lock in it, which a condition does not give back
+    text = "".join(ast.unparse(owner.methods[name]) for name in ("_on_goal", "_on_preempt"))
+    assert ".wait" not in text
+    assert "read_plan" not in text
+
+
+@pytest.mark.parametrize("owner", CLASSES, ids=NAMES)
+def test_nobody_reconfigures_under_a_lock(owner):
+    # dynamic_reconfigure holds its lock while it calls back, and the callback takes the node's
+    calls = [call.call for call in CALLS.of(owner)]
+    assert [call for call in calls if call.endswith(".update_configuration")] == []
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
+def test_a_publisher_never_waits_for_a_subscriber(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Call) and dotted(node.func).endswith("rospy.Publisher"):
+            assert "queue_size" in {keyword.arg for keyword in node.keywords}, ast.unparse(node)
+
+
+def test_the_reading_of_sources_sees_a_wait_under_a_lock(tmp_path):
+    # Given a class that waits in a method which it calls under its lock, and in one of an object that it has
+    source = tmp_path / "node.py"
+    source.write_text(
+        "class Other:\n"
+        "    def ask(self):\n"
+        "        rospy.wait_for_service('x')\n"
+        "class Node:\n"
+        "    def __init__(self):\n"
+        "        self._lock = threading.Lock()\n"
+        "        self._other, self._call = Other(), rospy.ServiceProxy('x', Y)\n"
+        "    def _on_pose(self):\n"
+        "        with self._lock:\n"
+        "            self._act()\n"
+        "            self._other.ask()\n"
+        "    def _act(self):\n"
+        "        self._call(1)\n"
+        "        self._later(lambda: time.sleep(1.0))\n"
+    )
+    classes = list(classes_in(source))
+    found = [call.call for call in LockedCalls(classes).of(classes[1]) if blocks(call)]
+    assert found == ["self._call", "rospy.wait_for_service"]
