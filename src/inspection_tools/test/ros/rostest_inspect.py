@@ -290,6 +290,18 @@ class InspectTest(unittest.TestCase):
         for path, content in kept.items():
             self.assertEqual(path.read_bytes(), content)
 
+    def test_11_where_it_must_land_it_does_not_wait_for_pictures(self):
+        uav = self.uav
+        uav.camera = "blind"
+        self.send_goal("blind", self.plan())
+        uav.fly(lambda: self.feedback.last.status.goal_id.id == "blind", "the flight")
+        uav.fly(lambda: self.feedback.last.feedback.taken == 1, "the first photograph")
+        uav.charge = 0.02
+        wait_until(lambda: uav.tell() or rospy.sleep(0.02) or self.ended("blind"), "the end", 15.0)
+        uav.camera, uav.charge = "good", 0.9
+        self.assertEqual(self.results.last.result.end, "battery")
+        self.assertIn("land here", self.results.last.result.reason)
+
     def test_z_its_threads_take_locks_in_one_order(self):
         self.assertEqual(take_report(NODE), "")
 

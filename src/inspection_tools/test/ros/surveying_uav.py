@@ -56,7 +56,8 @@ class Uav:
         if self.cut:
             self.cut -= 1
             picture.data = data[:1000]
-        self._pictures.publish(picture)
+        if self.camera != "blind":
+            self._pictures.publish(picture)
         pose = Pose(Point(0.1, 0.0, -0.05), Quaternion(-0.5, 0.5, -0.5, 0.5))
         return SHOOT._response_class(True, "", stamp, pose, 0.002, 400.0, 200.0, 0.1, 1e-4, 0.0)
 

@@ -59,7 +59,7 @@ def with_answers(monkeypatch, answers):
             raise answer
         return answer
 
-    monkeypatch.setattr(taking_off.rospy, "ServiceProxy", lambda name, kind: called)
+    monkeypatch.setattr(taking_off, "ServiceCall", lambda name, kind, patience_s: called)
     monkeypatch.setattr(taking_off.time, "sleep", slept_s.append)
     return slept_s
 

@@ -10,9 +10,11 @@ import rosgraph
 import rospy
 from dynamic_reconfigure import DynamicReconfigureException
 from dynamic_reconfigure.client import Client
+from dynamic_reconfigure.srv import Reconfigure
 from rosgraph_msgs.msg import Log
 
 from node_tools.ros_servers import UNREACHABLE, server
+from node_tools.services import ServiceCall
 
 PATIENCE_S = 5.0
 """Wall time to wait for the node's descriptions and for its service."""
@@ -52,6 +54,7 @@ def set_parameters(node: str, wanted: Mapping[str, str]) -> list[str]:
     rospy.init_node("set_parameter", anonymous=True, disable_signals=True, disable_rosout=True)
     log = _Log(node)
     client = Client(node, timeout=PATIENCE_S)
+    client._set_service = ServiceCall(f"{node}/set_parameters", Reconfigure)  # the original may wait for ever
     changes: dict[str, Any] = dict(wanted)
     used = client.update_configuration(changes)  # which gives the changes their types
     kept = [name for name in wanted if not _are_alike(changes[name], used[name])]

@@ -14,13 +14,14 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Float64
 
 from inspection_tools.errors import InspectionToolsError
+from node_tools.services import ServiceCall
 
 SHOOT = "simulation_tools/Shoot"
 """By its name, as rosservice does: this package builds without the simulator."""
-ANSWER_S = 60.0
-"""Wall time in which the shutter's service must be there."""
-PICTURE_S = 60.0
-"""Wall time in which the picture of a shot must come."""
+ANSWER_S, HANGING_S = 20.0, 5.0
+"""Wall time in which the shutter must answer; and after one that did not, until it answers again."""
+PICTURE_S, LAST_PICTURE_S = 60.0, 20.0
+"""Wall time in which the picture of a shot must come; and when the UAV waits at home for nothing else."""
 
 
 class CameraError(InspectionToolsError):
@@ -48,7 +49,9 @@ class CameraLink:
         if found is None:
             raise CameraError(f"The service {SHOOT} is not built; build the package simulation_tools.")
         self._on_picture, self._on_lost = on_picture, on_lost
-        self._shoot = rospy.ServiceProxy("camera/shoot", found)
+        self._shoot = ServiceCall("camera/shoot", found, ANSWER_S, wait_s=ANSWER_S)
+        self._shoot_again = ServiceCall("camera/shoot", found, HANGING_S, wait_s=HANGING_S)
+        self._hangs = False
         self._tilts = rospy.Publisher("camera/tilt", Float64, queue_size=1, latch=True)
         self._lock = threading.Lock()
         self._waiting: dict[int, Waiting] = {}
@@ -70,10 +73,12 @@ class CameraLink:
             CameraError: it did not; one sentence.
         """
         try:
-            self._shoot.wait_for_service(ANSWER_S)
-            told = self._shoot(rospy.Time(0, round(1e9 * stamp_s)))
+            shoot = self._shoot_again if self._hangs else self._shoot
+            told = shoot(rospy.Time(0, round(1e9 * stamp_s)))
         except (rospy.ServiceException, rospy.ROSException) as error:
+            self._hangs = True
             raise CameraError(f"The camera does not answer: {error}.") from None
+        self._hangs = False
         if not told.success:
             raise CameraError(f"The camera took no photograph: {told.status_message}")
         waiting = Waiting(what(told), time.monotonic())
@@ -91,9 +96,9 @@ class CameraLink:
         """Whether a picture is still to come."""
         return bool(self._waiting)
 
-    def give_up_late(self) -> None:
-        """Tell which pictures did not come in time."""
-        late_s = time.monotonic() - PICTURE_S
+    def give_up_late(self, patience_s: float = PICTURE_S) -> None:
+        """Tell which pictures did not come in this wall time."""
+        late_s = time.monotonic() - patience_s
         with self._lock:
             late = [key for key, waiting in self._waiting.items() if waiting.since_s < late_s]
             lost = [self._waiting.pop(key) for key in late]

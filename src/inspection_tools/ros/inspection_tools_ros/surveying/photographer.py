@@ -16,7 +16,7 @@ from inspection_tools.inspection.taken import RecentPoses, record_of, shot_of
 from inspection_tools.inspection.todo import Task
 from inspection_tools.photographs.folder import PhotographError, PhotographFolder, PhotographRecord
 from inspection_tools_ros.surveying import messages
-from inspection_tools_ros.surveying.camera_link import CameraError, CameraLink
+from inspection_tools_ros.surveying.camera_link import LAST_PICTURE_S, PICTURE_S, CameraError, CameraLink
 
 CAMERA_TRIES = 3
 
@@ -46,7 +46,7 @@ class Photographer:
         self.folder: PhotographFolder | None = None
         self.on_stored: Callable[[Path], None] = lambda _: None
         self.shots = self._failures = 0
-        self._is_due = False
+        self._is_due = self._is_last = False
         self._due: queue.Queue[tuple[Inspection, Task, float]] = queue.Queue()
         self.poses = RecentPoses()
         self._camera = CameraLink(self._store, self._lose)
@@ -58,8 +58,12 @@ class Photographer:
 
     def take(self, inspection: Inspection, task: Task, stamp_s: float) -> None:
         """Take a photograph as soon as `work` comes to it, where the UAV is at this time or later."""
-        self._is_due = True
+        self._is_due, self._is_last = True, False
         self._due.put((inspection, task, stamp_s))
+
+    def hurry(self) -> None:
+        """Wait no longer for pictures than a UAV may that hovers at home: no more is to be taken."""
+        self._is_last = True
 
     @property
     def is_shooting(self) -> bool:
@@ -77,7 +81,7 @@ class Photographer:
             try:
                 inspection, task, stamp_s = self._due.get(timeout=0.5)
             except queue.Empty:
-                self._camera.give_up_late()
+                self._camera.give_up_late(LAST_PICTURE_S if self._is_last else PICTURE_S)
                 continue
             self._shoot(inspection, task, stamp_s)
             self._is_due = False
@@ -126,4 +130,5 @@ class Photographer:
         self._failures += 1
         inspection.lost(task, why)
         if self._failures >= CAMERA_TRIES:
+            self._failures = 0  # the next flight begins with as many tries
             inspection.abort(f"{why} It was asked {CAMERA_TRIES} times.", End.CAMERA)

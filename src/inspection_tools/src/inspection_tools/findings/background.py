@@ -16,6 +16,9 @@ from typing import NamedTuple, Sequence
 from inspection_tools.findings.wanted import Wanted
 from inspection_tools.survey.views.candidates import View
 
+ENDING_S = 10.0
+"""Wall time in which a search that answers no more has ended."""
+
 
 class Answer(NamedTuple):
     """views: photographs to take, in their order. says: a sentence. is_last: they are nearer ones."""
@@ -106,7 +109,11 @@ def _answer_in(line: str, process: subprocess.Popen) -> Answer:
             return Answer(views, str(told["says"]), told["is_last"] is True)
     except (ValueError, KeyError, TypeError):
         pass
-    code = process.wait()
+    try:
+        code = process.wait(ENDING_S)
+    except subprocess.TimeoutExpired:
+        process.kill()  # it said something that nobody understands, and goes on
+        code = process.wait()
     return Answer(
         (), f"The search of the photographs has ended (exit code {code}); no more photographs are asked for."
     )

@@ -17,6 +17,8 @@ from master_thesis_ros.doctor import live
 
 OBSERVERS = ("rosout", "experiment_recorder", "rviz", "record_")
 DOTS_PER_INCH = 160
+DRAWING_S = 120.0
+"""Wall time in which graphviz draws a graph."""
 
 
 def main() -> int:
@@ -70,7 +72,12 @@ def _render(source: str, path: Path) -> Path:
     """Let graphviz draw a file in the format of its suffix."""
     resolution = () if path.suffix == ".svg" else (f"-Gdpi={DOTS_PER_INCH}",)
     command = ["dot", f"-T{path.suffix[1:]}", *resolution, "-o", str(path)]
-    done = subprocess.run(command, input=source, text=True, stderr=subprocess.PIPE, check=False)
+    try:
+        done = subprocess.run(
+            command, input=source, text=True, stderr=subprocess.PIPE, check=False, timeout=DRAWING_S
+        )
+    except subprocess.TimeoutExpired:
+        raise MasterThesisError(f"dot did not draw {path} within {DRAWING_S:g} s.") from None
     if done.returncode != 0:
         raise MasterThesisError(f"dot could not draw {path}: {done.stderr.strip()}.")
     return path

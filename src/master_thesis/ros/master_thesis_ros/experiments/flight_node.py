@@ -24,6 +24,7 @@ from master_thesis.flight.monitor import Monitor
 from master_thesis_ros.experiments.experiment_node import SETTLE_S, ExperimentNode
 from master_thesis_ros.experiments.messages import pose_values, stamp_s, twist_row
 from node_tools.conversions import xyz
+from node_tools.services import ServiceCall
 from simulation_tools.publisher.families import family_of
 
 PATH_SPACING_M = 0.1
@@ -50,7 +51,7 @@ class FlightNode(ExperimentNode):
         self._path = PathMessage()
         self._path_publisher = rospy.Publisher("~path", PathMessage, queue_size=1, latch=True)
         self._landing = family_of(str(rospy.get_param("/gazebo/autopilot", "standin"))).landing
-        self._set_mode = rospy.ServiceProxy("mavros/set_mode", SetMode)
+        self._set_mode = ServiceCall("mavros/set_mode", SetMode)
         super().__init__(monitor, lockstep, cepa)
         log = monitor.log
         self.subscribe("odometry", Odometry, self._on_odometry)
@@ -67,7 +68,7 @@ class FlightNode(ExperimentNode):
         if action is Action.SEND_GOAL:
             self.send_goal()
         elif action is Action.LAND:
-            # In a separate thread, because a call to a hung MAVROS would never return
+            # In a separate thread, because a MAVROS that hangs answers late
             threading.Thread(target=self._land, daemon=True).start()
 
     def _land(self) -> None:

@@ -17,6 +17,7 @@ from std_srvs.srv import Empty
 from master_thesis.errors import FlightError
 from master_thesis.worlds.placements import Obstacle, freeze_frame
 from master_thesis_ros.experiments.messages import pose_values
+from node_tools.services import ServiceCall
 from simulation_tools.geometry import Pose
 
 SERVICE_PATIENCE_S = 20.0
@@ -64,7 +65,7 @@ def set_pace(real_time_factor: float) -> None:
     def ask() -> None:
         pace = Config(doubles=[DoubleParameter("real_time_factor", real_time_factor)])
         with contextlib.suppress(rospy.ServiceException, rospy.ROSException):
-            rospy.ServiceProxy("gazebo/set_parameters", Reconfigure)(pace)
+            ServiceCall("gazebo/set_parameters", Reconfigure)(pace)
 
     threading.Thread(target=ask, name="set_pace", daemon=True).start()
 
@@ -75,14 +76,12 @@ def pose_of(message: PoseMessage) -> Pose:
     return Pose((x, y, z), (qx, qy, qz, qw))
 
 
-def _service(name: str, service_class: Any) -> rospy.ServiceProxy:
-    service = rospy.ServiceProxy(name, service_class)
+def _service(name: str, service_class: Any) -> ServiceCall:
+    service = ServiceCall(name, service_class, SERVICE_PATIENCE_S)
     try:
         service.wait_for_service(SERVICE_PATIENCE_S)
     except rospy.ROSException as error:
-        raise FlightError(
-            f"There is no service {service.resolved_name}; is the simulator running?"
-        ) from error
+        raise FlightError(f"There is no service {service.name}; is the simulator running?") from error
     return service
 
 

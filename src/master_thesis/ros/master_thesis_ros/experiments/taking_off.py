@@ -13,9 +13,12 @@ from std_srvs.srv import Trigger
 from inspection_tools.srv import RoomAbove
 from master_thesis.errors import FlightError
 from master_thesis.flight.take_off import hover_height_m
+from node_tools.services import ServiceCall
 
 PUBLISHER = "/mavros_publisher"
 TRIES = 20
+ANSWER_S = 10.0
+"""Wall time in which a service must answer. Whoever knows the map may be planning a way on it."""
 AGAIN_S = 0.5
 """Wall time between two tries to call a service."""
 
@@ -26,7 +29,7 @@ def call_service(name: str, kind: Any, *arguments: Any) -> Any:
     """Call a service until it succeeds, and return its answer; raises FlightError if it does not."""
     for _ in range(TRIES):
         try:
-            answer = rospy.ServiceProxy(name, kind)(*arguments)
+            answer = ServiceCall(name, kind, ANSWER_S)(*arguments)
             if getattr(answer, "success", True):
                 return answer
             why = answer.message

@@ -24,6 +24,7 @@ from master_thesis_ros.experiments.messages import planar_pose, stamp_s
 from master_thesis_ros.experiments_3_4.node_process import NodeProcess
 from node_tools.conversions import yaw_of
 from node_tools.ending import Ending
+from node_tools.services import ServiceCall
 
 LAST_MAP_S = 10.0
 """Wall time to wait for the last map."""
@@ -49,7 +50,7 @@ class SlamWatch:
         self._process = NodeProcess(slam_node)
         self._has_begun = threading.Event()
         self._asked = threading.Event()
-        self._dynamic_map = rospy.ServiceProxy("dynamic_map", GetMap)
+        self._dynamic_map = ServiceCall("dynamic_map", GetMap, LAST_MAP_S)
         listen = rospy.Subscriber
         self._subscribers = [
             listen("map", numpy_msg(GridMessage), self._on_map, queue_size=2),

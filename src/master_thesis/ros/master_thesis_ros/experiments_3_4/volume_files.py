@@ -15,10 +15,11 @@ from gridslam.volume import VolumeParameters, VoxelMap, map_from, stream_of, wri
 from gridslam.volume.drawing.picture import volume_figure
 from master_thesis.results.picture_files import png
 from master_thesis.results.run_folder import RunFolder
+from node_tools.services import ServiceCall
 
 SERVICE, NODE = "/octomap_full", "/slam_octomap"
-PATIENCE_S = 20.0
-"""Wall time to wait for the map."""
+PATIENCE_S, WRITING_S = 20.0, 300.0
+"""Wall time to wait for the map's node, and for a large map."""
 
 
 def has_volume() -> bool:
@@ -34,8 +35,7 @@ def save_volume(folder: RunFolder) -> bool:
     if not has_volume():
         return False
     try:
-        rospy.wait_for_service(SERVICE, PATIENCE_S)
-        octree = rospy.ServiceProxy(SERVICE, GetOctomap)().map
+        octree = ServiceCall(SERVICE, GetOctomap, WRITING_S, wait_s=PATIENCE_S)().map
         data = np.array(octree.data, np.int8).tobytes()
         voxels = map_from(data, octree.binary, VolumeParameters(resolution_m=octree.resolution))
         _write(folder, voxels)
@@ -49,8 +49,7 @@ def save_clouds(folder: RunFolder) -> None:
     """Let `slam_octomap` write map.state. If it does not, that is told: a plan on the map is coarser then."""
     rospy.set_param(f"{NODE}/state_file", str(folder.path / "map.state"))
     try:
-        rospy.wait_for_service(f"{NODE}/save_state", PATIENCE_S)
-        answer = rospy.ServiceProxy(f"{NODE}/save_state", Trigger)()
+        answer = ServiceCall(f"{NODE}/save_state", Trigger, WRITING_S, wait_s=PATIENCE_S)()
         told = "" if answer.success else answer.message
     except (rospy.ROSException, rospy.ServiceException) as error:
         told = str(error)

@@ -180,11 +180,19 @@ def _command(name: str, *arguments: str, before: tuple[str, ...] = ()) -> bool:
 
     What it cannot do is a warning. before: words before the command.
     """
-    rospy.loginfo(f"rosrun inspection_tools {name} {' '.join(arguments)}")
-    done = subprocess.run(
-        ["setpriv", "--pdeathsig", "TERM", *before, "rosrun", "inspection_tools", name, *arguments],
-        capture_output=True, text=True, timeout=COMMAND_S, check=False,
-    )  # fmt: skip
+    words = f"rosrun inspection_tools {name} {' '.join(arguments)}"
+    rospy.loginfo(words)
+    try:
+        done = subprocess.run(
+            ["setpriv", "--pdeathsig", "TERM", *before, "rosrun", "inspection_tools", name, *arguments],
+            capture_output=True, text=True, timeout=COMMAND_S, check=False,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        rospy.logwarn(
+            f"{name} was not done after {COMMAND_S / 60.0:.0f} min, so the results lack what it writes. "
+            f"To give it more time: {words}"
+        )
+        return False
     if done.returncode:
         rospy.logwarn(f"{name} failed: {done.stderr.strip()[-500:]}")
     return not done.returncode

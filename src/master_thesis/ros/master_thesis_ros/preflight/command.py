@@ -20,6 +20,7 @@ from master_thesis.preflight import by_hand, standing
 from master_thesis.preflight.verdict import NOT_CHECKED, Verdict, exit_code
 from master_thesis_ros.doctor import live
 from master_thesis_ros.preflight.hearing import answers, views
+from node_tools.services import ServiceCall
 
 PARAMETERS = ("COM_OF_LOSS_T",)
 PARAMETER_PATIENCE_S = 3.0
@@ -64,10 +65,10 @@ def _has_near() -> bool:
 def _flight_controllers_parameters() -> dict[str, float]:
     """Return those of `PARAMETERS` that MAVROS knows."""
     found: dict[str, float] = {}
+    get = ServiceCall("/mavros/param/get", ParamGet, PARAMETER_PATIENCE_S, wait_s=PARAMETER_PATIENCE_S)
     for name in PARAMETERS:
         try:
-            rospy.wait_for_service("/mavros/param/get", PARAMETER_PATIENCE_S)
-            reply = rospy.ServiceProxy("/mavros/param/get", ParamGet)(name)
+            reply = get(name)
         except (rospy.ROSException, rospy.ServiceException):
             continue
         if reply.success:

@@ -174,9 +174,12 @@ def _missing(package_list: str) -> tuple[str, ...]:
     """Return the packages of a list that are not installed, by dpkg."""
     wanted = [line.strip() for line in package_list.splitlines() if line.strip() and not line.startswith("#")]
     command = ["dpkg-query", "-W", "-f", "${db:Status-Status} ${Package}\n", *wanted]
-    said = subprocess.run(
-        command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=False
-    ).stdout
+    try:
+        said = subprocess.run(
+            command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, check=False, timeout=60.0
+        ).stdout
+    except subprocess.TimeoutExpired:
+        return ()  # another program holds the database; what is missing is not known
     installed = {line.split()[1] for line in said.splitlines() if line.startswith("installed ")}
     return tuple(name for name in wanted if name not in installed)
 

@@ -16,6 +16,7 @@ from std_msgs.msg import Bool, Header, String
 
 from node_tools.conversions import time_of
 from node_tools.direct_publisher import DirectPublisher
+from node_tools.services import ServiceCall
 from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import quaternion_from_rpy
 from simulation_tools.publisher import (
@@ -35,6 +36,9 @@ from simulation_tools_ros.mavros_publisher.request_thread import RequestThread
 PLACE = GeodeticOrigin()
 """Where the flight controller is told to be, if nobody says where."""
 REQUEST_PATIENCE_S = 0.5  # wall time; the flight controller misses setpoints after 1 s
+
+ANSWER_S = 6.0
+"""Wall time after which a request counts as lost. MAVROS itself waits 5 s for the flight controller."""
 
 VELOCITY_AND_YAW_RATE = (
     PositionTarget.IGNORE_PX
@@ -77,9 +81,9 @@ class Actions:
         self._ready = rospy.Publisher("ready", Bool, queue_size=1, latch=True)
         self._ready.publish(False)
         self._waiting_for = rospy.Publisher("waiting_for", String, queue_size=1, latch=True)
-        self._set_mode = rospy.ServiceProxy("mavros/set_mode", SetMode)
-        self._arm = rospy.ServiceProxy("mavros/cmd/arming", CommandBool)
-        self._take_off = rospy.ServiceProxy("mavros/cmd/takeoff", CommandTOL)
+        self._set_mode = ServiceCall("mavros/set_mode", SetMode, ANSWER_S)
+        self._arm = ServiceCall("mavros/cmd/arming", CommandBool, ANSWER_S)
+        self._take_off = ServiceCall("mavros/cmd/takeoff", CommandTOL, ANSWER_S)
 
     def do(self, action: Action) -> None:
         """Carry out one action."""
@@ -131,7 +135,7 @@ class Actions:
             rospy.logwarn_throttle(2.0, f"The flight controller refuses to arm (result {response.result}).")
 
     @staticmethod
-    def _call(service: rospy.ServiceProxy, what: str, *arguments: Any) -> Any:
+    def _call(service: ServiceCall, what: str, *arguments: Any) -> Any:
         try:
             return service(*arguments)
         except (rospy.ServiceException, rospy.ROSException) as error:

@@ -22,6 +22,8 @@ CANDIDATES = 4
 """Triangles that are compared for each point: those of the nearest samples."""
 CHUNK = 50_000
 WORLD_SUFFIXES = (".world", ".sdf")
+READING_S = 600.0
+"""Wall time in which a world is read."""
 
 
 @dataclass(frozen=True)
@@ -126,7 +128,10 @@ def read_surface(path: Path) -> Surface:
 def _mesh_of_world(world: Path, mesh: Path) -> Path:
     """Let `simulation_tools` write the mesh of a world: it alone reads SDF."""
     command = [sys.executable, "-m", "simulation_tools.world.mesh_file", str(world), str(mesh)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=READING_S)
+    except subprocess.TimeoutExpired:
+        raise EvaluationError(f"{world}: its surfaces were not read within {READING_S:g} s.") from None
     if done.returncode:
         told = (done.stderr.strip().splitlines() or ["simulation_tools did not say why."])[-1]
         raise EvaluationError(f"{world}: its surfaces cannot be read. {told}")

@@ -19,6 +19,8 @@ MOST_TRIANGLES = 2_000_000
 STL_HEADER_BYTES, STL_TRIANGLE_BYTES = 84, 50
 ENDLESS_M = 300.0
 """A thing this long is the ground of a world; it does not say how large the room is."""
+READING_S = 600.0
+"""Wall time in which a world is read."""
 NOT_SURVEYED = "unknown"
 """Name of a thing that bounds the air and is no surface: what an explored map does not know."""
 MAPPED_PLATING, MAPPED_STRUCTURE, MAPPED_BARS = "mapped_plating", "mapped_structure", "mapped_bars"
@@ -90,7 +92,10 @@ def _refuse_many(count: int, path: Path, is_unknown: bool = False) -> None:
 def _mesh_of_world(world: Path, mesh: Path) -> Path:
     """Let `simulation_tools` write the mesh of a world: it alone reads SDF."""
     command = [sys.executable, "-m", "simulation_tools.world.mesh_file", str(world), str(mesh)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=READING_S)
+    except subprocess.TimeoutExpired:
+        raise SurveyError(f"{world}: its surfaces were not read within {READING_S:g} s.") from None
     if done.returncode:
         told = (done.stderr.strip().splitlines() or ["simulation_tools did not say why."])[-1]
         raise SurveyError(f"{world}: its surfaces cannot be read. {told}")

@@ -1,0 +1,33 @@
+"""A camera that hangs, or whose pictures never come, ends the survey. Nothing waits for it for ever."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rosgraph", reason="needs ROS")
+pytestmark = pytest.mark.ros
+
+
+@pytest.fixture(scope="module")
+def told(master_of_module):
+    probe = Path(__file__).with_name("camera_probe.py")
+    done = master_of_module.run(sys.executable, str(probe), timeout_s=90.0)
+    assert done.returncode == 0, done.stdout
+    return json.loads(next(line for line in done.stdout.splitlines() if line.startswith("{")))
+
+
+@pytest.mark.parametrize(
+    ("camera", "words"), [("hangs", "it gave no answer within"), ("blind", "picture did not come")]
+)
+def test_after_three_photographs_the_survey_ends_and_each_is_missed(told, camera, words):
+    assert [number for number, _ in told[camera]["lost"]] == [1, 2, 3]
+    assert all(words in why for _, why in told[camera]["lost"])
+    ((end, reason),) = told[camera]["aborts"]
+    assert end == "camera"
+    assert "It was asked 3 times." in reason
+
+
+def test_nobody_waits_for_it_any_more(told):
+    assert not any(each["waits"] for each in told.values())
