@@ -29,7 +29,7 @@ HEADER = (
     "time [s]",
     "way [m]",
     "least clearance [m]",
-    "off the goal [m]",
+    "landed off the goal [m]",
     "real-time factor",
 )
 PORTS = ("simulator_port", "offboard_port", "gcs_port")
@@ -88,7 +88,7 @@ def row(flight: str, place: str, autopilot: str, seed: int, result: dict[str, An
                 ("flight_time_s", 1),
                 ("path_length_m", 1),
                 ("min_clearance_m", 2),
-                ("goal_error_m", 2),
+                ("landed_off_goal_m", 2),
                 ("real_time_factor", 2),
             )
         ),

@@ -4,14 +4,26 @@ import pytest
 
 from master_thesis.errors import FlightError
 from master_thesis.flight.course import Action, Course, Phase, PhaseLimits
+from master_thesis.flight.flight_log import POSE_COLUMNS, Series
+from master_thesis.flight.judging.contacts import UavParts
 
 TREE, GROUND, UAV = "tree_007::link::trunk", "ground_plane::link::floor", "iris::base_link::body"
+
+IRIS = UavParts("iris", frozenset(("rotor_0", "rotor_1")))
+
+
+def at_rest():
+    """True poses of a UAV that stands upright all the time: nothing is wrong with its landings."""
+    truth = Series(POSE_COLUMNS)
+    for step in range(1000):
+        truth.add(0.1 * step, 0.0, 0.0, 0.12, 0.0, 0.0, 0.0, 1.0)
+    return truth
 
 
 @pytest.fixture
 def run():
     limits = PhaseLimits(2.0, ready_timeout_s=30.0, flight_timeout_s=60.0, landing_timeout_s=20.0)
-    course = Course(limits, uav="iris")
+    course = Course(limits, IRIS, at_rest())
     course.on_time(0.0)
     return course
 
@@ -88,7 +100,7 @@ def test_why_the_uav_does_not_hover_is_said_if_it_is_known(run):
 
 
 def test_what_a_flight_waits_for_in_vain_is_said_by_name():
-    run = Course(PhaseLimits(ready_timeout_s=30.0), "iris")
+    run = Course(PhaseLimits(ready_timeout_s=30.0), IRIS, at_rest())
     run.on_ready(False, awaited="SLAM")
     run.on_time(0.0)
     assert run.on_time(30.0) == [Action.FINISH]
@@ -123,8 +135,8 @@ def test_a_landing_that_does_not_end_ends_the_run(run):
 
 
 def test_an_obstacle_is_named_once_whichever_side_it_stands_on(run):
-    run.on_contact(TREE, UAV)
-    run.on_contact(UAV, TREE)
+    run.on_contact(0.0, TREE, UAV)
+    run.on_contact(0.0, UAV, TREE)
     assert run.outcome.touched == (TREE,)
     assert run.outcome.collision
     assert run.outcome.failure == f"The UAV touched {TREE}."
@@ -133,20 +145,20 @@ def test_an_obstacle_is_named_once_whichever_side_it_stands_on(run):
 def test_a_landing_for_another_battery_is_no_contact_but_a_tree_is(run):
     run.on_ready(True)
     run.on_time(1.0)
-    run.lands_between = True
-    run.on_contact(UAV, "ground_plane::link::c", 1.0)
+    run.land_between(2.0)
+    run.on_contact(0.0, UAV, "ground_plane::link::c", 1.0)
     assert not run.outcome.collision
-    run.on_contact(UAV, TREE, 1.0)  # also one that it stands on: it did not begin there
+    run.on_contact(0.0, UAV, TREE, 1.0)  # also one that it stands on: it did not begin there
     assert run.outcome.touched == (TREE,)
-    run.lands_between = False
-    run.on_contact(UAV, "ground_plane::link::c", 1.0)
+    run.fly_on()
+    run.on_contact(0.0, UAV, "ground_plane::link::c", 1.0)
     assert run.outcome.touched == (TREE, "ground_plane::link::c")
 
 
 def test_a_uav_that_has_landed_between_may_stay_on_the_ground(run):
     run.on_ready(True)
     run.on_time(1.0)
-    run.lands_between = True
+    run.land_between(2.0)
     assert run.on_armed(9.0, False) == []
     assert run.stay_landed(20.0) == [Action.FINISH]
     assert run.outcome.success
@@ -158,32 +170,32 @@ FLOOR, SHELF = "floor::link::c", "shelf::link::board"
 
 @pytest.mark.parametrize("contact", [(UAV, FLOOR, 1.0), (FLOOR, UAV, -1.0)])
 def test_the_ground_is_what_carries_the_uav_whatever_its_name(run, contact):
-    # Given a floor on which the UAV stands, and which a rotor scrapes while it takes off
-    run.on_contact(*contact)
-    run.on_contact("iris::rotor_1::disc", FLOOR, 0.1)
+    # Given a floor on which the UAV stands, and which a leg scrapes while it takes off
+    run.on_contact(0.0, *contact)
+    run.on_contact(0.0, "iris::base_link::leg", FLOOR, 0.1)
     fly(run)
     run.on_time(32.0)
     # When it lands on something else
-    run.on_contact(UAV, SHELF, 0.8)
+    run.on_contact(0.0, UAV, SHELF, 0.8)
     # Then both are ground, and no collision
     assert not run.outcome.collision
     assert run.outcome.ground == ("ground_plane", "floor", "shelf")
 
 
 def test_what_is_touched_sideways_or_from_below_is_no_ground(run):
-    run.on_contact(UAV, GROUND)  # by its name it is
-    run.on_contact(UAV, TREE, 0.0)
-    run.on_contact(UAV, SHELF, -1.0)  # a board over its head
+    run.on_contact(0.0, UAV, GROUND)  # by its name it is
+    run.on_contact(0.0, UAV, TREE, 0.0)
+    run.on_contact(0.0, UAV, SHELF, -1.0)  # a board over its head
     assert run.outcome.touched == (TREE, SHELF)
     assert run.outcome.ground == ("ground_plane",)
 
 
 @pytest.mark.parametrize("pair", [(UAV, GROUND), (GROUND, UAV), (UAV, FLOOR)])
 def test_the_ground_is_an_obstacle_in_flight(run, pair):
-    run.on_contact(*pair, 1.0 if pair[0] is UAV else -1.0)
+    run.on_contact(0.0, *pair, 1.0 if pair[0] is UAV else -1.0)
     run.on_ready(True)
     run.on_time(10.0)
-    run.on_contact(*pair)
+    run.on_contact(0.0, *pair)
     assert run.outcome.touched == (pair[pair[0] is UAV],)
 
 

@@ -10,12 +10,14 @@ import pytest
 
 from master_thesis.flight.course import Phase, PhaseLimits
 from master_thesis.flight.description import RunDescription
+from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.monitor import Monitor
 from master_thesis.results import run_files, run_summary
 from master_thesis.results.metrics import flight_metrics
 from master_thesis.results.run_folder import RunFolder
 from master_thesis.worlds.scenario import scenario
 
+IRIS = UavParts("iris", frozenset(("rotor_0",)))
 KEYS_OF_THE_ISSUE = (
     "reached_goal",
     "collision",
@@ -42,7 +44,7 @@ class WallClock:
 def fly_straight(until_s=60.0):
     """Wait 10 s, fly 20 s along x at 2 m/s, hover 2 s and land in 5 s; twice as long by the wall."""
     wall = WallClock()
-    monitor = Monitor(PhaseLimits(), "iris", wall)
+    monitor = Monitor(PhaseLimits(), IRIS, wall)
     asked = []
     for step in range(int(until_s * 100)):
         t_s = 0.01 * step
@@ -73,6 +75,7 @@ def test_metrics_of_a_straight_flight(description):
     assert metrics["flight_time_s"] == pytest.approx(20.0, abs=0.011)
     assert metrics["path_length_m"] == pytest.approx(40.0, abs=0.03)
     assert metrics["goal_error_m"] == pytest.approx(0.0, abs=1e-9)
+    assert metrics["landing_error_m"] == pytest.approx(0.0, abs=1e-9)
     assert metrics["cepa_computation_ms"]["median"] == pytest.approx(2.0, abs=0.011)
     assert metrics["cepa_computation_ms"]["count"] == 199
     assert metrics["emergencies"] == 1
@@ -87,11 +90,12 @@ def test_a_flight_cut_short_is_measured_to_its_end(description):
     assert metrics["flight_time_s"] is None
     assert metrics["path_length_m"] == pytest.approx(20.0, abs=0.05)
     assert metrics["goal_error_m"] == pytest.approx(20.0, abs=0.05)
+    assert metrics["landing_error_m"] is metrics["landed_off_goal_m"] is metrics["landing"] is None
     assert metrics["failure"] == "The run was interrupted before its end."
 
 
 def test_a_run_that_never_flew_has_a_summary_too(tmp_path, description):
-    monitor = Monitor(PhaseLimits(), "iris")
+    monitor = Monitor(PhaseLimits(), IRIS)
     monitor.abort("The simulator ended.")
     wall = monitor.wall_metrics(0.0)
     folder = RunFolder(tmp_path, "experiment_1", datetime.now())
@@ -128,6 +132,12 @@ def test_without_measured_latencies_there_are_none(description):
 
 def test_a_uav_that_stays_on_the_ground_between_two_parts_has_wall_times_too():
     monitor, _ = fly_straight(until_s=20.0)
+    for step in range(400):  # it stops, is told to land, and stands
+        monitor._wall_clock.now_s = 140.0 + 0.02 * step
+        monitor.on_truth(20.0 + 0.01 * step, (20.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0))
+        if step == 200:
+            monitor.land_between()
+    assert monitor.on_armed(False) == []
     (action,) = monitor.stay_landed()
     assert action.name == "FINISH"
     assert monitor.course.outcome.success

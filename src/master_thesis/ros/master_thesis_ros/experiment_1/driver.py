@@ -13,6 +13,7 @@ from std_msgs.msg import Bool
 from master_thesis.experiment_1.progress import ProgressWatch
 from master_thesis.experiment_1.request import GoalFlight, read
 from master_thesis.flight.course import Phase
+from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.monitor import Monitor
 from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
 from master_thesis.results.run_files import complete_run, write_numbers
@@ -75,7 +76,7 @@ def make() -> RunNode:
 def _fly(flight: GoalFlight, lockstep: bool, cepa: bool, ending: Ending) -> int:
     """Return the exit code."""
     run = Run(flight.description.experiment, ending)
-    monitor = Monitor(flight.limits, uav=flight.description.model)
+    monitor = Monitor(flight.limits, UavParts.load(flight.description.model))
     goal_xyz_m = flight.description.scenario.goal_xyz_m
     run.lead(monitor, lambda: Experiment1Node(monitor, goal_xyz_m, lockstep, cepa))
     description, wall = run.close(flight.description, monitor)

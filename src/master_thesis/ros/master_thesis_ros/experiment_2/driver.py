@@ -21,6 +21,7 @@ from master_thesis.experiment_2.request import Trial, read
 from master_thesis.experiment_2.summary import headline
 from master_thesis.experiment_2.trial import EmergencyTrial, TrialAction
 from master_thesis.experiment_2.trial_files import complete_trial, write_numbers
+from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.worlds.placements import Obstacle, placement
 from master_thesis_ros.experiments.experiment_node import SETTLE_S, ExperimentNode
 from master_thesis_ros.experiments.messages import stamp_s
@@ -135,8 +136,9 @@ def _fly(asked: Trial, lockstep: bool, ending: Ending) -> int:
     description = asked.description
     obstacles = placement(description.scenario)
     run = Run(description.experiment, ending)
-    trial = EmergencyTrial(asked.limits, description.model)
-    run.lead(trial, lambda: Experiment2Node(trial, obstacles, description.model, asked.look_s, lockstep))
+    uav = UavParts.load(description.model).model
+    trial = EmergencyTrial(asked.limits, uav)
+    run.lead(trial, lambda: Experiment2Node(trial, obstacles, uav, asked.look_s, lockstep))
     run.complete_bag()
     numbers = write_numbers(run.folder, description, trial)
     return run.finish(

@@ -80,16 +80,18 @@ class ErrandNode(FlightNode):
             self._monitor.on_goal_reached(True)
         else:
             self._stopover.begin()
-            self._monitor.course.lands_between = True
+            self._monitor.land_between()
             self._follows = follows
             rospy.loginfo("The UAV lands at home, %s.", WHY[follows])
             threading.Thread(target=self._land, daemon=True).start()
         return ()
 
     def _on_state(self, message: State) -> Iterable[Enum]:
-        if self._stopover.on_armed(message.armed if message.connected else None):
+        actions = super()._on_state(message)
+        has_landed = self._stopover.on_armed(message.armed if message.connected else None)
+        if has_landed and not actions:  # after a bad landing the run is over
             threading.Thread(target=self._go_on, daemon=True).start()
-        return super()._on_state(message)
+        return actions
 
     def _go_on(self) -> None:
         """On the ground: prepare the next part or wait, put in a full battery, and take off again."""
@@ -135,5 +137,5 @@ class ErrandNode(FlightNode):
     def _on_ready(self, message: Bool) -> None:
         super()._on_ready(message)
         if self._stopover.on_ready(message.data):
-            self._monitor.course.lands_between = False
+            self._monitor.course.fly_on()
             self.send_goal()

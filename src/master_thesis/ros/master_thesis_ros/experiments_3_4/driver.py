@@ -20,6 +20,7 @@ from inspection_tools.msg import MissionActionFeedback, MissionActionGoal, Missi
 from master_thesis.experiments_3_4.request import MissionFlight, read
 from master_thesis.flight.course import Phase
 from master_thesis.flight.flight_log import POSE_COLUMNS
+from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.mission_time import TimeIsOver
 from master_thesis.flight.monitor import Monitor
 from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
@@ -148,7 +149,7 @@ def make() -> RunNode:
 def _fly(flight: MissionFlight, lockstep: bool, slam_node: str, ending: Ending) -> int:
     """Return the exit code."""
     run = Run(flight.description.experiment, ending)
-    monitor = Monitor(flight.limits, uav=flight.description.model)
+    monitor = Monitor(flight.limits, UavParts.load(flight.description.model))
     monitor.log.scan_period_s = SCAN_PERIOD_S
     slam, lidar = SlamWatch(slam_node), LidarWatch() if has_volume() else None
     run.lead(monitor, lambda: Experiments34Node(monitor, slam, flight, lockstep))

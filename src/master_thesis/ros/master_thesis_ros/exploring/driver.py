@@ -9,6 +9,7 @@ from gridslam import SlamError
 from master_thesis.exploring.errand import Errand
 from master_thesis.exploring.request import ExploringRequest, read
 from master_thesis.exploring.summary import headline
+from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.monitor import Monitor
 from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
 from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
@@ -35,7 +36,7 @@ def make() -> RunNode:
 def _fly(request: ExploringRequest, lockstep: bool, ending: Ending) -> int:
     """Return the exit code."""
     run = Run(request.description.experiment, ending)
-    monitor = Monitor(request.limits, uav=request.description.model)
+    monitor = Monitor(request.limits, UavParts.load(request.description.model))
     monitor.log.scan_period_s = SCAN_PERIOD_S
     errand, exploration = Errand(1, request.swaps), ExplorationPart(monitor, request.time_s)
     run.lead(monitor, lambda: ErrandNode(monitor, errand, (exploration,), lockstep))

@@ -14,6 +14,7 @@ from inspection_tools import InspectionToolsError
 from inspection_tools.survey.plan import SurveyPlan
 from master_thesis.errors import FlightError
 from master_thesis.exploring.errand import Errand
+from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.monitor import Monitor
 from master_thesis.inspecting.coverage import Judged, judge_photographs
 from master_thesis.inspecting.planning import provide_plan, ship_file, write_page
@@ -55,7 +56,7 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     run = Run(flight.description.experiment, ending)
     folder = run.folder.path
     page = WholePlanPage(folder / "plan.yaml", lambda: _write_whole_page(request, folder))
-    monitor = Monitor(flight.limits, uav=flight.description.model)
+    monitor = Monitor(flight.limits, UavParts.load(flight.description.model))
     monitor.log.scan_period_s = SCAN_PERIOD_S
 
     def make_plan() -> SurveyPlan:

@@ -37,7 +37,7 @@ class BatterySwap:
     def begin(self) -> None:
         """Order to land."""
         self._stopover.begin()
-        self._loop.monitor.course.lands_between = True
+        self._loop.monitor.land_between()
         self._loop.land()
 
     def follow(self, here_m: np.ndarray) -> bool:
@@ -59,7 +59,7 @@ class BatterySwap:
             self._take_off(here_m)
         if not self._stopover.on_ready(loop.publisher.ready):
             return False
-        loop.monitor.course.lands_between = False
+        loop.monitor.course.fly_on()
         return True
 
     def _take_off(self, here_m: np.ndarray) -> None:

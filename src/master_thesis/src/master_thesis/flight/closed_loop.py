@@ -26,6 +26,7 @@ from master_thesis.errors import FlightError
 from master_thesis.flight.conditions import Delivery
 from master_thesis.flight.course import Action, Outcome, Phase
 from master_thesis.flight.flight_log import FlightLog
+from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.lidar.nodding import NoddingLidar
 from master_thesis.flight.mission_time import TimeIsOver
 from master_thesis.flight.monitor import Monitor
@@ -73,7 +74,7 @@ class ClosedLoop:
         self.listeners: list[ScanListener] = []
         self.simulation = Simulation(parameters.conditions.applied_to(parameters.simulation))
         self._delivery = Delivery(parameters.conditions, parameters.simulation.seed)
-        self.monitor = Monitor(parameters.limits_of_way, self.simulation.uav_name)
+        self.monitor = Monitor(parameters.limits_of_way, UavParts.of(self.simulation.uav.model))
         lidar, px4 = self.simulation.lidar, self.simulation.px4
         if lidar is None:
             self.simulation.close()

@@ -6,11 +6,14 @@ Time is simulation time, in seconds. Nothing here waits.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from enum import Enum
 
 from master_thesis.errors import FlightError
-from master_thesis.flight.judging.contacts import GROUND, Contacts
+from master_thesis.flight.flight_log import Series
+from master_thesis.flight.judging.contacts import GROUND, Contacts, UavParts
+from master_thesis.flight.judging.landing import REST_S, STEP_S, UNKNOWN, Landing, landing_of
 
 PATIENCE = 3.0
 """A flight may take this many times as long as the straight path at full speed."""
@@ -66,8 +69,9 @@ class PhaseLimits:
 class Outcome:
     """The outcome of a run.
 
-    times_s: start of each phase. failure: None, or a sentence with the reason of the failure. touched: the
-    touched obstacles. ground: models that carried the UAV before or after the flight.
+    landed: the last landing was good. times_s: start of each phase. failure: None, or a sentence with the
+    reason of the failure. touched: the touched obstacles. ground: models that carried the UAV before or after
+    the flight. landing: the last one; None: there was none.
     """
 
     reached_goal: bool
@@ -77,27 +81,29 @@ class Outcome:
     times_s: dict[Phase, float]
     touched: tuple[str, ...]
     ground: tuple[str, ...] = (GROUND,)
+    landing: Landing | None = None
 
     @property
     def success(self) -> bool:
-        """Whether the UAV reached the goal without a contact and stands on the ground again."""
+        """Whether the UAV reached the goal without a contact and has landed well."""
         return self.reached_goal and self.landed and not self.collision and self.failure is None
 
 
 class Course:
     """State machine of a run. Every `on_...` returns the actions to carry out."""
 
-    def __init__(self, parameters: PhaseLimits, uav: str) -> None:
-        """Start a run of the model named `uav`."""
-        self._parameters = parameters
+    def __init__(self, parameters: PhaseLimits, uav: UavParts, truth: Series) -> None:
+        """Start a run of a UAV. truth: its true poses (`POSE_COLUMNS`); the caller adds each new one."""
+        self._parameters, self._truth = parameters, truth
         self._contacts = Contacts(uav)
         self.phase = Phase.WAITING
         """The phase of the run."""
         self.lands_between = False
-        """Whether the UAV lands for another battery: then it may touch the ground and disarm."""
+        """Whether the UAV lands, or stands, between two parts of its flight: see `land_between`."""
         self._times: dict[Phase, float] = {}
         self._reached = False
-        self._landed = False
+        self._landing: Landing | None = None
+        self._ordered_s = self._touched_s = math.inf
         self._failure: str | None = None
         self._ready = False
         self._awaited = "the hover"
@@ -116,11 +122,12 @@ class Course:
         return Outcome(
             reached_goal=self._reached,
             collision=bool(self._contacts.touched),
-            landed=self._landed,
+            landed=self._landing is not None and self._landing.is_good,
             failure=self._failure_sentence(),
             times_s=dict(self._times),
             touched=self._contacts.touched,
             ground=self._contacts.ground,
+            landing=self._landing,
         )
 
     def on_ready(self, ready: bool, awaited: str = "the hover") -> None:
@@ -152,9 +159,18 @@ class Course:
         """Note that the UAV must land where it is, and that the run fails; `why` is a sentence."""
         self._why_here = why
 
+    def land_between(self, t_s: float) -> None:
+        """The UAV is told to land between two parts: it may touch the ground and disarm."""
+        self.lands_between = True
+        self._expect_landing(t_s)
+
+    def fly_on(self) -> None:
+        """The UAV hovers again after it has landed between two parts."""
+        self.lands_between = False
+
     def stay_landed(self, t_s: float) -> list[Action]:
         """End the run on the ground, where the UAV has landed between two parts of its flight."""
-        self._reached = self._landed = True
+        self._reached = True
         for phase in (Phase.HOVERING, Phase.LANDING):
             self._enter(phase, t_s)
         return self._enter(Phase.DONE, t_s, Action.FINISH)
@@ -165,17 +181,20 @@ class Course:
             self._reached = True
             self._enter(Phase.HOVERING, t_s)
 
-    def on_contact(self, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
+    def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
         """Note a contact between two collision shapes; see `Contacts.judge`."""
         in_flight = self.phase in (Phase.FLYING, Phase.HOVERING) and not self.lands_between
-        self._contacts.judge(collision_1, collision_2, upwards, in_flight, not self.lands_between)
+        finds_ground = not self.lands_between
+        if self._contacts.judge(collision_1, collision_2, upwards, in_flight, finds_ground):
+            self._touched_s = min(self._touched_s, t_s if t_s >= self._ordered_s else math.inf)
 
     def on_armed(self, t_s: float, armed: bool) -> list[Action]:
-        """Note whether the motors may turn. Disarming after the landing is the end."""
-        if armed or self.lands_between or self.phase in (Phase.WAITING, Phase.DONE):
+        """Note whether the motors may turn. Disarming after the landing is the end, good or bad."""
+        if armed or self.phase in (Phase.WAITING, Phase.DONE):
             return []
-        if self.phase is Phase.LANDING:
-            self._landed = True
+        if self.lands_between or self.phase is Phase.LANDING:
+            if self._is_good_landing(t_s) and self.lands_between:
+                return []
         else:
             self._fail(f"The flight controller disarmed while {self.phase.value}, at {t_s:.1f} s.")
         return self._enter(Phase.DONE, t_s, Action.FINISH)
@@ -186,6 +205,20 @@ class Course:
             return []
         self._fail(why)
         return self._enter(Phase.DONE, t_s, Action.FINISH)
+
+    def _expect_landing(self, t_s: float) -> None:
+        self._ordered_s, self._touched_s, self._landing = t_s, math.inf, None
+
+    def _is_good_landing(self, t_s: float) -> bool:
+        """Judge a landing once, when the motors stop. A bad one fails the run."""
+        if self._landing is None:
+            truth = self._truth.since(self._ordered_s - max(REST_S, 2.0 * STEP_S))
+            self._landing = (
+                landing_of(truth, self._ordered_s, t_s, self._touched_s) if len(truth) else UNKNOWN
+            )
+            if self._landing.failure:
+                self._fail(self._landing.failure)
+        return self._landing.is_good
 
     def _on_too_late(self, t_s: float, in_phase_s: float) -> list[Action]:
         limits = {
@@ -214,12 +247,12 @@ class Course:
     def _enter(self, phase: Phase, t_s: float, *actions: Action) -> list[Action]:
         self.phase = phase
         self._times.setdefault(phase, t_s)
+        if Action.LAND in actions:
+            self._expect_landing(t_s)
         return list(actions)
 
     def _fail(self, why: str) -> None:
         self._failure = self._failure or why
 
     def _failure_sentence(self) -> str | None:
-        if self._failure is None and self._contacts.touched:
-            return f"The UAV touched {', '.join(self._contacts.touched)}."
-        return self._failure
+        return self._failure or self._contacts.failure

@@ -7,6 +7,7 @@ is processor time.
 
 from __future__ import annotations
 
+import bisect
 from dataclasses import dataclass, field
 from typing import Any, Iterator, Sequence
 
@@ -44,6 +45,11 @@ class Series:
     def add_simultaneous(self, *values: Any) -> None:
         """Append one row of several that may share a stamp (contacts)."""
         self.rows.append(values)
+
+    def since(self, t_s: float) -> np.ndarray:
+        """Return the rows (n, len(columns)) at t_s and later as floats. Their first column is time."""
+        first = bisect.bisect_left(self.rows, t_s, key=lambda row: row[0])
+        return np.array(self.rows[first:], dtype=float).reshape(-1, len(self.columns))
 
     def array(self, *names: str) -> np.ndarray:
         """Return the named columns (n, len(names)) as floats."""

@@ -10,6 +10,7 @@ from typing import Callable, Sequence
 
 from master_thesis.flight.course import Action, Course, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
+from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.judging.wall_metrics import WallMetrics
 
 CLOCK_TOLERANCE_S = 0.5
@@ -24,11 +25,11 @@ class Monitor:
     """The log, the course and the wall time of one run. Not thread-safe."""
 
     def __init__(
-        self, limits: PhaseLimits, uav: str, wall_clock: Callable[[], float] = time.perf_counter
+        self, limits: PhaseLimits, uav: UavParts, wall_clock: Callable[[], float] = time.perf_counter
     ) -> None:
-        """Watch the model named `uav`; wall_clock: seconds of wall time from any origin."""
+        """Watch a UAV; wall_clock: seconds of wall time from any origin."""
         self.log = FlightLog()
-        self.course = Course(limits, uav)
+        self.course = Course(limits, uav, self.log.truth)
         self._wall_clock = wall_clock
         self._wall_s: dict[Phase, float] = {}
         self._performance: dict[str, float] = {}
@@ -69,6 +70,10 @@ class Monitor:
         """Note that the UAV must land where it is, and that the run fails; `why` is a sentence."""
         self.course.land_here(why)
 
+    def land_between(self) -> None:
+        """Note that the UAV is told to land between two parts of its flight."""
+        self.course.land_between(self.now_s)
+
     def stay_landed(self) -> list[Action]:
         """Note that the UAV, which has landed between two parts of its flight, takes off no more."""
         return self._noted(self.course.stay_landed(self.now_s))
@@ -76,7 +81,7 @@ class Monitor:
     def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
         """Note a contact between two collision shapes; `upwards` as in `Contacts.judge`."""
         self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)
-        self.course.on_contact(collision_1, collision_2, upwards)
+        self.course.on_contact(t_s, collision_1, collision_2, upwards)
 
     def on_armed(self, armed: bool) -> list[Action]:
         """Note whether the motors may turn. Return the actions."""

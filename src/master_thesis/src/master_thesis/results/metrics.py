@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from master_thesis.flight.course import Outcome, Phase
@@ -18,6 +20,8 @@ def flight_metrics(log: FlightLog, outcome: Outcome, goal_xyz_m: tuple[float, fl
     decisions = [row for row in log.decisions if start_s <= row[0] <= end_s]
     final = log.between(end_s, outcome.times_s.get(Phase.LANDING, end_s))
     goal_error = np.linalg.norm(final[-1, 1:4] - np.array(goal_xyz_m)) if len(final) else None
+    landing = outcome.landing
+    standing_xy_m = log.truth.rows[-1][1:3] if landing is not None else None
     return {
         "reached_goal": outcome.reached_goal,
         "collision": outcome.collision,
@@ -28,6 +32,9 @@ def flight_metrics(log: FlightLog, outcome: Outcome, goal_xyz_m: tuple[float, fl
         "flight_time_s": end_s - start_s if outcome.reached_goal else None,
         "path_length_m": path_length_m(flown[:, 1:4]),
         "goal_error_m": goal_error,
+        "landed_off_goal_m": None if standing_xy_m is None else math.dist(standing_xy_m, goal_xyz_m[:2]),
+        "landing_error_m": None if landing is None else landing.landing_error_m,
+        "landing": None if landing is None else landing.figures(),
         "cepa_computation_ms": statistics_of([row[1] for row in decisions]),
         "cepa_directions_tested": statistics_of([row[2] for row in decisions]),
         "emergencies": sum(bool(row[4]) for row in decisions),

@@ -49,6 +49,17 @@ def read_rotors(model: Model) -> tuple[list[Rotor], float]:
     return [rotors[number] for number in sorted(rotors)], drag
 
 
+def rotor_links(model: Model) -> frozenset[str]:
+    """Return the names of the links that are rotors; none for a model without rotor plugins.
+
+    Raises:
+        AirframeError: names the file and line of a plugin without a link.
+    """
+    plugins = (plugin for plugin in model.plugins if plugin.filename in (MOTOR_MODEL, LINEAR_ROTOR))
+    source = model.source or model.name
+    return frozenset(PluginReader(source, plugin, AirframeError).text("linkName") for plugin in plugins)
+
+
 def centre_of_mass(model: Model) -> Vector3:
     """Return the model's centre of mass in the model frame, metres."""
     total = sum(link.inertial.mass_kg for link in model.links)
