@@ -95,13 +95,14 @@ launch() {
   report_results "$file" "$code"
 }
 
-# report_results LAUNCH_FILE CODE: prints the results of the run that has named its folder in RESULTS_NAMED_IN
+# report_results LAUNCH_FILE CODE: prints the results of the run that has named its folder in RESULTS_NAMED_IN.
+# The exit code is 0 only if roslaunch ended well (CODE 0) and result.json tells a success.
 report_results() {
   local folder
   folder=$(<"$RESULTS_NAMED_IN")
   rm -f "$RESULTS_NAMED_IN"
   if [[ -n $folder && -f $folder/result.json ]]; then
-    .venv/bin/python scripts/summarise.py "$folder/result.json"
+    .venv/bin/python scripts/summarise.py "$folder/result.json" "$2"
   elif (($2 != 0)); then
     fail "roslaunch gave up with code $2; the reason stands above."
   elif takes_argument "$1" results; then

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Print a run's result folder and main figures. Exit with 0 only if the run succeeded.
+"""Print a run's result folder and main figures. Exit with 0 only if the run and its roslaunch succeeded.
 
-usage: summarise.py RESULT_JSON    (with the workspace's environment)
+usage: summarise.py RESULT_JSON [EXIT_CODE_OF_ROSLAUNCH]    (with the workspace's environment)
 """
 
 from __future__ import annotations
@@ -39,19 +39,22 @@ def headline(result: dict) -> str:
     return run_summary.headline(result)
 
 
-def main(path: Path) -> int:
-    """Print the summary of one result.json."""
+def main(path: Path, launch_code: int = 0) -> int:
+    """Print the summary of one result.json. launch_code: roslaunch's exit code."""
     try:
         result = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         print(f"{path} cannot be read: {error}", file=sys.stderr)
         return 1
     print(f"\nResults in {path.parent}:\n{headline(result)}\n")
-    if result["success"]:
-        return 0
-    print("The run failed; see result.json and ROS's logs.")
-    return 1
+    if not result["success"]:
+        print("The run failed; see result.json and ROS's logs.")
+        return 1
+    if launch_code:
+        print(f"roslaunch gave up with code {launch_code}, so the run failed; the reason stands above.")
+        return 1
+    return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main(Path(sys.argv[1])))
+    sys.exit(main(Path(sys.argv[1]), *map(int, sys.argv[2:])))

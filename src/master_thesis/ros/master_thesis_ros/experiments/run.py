@@ -12,19 +12,19 @@ from typing import Any, Callable
 
 import rospy
 
-from master_thesis.errors import MasterThesisError
+from master_thesis.errors import MasterThesisError, ResultsError
 from master_thesis.flight.bag_recorder import BagRecorder
 from master_thesis.flight.description import RunDescription
 from master_thesis.flight.judging.wall_metrics import WallMetrics
 from master_thesis.flight.monitor import Monitor
 from master_thesis.graph.processes import age_s
 from master_thesis.launch_arguments.results_folder import results_path
-from master_thesis.results.run_folder import RunFolder
+from master_thesis.results.run_folder import RunFolder, cannot
 from master_thesis_ros.experiments.experiment_node import INTERRUPTED, ExperimentNode, WatchedRun
 from master_thesis_ros.experiments.parameters import all_parameters
 from master_thesis_ros.experiments.simulator_services import slow_down
 from master_thesis_ros.launch.end import end_launch
-from node_tools.ending import Ending
+from node_tools.ending import Ending, leave
 from node_tools.node import RunNode, run
 from node_tools.parameters import read_values
 from simulation_tools.errors import SimulationToolsError
@@ -64,7 +64,7 @@ class Run:
         self.folder = RunFolder(root, experiment, datetime.now())
         rospy.loginfo(f"The results will be in {self.folder.path}.")
         if NAMED_IN in os.environ:
-            Path(os.environ[NAMED_IN]).write_text(f"{self.folder.path}\n", encoding="utf-8")
+            _write_name(Path(os.environ[NAMED_IN]), self.folder.path)
         self._recorder = BagRecorder(self.folder.path / "flight.bag") if given["record"] else None
         shortage = self._recorder.shortage() if self._recorder else None
         if shortage:
@@ -120,28 +120,48 @@ class Run:
             the exit code.
         """
 
-        def leave_it_out() -> None:
-            self.folder.seal(WRITING_S)
+        def leave_it_out() -> int:
             rospy.logwarn(f"Interrupted: the results are without {what}.")
-            self._tell(headline(content))
+            try:
+                told = self.folder.seal(WRITING_S, {**content, "left_out": what})
+            except ResultsError as error:
+                rospy.logfatal("%s", error)
+                return 1
+            self._tell(headline(told))
+            return _exit_code(told)
 
         if not self.interrupted:
-            self._ending.closes_by(leave_it_out, _exit_code(content))
+            self._ending.closes_by(lambda: leave(leave_it_out()), 1)
             if self._ending.received:
-                leave_it_out()
-                return _exit_code(content)
+                return leave_it_out()
             slow_down()
-            content = complete(content)
+            content = self._completed(complete, content)
             self._ending.main_thread_closes(within_s=None)
+        content = self.folder.write_result(content, is_whole=True)
         self._tell(headline(content))
         if content["success"]:
             end_launch(self._ending)
         return _exit_code(content)
 
+    def _completed(self, complete: Callable[[dict], dict], content: dict) -> dict:
+        """Return the whole content of result.json; raises ResultsError if a file cannot be written."""
+        try:
+            return complete(content)
+        except OSError as error:
+            raise ResultsError(cannot(f"complete the results in {self.folder.path}", error)) from error
+
     def _tell(self, headline: str) -> None:
         """Print the results' folder and the headline, unless the caller of roslaunch prints them."""
         if NAMED_IN not in os.environ:
             print(f"\n{self.folder.path / 'result.json'}\n{headline}\n", flush=True)
+
+
+def _write_name(file: Path, folder: Path) -> None:
+    """Tell the caller of roslaunch the run's folder; raises ResultsError."""
+    try:
+        file.write_text(f"{folder}\n", encoding="utf-8")
+    except OSError as error:
+        raise ResultsError(f"Cannot write {file}: {error.strerror}; free some space there.") from error
 
 
 def _exit_code(content: dict[str, Any]) -> int:

@@ -185,10 +185,12 @@ def _with_volume(flown: FlownRun, content: dict, lidar_on_uav: np.ndarray) -> di
     try:
         figures = survey_volume(folder.path, scenario.world_path, description.lidar, truth, lidar_on_uav)
     except (SlamError, OSError) as error:
-        rospy.logwarn(f"result.json has no section volume: {error}")
+        told = f"result.json has no section volume: {error}"
+        rospy.logwarn(told)
+        folder.lacks(told)
         return content
     content = {**content, "volume": figures}
-    folder.write_json("result.json", content)
+    folder.write_result(content)
     return content
 
 
@@ -203,5 +205,5 @@ def _with_survey(flown: FlownRun, content: dict, slam: SlamWatch) -> dict:
         content = {**content, "success": False, "failure": content["failure"] or str(error)}
     else:
         content = {**content, "slam": {**metrics, **slam.costs()}}
-    folder.write_json("result.json", content)
+    folder.write_result(content)
     return content

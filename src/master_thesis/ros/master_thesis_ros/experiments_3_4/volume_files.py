@@ -13,6 +13,7 @@ from std_srvs.srv import Trigger
 from gridslam import MapError
 from gridslam.volume import VolumeParameters, VoxelMap, map_from, stream_of, write_octree
 from gridslam.volume.drawing.picture import volume_figure
+from master_thesis.errors import ResultsError
 from master_thesis.results.picture_files import png
 from master_thesis.results.run_folder import RunFolder
 from node_tools.services import ServiceCall
@@ -28,7 +29,7 @@ def has_volume() -> bool:
 
 
 def save_volume(folder: RunFolder) -> bool:
-    """Ask for the map, if the flight has one, and write its files. A map that does not come is told.
+    """Ask for the map, if the flight has one, and write its files. Without it the results lack something.
 
     Returns whether there is one.
     """
@@ -39,10 +40,15 @@ def save_volume(folder: RunFolder) -> bool:
         data = np.array(octree.data, np.int8).tobytes()
         voxels = map_from(data, octree.binary, VolumeParameters(resolution_m=octree.resolution))
         _write(folder, voxels)
-    except (rospy.ROSException, rospy.ServiceException, MapError) as error:
-        rospy.logwarn(f"There is no map.bt: slam_octomap gave no map ({error}).")
-        return False
-    return True
+    except (rospy.ROSException, rospy.ServiceException) as error:
+        told = f"There is no map.bt: slam_octomap gave no map ({error})."
+    except (MapError, ResultsError) as error:
+        told = f"There is no map.bt: {error}"
+    else:
+        return True
+    rospy.logwarn(told)
+    folder.lacks(told)
+    return False
 
 
 def save_clouds(folder: RunFolder) -> None:

@@ -46,7 +46,7 @@ def _fly(request: ExploringRequest, lockstep: bool, ending: Ending) -> int:
     flown: FlownRun = (run.folder, description, monitor.log, monitor.course.outcome)
     explored = exploration.explored
     numbers = {**write_numbers(*flown, wall), "exploration": figures(explored, errand.swapped[0])}
-    run.folder.write_json("result.json", numbers)
+    run.folder.write_result(numbers)
     run.folder.write_csv("exploration.csv", COLUMNS, explored.known)
     return run.finish(
         numbers,
@@ -66,5 +66,7 @@ def _complete(flown: FlownRun, explored: Explored, content: dict) -> dict:
     try:
         write_explored(folder, folder.path / "map.ot", log.truth.array("x_m", "y_m", "z_m"), known)
     except (SlamError, OSError) as error:
-        rospy.logwarn(f"There is no explored.png: {error}")
+        told = f"There is no explored.png: {error}"
+        rospy.logwarn(told)
+        folder.lacks(told)
     return complete_run(*flown, content, ProgressLog())

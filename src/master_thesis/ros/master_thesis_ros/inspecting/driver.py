@@ -92,7 +92,7 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     description, wall = run.close(flight.description, monitor)
     flown: FlownRun = (run.folder, description, monitor.log, monitor.course.outcome)
     numbers = {**write_numbers(*flown, wall), **_figures(request, parts, errand)}
-    run.folder.write_json("result.json", numbers)
+    run.folder.write_result(numbers)
     return run.finish(
         numbers,
         headline,
@@ -128,20 +128,22 @@ def _complete(flown: FlownRun, survey: SurveyPart, ship: Path | None, content: d
             )  # fmt: skip
         except InspectionToolsError as error:
             rospy.logwarn(f"There is no coverage.json: {error}")
+            folder.lacks(f"There is no coverage.json: {error}")
     if judged is not None:
         inspection["coverage"] = judged.figures()
         inspection["m2_per_min"] = 60.0 * judged.true_m2 / max(told.flight_s, 1.0)
     content = {**content, "inspection": inspection}
-    folder.write_json("result.json", content)
+    folder.write_result(content)
     if judged is not None:
         _draw(flown, judged, inspection)
     if plan is not None and judged is not None and rospy.get_param("~findings", True):
         if rospy.get_param("~detector", False):
             _command("ask_detector", f"_folder:={photographs}", f"_mesh:={plan.source}")
-        _command(*_searching(folder.path, plan))
+        if not _command(*_searching(folder.path, plan)):
+            folder.lacks("There is no findings.json; the log of this run tells why findings failed.")
     content = complete_run(*flown, content, ProgressLog())
-    if judged is not None:
-        _command(*_reporting(folder.path, ship))
+    if judged is not None and not _command(*_reporting(folder.path, ship)):
+        folder.lacks("There is no report.html; the log of this run tells why inspection_report failed.")
     return content
 
 

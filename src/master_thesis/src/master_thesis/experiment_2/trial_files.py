@@ -19,7 +19,7 @@ def write_numbers(folder: RunFolder, description: TrialDescription, trial: Emerg
         ResultsError: a file cannot be written.
     """
     content = summary_of(description, trial, np.empty((0, 2)))
-    folder.write_json("result.json", content)
+    folder.write_result(content)
     for name, series in trial.log.series().items():
         folder.write_csv(f"{name}.csv", series.columns, series.rows)
     if trial.first_scan is not None:
@@ -39,7 +39,7 @@ def complete_trial(folder: RunFolder, description: TrialDescription, trial: Emer
     measured = clearances(description, trial)
     folder.write_csv("clearance.csv", ("t_s", "clearance_m"), measured.tolist())
     content = summary_of(description, trial, measured)
-    folder.write_json("result.json", content)
+    folder.write_result(content)
     from master_thesis.experiment_2.pictures import pictures  # matplotlib takes half a second to import
 
     folder.write_files(pictures(description, trial, content))

@@ -22,14 +22,15 @@ def write_numbers(
 ) -> dict:
     """Write result.json, still without the clearance, and the CSV series.
 
-    Return result.json's content. hits.csv holds the ends of lidar beams in `world`.
+    Return the content that result.json will have. While other files are missing, result.json itself tells no
+    success. hits.csv holds the ends of lidar beams in `world`.
 
     Raises:
         ResultsError: a file cannot be written.
     """
     metrics = flight_metrics(log, outcome, description.scenario.goal_xyz_m)
     content = summary_of(description, metrics, wall, min_clearance_m=None)
-    folder.write_json("result.json", content)
+    folder.write_result(content)
     for name, series in log.series().items():
         folder.write_csv(f"{name}.csv", series.columns, series.rows)
     hits = log.hits(description.lidar_in_body_xyz_m)[::HIT_THINNING]
@@ -58,7 +59,7 @@ def complete_run(
 
     clearances = clearance.clearances_of_flight(description, log, outcome, progress)
     content = {**content, "min_clearance_m": clearance.least(clearances)}
-    folder.write_json("result.json", content)
+    folder.write_result(content)
     folder.write_csv("clearance.csv", ("t_s", "clearance_m"), clearances.tolist())
     outlines = outlines_of_file(description.scenario.world_path)
     metrics = flight_metrics(log, outcome, description.scenario.goal_xyz_m)

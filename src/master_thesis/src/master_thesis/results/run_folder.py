@@ -1,6 +1,7 @@
 """The folder of one run: results/<experiment>/<time>/ with result.json, CSV series and pictures.
 
-A folder is never written twice, and a file appears under its name only when it is complete.
+A folder is never written twice, and a file appears under its name only when it is complete. result.json tells
+a success only when every other file of the run is complete.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from typing import Iterable, Mapping, Sequence
 from master_thesis.errors import ResultsError
 from master_thesis.files import plain, replace_file
 
+RESULT = "result.json"
+INCOMPLETE = "The run ended before all files of its results were written."
 _PACKAGES = ("numpy", "numba", "pybullet", "embreex", "trimesh", "pymavlink", "matplotlib", "scipy")
 
 
@@ -32,18 +35,31 @@ class RunFolder:
             ResultsError: it cannot be made.
         """
         self._writing = threading.Lock()
+        self._missing: list[str] = []
         parent = Path(root).expanduser().resolve() / experiment
         stamp = started.strftime("%Y-%m-%d_%H-%M-%S")
         try:
             parent.mkdir(parents=True, exist_ok=True)
             self.path = _make_unused(parent, stamp)
         except OSError as error:
-            raise ResultsError(_sentence(f"make a results folder in {parent}", error)) from error
+            raise ResultsError(cannot(f"make a results folder in {parent}", error)) from error
 
     def write_json(self, name: str, content: dict) -> Path:
         """Write a JSON file. Numbers that are not finite become null, because JSON does not have them."""
-        text = json.dumps(plain(content), indent=2, allow_nan=False) + "\n"
-        return self._write(name, text.encode("utf-8"))
+        return self._write(name, _json(content))
+
+    def lacks(self, sentence: str) -> None:
+        """Note that a part of the results is missing, with the reason: the run is no success then."""
+        self._missing.append(sentence)
+
+    def write_result(self, content: dict, is_whole: bool = False) -> dict:
+        """Write result.json, and return its content.
+
+        is_whole: all other files are written. Until then, and if a part is missing, it tells no success.
+        """
+        told = self._told(content, is_whole)
+        self.write_json(RESULT, told)
+        return told
 
     def write_csv(self, name: str, columns: Sequence[str], rows: Iterable[Sequence]) -> Path:
         """Write a CSV file with a header line; floats with nine significant digits."""
@@ -58,9 +74,22 @@ class RunFolder:
         for name, content in contents.items():
             self._write(name, content)
 
-    def seal(self, patience_s: float) -> None:
-        """Allow no more files, because the process ends. Wait this long for a file that is being written."""
+    def seal(self, patience_s: float, content: dict) -> dict:
+        """Allow no more files, because the process ends. Return the content of result.json, the last file.
+
+        patience_s: wall time to wait for a file that is being written. content: of result.json, in which
+        the caller says what is left out.
+        """
         self._writing.acquire(timeout=patience_s)
+        told = self._told(content, is_whole=True)
+        self._replace(self.path / RESULT, _json(told))
+        return told
+
+    def _told(self, content: dict, is_whole: bool) -> dict:
+        missing = self._missing if is_whole else [INCOMPLETE, *self._missing]
+        if not missing:
+            return content
+        return {**content, "success": False, "failure": content["failure"] or missing[0]}
 
     def _write(self, name: str, content: bytes) -> Path:
         with self._writing:
@@ -70,8 +99,12 @@ class RunFolder:
         try:
             replace_file(target, content)
         except OSError as error:
-            raise ResultsError(_sentence(f"write {target}", error)) from error
+            raise ResultsError(cannot(f"write {target}", error)) from error
         return target
+
+
+def _json(content: dict) -> bytes:
+    return (json.dumps(plain(content), indent=2, allow_nan=False) + "\n").encode("utf-8")
 
 
 def _make_unused(parent: Path, stamp: str) -> Path:
@@ -85,7 +118,8 @@ def _make_unused(parent: Path, stamp: str) -> Path:
     raise FileExistsError(17, "ten thousand runs within a second", str(parent / stamp))
 
 
-def _sentence(what: str, error: OSError) -> str:
+def cannot(what: str, error: OSError) -> str:
+    """Return the sentence about something that cannot be done in a results folder."""
     return f"Cannot {what}: {error.strerror}; free some space or choose another folder with results:=FOLDER."
 
 
