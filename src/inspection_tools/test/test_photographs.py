@@ -41,6 +41,38 @@ def test_a_photograph_comes_back(tmp_path):
     assert exif[photographs.FOCAL_35MM] == 31  # 36 mm / (2 tan 30 degrees) = 31.2 mm
 
 
+@pytest.mark.parametrize("number", [math.nan, math.inf])
+@pytest.mark.parametrize("name", ["exposure_s", "iso", "lux", "blur_px", "position_m", "covariance"])
+def test_a_record_that_nobody_could_read_is_not_written(tmp_path, name, number):
+    given = getattr(record(), name)
+    bad = (number, *given[1:]) if isinstance(given, tuple) else number
+    with pytest.raises(PhotographError, match=f"is not stored: {name} must be"):
+        PhotographFolder(tmp_path, CAMERA).save(PICTURE, replace(record(), **{name: bad}))
+    assert not list(tmp_path.glob("1.5*"))
+
+
+def test_a_disk_that_gets_full_leaves_no_half_line_in_the_lists(tmp_path, monkeypatch):
+    store = PhotographFolder(tmp_path, CAMERA)
+    store.save(PICTURE, record(1.0))
+    was = (tmp_path / "groundtruth.txt").read_text()
+
+    def full(self, *words, **more):
+        file = type(self)._open(self, *words, **more)
+        if words[:1] == ("a",):
+            file.write("2.0 half a li")
+            file.flush()
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return file
+
+    path = type(tmp_path)
+    monkeypatch.setattr(path, "_open", path.open, raising=False)
+    monkeypatch.setattr(path, "open", full)
+    with pytest.raises(PhotographError, match="the disk is full"):
+        store.save(PICTURE, record(2.0))
+    monkeypatch.undo()
+    assert (tmp_path / "groundtruth.txt").read_text() == was
+
+
 def test_other_tools_find_their_lists(tmp_path):
     store = PhotographFolder(tmp_path, CAMERA)
     store.save(PICTURE, record(1.0))

@@ -21,7 +21,7 @@ from inspection_tools.energy import EnergyParameters, EnergyWatch
 from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Todo
 from inspection_tools.inspection.places import body_place_m
 from inspection_tools.inspection.taken import RecentPoses, StampedPose, done_in, record_of, shot_of
-from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord
+from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord, read_record
 from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.surface.room import room_of
@@ -325,6 +325,36 @@ def test_closer_looks_go_on_counting_from_those_in_the_folder():
     todo.look_again(VIEWS[:2])
     assert [task.number for task in todo.open] == [-5, 2, 3, -6, -7]
     assert todo.done == {1, -1, -4}
+
+
+NONE = (math.nan, math.inf, -math.inf, 1e308)
+
+
+@pytest.mark.parametrize("number", [*NONE, -1.0])
+@pytest.mark.parametrize("place", [0, 7, 14, 35])
+@pytest.mark.parametrize("by_match", [True, False])
+def test_a_covariance_that_is_none_says_that_nobody_knows_the_place(tmp_path, number, place, by_match):
+    good = (0.02**2 * np.eye(6)).ravel()
+    bad = good.copy()
+    bad[place] = number
+    poses = RecentPoses()
+    told = tuple(good) if by_match else tuple(bad)
+    poses.note(StampedPose(1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), told))
+    if by_match:
+        poses.note_match(1.0, tuple(bad))
+    covariance = poses.at(1.0).covariance
+    record = PhotographRecord(1.0, (0.0,) * 3, (0.0, 0.0, 0.0, 1.0), 0.002, 100.0, 90.0, 0.1, covariance)
+    assert "its place was known to 1000.00 m only" in shot_of(record).fault(InspectionParameters())
+    path = PhotographFolder(tmp_path, SurveyCamera(64, 48)).save(np.zeros((48, 64, 3), np.uint8), record)
+    assert read_record(path.with_suffix(".json")).covariance == covariance  # a reader that is strict, too
+
+
+@pytest.mark.parametrize("number", NONE[:3])
+@pytest.mark.parametrize("name", ["blur_px", "lux", "iso", "deviation_m", "shift_m", "turn_rad"])
+def test_a_photograph_of_which_a_number_is_none_is_taken_again(number, name):
+    good = Shot(0.1, 90.0, 100.0, 0.02, 0.0001, 0.00001)
+    assert not good.fault(InspectionParameters())
+    assert replace(good, **{name: number}).fault(InspectionParameters())
 
 
 def test_the_drift_of_odometry_does_not_count_where_slam_corrects_it():

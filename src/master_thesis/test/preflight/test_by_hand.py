@@ -40,6 +40,31 @@ def test_a_wrong_answer_fails(answers, words):
     assert words in verdict.sentence
 
 
+@pytest.mark.parametrize("side", [0, 90, 180, -90])
+def test_no_side_is_outvoted_by_the_others(side):
+    """A mirrored lidar answers well to a board ahead and behind."""
+    others = [answer(bearing) for bearing in (0, 90, 180, -90) if bearing != side for _ in range(20)]
+    towards = board(others + [answer(side, away=-1.0)] * 3, NEAR_M)
+    assert not towards.passed
+    assert f"commands 0.4 m/s towards the board {side_of(math.radians(side))}" in towards.sentence
+    still = board(others + [answer(side, away=0.0)] * 3, NEAR_M)
+    assert not still.passed
+    assert f"did not move away from a board 0.30 m {side_of(math.radians(side))}" in still.sentence
+
+
+def test_one_stray_command_of_a_side_is_noise():
+    assert board([answer(0)] * 9 + [answer(0, away=-1.0)], NEAR_M).passed
+    assert board([answer(0)] * 9 + [answer(90, away=-1.0)], NEAR_M).passed
+
+
+@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+def test_a_command_that_is_no_number_is_no_answer(number):
+    verdict = board([Answer(0.0, 0.3, (number, 0.0))] * 9, NEAR_M)
+    assert not verdict.passed
+    assert "did not move away from a board 0.30 m ahead" in verdict.sentence
+    assert not board([Answer(0.0, number, (-0.4, 0.0))] * 9, NEAR_M).passed
+
+
 def test_sides():
     assert [side_of(math.radians(angle)) for angle in (10, 80, 179, -179, -95)] == [
         "ahead",

@@ -115,7 +115,12 @@ def test_what_is_missing_fails_its_check(graph, name, words):
 
 
 @pytest.mark.parametrize(
-    ("parameters", "words"), [({}, "cannot be read"), ({"COM_OF_LOSS_T": 5.0}, "flies on for 5 s")]
+    ("parameters", "words"),
+    [
+        ({}, "cannot be read"),
+        ({"COM_OF_LOSS_T": 5.0}, "flies on for 5 s"),
+        ({"COM_OF_LOSS_T": float("nan")}, "flies on for nan s"),
+    ],
 )
 def test_a_late_failsafe_fails(parameters, words):
     verdict = standing.failsafe(GOOD, parameters)

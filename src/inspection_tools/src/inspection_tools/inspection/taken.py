@@ -6,7 +6,7 @@ import threading
 from collections import deque
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -19,6 +19,10 @@ from inspection_tools.photographs.folder import PhotographRecord, records_in
 POSES = 100
 MATCH_S = 0.5
 """A scan's match tells of poses that are at most so far from its stamp."""
+UNKNOWN_M2 = 1e6
+"""Variance of a place that nobody knows: a kilometre."""
+UNKNOWN = tuple(float(value) for value in np.diag(np.full(6, UNKNOWN_M2)).ravel())
+"""In place of a covariance that is none, 36 numbers."""
 
 
 @dataclass(frozen=True)
@@ -41,16 +45,18 @@ class RecentPoses:
 
     def note(self, pose: StampedPose) -> None:
         """Take a pose."""
+        known = replace(pose, covariance=covariance_of(pose.covariance))
         with self._lock:
-            self._poses.append(pose)
+            self._poses.append(known)
 
     def note_match(self, stamp_s: float, covariance: tuple[float, ...]) -> None:
         """Take how well the scan of this stamp matched, 36 numbers as in ROS.
 
         It counts in place of the pose's own covariance: that of odometry has its drift, which SLAM corrects.
         """
+        known = covariance_of(covariance)
         with self._lock:
-            self._matches.append((stamp_s, covariance))
+            self._matches.append((stamp_s, known))
 
     def at(self, stamp_s: float) -> StampedPose:
         """Return the pose nearest to a stamp. There must be one."""
@@ -60,6 +66,17 @@ class RecentPoses:
         if not matches:
             return pose
         return replace(pose, covariance=min(matches, key=lambda each: abs(each[0] - stamp_s))[1])
+
+
+def covariance_of(told: Sequence[float]) -> tuple[float, ...]:
+    """Return a covariance, 36 numbers as in ROS; `UNKNOWN` for what is none.
+
+    What is not finite, negative, or greater than that says that the pose is not known.
+    """
+    values = np.asarray(told, float)
+    if values.shape != (36,) or not (np.abs(values) <= UNKNOWN_M2).all() or (values[::7] < 0.0).any():
+        return UNKNOWN
+    return tuple(values.tolist())
 
 
 class Told(Protocol):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from dataclasses import dataclass
 from typing import Collection, Sequence
@@ -49,6 +50,8 @@ class Shot:
             return f"it was dark: {self.lux:.1f} lux, ISO {self.iso:.0f}"
         if not self.deviation_m <= p.deviation_max:
             return f"its place was known to {self.deviation_m:.2f} m only"
+        if not all(map(math.isfinite, (self.blur_px, self.lux, self.iso))):
+            return "the camera told a number that is none"
         return ""
 
 

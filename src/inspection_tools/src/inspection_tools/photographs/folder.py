@@ -109,19 +109,23 @@ class PhotographFolder:
         """Store a picture, uint8 (height, width, 3), and return the JPEG's path.
 
         Raises:
-            PhotographError: the stamp has a photograph, or the disk is full or cannot be written. What was
-                stored before is whole.
+            PhotographError: the stamp has a photograph, the record has a number that is none, or the disk is
+                full or cannot be written. What was stored before is whole.
         """
         name = f"{record.stamp_s:.6f}"
         path = self.folder / f"{name}.jpg"
         if path.exists():
             raise PhotographError(f"{path} is there already, and is kept. Give the photograph another stamp.")
+        try:
+            _check(record)
+        except (ValueError, TypeError) as error:
+            raise PhotographError(f"The photograph of {name} s is not stored: {error}.") from None
         partial, partial_json = path.with_suffix(".part"), path.with_suffix(".json.part")
         try:
             Image.fromarray(picture).save(
                 partial, "JPEG", quality=JPEG_QUALITY, exif=self._exif(record).tobytes()
             )
-            partial_json.write_text(json.dumps(asdict(record), indent=1), encoding="utf-8")
+            partial_json.write_text(json.dumps(asdict(record), indent=1, allow_nan=False), encoding="utf-8")
             os.replace(partial, path)
             os.replace(partial_json, path.with_suffix(".json"))
             pose, line = _lines(path, record)

@@ -12,6 +12,9 @@ from master_thesis.preflight.verdict import Verdict
 LEAST_SPEED_M_S = 0.05
 LEAST_ANSWERS = 5
 """To a board within CEPA's inner cushion; one alone may be noise."""
+LEAST_OF_A_SIDE = 2
+WRONG_SHARE = 0.2
+"""Of the answers to a board on one side; CEPA's command may point anywhere between two things near by."""
 LEAST_TURN_RAD = math.radians(45.0)
 DIRECTIONS = 720
 """Of a turn, in which two scans are compared."""
@@ -36,24 +39,27 @@ class View(NamedTuple):
 
 
 def board(answers: Sequence[Answer], near_m: float) -> Verdict:
-    """Check that CEPA gives way to what is nearer than its inner cushion."""
-    near = [one for one in answers if one.range_m < near_m]
+    """Check that CEPA gives way to what is nearer than its inner cushion, on each side for itself.
+
+    A lidar that is mirrored answers well to a board ahead and behind. So no side outvotes another.
+    """
+    near = [one for one in answers if one.range_m < near_m and math.isfinite(one.bearing_rad)]
     if len(near) < LEAST_ANSWERS:
         what = f"nothing came nearer than {near_m:g} m to the lidar"
         return Verdict("board", what, "Hold a board nearer to the lidar, from one side after another")
-    answered = [one for one in near if math.hypot(*one.command_xy_m_s) > LEAST_SPEED_M_S]
-    if 2 * len(answered) < len(near):
-        what = f"CEPA did not move away from a board {near[0].range_m:.2f} m {side_of(near[0].bearing_rad)}"
-        return Verdict("board", what, "Look at `rostopic echo /cepa/stats`, and at r_lb")
-    wrong = [one for one in answered if _towards(one) > 0.0]
-    if 2 * len(wrong) > len(answered):
-        side = side_of(wrong[0].bearing_rad)
-        what = f"CEPA commands {_towards(wrong[0]):.1f} m/s towards the board {side}"
-        return Verdict(
-            "board", what, "Do not fly. Look at the lidar's pose in the SDF: a wrong sign, or upside down"
-        )
-    sides = [side for side in SIDES if side in {side_of(one.bearing_rad) for one in answered}]
-    return Verdict("board", f"CEPA gives way to a board {', '.join(sides)}")
+    by_side = {side: [one for one in near if side_of(one.bearing_rad) == side] for side in SIDES}
+    shown = {side: found for side, found in by_side.items() if len(found) >= LEAST_OF_A_SIDE}
+    for side, found in shown.items():
+        wrong = [one for one in found if _towards(one) > 0.0]
+        if len(wrong) >= LEAST_OF_A_SIDE and len(wrong) > WRONG_SHARE * len(found):
+            what = f"CEPA commands {_towards(wrong[0]):.1f} m/s towards the board {side}"
+            remedy = "Do not fly. Look at the lidar's pose in the SDF: a wrong sign, or upside down"
+            return Verdict("board", what, remedy)
+    for side, found in shown.items():
+        if 2 * sum(map(_moves, found)) < len(found):
+            what = f"CEPA did not move away from a board {found[0].range_m:.2f} m {side}"
+            return Verdict("board", what, "Look at `rostopic echo /cepa/stats`, and at r_lb")
+    return Verdict("board", f"CEPA gives way to a board {', '.join(shown)}")
 
 
 def side_of(bearing_rad: float) -> str:
@@ -82,7 +88,14 @@ def turn(first: View, last: View) -> Verdict:
     )
 
 
+def _moves(answer: Answer) -> bool:
+    return LEAST_SPEED_M_S < math.hypot(*answer.command_xy_m_s) < math.inf
+
+
 def _towards(answer: Answer) -> float:
+    """Return the speed towards the nearest thing, m/s; 0 for a command that is none or too slow to count."""
+    if not _moves(answer):
+        return 0.0
     x, y = answer.command_xy_m_s
     return x * math.cos(answer.bearing_rad) + y * math.sin(answer.bearing_rad)
 

@@ -65,7 +65,7 @@ def failsafe(_: Graph, parameters: Mapping[str, float]) -> Verdict:
     if timeout_s is None:
         what = "COM_OF_LOSS_T cannot be read, so nobody knows when a loss of the setpoints is noticed"
         return Verdict(name, what, "Look whether the autopilot is PX4 and /mavros/param/get answers")
-    if timeout_s > STREAM_TIMEOUT_MOST_S:
+    if not timeout_s <= STREAM_TIMEOUT_MOST_S:  # true for NaN, too
         what = f"PX4 flies on for {timeout_s:g} s after the last setpoint"
         return Verdict(name, what, f"Set COM_OF_LOSS_T to {STREAM_TIMEOUT_MOST_S:g} s or less")
     return Verdict(name, f"PX4 notices missing setpoints after {timeout_s:g} s")
@@ -85,8 +85,8 @@ def lidar(graph: Graph, _: Mapping[str, float]) -> Verdict:
     )
     with np.errstate(invalid="ignore"):
         seen = np.mean((ranges >= limits[:, 0]) & (ranges <= limits[:, 1]))
-    if seen < SEEN_SHARE:
-        what = f"only {100 * seen:.0f} % of the beams see something"
+    if not seen >= SEEN_SHARE:  # true for NaN: scans without beams
+        what = f"only {100 * np.nan_to_num(seen):.0f} % of the beams see something"
         return Verdict("lidar", what, "Put the UAV where walls are, and look whether the lidar is covered")
     return Verdict(
         "lidar", f"{_rate_hz(graph, SCAN):.0f} scans a second, {100 * seen:.0f} % of the beams see something"

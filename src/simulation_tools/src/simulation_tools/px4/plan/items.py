@@ -20,6 +20,7 @@ class PlanError(Exception):
 
 UNSUPPORTED_FRAME, UNSUPPORTED = 2, 3
 _INVALID_PARAM1, _INVALID_X, _INVALID_Y, _INVALID_Z = 6, 10, 11, 12
+_INT32 = 2.0**31
 
 
 class Command(enum.IntEnum):
@@ -95,6 +96,8 @@ _WITHOUT_PLACE = frozenset(
         Command.SET_ROI,
     )
 )
+_COUNTED = {Command.JUMP: (1, 2), **dict.fromkeys(FENCE_COMMANDS - {Command.FENCE_RETURN_POINT}, (1,))}
+"""Parameters (1 to 4) that must be numbers: a count, an index or a radius. Another NaN asks for nothing."""
 GLOBAL_FRAMES, RELATIVE_FRAMES, MISSION_FRAME = (0, 5), (3, 6), 2
 _INT_FRAMES = (5, 6)
 _ROI_COMMANDS, _ROI_NONE, _ROI_LOCATION = (Command.NAV_ROI, Command.SET_ROI), 0, 3
@@ -122,17 +125,18 @@ class PlanItem:
         autocontinue: bool,
         is_int: bool,
     ) -> PlanItem:
-        """Return the item as PX4 keeps it; raises PlanError.
+        """Return the item as PX4 keeps it; raises PlanError, also for numbers by which nobody can fly.
 
         is_int: it came as MISSION_ITEM_INT; only then PX4 takes the frames 5 and 6.
         """
         p1, p2, p3, p4 = params
+        _refuse_nonsense(command, params)
         if frame == MISSION_FRAME:
             if command not in _WITHOUT_PLACE and command not in PAYLOAD_COMMANDS:
                 raise PlanError(UNSUPPORTED)
             if command in _ROI_COMMANDS and p1 != _ROI_NONE:
                 raise PlanError(_INVALID_PARAM1)
-            return cls(command, frame, (p1, p2, p3, p4), *place, autocontinue)
+            return cls(command, frame, (p1, p2, p3, p4), *_unused(place), autocontinue)
         if frame not in GLOBAL_FRAMES + RELATIVE_FRAMES or (frame in _INT_FRAMES and not is_int):
             raise PlanError(UNSUPPORTED_FRAME)
         if command not in _KEPT:
@@ -195,3 +199,24 @@ class PlanItem:
         """Return its place in NED. home_z: NED z of home."""
         north, east = origin.to_local(self.x, self.y)
         return north, east, home_z - self.z if self.is_relative else origin.altitude_m - self.z
+
+
+def _refuse_nonsense(command: int, params: Sequence[float]) -> None:
+    """Raise PlanError if a parameter is infinite, or is NaN where a number is needed."""
+    for number, value in enumerate(params, 1):
+        if math.isinf(value) or (math.isnan(value) and number in _COUNTED.get(command, ())):
+            raise PlanError(_INVALID_PARAM1 + number - 1)
+
+
+def _unused(place: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return the fields x, y and z of an item without a place, which may be NaN; raises PlanError.
+
+    x and y travel as whole numbers.
+    """
+    x, y = (0.0 if math.isnan(value) else value for value in place[:2])
+    for value, result in ((x, _INVALID_X), (y, _INVALID_Y)):
+        if not abs(value) < _INT32:
+            raise PlanError(result)
+    if math.isinf(place[2]):
+        raise PlanError(_INVALID_Z)
+    return x, y, place[2]

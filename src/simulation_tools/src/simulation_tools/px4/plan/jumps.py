@@ -54,7 +54,7 @@ class Reader:
             if self._done.get(index, 0) < times:
                 if for_real:
                     self._done[index] = self._done.get(index, 0) + 1
-                index = int(target) if target == target else -1
+                index = int(target)
             else:
                 if for_real:
                     self._say(Severity.INFO, "DO JUMP repetitions completed.")
