@@ -50,7 +50,8 @@ class Shot:
             return f"it was dark: {self.lux:.1f} lux, ISO {self.iso:.0f}"
         if not self.deviation_m <= p.deviation_max:
             return f"its place was known to {self.deviation_m:.2f} m only"
-        if not all(map(math.isfinite, (self.blur_px, self.lux, self.iso))):
+        told = (self.blur_px, self.lux, self.iso, self.deviation_m, self.shift_m or 0.0, self.turn_rad or 0.0)
+        if not all(map(math.isfinite, told)):
             return "the camera told a number that is none"
         return ""
 

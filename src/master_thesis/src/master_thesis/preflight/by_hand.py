@@ -43,7 +43,7 @@ def board(answers: Sequence[Answer], near_m: float) -> Verdict:
 
     A lidar that is mirrored answers well to a board ahead and behind. So no side outvotes another.
     """
-    near = [one for one in answers if one.range_m < near_m and math.isfinite(one.bearing_rad)]
+    near = [one for one in answers if -math.inf < one.range_m < near_m and math.isfinite(one.bearing_rad)]
     if len(near) < LEAST_ANSWERS:
         what = f"nothing came nearer than {near_m:g} m to the lidar"
         return Verdict("board", what, "Hold a board nearer to the lidar, from one side after another")
