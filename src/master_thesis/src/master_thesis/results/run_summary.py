@@ -52,7 +52,7 @@ def headline(content: dict) -> str:
         "reached goal": "yes" if content["reached_goal"] else "no",
         "collision": "yes" if content["collision"] else "no",
         "landed": "yes" if content["landed"] else "no",
-        "  off the order's place": _in_unit("m", 2, content["landing_error_m"]),
+        "landing error": _in_unit("m", 2, content["landing_error_m"]),
         "flight time": _in_unit("s", 1, content["flight_time_s"]),
         "path length": _in_unit("m", 1, content["path_length_m"]),
         "least clearance": _in_unit("m", 2, content["min_clearance_m"]),
