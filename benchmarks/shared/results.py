@@ -6,13 +6,15 @@ A dotted key is a nested object: `cepa.empty.speedup` is `{"cepa": {"empty": {"s
 from __future__ import annotations
 
 import argparse
+import errno
 import fcntl
 import json
 import os
+import sys
 import time
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Iterable, Sequence
+from typing import Any, Iterable, NoReturn, Sequence
 
 from master_thesis.files import plain, replace_file
 from master_thesis.results.run_folder import machine, versions
@@ -20,6 +22,7 @@ from master_thesis.results.sources import commit
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "results"
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
 
 
 class Results:
@@ -40,12 +43,19 @@ class Results:
         self._numbers[key] = value
 
     def __enter__(self) -> Results:
-        self.folder.mkdir(parents=True, exist_ok=True)
+        try:
+            self.folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            self._give_up(error)
         self._started = time.perf_counter()
         self._load = os.getloadavg()
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *exception: object) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, raised: BaseException | None, *trace: object
+    ) -> None:
+        if isinstance(raised, OSError) and raised.errno in FULL:
+            self._give_up(raised)
         if kind is not None:
             return
         run = {
@@ -59,8 +69,16 @@ class Results:
             "versions": versions(),
         }
         path = self.folder / "benchmarks.json"
-        merge(path, {**self._numbers, f"runs.{self.name}": run})
+        try:
+            merge(path, {**self._numbers, f"runs.{self.name}": run})
+        except OSError as error:
+            self._give_up(error)
         print(f"\nNumbers in {path}, load average {self._load[0]:.1f}.")
+
+    def _give_up(self, error: OSError) -> NoReturn:
+        """End the benchmark with a sentence and exit code 1."""
+        what, why = error.filename or self.folder, error.strerror
+        sys.exit(f"bench {self.name}: Cannot write {what}: {why}; free some space, or choose another folder.")
 
 
 def merge(path: Path, numbers: dict[str, Any]) -> None:

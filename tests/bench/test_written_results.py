@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from benchmarks import px4, sim
+from benchmarks.shared import results as written_results
 from benchmarks.shared.results import Results, merge, table
 from benchmarks.shared.trials import run_all, trial_options
 from benchmarks.simulator import graph
@@ -48,6 +50,26 @@ def test_a_run_that_fails_writes_nothing(tmp_path):
     results.add("cepa.first_call_s", 0.2)
     with pytest.raises(ZeroDivisionError), results:
         _ = 1 / 0
+    assert not (tmp_path / "benchmarks.json").exists()
+
+
+@pytest.mark.parametrize("while_it_runs", [True, False])
+def test_a_full_disk_ends_a_benchmark_with_a_sentence_and_no_numbers(tmp_path, monkeypatch, while_it_runs):
+    full = OSError(errno.ENOSPC, "No space left on device", str(tmp_path / "x.png"))
+
+    def write(*_):
+        raise full
+
+    monkeypatch.setattr(written_results, "replace_file", write)
+
+    def run():
+        with Results("cepa", tmp_path) as results:
+            results.add("cepa.first_call_s", 0.2)
+            if while_it_runs:
+                write()
+
+    with pytest.raises(SystemExit, match=r"bench cepa: Cannot write .*x\.png: No space left on device; free"):
+        run()
     assert not (tmp_path / "benchmarks.json").exists()
 
 

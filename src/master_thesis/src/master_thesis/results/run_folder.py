@@ -21,7 +21,7 @@ from master_thesis.errors import ResultsError
 from master_thesis.files import plain, replace_file
 
 RESULT = "result.json"
-INCOMPLETE = "The run ended before all files of its results were written."
+INCOMPLETE = "The run ended before all files of its results were written; its last messages tell why."
 _PACKAGES = ("numpy", "numba", "pybullet", "embreex", "trimesh", "pymavlink", "matplotlib", "scipy")
 
 
