@@ -22,6 +22,15 @@ def improved_costs(
     return _costs(parameters, scan, v_ref, k1, improved_cushion)
 
 
+def cost_of_leaving(
+    parameters: CepaParameters, velocities: np.ndarray, v_ref: Vector2, previous: Vector2
+) -> np.ndarray:
+    """Return what velocities (M, 2) cost more, because they leave the direction of the previous answer."""
+    speeds = np.hypot(velocities[:, 0], velocities[:, 1])
+    off_rad = np.arctan2(velocities[:, 1], velocities[:, 0]) - math.atan2(previous[1], previous[0])
+    return parameters.k_previous * math.hypot(*v_ref) * speeds * (1.0 - np.cos(off_rad))
+
+
 def original_costs(parameters: CepaParameters, scan: LaserScan2D, v_ref: Vector2):
     """Return (velocities (M, 2), costs (M,)) of every candidate with the original cushion and k1 (6.2)."""
     return _costs(parameters, scan, v_ref, parameters.k1, original_cushion)

@@ -93,6 +93,12 @@ parameter_sets = st.builds(
 )
 
 
+steady_parameter_sets = st.tuples(parameter_sets, st.floats(0.0, 20.0)).map(
+    lambda pair: replace(pair[0], k_previous=pair[1])
+)
+"""The same, with a cost of leaving the last answer's direction."""
+
+
 def full_turn(recipe: Recipe) -> Recipe:
     """The same with a lidar that sees all around, without dropouts."""
     return replace(recipe, coverage=1.0, dropouts=0.0, descending=False)

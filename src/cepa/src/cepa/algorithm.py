@@ -81,6 +81,13 @@ class Algorithm(ABC):
         """Take in what range finders measured when the next scan was taken; who cannot climb ignores it."""
         del rangings
 
+    def on_next_scan(self, gap_s: float, turn_rad: float) -> None:
+        """Take in how long ago the last scan was, and how far the lidar has turned about its z axis since.
+
+        Who keeps the direction of its last answer needs this.
+        """
+        del gap_s, turn_rad
+
     def reset(self) -> None:
         """Forget what was kept of earlier scans."""
         self._grid = Grid(1, 2.0 * math.pi)  # until the first scan comes

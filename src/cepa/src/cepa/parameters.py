@@ -43,6 +43,8 @@ class CepaParameters:
     """k_4, s3/m3, improved only: k_1 = |v_UAV| k_4 + k_5."""
     k5: float = 6.0
     """k_5, s2/m2, improved only: see k4."""
+    k_previous: float = 0.0
+    """k_previous, s2/m2, improved only: weight of leaving the last answer's direction; 0: the thesis."""
     speed_fractions: tuple[float, ...] = (1.0, 0.75, 0.5, 0.25)
     """Speeds tried in every direction, as fractions of |v_ref|, each in (0, 1]; v_ref itself is tried too."""
     body_radius: float = 0.35
@@ -175,6 +177,7 @@ class CepaParameters:
             "k3",
             "k4",
             "k5",
+            "k_previous",
             "v_min",
             "emergency_cancellation",
             "emergency_tie_angle",

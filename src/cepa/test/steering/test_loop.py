@@ -29,10 +29,13 @@ class Follows:
     parameters = CepaParameters()
 
     def __init__(self):
-        self.asked, self.resets = [], 0
+        self.asked, self.resets, self.told = [], 0, []
 
     def take_ranges(self, rangings):
         pass
+
+    def on_next_scan(self, gap_s, turn_rad):
+        self.told.append((gap_s, turn_rad))
 
     def reset(self):
         self.resets += 1
@@ -54,13 +57,13 @@ class Bench:
             raise MountError(f'TF does not know "{frame}".')
         return self.mount
 
-    def odometry(self, at_ms, x=0.0, speed=1.0):
-        state = OwnState((speed, 0.0, 0.0), (x, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0))
-        return self.loop.on_odometry(at_ms * MS, state)
+    def odometry(self, at_ms, x=0.0, speed=1.0, yaw_rad=0.0):
+        level = (0.0, 0.0, math.sin(0.5 * yaw_rad), math.cos(0.5 * yaw_rad))
+        return self.loop.on_odometry(at_ms * MS, OwnState((speed, 0.0, 0.0), (x, 0.0, 2.0), level))
 
-    def instant(self, at_ms, v_ref=AHEAD, x=0.0):
+    def instant(self, at_ms, v_ref=AHEAD, x=0.0, yaw_rad=0.0):
         """Return the command that answers the scan."""
-        assert not self.odometry(at_ms, x)
+        assert not self.odometry(at_ms, x, yaw_rad=yaw_rad)
         assert not self.loop.on_reference(at_ms * MS, v_ref)
         (command,) = self.loop.on_scan(at_ms * MS, SCAN, "laser")
         return command
@@ -87,6 +90,29 @@ def test_a_scan_waits_for_what_has_its_stamp():
     assert not bench.odometry(200)
     (command,) = bench.loop.on_reference(200 * MS, STANDS)
     assert (command.stamp_ns, command.velocity_m_s) == (200 * MS, STANDS)
+
+
+@pytest.mark.parametrize(("mount", "side"), [(LEVEL, 1.0), (UPSIDE_DOWN, -1.0)])
+def test_the_algorithm_knows_how_far_the_lidar_has_turned_since_the_last_scan_and_when_that_was(mount, side):
+    bench = Bench(mount)
+    bench.algorithm.wants_motion = False  # so that a lidar upside down is not turned over
+    for at_ms, yaw_rad in ((100, 3.1), (125, -3.1), (175, 3.1)):
+        bench.instant(at_ms, yaw_rad=yaw_rad)
+    small_turn_rad = side * (2.0 * math.pi - 6.2)
+    assert bench.algorithm.told == [
+        (pytest.approx(0.025), pytest.approx(small_turn_rad)),
+        (pytest.approx(0.05), pytest.approx(-small_turn_rad)),
+    ]
+
+
+def test_an_orientation_that_makes_no_sense_is_no_turn():
+    bench = Bench()
+    bench.algorithm.wants_motion = False
+    for at_ms, orientation in ((100, (0.0, 0.0, 0.0, 1.0)), (125, (0.0, 0.0, math.nan, 0.0))):
+        bench.loop.on_odometry(at_ms * MS, OwnState((1.0, 0.0, 0.0), (0.0, 0.0, 2.0), orientation))
+        bench.loop.on_reference(at_ms * MS, AHEAD)
+        bench.loop.on_scan(at_ms * MS, SCAN, "laser")
+    assert bench.algorithm.told == [(pytest.approx(0.025), 0.0)]
 
 
 @pytest.mark.parametrize(("age_ms", "flown"), [(500, AHEAD), (501, STANDS)])

@@ -88,6 +88,9 @@ class Listener:
         self.inner, self.told, self.wants_single_beams = inner, [], False
         self.parameters, self.commit_s = inner.parameters, inner.commit_s
 
+    def on_next_scan(self, gap_s, turn_rad):
+        pass
+
     def take_ranges(self, rangings):
         pass
 

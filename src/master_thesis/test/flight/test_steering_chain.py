@@ -22,6 +22,9 @@ class Climbs:
     def take_ranges(self, rangings):
         self.rangings = rangings
 
+    def on_next_scan(self, gap_s, turn_rad):
+        pass
+
     def steer(self, scan, v_ref_xy, v_uav_xy, motion, cloud):
         self.motion = motion
         return Decision((1.0, 0.0), False, 0.0, 1, Reason.STEERED, climb_m_s=self.climb_m_s)

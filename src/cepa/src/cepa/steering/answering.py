@@ -62,6 +62,7 @@ class Answering:
         self._motion = OwnMotion(warn)
         self.algorithm = algorithm
         self._last_xy = (0.0, 0.0)
+        self._last_scan: tuple[int, float | None] | None = None  # its stamp, and the body's yaw
         self._matched_ns: int | None = None  # when a cloud came with a scan, or the first one came at all
 
     def take(self, algorithm: Algorithm) -> None:
@@ -75,6 +76,7 @@ class Answering:
         self.algorithm.reset()
         self._motion.restart()
         self._last_xy = (0.0, 0.0)
+        self._last_scan = None
         self._matched_ns = None
 
     def answer(self, paired: Paired, scan: LaserScan2D, mount: Mount) -> Answer:
@@ -96,6 +98,7 @@ class Answering:
             scan = self._levelled(scan, paired, mount, math.hypot(*own_xy))
         rangings = self._ranges(paired)
         self.algorithm.take_ranges(in_lidar_frame(rangings, mount))
+        self._tell_of_last_scan(paired, mount)
         decision = self.algorithm.steer(scan, reference_xy, own_xy, motion, self._cloud(paired, mount))
         cpu_ms = 1e3 * (time.thread_time() - cpu_started_s)
         computation_ms = 1e3 * (time.perf_counter() - started_s)
@@ -108,6 +111,19 @@ class Answering:
         velocity = (*self._last_xy, climb)
         asked = scan, (reference_xy, own_xy)
         return Answer(velocity, decision, *asked, computation_ms, cpu_ms, is_mirrored)
+
+    def _tell_of_last_scan(self, paired: Paired, mount: Mount) -> None:
+        """Tell the algorithm how long ago the last scan was, and how far the lidar has turned since."""
+        scan_ns, last = paired.leader.stamp_ns, self._last_scan
+        yaw_rad = _yaw_rad(paired.fresh("odometry", MAX_AGE_OF_ATTITUDE_NS, None))
+        self._last_scan = scan_ns, yaw_rad
+        if last is None:
+            return
+        last_ns, last_yaw_rad = last
+        turn_rad = 0.0  # it turns by some degrees from scan to scan
+        if yaw_rad is not None and last_yaw_rad is not None:
+            turn_rad = math.remainder(yaw_rad - last_yaw_rad, 2.0 * math.pi)
+        self.algorithm.on_next_scan(1e-9 * (scan_ns - last_ns), -turn_rad if mount.turn.flipped else turn_rad)
 
     def _cloud(self, paired: Paired, mount: Mount) -> Cloud | None:
         """Return the cloud of the scan's instant, if there is one and the algorithm uses it."""
@@ -157,6 +173,14 @@ class Answering:
             self._warn(f"{error} Floor and ceiling are obstacles.")
             return scan
         return levelled(scan, attitude, self.algorithm.parameters, own_speed)
+
+
+def _yaw_rad(state: OwnState | None) -> float | None:
+    """Return the body's yaw; None if it is not known, or its orientation makes no sense."""
+    if state is None or not abs(math.hypot(*state.orientation_xyzw) - 1.0) < 0.01:
+        return None
+    x, y, z, w = state.orientation_xyzw
+    return math.atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
 
 
 def _mirrored(scan: LaserScan2D) -> LaserScan2D:

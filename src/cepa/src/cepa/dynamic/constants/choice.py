@@ -44,6 +44,12 @@ noise holds the UAV less."""
 COST_OF_DISCOMFORT = 1.2
 """of k3: Weight of the discomfort (with k3 = 0.5: 0.6). Source: chosen. Greater: wider ways, slower in
 gaps."""
+UNHURRIED_M_S = 1.0
+"""m/s: Up to this speed a metre beside an obstacle is no worse than another. Source: flown. Greater: it cuts
+corners faster."""
+HURRIED_M_S = 2.0
+"""m/s: From this speed on it costs what it does in the cost-to-go. Source: flown. Greater: it passes nearer
+at speed."""
 COST_OF_LOSS = 1.0
 """1: Cost of the whole horizon lost to a contact with what stands. Source: chosen. Greater: it turns
 earlier."""

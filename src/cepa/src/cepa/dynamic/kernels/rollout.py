@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from cepa.dynamic.constants.choice import DEEPER_M
+from cepa.dynamic.constants.choice import DEEPER_M, HURRIED_M_S, UNHURRIED_M_S
 from cepa.dynamic.constants.cost_to_go import WAY_SLOPE_LEAST, WAY_SLOPE_MOST
+from cepa.dynamic.cost_to_go.kernels.slowness import extra_slowness
 from cepa.dynamic.kernels.admissible import is_admissible
 from cepa.dynamic.kernels.clearance import (
     clearance_as_known,
@@ -40,6 +41,11 @@ def fly_on(
 
     After the first steps (``hold``) it flies along the way out. The first contact ends the flight. A fast
     climb leaves the layers before the end; that alone costs nothing, for `is_admissible` keeps within them.
+
+    The way out counts a metre beside an obstacle as up to three, so what is left of it falls by three for a
+    metre that is flown there. What the path's own metres cost beyond 1 is taken off again if they are flown
+    fast. Else it would pay to cut a corner close to an obstacle. Who flies slowly keeps what draws it
+    through narrow gaps.
     """
     distance, cell_m, layer_m, far = around.field
     movers = around.movers
@@ -47,7 +53,7 @@ def fly_on(
     inner, outer = cushions.inner, cushions.outer
     least = min(cushions.least, clearance_of_standing(distance, cell_m, layer_m, far, state) - DEEPER_M)
     least_of_movers = min(cushions.least, clearance_of_moving(movers, state, 0.0) - DEEPER_M)
-    discomfort = 0.0
+    discomfort = extra_m = 0.0
     outcome[LOSS] = outcome[HIT] = 0.0
     speed = math.sqrt(ux * ux + uy * uy)
     for k in range(horizon.cost):
@@ -70,13 +76,18 @@ def fly_on(
             outcome[LOSS if d < least else HIT] = 1.0 - k / horizon.cost
             discomfort += horizon.cost - k
             break
+        if d < outer:
+            flown_m = math.hypot(state[0][0] - before[0][0], state[1][0] - before[1][0])
+            haste = (flown_m / law[-1] - UNHURRIED_M_S) / (HURRIED_M_S - UNHURRIED_M_S)
+            extra_m += min(1.0, max(0.0, haste)) * extra_slowness((outer - d) / (outer - inner)) * flown_m
         d = min(d, d_of_movers)
         if d < outer:
             discomfort += ((outer - d) / (outer - inner)) ** 2
     x, y = state[0][0], state[1][0]
     if length.size:
         here = cost_to_go_at(length, way_cell_m, offset_x, offset_y, direction)
-        outcome[PROGRESS] = here - cost_to_go_at(length, way_cell_m, x + offset_x, y + offset_y, direction)
+        there = cost_to_go_at(length, way_cell_m, x + offset_x, y + offset_y, direction)
+        outcome[PROGRESS] = here - there - extra_m
     else:
         outcome[PROGRESS] = x * direction[0] + y * direction[1]
     outcome[DISCOMFORT] = discomfort / horizon.cost
@@ -98,9 +109,9 @@ def roll_out(
 ) -> None:
     """Judge every command (n, 3) in m/s: fill ``admissible`` (n,) and, where it is, ``outcomes`` (n, 5).
 
-    at_once: how the UAV fares that brakes. direction: unit vector of the reference. outcomes: PROGRESS, m;
-    DISCOMFORT; LOSS, share of the horizon that is lost to a contact with what stands; HEIGHT at the end,
-    m; HIT, share that is lost to a contact with what moves.
+    at_once: how the UAV fares that brakes. direction: unit vector of the reference. outcomes: PROGRESS, m,
+    see `fly_on`; DISCOMFORT; LOSS, share of the horizon that is lost to a contact with what stands; HEIGHT
+    at the end, m; HIT, share that is lost to a contact with what moves.
     """
     world = law_of(response), around, horizon, cushions
     state, path = state_of(start), np.empty((2, horizon.commit + horizon.brake))

@@ -10,6 +10,12 @@ from cepa.dynamic.constants.cost_to_go import SLOWER
 from kernel_cache.compiler import njit
 
 
+@njit(cache=True, inline="always")
+def extra_slowness(nearness: float) -> float:
+    """Return what a metre costs beyond 1. nearness: 0 at the distance r_UB from an obstacle, 1 at r_LB."""
+    return nearness + SLOWER * (nearness * nearness)
+
+
 @njit(cache=True)
 def fill_slowness(
     distance: np.ndarray,
@@ -42,8 +48,7 @@ def fill_slowness(
             else:
                 is_closed = d < limits[1]
             state[0], state[1] = 1.0 if is_closed else 0.0, stamp
-            nearness = (outer - d) / (outer - inner)
-            cost = 1.0 + nearness + SLOWER * (nearness * nearness)
+            cost = 1.0 + extra_slowness((outer - d) / (outer - inner))
             slowness[i, j] = math.inf if is_closed or stamp < state[2] else cost
             h = h + 1 if h + 1 < m else 0
 
