@@ -12,6 +12,7 @@ from PIL import Image
 
 from inspection_tools.inspection import InspectionParameters
 from inspection_tools.inspection.taken import done_in
+from inspection_tools.inspection.viewpoints import row_of
 from inspection_tools.photographs import folder as photographs
 from inspection_tools.photographs.folder import (
     PhotographError,
@@ -22,6 +23,7 @@ from inspection_tools.photographs.folder import (
 )
 from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.poses import read_taken
+from inspection_tools.survey.views.candidates import View
 
 CAMERA = SurveyCamera(64, 48, 60.0)
 PICTURE = np.full((48, 64, 3), 120, np.uint8)
@@ -29,6 +31,14 @@ PICTURE = np.full((48, 64, 3), 120, np.uint8)
 
 def record(stamp_s=1.5):
     return PhotographRecord(stamp_s, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0), 0.002, 800.0, 150.0)
+
+
+VIEWS = (View((1.0, 2.0, 3.0), 0.5, 0.2), View((5.0, 2.0, 3.0), -2.0, 0.0))
+
+
+def taken(stamp_s, number):
+    """A good photograph of one of the viewpoints."""
+    return replace(record(stamp_s), view=number, lux=100.0, viewpoint=row_of(VIEWS[number - 1]))
 
 
 def test_a_photograph_comes_back(tmp_path):
@@ -129,18 +139,32 @@ def test_a_record_of_a_newer_program_is_read_and_one_that_lacks_a_key_is_named(t
 
 @pytest.mark.parametrize(
     "damage",
-    ["", "{", '{"stamp_s": 1}', "[]", "null", "\x00\xff", "NO PLACE", "NO NUMBER", "NAN", "LESS", "SHIFT"],
+    [
+        "",
+        "{",
+        '{"stamp_s": 1}',
+        "[]",
+        "null",
+        "\x00\xff",
+        "NO PLACE",
+        "NO NUMBER",
+        "NAN",
+        "LESS",
+        "SHIFT",
+        "VIEWPOINT",
+    ],
 )
 def test_a_damaged_record_loses_one_photograph_and_is_told(tmp_path, damage):
     store = PhotographFolder(tmp_path, CAMERA)
-    store.save(PICTURE, replace(record(1.0), view=1, lux=100.0))
-    bad = store.save(PICTURE, replace(record(2.0), view=2, lux=100.0)).with_suffix(".json")
+    store.save(PICTURE, taken(1.0, 1))
+    bad = store.save(PICTURE, taken(2.0, 2)).with_suffix(".json")
     values = json.loads(bad.read_text())
     damage = {
         "NO PLACE": json.dumps({**values, "position_m": [0.0, None, 1.0]}),
         "NO NUMBER": json.dumps({**values, "lux": "bright"}),
         "NAN": json.dumps({**values, "blur_px": math.nan}),
         "SHIFT": json.dumps({**values, "shift_m": -1.0}),
+        "VIEWPOINT": json.dumps({**values, "viewpoint": [1.0, 2.0]}),
         "LESS": json.dumps({**values, "blur_px": -1.0}),
     }.get(damage, damage)
     bad.write_text(damage)
@@ -148,11 +172,11 @@ def test_a_damaged_record_loses_one_photograph_and_is_told(tmp_path, damage):
     (sentence,) = store.damaged
     assert bad.name in sentence
     assert "left out" in sentence
-    assert done_in(tmp_path, InspectionParameters()) == {1}
+    assert done_in(tmp_path, InspectionParameters(), VIEWS) == {1}
     assert (tmp_path / "rgb.txt").read_text().split("\n")[1:] == ["1.000000 1.000000.jpg", ""]
     assert store.last_stamp_s == 2.0
-    store.save(PICTURE, replace(record(3.0), view=2, lux=100.0))  # it is taken again
-    assert done_in(tmp_path, InspectionParameters()) == {1, 2}
+    store.save(PICTURE, taken(3.0, 2))  # it is taken again
+    assert done_in(tmp_path, InspectionParameters(), VIEWS) == {1, 2}
 
 
 def test_coverage_is_judged_without_the_photograph_whose_record_is_damaged(tmp_path):

@@ -17,6 +17,10 @@ class PoseError(InspectionToolsError):
     """A pose or a setpoint that cannot be used: not finite, or with no orientation."""
 
 
+class ContradictionError(InspectionToolsError):
+    """Two nodes say where to fly, and it is not known which of them is to be obeyed."""
+
+
 class VelocityError(InspectionToolsError):
     """A velocity that cannot be used: not finite."""
 

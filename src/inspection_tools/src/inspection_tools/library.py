@@ -2,6 +2,7 @@
 
 from inspection_tools.correction import CorrectionParameters, SlowCorrection
 from inspection_tools.errors import (
+    ContradictionError,
     InspectionToolsError,
     MapError,
     MissionError,
@@ -23,6 +24,7 @@ from inspection_tools.yaw.regulator import YawRegulator, YawRegulatorParameters
 from inspection_tools.yaw.steering import YawSteering
 
 __all__ = [
+    "ContradictionError",
     "CorrectionParameters",
     "InspectionToolsError",
     "LevelBeamsParameters",

@@ -160,6 +160,11 @@ class PositionController:
             self._leg = None
             self._goal_reached = False
 
+    def hover(self) -> None:
+        """Obey no setpoint any more."""
+        self._last_setpoint_m = self.setpoint_m = self._leg = None
+        self._goal_reached = False
+
     def reset(self) -> None:
         """Start anew from rest, as after a clock that jumped back. The setpoint stays."""
         self._stamp_s: float | None = None

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from voxel_room import PLANNER, Flight, next_places, open_box, room
 
+from inspection_tools import ParameterError
 from inspection_tools.energy import EnergyWatch
 from inspection_tools.exploration import (
     End,
@@ -300,3 +301,20 @@ def test_a_uav_that_is_kept_off_its_home_lands_beside_it():
         if exploration.follow(float(stamp_s), beside_m):
             exploration.look(float(stamp_s), beside_m)
     assert exploration.is_home
+
+
+def test_each_goal_has_its_own_time():
+    exploration = Exploration(open_box(), Explorer(), ExplorationParameters(time_max=500.0))
+    ends_s = []
+    for begin_s, given_s in ((0.0, 20.0), (1000.0, 40.0), (2000.0, None)):
+        exploration.begin(begin_s, HOVER_M, time_max_s=given_s)
+        exploration.told.views = 1
+        stamp_s = begin_s
+        while exploration.told.end is not End.TIME and stamp_s < begin_s + 100.0:
+            stamp_s += 1.0
+            exploration.told.end = None  # it has nothing else to do here
+            exploration.look(stamp_s, HOVER_M)
+        ends_s.append(stamp_s - begin_s)
+    assert ends_s == [21.0, 41.0, 100.0]
+    with pytest.raises(ParameterError, match="time_max is nan"):
+        exploration.begin(3000.0, HOVER_M, time_max_s=math.nan)

@@ -17,6 +17,7 @@ from inspecting_uav import (
 )
 from voxel_room import SIDE_M
 
+from inspection_tools import ParameterError
 from inspection_tools.energy import EnergyParameters, EnergyWatch
 from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Todo
 from inspection_tools.inspection.places import body_place_m
@@ -255,8 +256,8 @@ def test_after_a_restart_the_folder_tells_what_is_done(tmp_path):
         record = record_of(task, 5.0 + task.number, body, camera, told)
         np.testing.assert_allclose(record.position_m, (1.1, 2.0, 2.95))
         folder.save(np.zeros((48, 64, 3), np.uint8), record)
-    assert done_in(tmp_path, QUICK) == {1}  # the second one is blurred
-    uav = Uav(inspection(done=done_in(tmp_path, QUICK))).fly()
+    assert done_in(tmp_path, QUICK, VIEWS) == {1}  # the second one is blurred
+    uav = Uav(inspection(done=done_in(tmp_path, QUICK, VIEWS))).fly()
     assert [task.number for task in uav.asked] == [2, 3]
 
 
@@ -371,3 +372,15 @@ def test_the_drift_of_odometry_does_not_count_where_slam_corrects_it():
         place, turn = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
         shot = shot_of(PhotographRecord(1.0, place, turn, 0.002, 100.0, 90.0, 0.1, covariance))
         assert (shot.fault(InspectionParameters()) == "") == kept
+
+
+def test_each_goal_has_its_own_time():
+    lead = inspection(VIEWS[:1])
+    for begin_s, given_s, wanted_s in ((100.0, 20.0, 20.0), (500.0, 40.0, 40.0), (900.0, None, 3600.0)):
+        lead.begin(begin_s, HOME_M, time_max_s=given_s)
+        lead.look(begin_s + wanted_s, HOME_M)
+        assert lead.end is None
+        lead.look(begin_s + wanted_s + 1.0, HOME_M)
+        assert lead.end is End.TIME
+    with pytest.raises(ParameterError, match="time_max"):
+        lead.begin(2000.0, HOME_M, time_max_s=math.nan)

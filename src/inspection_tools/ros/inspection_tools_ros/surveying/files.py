@@ -43,10 +43,11 @@ def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
     for sentence in folder.damaged:
         rospy.logwarn("%s", sentence)
     wanted = parameters.for_plan(plan)
-    done = done_in(folder.folder, wanted)
+    views = plan.views[: goal.photographs or None]
+    done = done_in(folder.folder, wanted, views)
     if done:
         rospy.loginfo("%d photographs are in %s already.", len(done), goal.folder)
-    todo = Todo(plan.views[: goal.photographs or None], done, parameters.tries)
+    todo = Todo(views, done, parameters.tries)
     return SurveyFiles(plan, folder, todo, wanted)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 
 import numpy as np
 
@@ -58,7 +59,7 @@ class Exploration:
         energy: EnergyWatch | None = None,
     ) -> None:
         self._planner, self._explorer = planner, explorer
-        self._p = parameters or ExplorationParameters()
+        self._p = self._given = parameters or ExplorationParameters()
         self._back = WayBack(planner, energy, self._p)
         self._steep = SteepSteps(planner, explorer.steep_steps, explorer.parameters.spacing)
         self._began_s, self._look_s = math.nan, -math.inf
@@ -76,11 +77,22 @@ class Exploration:
         """When and where it found nothing more to see, until it has told what stays unknown."""
         self.told = Explored()
 
-    def begin(self, stamp_s: float, here_m: np.ndarray, home_m: np.ndarray | None = None) -> None:
+    def begin(
+        self,
+        stamp_s: float,
+        here_m: np.ndarray,
+        home_m: np.ndarray | None = None,
+        time_max_s: float | None = None,
+    ) -> None:
         """Begin at a hover (x, y, z) in the map's frame, or go on. Home is the place below the first one.
 
-        home_m: home of an exploration that was lost in flight, which this one goes on with.
+        home_m: home of an exploration that was lost in flight, which this one goes on with. time_max_s: after
+        it the UAV comes home; None: the parameter's.
+
+        Raises:
+            ParameterError: the time makes no sense.
         """
+        self._p = self._given if time_max_s is None else replace(self._given, time_max=time_max_s)
         self._began_s, self.is_home, self.must_land, self._is_by_track = stamp_s, False, False, False
         is_first = not self.has_begun
         self._back.begin(here_m - (0.0, 0.0, self._p.first_sink) if home_m is None else home_m)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import threading
+from dataclasses import replace
 from enum import Enum
 from typing import Sequence
 
@@ -67,7 +68,7 @@ class Inspection:
         energy: EnergyWatch | None = None,
     ) -> None:
         self._planner, self.todo = planner, todo
-        self._p = parameters or InspectionParameters()
+        self._p = self._given = parameters or InspectionParameters()
         self._homing = Homing(planner, energy, self._p)
         self._legs = Legs(planner, self._p)
         self._lock = threading.RLock()
@@ -86,9 +87,22 @@ class Inspection:
         self.front_rad: float | None = None
         self.tilt_rad = 0.0
 
-    def begin(self, stamp_s: float, here_m: np.ndarray, home_m: np.ndarray | None = None) -> None:
-        """Begin at a hover (x, y, z), or go on after a landing. home_m: if it is not the first place."""
+    def begin(
+        self,
+        stamp_s: float,
+        here_m: np.ndarray,
+        home_m: np.ndarray | None = None,
+        time_max_s: float | None = None,
+    ) -> None:
+        """Begin at a hover (x, y, z), or go on after a landing.
+
+        home_m: if it is not the first place. time_max_s: after it the UAV comes home; None: the parameter's.
+
+        Raises:
+            ParameterError: the time makes no sense.
+        """
         with self._lock:
+            self._p = self._given if time_max_s is None else replace(self._given, time_max=time_max_s)
             self._began_s, self._look_s, self._no_way_s = stamp_s, -math.inf, None
             self.end, self.reason = None, ""
             self.is_home = self.must_land = self._is_paused = False

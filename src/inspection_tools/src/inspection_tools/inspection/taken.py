@@ -14,7 +14,9 @@ from scipy.spatial.transform import Rotation
 from inspection_tools.geometry import Quaternion, Vector3
 from inspection_tools.inspection.parameters import InspectionParameters
 from inspection_tools.inspection.todo import Shot, Task
+from inspection_tools.inspection.viewpoints import Viewpoints, row_of
 from inspection_tools.photographs.folder import PhotographRecord, records_in
+from inspection_tools.survey.views.candidates import View
 
 POSES = 100
 MATCH_S = 0.5
@@ -101,7 +103,7 @@ def record_of(
     qx, qy, qz, qw = optical.tolist()
     return PhotographRecord(
         stamp_s, (x, y, z), (qx, qy, qz, qw), told.exposure, told.iso, told.lux, told.blur, body.covariance,
-        view=task.number, shift_m=told.shift, turn_rad=told.turn,
+        view=task.number, shift_m=told.shift, turn_rad=told.turn, viewpoint=row_of(task.view),
     )  # fmt: skip
 
 
@@ -112,13 +114,19 @@ def shot_of(record: PhotographRecord) -> Shot:
     return Shot(record.blur_px, record.lux, record.iso, deviation_m, record.shift_m, record.turn_rad)
 
 
-def done_in(folder: Path, parameters: InspectionParameters) -> set[int]:
-    """Return the numbers of the plan's photographs that a folder holds, and that are good.
+def done_in(folder: Path, parameters: InspectionParameters, views: Sequence[View]) -> set[int]:
+    """Return the numbers of a plan's photographs that a folder holds, and that are good.
 
-    One whose record is damaged is not.
+    Closer looks have numbers below 0. A photograph whose record is damaged is not good. One that was taken
+    for a viewpoint that the plan does not have belongs to another plan, or to this one before it was edited.
+
+    views: of the plan, in its order.
     """
-    whole, _ = records_in(folder)
-    return {record.view for _, record in whole if record.view and not _fault(record, parameters)}
+    viewpoints, done = Viewpoints(views, parameters.far), set[int]()
+    for _, record in records_in(folder)[0]:
+        if not _fault(record, parameters):
+            done |= {record.view} if record.view < 0 else viewpoints.shown_by(record)
+    return done
 
 
 def _fault(record: PhotographRecord, parameters: InspectionParameters) -> str:

@@ -40,8 +40,10 @@ class PhotographRecord:
     position_m, orientation_xyzw: of the optical frame (x right, y down, z ahead) in the map. covariance: 36
     numbers, row by row, of x, y, z and the rotation about x, y, z. exposure_s, iso, lux: of the picture, lux
     in its middle. blur_px: by motion and turning during the exposure, the longest. patches: of the surface,
-    seen in it. view: number of the photograph in the plan that it is taken for; 0: none. shift_m, turn_rad:
-    that the camera moved and turned during the exposure; None: only blur_px is known.
+    seen in it. view: number of the photograph in the plan that it was taken for; 0: none. shift_m, turn_rad:
+    that the camera moved and turned during the exposure; None: only blur_px is known. viewpoint: for which it
+    was taken: x, y, z in m, yaw and tilt in rad, in the map; None: not known. A plan that is edited gives
+    other numbers, so this tells what a photograph was taken for.
     """
 
     stamp_s: float
@@ -56,6 +58,7 @@ class PhotographRecord:
     view: int = 0
     shift_m: float | None = None
     turn_rad: float | None = None
+    viewpoint: tuple[float, float, float, float, float] | None = None
 
     @property
     def taken(self) -> Taken:
@@ -220,7 +223,10 @@ def read_record(path: Path) -> PhotographRecord:
 
 def _check(record: PhotographRecord) -> None:
     """Raise ValueError or TypeError if the record has no pose and no numbers."""
-    for name, size in (("position_m", 3), ("orientation_xyzw", 4), ("covariance", 36)):
+    sizes = [("position_m", 3), ("orientation_xyzw", 4), ("covariance", 36)]
+    if record.viewpoint is not None:
+        sizes.append(("viewpoint", 5))
+    for name, size in sizes:
         values = np.array(getattr(record, name), float)
         if values.shape != (size,) or not np.isfinite(values).all():
             raise ValueError(f"{name} must be {size} finite numbers")

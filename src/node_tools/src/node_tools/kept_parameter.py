@@ -1,0 +1,88 @@
+"""What a node must still know when it dies and the same roslaunch starts it again.
+
+It stands in a private parameter of the node. The ROS master may outlive the launch, and so does the
+parameter. Therefore it also tells which launch it belongs to.
+"""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Mapping
+
+import rospy
+
+from node_tools.ending import Ending
+
+LAUNCH = "launch"
+"""Key of the launch in the parameter."""
+BOOT = Path("/proc/sys/kernel/random/boot_id")
+PARENT, START = 1, 19
+"""In /proc/PID/stat, behind the process's name: number of its parent, and when it began (proc(5): 4, 22)."""
+
+
+class KeptParameter:
+    """A parameter that a node finds again if it died, and that no later launch finds.
+
+    Args:
+        name: of the parameter, such as ~begun.
+        ending: of the node. A node that a signal ends was not lost, so it takes the parameter away. None: the
+            parameter stays.
+
+    Attributes:
+        values: what is kept; empty: nothing, or it is another launch's.
+    """
+
+    def __init__(self, name: str, ending: Ending | None = None) -> None:
+        self._name, self._ending, self._launch = name, ending, launch_of_this_process()
+        told = rospy.get_param(name, None)
+        is_ours = isinstance(told, dict) and told.get(LAUNCH) == self._launch
+        self.values: dict[str, Any] = {k: v for k, v in told.items() if k != LAUNCH} if is_ours else {}
+        if ending is not None:
+            rospy.on_shutdown(self._take_away)
+
+    def keep(self, values: Mapping[str, Any]) -> None:
+        """Keep these in place of what was kept. They are numbers, words, lists of them, or mappings.
+
+        Without a master nothing is kept, and the flight goes on.
+        """
+        self.values = dict(values)
+        if self._ending is None or not self._ending.received:
+            with suppress(OSError, rospy.ROSException):
+                rospy.set_param(self._name, self._told)
+
+    @property
+    def _told(self) -> dict[str, Any]:
+        return {**self.values, LAUNCH: self._launch}
+
+    def _take_away(self) -> None:
+        """Delete the parameter after a signal, unless another node of this name has written it meanwhile."""
+        assert self._ending is not None
+        if not self._ending.received or not self.values:
+            return
+        with suppress(OSError, KeyError, rospy.ROSException):  # the master may have ended before
+            if rospy.get_param(self._name, None) == self._told:
+                rospy.delete_param(self._name)
+
+
+def launch_of_this_process() -> str:
+    """Return which roslaunch started this process; the same again if it starts a node that died.
+
+    roslaunch gives each node a session of its own, also behind a launch-prefix. So it is the parent of the
+    session's leader. Its number may come again, on another day or in another container, but not with the
+    same start and boot.
+    """
+    leader = _status_of(os.getsid(0))
+    launch = int(leader[PARENT]) if leader else os.getppid()
+    began = _status_of(launch)[START:]
+    return f"{launch} {began[0] if began else 'unseen'} {BOOT.read_text(encoding='utf-8').strip()}"
+
+
+def _status_of(process: int) -> list[str]:
+    """Return what Linux tells of a process, behind its name; empty: it has ended, or is not to be seen."""
+    try:
+        told = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return []
+    return told.rpartition(")")[2].split()
