@@ -14,11 +14,12 @@ class NewGoal:
     actionlib holds two locks while a goal's callback runs, and a condition gives back only one of them. So
     the callback only stores the goal. It neither waits nor reads files.
 
-    goal: of the action. id: actionlib's. until_s: monotonic time until which it may wait for what is missing.
+    goal: of the action. identity: see `identity_of`. until_s: monotonic time until which it may wait for what
+    is missing.
     """
 
     goal: Any
-    id: str
+    identity: str
     until_s: float
 
     def is_due(self, missing: str) -> bool:

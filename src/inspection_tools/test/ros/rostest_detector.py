@@ -105,8 +105,7 @@ class DetectorTest(unittest.TestCase):
         link = DetectorLink("map", told.append)
         link._photographs.unregister()  # alone: nobody hears it
         link._photographs = rospy.Publisher("/nobody", Photograph, queue_size=1)
-        link.on_marked = marked.append
-        link.give(first)
+        link.give(first, "wall.stl", marked.append)
         wait_until(lambda: marked == [first], "the end of its patience", 10.0)
         self.assertIn("0.000000.jpg: no candidates came on /candidates", told[0])
         # When another node answers with a pixel outside, then its answer is refused
@@ -114,7 +113,7 @@ class DetectorTest(unittest.TestCase):
         bad = Candidates(file=str(second), candidates=[Candidate("rust", [9000.0], [1.0], 1)])
         rospy.Subscriber("/nobody", Photograph, lambda _: answers.publish(bad))
         wait_until(lambda: answers.get_num_connections() > 0, "the link", 10.0)
-        link.give(second)
+        link.give(second, "wall.stl", marked.append)
         wait_until(lambda: marked == [first, second], "the refusal", 10.0)
         self.assertIn("a pixel of the rust is outside the photograph", told[1])
         self.assertEqual([read_marks(path) for path in (first, second)], [None, None])

@@ -285,7 +285,7 @@ class InspectTest(unittest.TestCase):
         result = self.results.last.result
         self.assertEqual(result.left_out_reasons, [])
         self.assertEqual((result.end, result.is_home, result.taken), ("done", True, 3))
-        self.assertEqual(rospy.get_param(NODE + "/begun"), begun)
+        self.assertEqual(rospy.get_param(NODE + "/begun"), {**begun, "has_ended": True})
         self.assertEqual(sorted(each.view for each in self.records("killed")), [1, 2, 3])
         for path, content in kept.items():
             self.assertEqual(path.read_bytes(), content)

@@ -24,6 +24,8 @@ LOOK_S = 0.2
 class DetectorLink:
     """Gives photographs to a detector, one after the other. A photograph that is marked already is left out.
 
+    A photograph stays with its surface, and with whoever waits for it: meanwhile another survey may begin.
+
     Publishes: photographs (inspection_tools/Photograph).
     Subscribes: candidates (inspection_tools/Candidates).
 
@@ -31,17 +33,14 @@ class DetectorLink:
         frame: of the photographs' poses. say: told what goes wrong.
 
     Attributes:
-        on_marked: called with each photograph's path, in the link's thread, when it is marked, or when there
-            is no answer. mesh: file of the surface. marked: number of photographs.
+        marked: number of photographs.
     """
 
     def __init__(self, frame: str, say: Callable[[str], None]) -> None:
         self._frame, self._say = frame, say
-        self.on_marked: Callable[[Path], None] = lambda _: None
-        self.mesh = ""
         self.marked = 0
         self._patience_s = PATIENCE_S
-        self._due: queue.Queue[Path] = queue.Queue()
+        self._due: queue.Queue[tuple[Path, str, Callable[[Path], None]]] = queue.Queue()
         self._waits_for: str | None = None
         self._answer: Candidates | None = None
         self._came = threading.Condition()
@@ -49,9 +48,13 @@ class DetectorLink:
         self._candidates = rospy.Subscriber("candidates", Candidates, self._on_candidates, queue_size=10)
         threading.Thread(target=self._work, daemon=True).start()
 
-    def give(self, path: Path) -> None:
-        """Let a photograph be marked."""
-        self._due.put(path)
+    def give(self, path: Path, mesh: str, on_marked: Callable[[Path], None] = lambda _: None) -> None:
+        """Let a photograph be marked.
+
+        mesh: file of the surface. on_marked: called with the path, in the link's thread, when it is marked,
+        or when there is no answer.
+        """
+        self._due.put((path, mesh, on_marked))
 
     @property
     def waits(self) -> bool:
@@ -67,21 +70,21 @@ class DetectorLink:
     def _work(self) -> None:
         while not rospy.is_shutdown():
             try:
-                path = self._due.get(timeout=LOOK_S)
+                path, mesh, on_marked = self._due.get(timeout=LOOK_S)
             except queue.Empty:
                 continue
             try:
-                self._mark(path)
+                self._mark(path, mesh)
             except InspectionToolsError as error:
                 self._say(f"{error} Its defects are looked for by inspection_tools.")
-            self.on_marked(path)
+            on_marked(path)
             self._due.task_done()
 
-    def _mark(self, path: Path) -> None:
+    def _mark(self, path: Path, mesh: str) -> None:
         """Raises InspectionToolsError: the photograph or the answer makes no sense, or there is none."""
         if path.with_suffix(MARKS).exists():
             return
-        answer = self._asked(photograph_message(path, self.mesh, self._frame))
+        answer = self._asked(photograph_message(path, mesh, self._frame))
         if answer is None:
             told_s, self._patience_s = self._patience_s, NO_PATIENCE_S
             topic = self._candidates.resolved_name

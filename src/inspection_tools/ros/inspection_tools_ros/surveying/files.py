@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,9 +28,26 @@ class SurveyFiles(NamedTuple):
     parameters: InspectionParameters
 
 
-def name_of(goal: SurveyGoal) -> str:
-    """Return a name that is the same for the same survey."""
-    return f"{goal.plan} {goal.folder} {goal.photographs} {goal.second_look} {goal.supplement}"
+class SurveyName(NamedTuple):
+    """What is the same for the same survey. words: of the goal. plan, mesh: what these files hold."""
+
+    words: str
+    plan: str
+    mesh: str
+
+
+def name_of(goal: SurveyGoal, mesh: str) -> SurveyName:
+    """Return a goal's name. mesh: file of the plan's surface."""
+    words = f"{goal.plan} {goal.folder} {goal.photographs} {goal.second_look} {goal.supplement}"
+    return SurveyName(words, digest_of(goal.plan), digest_of(mesh))
+
+
+def digest_of(path: str) -> str:
+    """Return what tells a file's content from any other; empty: it cannot be read."""
+    try:
+        return hashlib.sha256(Path(path).read_bytes()).hexdigest()
+    except OSError:
+        return ""
 
 
 def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
@@ -60,18 +78,20 @@ class Drawings:
 
     def __init__(self, planner: PlannerParameters) -> None:
         """Read it; raises SurveyError if it cannot be read."""
-        self._known: tuple[str, PriorMap] | None = None
+        self._known: tuple[tuple[str, str], PriorMap] | None = None
+        """By path and content."""
         path = str(rospy.get_param("~drawing", "")).strip()
         self._is_used = bool(rospy.get_param("~use_drawing", True))
         if path and self._is_used:
             home_m = [float(value) for value in str(rospy.get_param("~drawing_home", "")).split()] or None
             asked = SurveyParameters(radius=planner.radius, margin=planner.margin)
-            self._known = path, PriorMap(read_room(Path(path), asked, home_m))
+            self._known = (path, digest_of(path)), PriorMap(read_room(Path(path), asked, home_m))
 
     def prior_of(self, plan: SurveyPlan) -> PriorMap | None:
         """Return what the drawing of a plan knows; None: it is not to be used."""
         if not self._is_used:
             return None
-        if self._known is None or self._known[0] != plan.source:
-            self._known = plan.source, PriorMap(read_room(Path(plan.source), plan.asked, plan.home_m))
+        name = plan.source, digest_of(plan.source)
+        if self._known is None or self._known[0] != name:
+            self._known = name, PriorMap(read_room(Path(plan.source), plan.asked, plan.home_m))
         return self._known[1]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import replace
 from pathlib import Path
 from typing import Callable
 
@@ -11,18 +10,24 @@ import numpy as np
 import rospy
 
 from inspection_tools.energy import EnergyWatch
+from inspection_tools.errors import InspectionToolsError
 from inspection_tools.findings.background import BackgroundSearch
 from inspection_tools.findings.wanted import Wanted
 from inspection_tools.inspection import Inspection, InspectionParameters
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.second_look import SearchState, SecondLook
+from inspection_tools.inspection.viewpoints import is_completed
 from inspection_tools.msg import SurveyGoal
-from inspection_tools.photographs.folder import PhotographFolder, records_in
+from inspection_tools.photographs.folder import records_in
 from inspection_tools.planning import PathPlanner
 from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools.survey.plan_file import read_plan
+from inspection_tools_ros.begun_goal import BegunGoal
 from inspection_tools_ros.map_feed import MapFeed
+from inspection_tools_ros.new_goal import NewGoal
 from inspection_tools_ros.surveying.detector_link import DetectorLink
-from inspection_tools_ros.surveying.files import Drawings, files_of, name_of
+from inspection_tools_ros.surveying.files import Drawings, SurveyName, digest_of, files_of, name_of
+from inspection_tools_ros.surveying.photographer import Album
 
 FINE_MM = 0.5
 """Photographs as fine as this are closer looks: they need none."""
@@ -32,9 +37,8 @@ class SurveyGoals:
     """Knows the goal that is flown.
 
     Attributes:
-        plan: of the goal; None: none has come. folder: its photographs. second_look: takes more
+        plan: of the goal; None: none has come. album: its photographs. second_look: takes more
             photographs than the plan's; None: nobody asks for them.
-        on_stored: takes each photograph that is stored.
     """
 
     def __init__(
@@ -43,18 +47,18 @@ class SurveyGoals:
         planner_lock: threading.Lock,
         feed: MapFeed,
         parameters: InspectionParameters,
+        begun: BegunGoal,
         energy: EnergyWatch | None,
         detector: DetectorLink | None = None,
     ) -> None:
         self._planner, self._planner_lock, self._feed = planner, planner_lock, feed
-        self._parameters, self._energy, self._detector = parameters, energy, detector
+        self._parameters, self._begun, self._energy, self._detector = parameters, begun, energy, detector
         self._drawings = Drawings(planner.parameters)
-        self._name = ""
+        self._name: SurveyName | None = None
         self._inspection: Inspection | None = None
         self.plan: SurveyPlan | None = None
-        self.folder: PhotographFolder | None = None
+        self.album: Album | None = None
         self.second_look: SecondLook | None = None
-        self.on_stored: Callable[[Path], None] = lambda _: None
 
     def inspection_of(self, goal: SurveyGoal) -> Inspection:
         """Read plan, folder and drawing, unless they are those of the goal before.
@@ -62,16 +66,17 @@ class SurveyGoals:
         Raises:
             InspectionToolsError: one sentence.
         """
-        if self._inspection is not None and name_of(goal) == self._name:
+        if self._inspection is not None and self._is_known(goal):
             return self._inspection
+        plan = digest_of(goal.plan)  # before it is read: whoever edits it meanwhile gets it read again
         files = files_of(goal, self._parameters)
         prior = self._drawings.prior_of(files.plan)
         with self._planner_lock:
             if prior is not self._feed.prior:
                 self._feed.use(prior)
-        given = replace(files.parameters, time_max=goal.time_max or self._parameters.time_max)
-        self._name, self.plan, self.folder = name_of(goal), files.plan, files.folder
-        inspection = self._inspection = Inspection(self._planner, files.todo, given, self._energy)
+        self._name, self.plan = name_of(goal, files.plan.source)._replace(plan=plan), files.plan
+        inspection = Inspection(self._planner, files.todo, files.parameters, self._energy)
+        self._inspection = inspection
         self.close()
         is_fine = files.plan.asked.resolution <= FINE_MM
         wanted = Wanted(goal.supplement and not goal.photographs, goal.second_look and not is_fine)
@@ -79,18 +84,45 @@ class SurveyGoals:
         if any(wanted) or is_draft:
             search = BackgroundSearch(Path(goal.plan), files.folder.folder / "closer.yaml", wanted)
             self.second_look = SecondLook(inspection, search, is_draft)
-        self.on_stored = self._taker(files.plan.source)
+        self.album = Album(files.folder, self._taker(files.plan.source))
         for path, _ in records_in(files.folder.folder)[0]:
-            self.on_stored(path)
+            self.album.on_stored(path)
         return inspection
+
+    def _is_known(self, goal: SurveyGoal) -> bool:
+        """Whether a goal asks for the survey that is there. A draft may have become a whole plan since."""
+        if self.plan is None or self._name is None:
+            return False
+        name = name_of(goal, self.plan.source)
+        if name == self._name:
+            return True
+        if name._replace(plan=self._name.plan) != self._name or not self._has_completed(goal.plan):
+            return False
+        self._name = name
+        return True
+
+    def _has_completed(self, path: str) -> bool:
+        """Whether the search of this survey has made a plan's file of the draft that is flown."""
+        if self.second_look is None or self._inspection is None or self.plan is None:
+            return False
+        try:
+            whole = read_plan(Path(path))
+        except InspectionToolsError:
+            return False
+        told = [task.view for task in self._inspection.todo.tasks]
+        are_all_told = self.second_look.lacks_rest or len(told) >= len(whole.views)
+        if not are_all_told or not is_completed(self.plan, whole, told):
+            return False
+        self.plan = whole
+        return True
 
     def _taker(self, mesh: str) -> Callable[[Path], None]:
         """Return what takes photographs that are stored: first the detector, then the second look."""
         searches = self.second_look.stored if self.second_look else lambda _: None
-        if self._detector is None:
+        detector = self._detector
+        if detector is None:
             return searches
-        self._detector.mesh, self._detector.on_marked = mesh, searches
-        return self._detector.give
+        return lambda path: detector.give(path, mesh, searches)
 
     def abort(self) -> bool:
         """Await no more photographs than there are. Return whether some were searched for.
@@ -100,7 +132,7 @@ class SurveyGoals:
         was_searching = self.second_look is not None and self.second_look.state is SearchState.SEARCHING
         if self.second_look is not None:
             self.second_look.abort()
-            self._name = ""
+            self._name = None
         return was_searching
 
     def close(self) -> None:
@@ -109,11 +141,18 @@ class SurveyGoals:
             self.second_look.close()
             self.second_look = None
 
-    def begin(self, inspection: Inspection, motion: Motion) -> None:
-        """Begin, or go on with what is left. A node that died comes home to the same place."""
-        home = rospy.get_param("~begun", {})
-        known = home.get("home") if home.get("goal") == self._name else None
-        inspection.begin(motion.stamp_s, motion.place_m, None if known is None else np.array(known))
-        assert inspection.home_m is not None
-        rospy.set_param("~begun", {"goal": self._name, "home": inspection.home_m.tolist()})
+    def begin(self, inspection: Inspection, motion: Motion, new: NewGoal) -> None:
+        """Begin, or go on with what is left. A node that died comes home to the same place.
+
+        Raises:
+            ParameterError: the goal's time makes no sense.
+        """
+        time_max_s = new.goal.time_max or None
+        if self._begun.is_flown(new.identity):
+            home_m = np.array(self._begun["home"])
+            inspection.begin(self._begun["began"], motion.place_m, home_m, time_max_s)
+        else:
+            inspection.begin(motion.stamp_s, motion.place_m, time_max_s=time_max_s)
+            assert inspection.home_m is not None
+            self._begun.begin(new.identity, home=inspection.home_m.tolist(), began=motion.stamp_s)
         rospy.loginfo("The survey begins: %d photographs are open.", len(inspection.todo.open))

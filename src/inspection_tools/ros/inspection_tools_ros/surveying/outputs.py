@@ -14,6 +14,7 @@ from visualization_msgs.msg import MarkerArray
 from inspection_tools.inspection import Inspection
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.second_look import SearchState
+from inspection_tools_ros.setpoints import SetpointSender
 from inspection_tools_ros.surveying import messages
 
 TELL_S = 0.5
@@ -32,7 +33,7 @@ class SurveyOutputs:
         self._sent_m: np.ndarray | None = None
         self._sent_tilt: float | None = None
         self._told_s = -math.inf
-        self._setpoints = rospy.Publisher("pos_setpoint", Pose, queue_size=1, latch=True)
+        self._setpoints = SetpointSender()
         self._fronts = rospy.Publisher("front", Vector3Stamped, queue_size=1, tcp_nodelay=True)
         self._search = rospy.Publisher("~search", String, queue_size=1, latch=True)
         self._told_search: SearchState | None = None
@@ -44,7 +45,7 @@ class SurveyOutputs:
         setpoint_m = inspection.setpoint_m
         if setpoint_m is not None and setpoint_m is not self._sent_m:
             self._sent_m = setpoint_m
-            self._setpoints.publish(Pose(Point(*setpoint_m), Quaternion(0.0, 0.0, 0.0, 1.0)))
+            self._setpoints.send(Pose(Point(*setpoint_m), Quaternion(0.0, 0.0, 0.0, 1.0)))
         if inspection.front_rad is not None:
             turn = inspection.front_rad - motion.yaw_rad
             header = Header(stamp=rospy.Time(motion.stamp_s), frame_id=self._base_frame)

@@ -21,33 +21,46 @@ from inspection_tools_ros.surveying.camera_link import LAST_PICTURE_S, PICTURE_S
 CAMERA_TRIES = 3
 
 
+class Album(NamedTuple):
+    """Where the photographs of a survey go. on_stored: called with the path of each that is stored."""
+
+    folder: PhotographFolder
+    on_stored: Callable[[Path], None]
+
+
+class Asked(NamedTuple):
+    """A photograph to take. Survey and album stay with it: its picture may come when another one is flown."""
+
+    inspection: Inspection
+    album: Album
+    task: Task
+
+
 class Taken(NamedTuple):
     """A photograph whose picture is to come."""
 
-    inspection: Inspection
-    task: Task
+    asked: Asked
     record: PhotographRecord
     is_good: bool
 
 
 class Photographer:
-    """One camera and one folder.
+    """One camera.
 
     Args:
         say: told what goes wrong. on_shot: called after each shutter, in the thread of `work`.
 
     Attributes:
-        folder: where photographs go; None: no plan has come yet. shots: of the shutter. on_stored: called
-        with the path of each photograph that is stored. poses: of the UAV, for the records.
+        shots: of the shutter, in the survey that is flown. poses: of the UAV, for the records.
     """
 
     def __init__(self, say: Callable[[str], None], on_shot: Callable[[], None]) -> None:
         self._say, self._on_shot = say, on_shot
-        self.folder: PhotographFolder | None = None
-        self.on_stored: Callable[[Path], None] = lambda _: None
+        self._inspection: Inspection | None = None
+        self._album: Album | None = None
         self.shots = self._failures = 0
         self._is_due = self._is_last = False
-        self._due: queue.Queue[tuple[Inspection, Task, float]] = queue.Queue()
+        self._due: queue.Queue[tuple[Asked, float]] = queue.Queue()
         self.poses = RecentPoses()
         self._camera = CameraLink(self._store, self._lose)
         self._last = rospy.Publisher("~last_photograph", Image, queue_size=1, latch=True)
@@ -56,10 +69,18 @@ class Photographer:
         """Tilt the camera; pi / 2 looks straight up."""
         self._camera.tilt(angle_rad)
 
-    def take(self, inspection: Inspection, task: Task, stamp_s: float) -> None:
+    def begin(self, inspection: Inspection, album: Album) -> None:
+        """Take photographs of a survey from now on. Pictures of the one before still go into its album."""
+        if inspection is not self._inspection:
+            self.shots = 0
+        self._inspection, self._album, self._failures = inspection, album, 0
+
+    def take(self, task: Task, stamp_s: float) -> None:
         """Take a photograph as soon as `work` comes to it, where the UAV is at this time or later."""
+        assert self._inspection is not None
+        assert self._album is not None
         self._is_due, self._is_last = True, False
-        self._due.put((inspection, task, stamp_s))
+        self._due.put((Asked(self._inspection, self._album, task), stamp_s))
 
     def hurry(self) -> None:
         """Wait no longer for pictures than a UAV may that hovers at home: no more is to be taken."""
@@ -79,39 +100,41 @@ class Photographer:
         """Open the shutter when it is due, until ROS ends."""
         while not rospy.is_shutdown():
             try:
-                inspection, task, stamp_s = self._due.get(timeout=0.5)
+                asked, stamp_s = self._due.get(timeout=0.5)
             except queue.Empty:
                 self._camera.give_up_late(LAST_PICTURE_S if self._is_last else PICTURE_S)
                 continue
-            self._shoot(inspection, task, stamp_s)
+            self._shoot(asked, stamp_s)
             self._is_due = False
             self._on_shot()
 
-    def _shoot(self, inspection: Inspection, task: Task, stamp_s: float) -> None:
+    def _shoot(self, asked: Asked, stamp_s: float) -> None:
         try:
-            self._camera.shoot(stamp_s, partial(self._taken, inspection, task))
+            self._camera.shoot(stamp_s, partial(self._taken, asked))
         except CameraError as error:
-            self._miss(inspection, task, str(error))
+            self._miss(asked, str(error))
 
-    def _taken(self, inspection: Inspection, task: Task, told: Any) -> Taken:
+    def _taken(self, asked: Asked, told: Any) -> Taken:
         """Judge a photograph whose shutter has just opened, before its picture can come or be lost."""
+        inspection, _, task = asked
         stamp_s = told.stamp.to_sec()
         body = self.poses.at(stamp_s)
         record = record_of(task, stamp_s, body, messages.camera_in_body(told), told)
-        self.shots += 1
+        self.shots += inspection is self._inspection
         fault = inspection.judge(task, shot_of(record))
         if fault:
             rospy.loginfo("Photograph %d is shot again: %s.", task.number, fault)
-        return Taken(inspection, task, record, not fault)
+        return Taken(asked, record, not fault)
 
     def _store(self, taken: Taken, picture: np.ndarray) -> None:
         """Store a picture that has come, if it is good."""
-        self._failures = 0
-        if not taken.is_good or self.folder is None:
+        inspection, album, task = taken.asked
+        if inspection is self._inspection:
+            self._failures = 0
+        if not taken.is_good:
             return
-        inspection, task = taken.inspection, taken.task
         try:
-            path = self.folder.save(picture, taken.record)
+            path = album.folder.save(picture, taken.record)
         except PhotographError as error:
             rospy.logerr("%s", error)
             inspection.lost(task, str(error))
@@ -119,16 +142,18 @@ class Photographer:
             return
         name = f"Photograph {task.number}" if task.number > 0 else "A closer photograph"
         rospy.loginfo("%s is stored; %d are open.", name, len(inspection.todo.open))
-        self.on_stored(path)
+        album.on_stored(path)
         self._last.publish(messages.small(picture, rospy.Time.from_sec(taken.record.stamp_s)))
 
     def _lose(self, taken: Taken) -> None:
-        self._miss(taken.inspection, taken.task, "The camera's picture did not come, or it was cut.")
+        self._miss(taken.asked, "The camera's picture did not come, or it was cut.")
 
-    def _miss(self, inspection: Inspection, task: Task, why: str) -> None:
+    def _miss(self, asked: Asked, why: str) -> None:
         self._say(why)
+        inspection = asked.inspection
+        inspection.lost(asked.task, why)
+        if inspection is not self._inspection:
+            return
         self._failures += 1
-        inspection.lost(task, why)
         if self._failures >= CAMERA_TRIES:
-            self._failures = 0  # the next flight begins with as many tries
             inspection.abort(f"{why} It was asked {CAMERA_TRIES} times.", End.CAMERA)

@@ -74,6 +74,11 @@ class SecondLook:
         is_awaited = self._has_asked or (self._lacks_rest and lead.todo.next is None)
         return SearchState.SEARCHING if lead.awaits and is_awaited else SearchState.IDLE
 
+    @property
+    def lacks_rest(self) -> bool:
+        """Whether the photographs that a draft lacks have not been told yet."""
+        return self._lacks_rest
+
     def abort(self) -> None:
         """Await no more photographs. The next `look` ends the search."""
         self._is_aborted, self._inspection.awaits = True, False
