@@ -9,7 +9,7 @@ import pytest
 
 pytestmark = pytest.mark.ros
 
-kept_parameter = pytest.importorskip("node_tools.kept_parameter", reason="needs ROS")
+kept_parameter = pytest.importorskip("node_tools.restarts.kept_parameter", reason="needs ROS")
 BEGUN = "~begun"
 
 
@@ -96,7 +96,7 @@ def test_without_a_master_the_node_goes_on(server, monkeypatch):
     assert parameter.values == {"home": [1.0]}
 
 
-PRINT = "from node_tools.kept_parameter import launch_of_this_process as launch; print(launch())"
+PRINT = "from node_tools.restarts.launch import launch_of_this_process as launch; print(launch())"
 LAUNCH = f"""import subprocess, sys
 for _ in range(2):
     subprocess.run([*sys.argv[1:], sys.executable, "-c", {PRINT!r}], start_new_session=True)

@@ -11,7 +11,7 @@ import rospy
 from actionlib import ServerGoalHandle
 
 from node_tools.ending import Ending
-from node_tools.kept_parameter import KeptParameter
+from node_tools.restarts.kept_parameter import KeptParameter
 
 
 class BegunGoal:

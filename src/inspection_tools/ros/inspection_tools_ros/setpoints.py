@@ -14,7 +14,7 @@ import rospy
 from geometry_msgs.msg import Pose
 
 from inspection_tools.errors import ContradictionError
-from node_tools.kept_parameter import KeptParameter
+from node_tools.restarts.kept_parameter import KeptParameter
 
 TOPIC = "pos_setpoint"
 FIRST_S = 10.0

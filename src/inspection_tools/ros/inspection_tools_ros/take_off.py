@@ -6,7 +6,7 @@ import numpy as np
 
 from inspection_tools.planning import PathPlanner
 from node_tools.ending import Ending
-from node_tools.kept_parameter import KeptParameter
+from node_tools.restarts.kept_parameter import KeptParameter
 
 
 class TakeOffPlace:

@@ -57,8 +57,9 @@ threading.Thread(target=takes.work, daemon=True).start()
 told = {}
 for camera in ("hangs", "blind"):
     inspection = Inspection()
+    takes.begin(inspection, photographer.Album(None, lambda _: None))
     for task in TASKS[:3]:
-        takes.take(inspection, task, 10.0)
+        takes.take(task, 10.0)
         wait_for(lambda: not takes.is_shooting)
     takes.hurry()
     wait_for(lambda: not takes.waits)

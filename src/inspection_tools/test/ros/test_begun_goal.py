@@ -12,7 +12,7 @@ rospy = pytest.importorskip("rospy")
 from geometry_msgs.msg import Point, Pose  # noqa: E402
 
 from inspection_tools.msg import MissionActionGoal  # noqa: E402
-from node_tools import kept_parameter  # noqa: E402
+from node_tools.restarts import kept_parameter  # noqa: E402
 
 
 def goal(name="one", places=((1.0, 2.0, 3.0),), sender="/planner", stamp_s=5.0):

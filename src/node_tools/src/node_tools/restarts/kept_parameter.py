@@ -6,20 +6,16 @@ parameter. Therefore it also tells which launch it belongs to.
 
 from __future__ import annotations
 
-import os
 from contextlib import suppress
-from pathlib import Path
 from typing import Any, Mapping
 
 import rospy
 
 from node_tools.ending import Ending
+from node_tools.restarts.launch import launch_of_this_process
 
 LAUNCH = "launch"
 """Key of the launch in the parameter."""
-BOOT = Path("/proc/sys/kernel/random/boot_id")
-PARENT, START = 1, 19
-"""In /proc/PID/stat, behind the process's name: number of its parent, and when it began (proc(5): 4, 22)."""
 
 
 class KeptParameter:
@@ -64,25 +60,3 @@ class KeptParameter:
         with suppress(OSError, KeyError, rospy.ROSException):  # the master may have ended before
             if rospy.get_param(self._name, None) == self._told:
                 rospy.delete_param(self._name)
-
-
-def launch_of_this_process() -> str:
-    """Return which roslaunch started this process; the same again if it starts a node that died.
-
-    roslaunch gives each node a session of its own, also behind a launch-prefix. So it is the parent of the
-    session's leader. Its number may come again, on another day or in another container, but not with the
-    same start and boot.
-    """
-    leader = _status_of(os.getsid(0))
-    launch = int(leader[PARENT]) if leader else os.getppid()
-    began = _status_of(launch)[START:]
-    return f"{launch} {began[0] if began else 'unseen'} {BOOT.read_text(encoding='utf-8').strip()}"
-
-
-def _status_of(process: int) -> list[str]:
-    """Return what Linux tells of a process, behind its name; empty: it has ended, or is not to be seen."""
-    try:
-        told = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
-    except OSError:
-        return []
-    return told.rpartition(")")[2].split()

@@ -1,0 +1,1 @@
+"""What a node knows after it died and was started again."""
