@@ -2,17 +2,20 @@
 
 In-process: Experiment 1's forest flight (physics and flight controller at 250 Hz, UST at 40 Hz, filters,
 CEPA) in one thread without ROS; times are the thread's, so that what else the machine does hardly matters.
-Rays: scans of 1081 beams in the forest, through the simulator's own interface and by Embree alone. World
-size: the time of such a scan among 100 and among 10,000 trees of one density. Actors: what each walker around
-the lidar adds to a step of the physics and to a scan. Graph: experiment_1.launch as
-its user starts it, in real time, and then in lockstep as fast as possible; wall times, for an idle machine.
-The latency from scan to setpoint is that of the flight in real time, without lockstep.
+Peers (`--peers`): other simulators fly one quadrotor each, by turns with the flights in-process. Each is
+installed from the package registry into .peers/NAME at first. If this or its flight fails, a sentence tells
+why, and the rest is measured. Rays: scans of 1081 beams in the forest, through the simulator's own interface
+and by Embree alone. World size: the time of such a scan among 100 and among 10,000 trees of one density.
+Actors: what each walker around the lidar adds to a step of the physics and to a scan. Graph:
+experiment_1.launch as its user starts it, in real time, and then in lockstep as fast as possible; wall times,
+for an idle machine. The latency from scan to setpoint is that of the flight in real time, without lockstep.
 
-Keys: sim.inprocess.{rtf, rtf_wall}, sim.raycast.{mrays_s, embree_mrays_s}, sim.world_size.{scan_us_100,
-scan_us_10000, ratio}, sim.actors.{step_us, scan_us}, sim.graph.{rtf, cpu_s_per_s, lockstep_misses,
-latency_ms, latency_p99_ms}, sim.{launch_s, launch_cpu_s, hover_s, shutdown_s, cpu_cores_at_rtf1, memory_gb};
-with --soak sim.soak, with --soak-graph sim.soak_graph: the same through the ROS graph, with nodes killed and
-nonsense sent.
+Keys: sim.inprocess.{rtf, rtf_process, rtf_wall}, medians of five; sim.peers.NAME.{rtf, rtf_process, rtf_wall,
+ours_by_it, ours_by_it_process} or .left_out; sim.raycast.{mrays_s, embree_mrays_s, by_embree},
+sim.world_size.{scan_us_100, scan_us_10000, ratio}, sim.actors.{step_us, scan_us}, sim.graph.{rtf,
+cpu_s_per_s, lockstep_misses, latency_ms, latency_p99_ms}, sim.{launch_s, launch_cpu_s, hover_s, shutdown_s,
+cpu_cores_at_rtf1, memory_gb}; with --soak sim.soak, with --soak-graph sim.soak_graph: the same through the
+ROS graph, with nodes killed and nonsense sent.
 """
 
 from __future__ import annotations
@@ -28,12 +31,11 @@ from typing import Any, Callable, Sequence
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.shared.anchors import HEADING, Anchor, sources
-from benchmarks.shared.results import Results, options, table
-from benchmarks.simulator import graph, soak, soak_graph
+from benchmarks.peers.catalogue import PEERS
+from benchmarks.peers.environments import FOLDER
+from benchmarks.shared.results import ROOT, Results, options, table
+from benchmarks.simulator import forest, graph, soak, soak_graph
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Phase
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import (
     Collision,
@@ -50,6 +52,7 @@ from simulation_tools.simulation import Simulation
 from simulation_tools.world.world import PhysicsWorld
 
 PARTS = ("inprocess", "raycast", "world_size", "actors", "graph", "start")
+FLIGHTS, BRIEF_FLIGHTS = 5, 3
 SCANS, ROUNDS = 3000, 10
 SOAKS = {"soak": (60.0, soak), "soak_graph": (10.0, soak_graph)}
 """By name: simulated minutes, and the function that flies."""
@@ -59,6 +62,7 @@ TREES_PER_M2 = 0.06
 LIMITS = {
     "inprocess.rtf": (">=", 30.0),
     "raycast.mrays_s": (">=", 8.0),
+    "raycast.by_embree": (">=", 0.92),
     "world_size.ratio": ("<", 4.0),
     "graph.rtf": (">=", 5.0),
     "launch_s": ("<", 5.0),
@@ -69,22 +73,21 @@ LIMITS = {
 }
 """The limit of each metric."""
 
-EARLIER = "measured once, before this benchmark was written, on a machine of two cores that is not described"
-THESIS = "the thesis, on its author's machine"
-ANCHORS = {
-    "inprocess.rtf": Anchor("gym-pybullet-drones 22.3", f"one drone, PID at 240 Hz, no lidar; {EARLIER}"),
-    "raycast.mrays_s": Anchor("Embree alone 11", f"{EARLIER}; sim.raycast.embree_mrays_s is today's"),
-    "graph.rtf": Anchor("PX4 SITL 6 to 8", f"in lockstep with a minimal rigid body; {EARLIER}"),
-    "launch_s": Anchor("Gazebo with PX4 7", f"until all nodes are good to go; {THESIS}"),
-    "shutdown_s": Anchor("Gazebo with PX4 15", THESIS),
-}
-"""By the metric beside which it is printed."""
+THESIS = {"launch_s": "7, until all nodes are good to go", "shutdown_s": "15"}
+"""The thesis's own figures, of Gazebo with PX4 on its author's machine: constants, which no run measures."""
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print and write."""
     parser = options(__doc__)
     parser.add_argument("--parts", nargs="+", default=PARTS, choices=PARTS, help="measure only these parts")
+    parser.add_argument(
+        "--peers",
+        nargs="+",
+        default=(),
+        choices=tuple(PEERS),
+        help="simulators to fly beside the part inprocess",
+    )
     parser.add_argument("--soak", action="store_true", help="fly an hour of random goals and faults instead")
     parser.add_argument("--soak-graph", action="store_true", help="as --soak, with the whole ROS graph")
     parser.add_argument(
@@ -95,13 +98,30 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if given.soak or given.soak_graph:
         _soak("soak_graph" if given.soak_graph else "soak", given)
         return
+    if given.peers and "inprocess" not in given.parts:
+        parser.error("--peers fly beside the part inprocess; name it in --parts, too.")
     with Results("sim", given.results, vars(given)) as results:
-        metrics = {}
+        metrics, told = {}, ""
         for part in tqdm(given.parts, "parts"):
-            metrics.update(MEASURES[part]())
+            if part == "inprocess":
+                flown, told = _fly_beside(given, results)
+                metrics.update(flown)
+            else:
+                metrics.update(MEASURES[part]())
         for name, value in metrics.items():
             results.add(f"sim.{name}", value)
-        print(f"\n{metrics_table(metrics)}")
+        print("\n" + "\n\n".join(filter(None, (metrics_table(metrics), told))))
+
+
+def _fly_beside(given: argparse.Namespace, results: Results) -> tuple[dict[str, float], str]:
+    """Fly the forest, and the peers by turns; return our metrics, and the table of the peers."""
+    flights = BRIEF_FLIGHTS if given.brief else FLIGHTS
+    ours, peers = forest.fly_beside(given.peers, flights, ROOT / FOLDER)
+    for name, found in peers.items():
+        results.add(f"sim.peers.{name}", found)
+    hint = f"No other simulator flew beside ours; ask for them: --peers {' '.join(PEERS)}."
+    told = forest.peers_table(ours, peers) if peers else hint
+    return {f"inprocess.{name}": value for name, value in ours.items()}, told
 
 
 def _soak(kind: str, given: argparse.Namespace) -> None:
@@ -111,20 +131,6 @@ def _soak(kind: str, given: argparse.Namespace) -> None:
         metrics = flights.soak(given.minutes or minutes, given.seed)
         results.add(f"sim.{kind}", metrics)
         print(flights.summary(metrics))
-
-
-def measure_inprocess(flights: int = 3) -> dict:
-    """Fly the forest without ROS; return the median real-time factor of a few seeds, by CPU and by wall."""
-    by_cpu, by_wall = [], []
-    for seed in range(1, flights + 1):
-        with ClosedLoop(scenario_parameters("forest", seed=seed)) as loop:
-            loop.run_to(Phase.FLYING)
-            began_s, cpu_s, wall_s = loop.time_s, time.thread_time(), time.perf_counter()
-            loop.run_to(Phase.HOVERING)
-            flown_s = loop.time_s - began_s
-            by_cpu.append(flown_s / (time.thread_time() - cpu_s))
-            by_wall.append(flown_s / (time.perf_counter() - wall_s))
-    return {"inprocess.rtf": statistics.median(by_cpu), "inprocess.rtf_wall": statistics.median(by_wall)}
 
 
 def measure_raycast() -> dict:
@@ -160,6 +166,7 @@ def measure_raycast() -> dict:
         return {
             "raycast.mrays_s": rays_a_round / ours_s,
             "raycast.embree_mrays_s": rays_a_round / embree_s,
+            "raycast.by_embree": embree_s / ours_s,
         }
     finally:
         simulation.close()
@@ -238,7 +245,6 @@ def measure_graph() -> dict:
 
 
 MEASURES = {
-    "inprocess": measure_inprocess,
     "raycast": measure_raycast,
     "world_size": measure_world_size,
     "actors": measure_actors,
@@ -248,16 +254,13 @@ MEASURES = {
 
 
 def metrics_table(metrics: dict) -> str:
-    """Return the metrics beside their limits and anchors."""
+    """Return the metrics beside their limits and the thesis's own figures."""
     rows = []
     for name, value in metrics.items():
         sign, limit = LIMITS.get(name, ("", None))
         asked = "" if limit is None else f"{sign} {limit:g}"
-        rows.append((f"sim.{name}", f"{value:.3g}", asked, ANCHORS[name].text if name in ANCHORS else ""))
-    shown = [ANCHORS[name] for name in metrics if name in ANCHORS]
-    return "\n\n".join(
-        [table(("metric", "ours", "asked", HEADING), rows), *([sources(shown)] if shown else [])]
-    )
+        rows.append((f"sim.{name}", f"{value:.3g}", asked, THESIS.get(name, "")))
+    return table(("metric", "ours", "asked", "the thesis's own (constants)"), rows)
 
 
 def _thread_s(action: Callable[[], object]) -> float:

@@ -15,7 +15,6 @@ from benchmarks.shared import results as written_results
 from benchmarks.shared.results import Results, merge, table
 from benchmarks.shared.trials import run_all, trial_options
 from benchmarks.simulator import graph
-from benchmarks.slam_rows import goals
 from master_thesis.trials.trial import Trial
 
 
@@ -90,17 +89,16 @@ def test_tables_are_markdown():
 
 
 def test_what_is_not_measured_here_is_headed_so_and_has_a_source():
-    figures = {"inprocess.rtf": 30.0, "world_size.ratio": 1.3, "graph.rtf": 6.0}
-    told = sim.metrics_table(figures)
-    assert "| anchor, measured elsewhere |" in told.splitlines()[0]
-    for name in figures.keys() & sim.ANCHORS.keys():
-        assert f"- {sim.ANCHORS[name].text}: {sim.ANCHORS[name].source}" in told
-    assert "Embree alone" not in told  # what is not shown needs no source
-    assert "anchor, measured elsewhere" in goals.as_table({}).splitlines()[0]
     assert "ours / PX4 (anchor, measured elsewhere)" in px4.steps_table({}).splitlines()[0]
-    for anchor in (*sim.ANCHORS.values(), goals.ANCHOR, px4.RECORDED):
-        assert anchor.source
-        assert "this machine" not in anchor.source
+    assert px4.RECORDED.source
+    assert "this machine" not in px4.RECORDED.source
+
+
+def test_the_simulator_s_table_has_limits_and_no_other_constants_than_the_thesis_s():
+    lines = sim.metrics_table({"inprocess.rtf": 30.0, "launch_s": 4.0}).splitlines()
+    assert lines[0].split("|")[1:-1][-1].strip() == "the thesis's own (constants)"
+    assert [cell.strip() for cell in lines[2].split("|")[1:-1]] == ["sim.inprocess.rtf", "30", ">= 30", ""]
+    assert "7, until all nodes are good to go" in lines[3]
 
 
 def test_the_px4_benchmark_complains_of_what_is_more_than_ten_per_cent_off():
