@@ -1,4 +1,4 @@
-"""gridslam on logs and places of every kind: accuracy, CPU time and memory, beside goals and gmapping.
+"""gridslam on logs and places of every kind: accuracy, CPU time and memory, beside goals.
 
 `csail`, `aces`, `intel` and `corridor` are bags that `gridslam_replay` maps with gmapping's default
 thresholds, as a user would, with and without loop closure. Their paths are judged by the ATE after rigid
@@ -36,7 +36,6 @@ from typing import Any, Sequence
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.shared.anchors import sources
 from benchmarks.shared.results import ROOT, Results
 from benchmarks.shared.trials import trial_options
 from benchmarks.slam_rows import goals, hold
@@ -67,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
             measured.update(measure(row, seeds, given))
         for name, metrics in measured.items():
             results.add(f"slam.{name}", metrics)
-        print(f"\n{len(seeds)} seeds.\n\n{goals.as_table(measured)}\n\n{sources([goals.ANCHOR])}")
+        print(f"\n{len(seeds)} seeds.\n\n{goals.as_table(measured)}")
 
 
 def measure(row: str, seeds: Sequence[int], given: argparse.Namespace) -> dict[str, dict]:
