@@ -21,6 +21,7 @@ usage() {
 ./bringup.sh                                     fly Experiment 1 in the forest with CEPA's algorithm dynamic; print where the results are
 ./bringup.sh <launch file> [arg:=value ...]      start a launch file of master_thesis with its arguments
 ./bringup.sh test [pytest arguments]             run every test, four at a time; arguments go to pytest (-n 0: one at a time)
+./bringup.sh test --changed [REF]                run the tests that changes since REF (main) can touch; say what is left out
 ./bringup.sh bench [name [arguments]]            run all benchmarks, or one (NAME --help prints its arguments)
 ./bringup.sh report [--quick] [--only NAME ...]  fly every experiment of the thesis; write our results beside the thesis's as HTML
 ./bringup.sh setup                               set up only; then `source devel/setup.bash` and use roslaunch, rosrun, ...
@@ -110,8 +111,18 @@ report_results() {
   fi
 }
 
+# run_tests [--changed [REF]] [ARGUMENT ...]: runs all tests, or those that changes since REF can touch
 run_tests() {
+  local since=() chosen
   set_up --tests
+  if [[ ${1:-} == --changed ]]; then
+    shift
+    [[ -z ${1:-} || $1 == -* ]] || { since=("$1") && shift; }
+    chosen=$(env PYTHONPATH=scripts .venv/bin/python -m changed_tests "${since[@]}") || exit 1
+    [[ -n $chosen ]] || return 0
+    mapfile -t chosen <<<"$chosen"
+    set -- "${chosen[@]}" "$@"
+  fi
   load_workspace
   # Tests write only here, and their scripts run on .venv's Python, like the nodes.
   rm -rf logs/test

@@ -1,0 +1,1 @@
+"""Chooses the tests that a change can touch, for `./bringup.sh test --changed`."""
