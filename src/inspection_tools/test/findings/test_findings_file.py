@@ -1,5 +1,6 @@
 """Given a surveyor's decisions, they stay when the findings are made anew."""
 
+import errno
 import json
 from dataclasses import replace
 
@@ -40,6 +41,22 @@ def test_the_nearest_pairs_of_one_kind_count():
     near = replace(RUST, id=5, position_m=(0.0, 0.05, 0.0))
     assert pairs_of([RUST], [replace(RUST, position_m=(0.0, 0.2, 0.0)), near]) == [(0, 1)]
     assert pairs_of([RUST], [replace(CRACK, position_m=RUST.position_m)]) == []
+
+
+def test_a_full_disk_leaves_the_old_file_whole_and_no_rest(tmp_path, monkeypatch):
+    path = tmp_path / "findings.json"
+    write_findings(path, [RUST])
+    write_text = type(path).write_text
+
+    def full(self, text, **how):
+        write_text(self, text[: len(text) // 2], **how)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(type(path), "write_text", full)
+    with pytest.raises(ReportError, match=r"findings\.json cannot be written: No space left on device\."):
+        write_findings(path, [RUST, CRACK])
+    assert read_findings(path) == [RUST]
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_the_command_decides_and_refuses_in_one_sentence(tmp_path, capsys):

@@ -111,8 +111,17 @@ def test_a_missing_part_is_no_success_and_says_why(folder):
 
 
 def test_what_the_user_leaves_out_by_ctrl_c_is_no_failure_but_what_is_missing_is(folder):
-    content = {"success": True, "failure": None, "left_out": "clearance or pictures"}
-    assert folder.seal(1.0, content) == told(folder) == content
+    numbers = {"success": True, "failure": None}
+    folder.write_result(numbers)
+    folder.write_result({**numbers, "slam": {"ate_m": 0.1}})  # what was computed until then stays
+    found = folder.seal(1.0, "pictures")
+    assert found == told(folder) == {**numbers, "slam": {"ate_m": 0.1}, "left_out": "pictures"}
+
+
+def test_a_part_that_is_missing_is_missing_after_ctrl_c_too(folder):
+    folder.write_result({"success": True, "failure": None})
+    folder.lacks("There is no map.bt: the disk is full.")
+    assert folder.seal(1.0, "pictures")["success"] is told(folder)["success"] is False
 
 
 RESULT = {

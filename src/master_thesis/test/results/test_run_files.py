@@ -177,7 +177,8 @@ def test_all_files_of_a_run(tmp_path, description):
 
 def test_nothing_is_written_to_a_folder_that_is_sealed(tmp_path):
     folder = RunFolder(tmp_path, "experiment_1", datetime.now())
-    folder.seal(1.0, {"success": True})
+    folder.write_result({"success": True, "failure": None})
+    folder.seal(1.0, "pictures")
     late = threading.Thread(target=folder.write_files, args=({"flight.png": b"picture"},), daemon=True)
     late.start()
     late.join(0.2)

@@ -299,3 +299,16 @@ def test_a_file_that_cannot_be_written_stays_as_it_was(tmp_path, monkeypatch):
         replace_file(path, "after")
     assert path.read_text() == "before"
     assert [each.name for each in tmp_path.iterdir()] == ["x"]
+
+
+def test_a_full_disk_gives_one_sentence_and_no_traceback_at_the_end(tmp_path):
+    store = Store(tmp_path / "t.jsonl")
+    store._stream.close()
+    store._stream = open("/dev/full", "ab")  # noqa: SIM115
+    row = Row("a", "digest", "commit", "2026-11-28", 1.0, 1.0, 0.5, {"x": 1})
+    with pytest.raises(
+        TrialsError, match=r"Cannot write .*t\.jsonl: No space left on device; free some space"
+    ):
+        store.add(row)
+    store.close()  # what is still buffered cannot be written either
+    assert store._stream.closed

@@ -62,11 +62,15 @@ def _finding(path: Path, number: int, given: Any) -> Finding:
 
 
 def write_findings(path: Path, findings: Sequence[Finding]) -> None:
-    """Write a file of findings, whole or not at all. Raises OSError."""
+    """Write a file of findings, whole or not at all. Raises ReportError."""
     rows = ",\n".join(json.dumps(asdict(each)) for each in findings)
     partial = path.with_name(path.name + ".part")
-    partial.write_text(f'{{"frame": "map", "findings": [\n{rows}\n]}}\n', encoding="utf-8")
-    os.replace(partial, path)
+    try:
+        partial.write_text(f'{{"frame": "map", "findings": [\n{rows}\n]}}\n', encoding="utf-8")
+        os.replace(partial, path)
+    except OSError as error:
+        partial.unlink(missing_ok=True)
+        raise ReportError(f"{path} cannot be written: {error.strerror}.") from None
 
 
 def pairs_of(before: Sequence[Finding], now: Sequence[Finding]) -> list[tuple[int, int]]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Sequence
@@ -121,9 +122,12 @@ def write_coverage(
             for point, area in zip(p.points_m[missing], p.areas_m2[missing].tolist())
         ],
     }
+    partial = path.with_name(path.name + ".part")
     try:
-        path.write_text(json.dumps(record), encoding="utf-8")
+        partial.write_text(json.dumps(record, allow_nan=False), encoding="utf-8")
+        os.replace(partial, path)
     except OSError as error:
+        partial.unlink(missing_ok=True)
         raise SurveyError(f"{path} cannot be written: {error.strerror}.") from None
     whole = SurfaceRecord(
         p.points_m, p.normals, p.areas_m2, p.parts, p.names, shown, reachable, p.grid.side_m

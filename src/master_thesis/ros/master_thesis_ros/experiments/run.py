@@ -100,10 +100,11 @@ class Run:
         return replace(description, parameters=parameters), wall
 
     def complete_bag(self) -> None:
-        """Stop recording, if there is a recorder."""
+        """Stop recording, if there is a recorder. A bag that is not whole is missing in the results."""
         problem = self._recorder.close() if self._recorder else None
         if problem:
             rospy.logerr(problem)
+            self.folder.lacks(problem)
 
     def finish(
         self, content: dict, headline: Callable[[dict], str], complete: Callable[[dict], dict], what: str
@@ -123,7 +124,7 @@ class Run:
         def leave_it_out() -> int:
             rospy.logwarn(f"Interrupted: the results are without {what}.")
             try:
-                told = self.folder.seal(WRITING_S, {**content, "left_out": what})
+                told = self.folder.seal(WRITING_S, what)
             except ResultsError as error:
                 rospy.logfatal("%s", error)
                 return 1

@@ -36,6 +36,7 @@ class RunFolder:
         """
         self._writing = threading.Lock()
         self._missing: list[str] = []
+        self._newest: dict = {}
         parent = Path(root).expanduser().resolve() / experiment
         stamp = started.strftime("%Y-%m-%d_%H-%M-%S")
         try:
@@ -57,6 +58,7 @@ class RunFolder:
 
         is_whole: all other files are written. Until then, and if a part is missing, it tells no success.
         """
+        self._newest = content
         told = self._told(content, is_whole)
         self.write_json(RESULT, told)
         return told
@@ -74,14 +76,14 @@ class RunFolder:
         for name, content in contents.items():
             self._write(name, content)
 
-    def seal(self, patience_s: float, content: dict) -> dict:
-        """Allow no more files, because the process ends. Return the content of result.json, the last file.
+    def seal(self, patience_s: float, left_out: str) -> dict:
+        """Allow no more files, because the user ends the process. Return the content of result.json.
 
-        patience_s: wall time to wait for a file that is being written. content: of result.json, in which
-        the caller says what is left out.
+        It is the newest that `write_result` was given, and says what the user leaves out, in words.
+        patience_s: wall time to wait for a file that is being written.
         """
         self._writing.acquire(timeout=patience_s)
-        told = self._told(content, is_whole=True)
+        told = self._told({**self._newest, "left_out": left_out}, is_whole=True)
         self._replace(self.path / RESULT, _json(told))
         return told
 

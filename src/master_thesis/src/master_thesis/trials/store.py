@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import fcntl
 import json
 import os
@@ -90,7 +91,8 @@ class Store:
 
     def close(self) -> None:
         """Unlock the file."""
-        self._stream.close()
+        with contextlib.suppress(OSError):  # of a full disk, which `add` has told
+            self._stream.close()
         self._lock.close()
 
     def __enter__(self) -> Store:
