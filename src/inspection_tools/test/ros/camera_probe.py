@@ -30,7 +30,7 @@ class Inspection:
     def lost(self, task, why):
         self.lost_ones.append((task.number, why))
 
-    def abort(self, reason, end):
+    def come_home(self, reason, end):
         self.aborts.append((end.value, reason))
 
 

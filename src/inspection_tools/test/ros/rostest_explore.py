@@ -244,6 +244,15 @@ class ExploreTest(unittest.TestCase):
     def test_z_its_threads_take_locks_in_one_order(self):
         self.assertEqual(take_report(NODE), "")
 
+    def test_9a_a_single_pose_far_off_is_left_out(self):
+        self.begin("wild pose")
+        self.be((2000.0, 5.0, 2.0))
+        self.warned.wait_for("m off the one before; it is left out")
+        self.feedback.last = None
+        self.fly(lambda: self.feedback.last is not None and self.feedback.last.feedback.phase == "exploring")
+        self.assertTrue(self.services["abort"]().success)
+        self.assertTrue(self.end_of("wild pose").is_home)
+
     def target_m(self):
         """Return where the node sends the UAV."""
         target = self.setpoints.last

@@ -138,7 +138,7 @@ class Photographer:
         except PhotographError as error:
             rospy.logerr("%s", error)
             inspection.lost(task, str(error))
-            inspection.abort(str(error), End.STORAGE)
+            inspection.come_home(str(error), End.STORAGE)
             return
         name = f"Photograph {task.number}" if task.number > 0 else "A closer photograph"
         rospy.loginfo("%s is stored; %d are open.", name, len(inspection.todo.open))
@@ -156,4 +156,4 @@ class Photographer:
             return
         self._failures += 1
         if self._failures >= CAMERA_TRIES:
-            inspection.abort(f"{why} It was asked {CAMERA_TRIES} times.", End.CAMERA)
+            inspection.come_home(f"{why} It was asked {CAMERA_TRIES} times.", End.CAMERA)

@@ -7,7 +7,7 @@ from typing import Protocol, Sequence
 
 import numpy as np
 
-from inspection_tools.energy.decision import Decision, EnergyWatch, WayHome
+from inspection_tools.energy.decision import Decision, EnergyWatch, Verdict, WayHome
 from inspection_tools.errors import NoPathError
 from inspection_tools.planning import PathPlanner
 
@@ -58,11 +58,13 @@ class WayBack:
         """Since when the UAV is near its home; None: it is not."""
         self._over_s: float | None = None
         """Since when it is over its home; None: it is not."""
+        self._is_low = False
 
     def begin(self, home_m: np.ndarray) -> None:
         """Begin a flight. Only the first one's home counts."""
         self.home_m = home_m if self.home_m is None else self.home_m
         self._near_s = self._over_s = None
+        self._is_low = False
         if self._energy is not None:
             self._energy.take_off()
 
@@ -124,6 +126,12 @@ class WayBack:
             except NoPathError:
                 self.way_m = np.array([here_m, *self.track_back_m, self.home_m])
         return self._energy.decide(stamp_s, self.way)
+
+    def turns_low(self, decision: Decision) -> bool:
+        """Return whether the energy says so for the first time in this flight: then a pause ends."""
+        was_low = self._is_low
+        self._is_low = was_low or decision.verdict is not Verdict.GO_ON
+        return self._is_low and not was_low
 
 
 def without_loops(places_m: Sequence[np.ndarray], reach_m: float) -> list[np.ndarray]:

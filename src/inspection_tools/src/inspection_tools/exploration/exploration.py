@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 import time
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
 
 from inspection_tools.energy import EnergyWatch, Verdict, WayBack, WayHome
-from inspection_tools.errors import NoPathError
+from inspection_tools.errors import MapError, NoPathError
 from inspection_tools.exploration.explorer import Decision, Explorer
 from inspection_tools.exploration.guide import Guide
 from inspection_tools.exploration.leftovers import Why
@@ -110,7 +111,7 @@ class Exploration:
         self._back.restart_clock(stamp_s)
 
     def pause(self, here_m: np.ndarray) -> None:
-        """Hover at a place (x, y, z) until `resume`, `abort`, or until the energy says to come home."""
+        """Hover at a place (x, y, z) until `resume`, `abort`, or the energy begins to say: come home."""
         self._guide.pause(here_m)
 
     def resume(self) -> None:
@@ -119,7 +120,8 @@ class Exploration:
         self._look_s, self._stay = -math.inf, Stay()
 
     def abort(self, reason: str) -> None:
-        """Come home."""
+        """Come home, unless it does already; a pause ends."""
+        self.resume()
         self._end(End.ABORTED, reason)
 
     @property
@@ -176,7 +178,8 @@ class Exploration:
         self._look_s = stamp_s
         been_m, self._been_m = self._been_m, []
         for place_m in (*been_m, here_m):
-            self._planner.take_as_free(place_m, self._planner.parameters.radius)
+            with suppress(MapError):  # no map reaches so far
+                self._planner.take_as_free(place_m, self._planner.parameters.radius)
             self._steep.note(place_m)
         self._mind_the_energy(stamp_s, here_m)
         self._is_held_off = self._guide.is_held_off(stamp_s)
@@ -215,9 +218,11 @@ class Exploration:
             self.must_land = True
         if decision.verdict is not Verdict.GO_ON:
             self._end(End.BATTERY, decision.reason)
+            if self._back.turns_low(decision):
+                self.resume()
 
     def _end(self, end: End, reason: str) -> None:
-        """End, unless it has ended already."""
+        """Come home, unless it does already. If it is paused, then after the pause."""
         if self.told.end is None:
             self.told.end, self.told.reason = end, reason
             self._guide.stop()
@@ -317,6 +322,8 @@ class Exploration:
         return stamp_s < self._shut_in_s + BACK_S
 
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
+        if self.is_paused:  # since this look began
+            return
         self._stay.note(stamp_s, here_m)
         is_near = math.dist(here_m, self.home_m) < HELD_OFF * self._p.arrived
         if self._back.may_land(stamp_s, here_m) or (self._is_held_off and is_near):

@@ -54,7 +54,7 @@ class Guide:
         self._progress, self._hovers_s, self._slow_until_s = Progress(), None, -math.inf
 
     def pause(self, here_m: np.ndarray) -> None:
-        """Hover at a place (x, y, z) until `resume` or `stop`."""
+        """Hover at a place (x, y, z) until `resume`."""
         with self._lock:
             self.is_paused, self._way = True, Way([here_m])
 
@@ -64,9 +64,10 @@ class Guide:
             self.is_paused = False
 
     def stop(self) -> None:
-        """Drop the way, and end a pause."""
+        """Drop the way, unless it is paused."""
         with self._lock:
-            self.is_paused, self._way = False, Way()
+            if not self.is_paused:
+                self._way = Way()
 
     def set_out(self, way: Way) -> None:
         """Take another way, unless it is paused."""

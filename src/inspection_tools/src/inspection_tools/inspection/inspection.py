@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import threading
+from contextlib import suppress
 from dataclasses import replace
 from enum import Enum
 from typing import Sequence
@@ -14,7 +15,7 @@ from typing import Sequence
 import numpy as np
 
 from inspection_tools.energy import EnergyWatch, Verdict, WayHome
-from inspection_tools.errors import NoPathError
+from inspection_tools.errors import MapError, NoPathError
 from inspection_tools.exploration.way import Way
 from inspection_tools.inspection.homing import Homing
 from inspection_tools.inspection.leg import PhotographLeg
@@ -76,6 +77,8 @@ class Inspection:
         self._leg: PhotographLeg | None = None
         self._been_m: list[np.ndarray] = []
         self._began_s, self._look_s = math.nan, -math.inf
+        self._now_s = 0.0
+        """Stamp of the newest pose."""
         self._no_way_s: float | None = None
         """Since when no open photograph has a way; None: one has."""
         self._held_off: tuple[np.ndarray, np.ndarray] | None = None
@@ -113,11 +116,13 @@ class Inspection:
         """Go on from a place (x, y, z) after the clock jumped back: what was timed begins anew."""
         with self._lock:
             self._began_s, self._look_s, self._no_way_s = stamp_s, -math.inf, None
-            self._way, self._leg = Way([here_m]), None
+            self._now_s = stamp_s
+            if not self._is_paused:
+                self._way, self._leg = Way([here_m]), None
             self._homing.restart_clock(stamp_s)
 
     def pause(self, here_m: np.ndarray) -> None:
-        """Hover at a place until `resume`, `abort`, or until the energy says to come home."""
+        """Hover at a place until `resume`, `abort`, or the energy begins to say: come home."""
         with self._lock:
             self._is_paused, self._way, self._leg = True, Way([here_m]), None
 
@@ -126,13 +131,19 @@ class Inspection:
         with self._lock:
             self._is_paused, self._look_s = False, -math.inf
 
-    def abort(self, reason: str, end: End = End.ABORTED) -> None:
-        """Come home, unless it does already."""
+    def abort(self, reason: str) -> None:
+        """Come home, unless it does already; a pause ends."""
+        with self._lock:
+            self.resume()
+            self.come_home(reason, End.ABORTED)
+
+    def come_home(self, reason: str, end: End) -> None:
+        """Come home, unless it does already. If it is paused, then after the pause."""
         with self._lock:
             if self.end is None:
-                self.end, self.reason = end, reason
-                self._is_paused, self._way, self._leg = False, Way(), None
-                self._look_s = -math.inf
+                self.end, self.reason, self._look_s = end, reason, -math.inf
+                if not self._is_paused:
+                    self._way, self._leg = Way(), None
 
     @property
     def is_paused(self) -> bool:
@@ -176,7 +187,7 @@ class Inspection:
         """Take a pose. Return whether it is time to `look`."""
         if self._homing.home_m is None:
             return False
-        here_m = motion.place_m
+        here_m, self._now_s = motion.place_m, motion.stamp_s
         with self._lock:
             if not self._been_m or math.dist(here_m, self._been_m[-1]) > BEEN_M:
                 self._been_m.append(here_m)
@@ -219,8 +230,7 @@ class Inspection:
 
     def look_closer(self, point_m: np.ndarray, here_m: np.ndarray, distance_m: float) -> Task | None:
         """Photograph a point from nearer now, and then go on. None: no place near it can be flown to."""
-        stamp_s = max(self._look_s, 0.0)
-        view = view_of_point(self._planner, point_m, here_m, distance_m, self._p.camera_m, stamp_s)
+        view = view_of_point(self._planner, point_m, here_m, distance_m, self._p.camera_m, self._now_s)
         if view is None:
             return None
         with self._lock:
@@ -247,24 +257,25 @@ class Inspection:
     def look(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Check the way at a place (x, y, z), and decide anew if it is time to."""
         self._look_s = stamp_s
-        if not self._planner.has_map:
-            return
         with self._lock:
             been_m, self._been_m = self._been_m, []
             held_off, self._held_off = self._held_off, None
         if held_off is not None:
             self._homing.close_ahead(stamp_s, *held_off)
         for place_m in (*been_m, here_m):
-            self._planner.take_as_free(place_m, self._planner.parameters.radius)
+            with suppress(MapError):  # no map reaches so far
+                self._planner.take_as_free(place_m, self._planner.parameters.radius)
         decision = self._homing.decide(stamp_s, here_m)
         if decision is not None and decision.verdict is not Verdict.GO_ON:
             self.must_land = self.must_land or decision.verdict is Verdict.LAND
-            self.abort(decision.reason, End.BATTERY)
+            self.come_home(decision.reason, End.BATTERY)
+            if self._homing.turns_low(decision):
+                self.resume()
         if self.end is None and stamp_s - self._began_s > self._p.time_max:
-            self.abort(f"The time of {self._p.time_max:g} s is over.", End.TIME)
+            self.come_home(f"The time of {self._p.time_max:g} s is over.", End.TIME)
         if self._is_paused:
             return
-        if self.end is None:
+        if self.end is None and self._planner.has_map:
             self._go_on(stamp_s, here_m)
         if self.end is not None:
             self._go_home(stamp_s, here_m)
@@ -282,11 +293,15 @@ class Inspection:
             self._set_out_for_any(stamp_s, here_m)
             return
         if not self.awaits:
-            self.abort(self.lacks or self.todo.told(), End.ABORTED if self.lacks else End.DONE)
+            self.come_home(self.lacks or self.todo.told(), End.ABORTED if self.lacks else End.DONE)
         elif self._homing.near_home_s(stamp_s, here_m) > self._p.search_hover:
-            self.abort("The photographs are still being searched. The UAV lands meanwhile.", End.SEARCHING)
+            words = "The photographs are still being searched. The UAV lands meanwhile."
+            self.come_home(words, End.SEARCHING)
         else:
             self._go_home(stamp_s, here_m)
+
+    def _is_clear(self, here_m: np.ndarray, rest_m: list[np.ndarray], stamp_s: float) -> bool:
+        return self._planner.has_map and self._legs.is_clear(here_m, rest_m, stamp_s)
 
     def _set_out_for_any(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Set out for the first photograph that there is a way to. The others before it have failed.
@@ -327,18 +342,21 @@ class Inspection:
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         assert self.home_m is not None
         with self._lock:
+            if self._is_paused:  # since this look began
+                return
             self.front_rad, self.tilt_rad, rest_m = None, 0.0, self._way.rest_m
-        if self._homing.may_land(stamp_s, here_m):
-            self.is_home = self.end is not None
-            return
+            if self._homing.may_land(stamp_s, here_m):
+                self.is_home = self.end is not None
+                return
         is_stuck = self._homing.is_stuck(stamp_s, here_m)
         if is_stuck and rest_m:
             self._homing.close_ahead(stamp_s, here_m, rest_m[0])
-        elif rest_m and not self._homing.is_by_track and self._legs.is_clear(here_m, rest_m, stamp_s):
+        elif rest_m and not self._homing.is_by_track and self._is_clear(here_m, rest_m, stamp_s):
             return
         way_m = self._homing.next_way(stamp_s, here_m, is_stuck)
         if way_m is not None:
             # The planner knows no way along the track: each of its places counts.
             way = Way(way_m) if self._homing.is_by_track else self._legs.along(way_m, stamp_s, here_m)
             with self._lock:
-                self._way = way
+                if not self._is_paused:
+                    self._way = way
