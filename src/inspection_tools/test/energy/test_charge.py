@@ -67,13 +67,41 @@ def test_an_old_reading_does_not_count():
     assert sentences[1] == "The battery's reading is older than one before it, so it does not count."
 
 
-def test_a_reading_from_before_a_jump_of_the_clock_does_not_shut_out_those_after_it():
-    charge, _ = told((100.0, 0.5))
-    charge.restart_clock(0.0)
-    sentences = [charge.offer(stamp_s, value) for stamp_s, value in ((100.5, 0.5), (0.5, 0.5), (1.0, 0.1))]
-    assert sentences == ["", "", ""]
-    assert charge.at(1.0) == 0.1
-    assert charge.heard_s == 1.0
+@pytest.mark.parametrize("wrong", [0.0, 0.11, 0.64])
+def test_a_single_reading_that_falls_all_at_once_does_not_count(wrong):
+    charge, sentences = told((0.0, 0.7), (2.0, wrong), (4.0, 0.69))
+    assert sentences == [
+        "",
+        f"The battery's charge fell from 70% to {wrong:.0%} all at once, so it counts when the next reading "
+        "confirms it.",
+        "",
+    ]
+    assert charge.at(4.0) == 0.69
+
+
+def test_a_fall_that_the_next_reading_confirms_counts():
+    charge, sentences = told((0.0, 0.7), (2.0, 0.0), (4.0, 0.0))
+    assert sentences[2] == ""
+    assert charge.at(4.0) == 0.0
+    assert charge.heard_s == 4.0
+
+
+def test_two_readings_that_fall_apart_confirm_the_higher_one():
+    charge, _ = told((0.0, 0.7), (2.0, 0.4), (4.0, 0.0))
+    assert charge.at(4.0) == 0.4
+    assert told((0.0, 0.7), (2.0, 0.0), (4.0, 0.4))[0].at(4.0) == 0.4
+
+
+def test_wrong_readings_that_come_now_and_then_never_count():
+    charge, _ = told(*((float(i), 0.0 if i % 2 else 0.9 - 0.001 * i) for i in range(100)))
+    assert charge.at(99.0) > 0.75
+
+
+def test_a_charge_that_fell_while_nothing_was_heard_counts_at_once():
+    """It sinks by 1 / 600 in a second, so 10 % in a minute are no surprise."""
+    charge, sentences = told((0.0, 0.7), (60.0, 0.58))
+    assert sentences[1] == ""
+    assert charge.at(60.0) == 0.58
 
 
 @given(st.lists(st.tuples(st.floats(0.0, 20.0), ANY), max_size=60))

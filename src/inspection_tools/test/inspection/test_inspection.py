@@ -215,25 +215,6 @@ def test_a_closer_look_is_taken_squarely_however_flat_the_uav_sees_the_point():
     assert -back_m[1] / np.linalg.norm(back_m) > 0.97
 
 
-def test_after_the_clock_jumped_back_it_goes_on_and_minds_the_battery():
-    energy = EnergyWatch(EnergyParameters(endurance=60.0))
-    lead = inspection(energy=energy)
-    uav = Uav(lead)
-    uav.stamp_s = 500.0
-    energy.offer(uav.stamp_s, 0.9)
-    while len(uav.asked) < 1:
-        uav.step()
-    uav.stamp_s -= 400.0
-    lead.restart_clock(uav.stamp_s, uav.place_m)
-    assert energy.offer(uav.stamp_s, 0.9) == ""
-    while len(uav.asked) < 2:
-        uav.step()
-    assert lead.end is None
-    energy.offer(uav.stamp_s, 0.3)
-    uav.fly(uav.stamp_s + 60.0)
-    assert (lead.end, lead.is_home) == (End.BATTERY, True)
-
-
 def test_a_picture_that_is_lost_is_taken_again_even_on_the_way_home():
     lead = inspection(VIEWS[:1])
     uav = Uav(lead)

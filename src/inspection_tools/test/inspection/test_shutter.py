@@ -105,7 +105,7 @@ def test_where_rest_comes_and_goes_the_shutter_opens_at_the_first_of_it():
     lead.look(0.0, HOME_M)
     shots_s = []
     for step in range(80):
-        moved = replace(motion, stamp_s=0.1 * step, speed=0.05 if step % 12 == 0 else 0.4)
+        moved = replace(motion, time_s=0.1 * step, speed=0.05 if step % 12 == 0 else 0.4)
         lead.follow(moved)
         if lead.shutter(moved) is not None:
             shots_s.append(0.1 * step)
@@ -118,8 +118,8 @@ def test_a_uav_that_is_kept_off_a_little_shoots_where_it_comes_to_rest():
     lead.look(0.0, HOME_M)
     shots_s = []
     for step in range(40):
-        lead.follow(replace(motion, stamp_s=0.1 * step, speed=0.5 if step < 10 else 0.0))
-        if lead.shutter(replace(motion, stamp_s=0.1 * step)) is not None:
+        lead.follow(replace(motion, time_s=0.1 * step, speed=0.5 if step < 10 else 0.0))
+        if lead.shutter(replace(motion, time_s=0.1 * step)) is not None:
             shots_s.append(0.1 * step)
     assert shots_s == [pytest.approx(1.0 + QUICK.rest, abs=0.11)]
 

@@ -31,12 +31,12 @@ class SurveyBarrier:
         """Take a scan."""
         self._scan, self._wall_s = scan, time.monotonic()
 
-    def is_ready(self, pose_s: float | None) -> bool:
-        """Return whether pose and map are as new as the scan. pose_s: stamp of the newest pose."""
+    def is_ready(self, pose_s: float) -> bool:
+        """Return whether pose and map are as new as the scan. pose_s: stamp of the newest pose, or -inf."""
         if self._scan is None:
             return False
         stamp_s = self._scan.stamp.to_sec()
-        if pose_s is None or pose_s < stamp_s - 1e-6:
+        if pose_s < stamp_s - 1e-6:
             return False
         return stamp_s - self.map_s <= MAP_LATE_S or time.monotonic() - self._wall_s >= STARVED_S
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from dataclasses import dataclass, field
 from typing import Any, Callable
@@ -23,14 +24,15 @@ from inspection_tools_ros.surveying.goals import SurveyGoals
 class Flown:
     """What is flown. Read and change it under the lock; the planner has its own.
 
-    lock: over the action server's own. inspection, motion: None: nothing has come yet. is_active: a goal is
-    being flown.
+    lock: over the action server's own. inspection, motion: None: nothing has come yet. stamp_s: of the
+    motion's pose, by its message; the motion has a time that nobody sets. is_active: a goal is being flown.
     """
 
     lock: threading.Condition
     planner_lock: threading.Lock = field(default_factory=threading.Lock)
     inspection: Inspection | None = None
     motion: Motion | None = None
+    stamp_s: float = -math.inf
     is_active: bool = False
 
 

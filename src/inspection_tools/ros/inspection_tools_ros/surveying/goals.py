@@ -152,7 +152,7 @@ class SurveyGoals:
             home_m = np.array(self._begun["home"])
             inspection.begin(self._begun["began"], motion.place_m, home_m, time_max_s)
         else:
-            inspection.begin(motion.stamp_s, motion.place_m, time_max_s=time_max_s)
+            inspection.begin(motion.time_s, motion.place_m, time_max_s=time_max_s)
             assert inspection.home_m is not None
-            self._begun.begin(new.identity, home=inspection.home_m.tolist(), began=motion.stamp_s)
+            self._begun.begin(new.identity, home=inspection.home_m.tolist(), began=motion.time_s)
         rospy.loginfo("The survey begins: %d photographs are open.", len(inspection.todo.open))

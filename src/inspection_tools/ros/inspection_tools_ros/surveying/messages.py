@@ -25,14 +25,14 @@ ARROW_M = 0.6
 SMALL_PX = 648
 
 
-def motion_of(odometry: Odometry, place_m: Vector3, yaw_rad: float) -> Motion:
-    """Return the motion of an odometry whose place and yaw in the map are these."""
+def motion_of(odometry: Odometry, time_s: float, place_m: Vector3, yaw_rad: float) -> Motion:
+    """Return the motion of an odometry whose steady time, place and yaw in the map are these."""
     linear = odometry.twist.twist.linear
     speed = math.sqrt(linear.x**2 + linear.y**2 + linear.z**2)
     angular = odometry.twist.twist.angular
     _, orientation = conversions.pose_of(odometry.pose.pose)
     turn = heading_rate(orientation, (angular.x, angular.y, angular.z))
-    return Motion(odometry.header.stamp.to_sec(), np.array(place_m), yaw_rad, speed, turn)
+    return Motion(time_s, np.array(place_m), yaw_rad, speed, turn)
 
 
 def stamped_pose(odometry: Odometry, place_m: Vector3, yaw_rad: float) -> StampedPose:

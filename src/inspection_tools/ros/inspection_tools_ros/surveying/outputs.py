@@ -40,15 +40,18 @@ class SurveyOutputs:
         self.tell_search(SearchState.IDLE)
         self._markers = rospy.Publisher("~markers", MarkerArray, queue_size=1, latch=True)
 
-    def send(self, inspection: Inspection, motion: Motion) -> None:
-        """Publish where to fly and to tilt, if that is new, and where the front is to point."""
+    def send(self, inspection: Inspection, motion: Motion, stamp_s: float) -> None:
+        """Publish where to fly and to tilt, if that is new, and where the front is to point.
+
+        stamp_s: of the motion's message.
+        """
         setpoint_m = inspection.setpoint_m
         if setpoint_m is not None and setpoint_m is not self._sent_m:
             self._sent_m = setpoint_m
             self._setpoints.send(Pose(Point(*setpoint_m), Quaternion(0.0, 0.0, 0.0, 1.0)))
         if inspection.front_rad is not None:
             turn = inspection.front_rad - motion.yaw_rad
-            header = Header(stamp=rospy.Time(motion.stamp_s), frame_id=self._base_frame)
+            header = Header(stamp=rospy.Time(stamp_s), frame_id=self._base_frame)
             self._fronts.publish(Vector3Stamped(header, Vector3(math.cos(turn), math.sin(turn), 0.0)))
         if inspection.tilt_rad != self._sent_tilt:
             self._sent_tilt = inspection.tilt_rad
@@ -62,12 +65,12 @@ class SurveyOutputs:
 
     def is_time_to_tell(self, motion: Motion) -> bool:
         """Return whether the last markers and feedback are old, once."""
-        if 0.0 <= motion.stamp_s - self._told_s < TELL_S:
+        if motion.time_s - self._told_s < TELL_S:
             return False
-        self._told_s = motion.stamp_s
+        self._told_s = motion.time_s
         return True
 
-    def show(self, inspection: Inspection, motion: Motion) -> None:
-        """Publish the markers."""
-        header = Header(stamp=rospy.Time(motion.stamp_s), frame_id=self._goal_frame)
+    def show(self, inspection: Inspection, motion: Motion, stamp_s: float) -> None:
+        """Publish the markers. stamp_s: of the motion's message."""
+        header = Header(stamp=rospy.Time(stamp_s), frame_id=self._goal_frame)
         self._markers.publish(messages.markers_of(inspection, motion.place_m, header))

@@ -1,7 +1,8 @@
 """The charge of the battery in flight, from readings that may be wrong or missing.
 
 In flight a charge only sinks. So the lowest reading counts, drained since then at the mean rate. This one
-rule covers readings that are coarse, NaN, frozen, jump up or do not come.
+rule covers readings that are coarse, NaN, frozen, jump up or do not come. A reading that falls all at once
+counts when the next one confirms it: a single wrong one would land the UAV for good.
 """
 
 from __future__ import annotations
@@ -13,12 +14,12 @@ from inspection_tools.energy.parameters import EnergyParameters
 LEAST_SHARE_OF_RATE = 0.5
 """A UAV in flight draws at least this share of what `endurance` says."""
 
-LATEST_S = 2.0
-"""A reading that is older than the last one by more comes from a clock that jumped back."""
-
 
 class Charge:
-    """The charge and the rate at which it sinks, since the last `reset`. Times in s, charges 0..1."""
+    """The charge and the rate at which it sinks, since the last `reset`.
+
+    Times in s, of a clock that nobody sets (see `SteadyTime`); charges 0..1.
+    """
 
     def __init__(self, parameters: EnergyParameters) -> None:
         self._parameters = parameters
@@ -28,36 +29,50 @@ class Charge:
         """Forget everything, as at a take-off, with a battery that may be another one."""
         self.heard_s: float | None = None
         self._sunk: deque[tuple[float, float]] = deque()
-
-    def restart_clock(self, stamp_s: float) -> None:
-        """Count the last charge as told now: the clock jumped back."""
-        if self._sunk:
-            self.heard_s, self._sunk = stamp_s, deque([(stamp_s, self._sunk[-1][1])])
+        self._doubted: float | None = None
+        """The last reading, if it fell all at once and waits for the next one."""
 
     def offer(self, stamp_s: float, charge: float) -> str:
         """Take in a reading; return one sentence if it is not believed, else nothing."""
         if not 0.0 <= charge <= 1.0:
             return f"The battery's charge is {charge}, not a number from 0 to 1, so the last good one counts."
         if not self._sunk:
-            self.heard_s = stamp_s
-            self._sunk.append((stamp_s, charge))
+            self._believe(stamp_s, charge)
             return ""
-        if stamp_s < self._sunk[-1][0] - LATEST_S:
-            # Also after `restart_clock`: a reading from before the jump may arrive after it.
-            self.restart_clock(stamp_s)
-        lowest = self._sunk[-1][1]
-        if stamp_s < self._sunk[-1][0]:
+        last_s, lowest = self._sunk[-1]
+        if stamp_s < last_s:
             return "The battery's reading is older than one before it, so it does not count."
         if charge > lowest + self._parameters.largest_rise:
+            self._doubted = None
             return (
                 f"The battery's charge jumped up from {lowest:.0%} to {charge:.0%} in flight, "
                 "so the lower one counts."
             )
+        if self._is_doubtful(stamp_s, charge):
+            return (
+                f"The battery's charge fell from {lowest:.0%} to {charge:.0%} all at once, "
+                "so it counts when the next reading confirms it."
+            )
+        self._believe(stamp_s, charge)
+        return ""
+
+    def _is_doubtful(self, stamp_s: float, charge: float) -> bool:
+        """Whether a reading fell too far for its time, and none confirms it. It confirms the one before."""
+        reckoned, most = self.at(stamp_s), self._parameters.largest_fall
+        assert reckoned is not None
+        doubted, self._doubted = self._doubted, None
+        if charge >= reckoned - most or (doubted is not None and charge >= doubted - most):
+            return False
+        if doubted is not None:
+            self._believe(stamp_s, doubted)
+        self._doubted = charge
+        return True
+
+    def _believe(self, stamp_s: float, charge: float) -> None:
         self.heard_s = stamp_s
-        if charge < lowest:
+        if not self._sunk or charge < self._sunk[-1][1]:
             self._sunk.append((stamp_s, charge))
             self._forget_before(stamp_s - self._parameters.rate_window)
-        return ""
 
     def _forget_before(self, stamp_s: float) -> None:
         """Keep one reading that is older, so that the window is full."""

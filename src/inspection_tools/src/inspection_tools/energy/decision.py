@@ -46,7 +46,10 @@ class Decision:
 
 
 class EnergyWatch:
-    """Watches the battery of one flight. A return for want of energy is final until `take_off`."""
+    """Watches the battery of one flight. A return for want of energy is final until `take_off`.
+
+    Times are of a clock that nobody sets (see `SteadyTime`).
+    """
 
     def __init__(self, parameters: EnergyParameters | None = None) -> None:
         self._parameters = parameters or EnergyParameters()
@@ -62,10 +65,6 @@ class EnergyWatch:
         """Begin a flight, with a battery that may have been swapped."""
         self._charge.reset()
         self._returns = False
-
-    def restart_clock(self, stamp_s: float) -> None:
-        """Go on with the last charge: the clock jumped back to this time."""
-        self._charge.restart_clock(stamp_s)
 
     def offer(self, stamp_s: float, charge: float) -> str:
         """Take in a reading, 0..1; return one sentence if it is not believed, else nothing."""

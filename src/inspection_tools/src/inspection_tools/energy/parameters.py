@@ -21,6 +21,8 @@ class EnergyParameters:
         rate_window: Time over which the rate is measured, s.
         resolution: Step of the charge that is told; MAVLink's is 1 %.
         largest_rise: A reading that is higher than the last one by more than this is not believed.
+        largest_fall: A reading that is lower than the reckoned charge by more than this is believed when the
+            next one confirms it.
         timeout: A battery that has told nothing for so long counts as silent, s. PX4 tells it every 2 s.
 
     Raises:
@@ -35,6 +37,7 @@ class EnergyParameters:
     rate_window: float = 90.0
     resolution: float = 0.01
     largest_rise: float = 0.05
+    largest_fall: float = 0.05
     timeout: float = 6.0
 
     def __post_init__(self) -> None:
@@ -46,6 +49,7 @@ class EnergyParameters:
         check_number("rate_window", self.rate_window, 1.0, 3600.0)
         check_number("resolution", self.resolution, 0.0, 0.1)
         check_number("largest_rise", self.largest_rise, 0.0, 1.0)
+        check_number("largest_fall", self.largest_fall, 0.0, 1.0)
         check_number("timeout", self.timeout, 0.1, 60.0)
         if self.reserve <= self.land_at:
             raise ParameterError(

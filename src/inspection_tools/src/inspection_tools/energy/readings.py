@@ -13,22 +13,24 @@ class Readings:
 
     def __init__(self) -> None:
         self._waiting: deque[tuple[float, float]] = deque(maxlen=MOST_READINGS)
+        self._last: deque[float] = deque(maxlen=2)
+        """The newest readings that may be true, whether they wait or not."""
 
     def add(self, stamp_s: float, charge: float) -> None:
         """Take in a reading."""
         self._waiting.append((stamp_s, charge))
-
-    def restart_clock(self, stamp_s: float) -> None:
-        """Count what waits as told now: the clock jumped back. The charges are as true as before.
-
-        A watch that never heard a charge sends the UAV home, so the first reading must not be lost here.
-        """
-        self._waiting = deque(((stamp_s, charge) for _, charge in self._waiting), MOST_READINGS)
+        if 0.0 <= charge <= 1.0:
+            self._last.append(charge)
 
     def begin(self, stamp_s: float, charge: float) -> None:
-        """Begin a flight with the newest reading, told now."""
+        """Begin a flight with the newest reading, told now.
+
+        One that is much lower than the one before it may be wrong. So the higher one of both counts until
+        those that follow confirm the lower one.
+        """
         self._waiting.clear()
-        self.add(stamp_s, charge)
+        may_be = [each for each in (charge, *self._last) if 0.0 <= each <= 1.0]
+        self._waiting.append((stamp_s, max(may_be, default=charge)))
 
     def take(self) -> list[tuple[float, float]]:
         """Return what waits, the oldest first. It waits no more."""

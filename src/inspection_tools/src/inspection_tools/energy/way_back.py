@@ -68,12 +68,6 @@ class WayBack:
         if self._energy is not None:
             self._energy.take_off()
 
-    def restart_clock(self, stamp_s: float) -> None:
-        """Plan at once: the clock jumped back to this time."""
-        self._planned_s, self._near_s, self._over_s = -math.inf, None, None
-        if self._energy is not None:
-            self._energy.restart_clock(stamp_s)
-
     def near_home_s(self, stamp_s: float, here_m: np.ndarray) -> float:
         """Return for how long the UAV has been near its home, s."""
         self._near_s = self._since(self._near_s, stamp_s, here_m, 2.0 * self._p.arrived)

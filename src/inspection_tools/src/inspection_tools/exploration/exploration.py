@@ -103,13 +103,6 @@ class Exploration:
         self._guide.begin(self.home_m if home_m is None else here_m)
         self._stay = Stay()
 
-    def restart_clock(self, stamp_s: float) -> None:
-        """Go on after the clock jumped back: what was timed begins anew, what is known stays."""
-        self._began_s, self._look_s = stamp_s, -math.inf
-        self._shut_in_s, self._stay = None, Stay()
-        self._guide.restart_clock()
-        self._back.restart_clock(stamp_s)
-
     def pause(self, here_m: np.ndarray) -> None:
         """Hover at a place (x, y, z) until `resume`, `abort`, or the energy begins to say: come home."""
         self._guide.pause(here_m)

@@ -49,10 +49,6 @@ class Guide:
         """Fly to a first place (x, y, z); a pause ends."""
         self.is_paused, self._way = False, Way([place_m])
 
-    def restart_clock(self) -> None:
-        """Go on after the clock jumped back."""
-        self._progress, self._hovers_s, self._slow_until_s = Progress(), None, -math.inf
-
     def pause(self, here_m: np.ndarray) -> None:
         """Hover at a place (x, y, z) until `resume`."""
         with self._lock:

@@ -36,11 +36,6 @@ class Homing(WayBack):
         super().begin(home_m)
         self.is_by_track, self._moved = False, None
 
-    def restart_clock(self, stamp_s: float) -> None:
-        """Plan at once: the clock jumped back to this time."""
-        super().restart_clock(stamp_s)
-        self._moved = None
-
     def is_stuck(self, stamp_s: float, here_m: np.ndarray) -> bool:
         """Return whether the UAV, which is to come home, stays where it is."""
         if self._moved is None or math.dist(here_m, self._moved[1]) > STUCK_M:

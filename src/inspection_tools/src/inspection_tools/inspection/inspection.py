@@ -112,15 +112,6 @@ class Inspection:
             self._way, self._leg, self._held_off = Way([here_m]), None, None
             self._homing.begin(here_m if home_m is None else home_m)
 
-    def restart_clock(self, stamp_s: float, here_m: np.ndarray) -> None:
-        """Go on from a place (x, y, z) after the clock jumped back: what was timed begins anew."""
-        with self._lock:
-            self._began_s, self._look_s, self._no_way_s = stamp_s, -math.inf, None
-            self._now_s = stamp_s
-            if not self._is_paused:
-                self._way, self._leg = Way([here_m]), None
-            self._homing.restart_clock(stamp_s)
-
     def pause(self, here_m: np.ndarray) -> None:
         """Hover at a place until `resume`, `abort`, or the energy begins to say: come home."""
         with self._lock:
@@ -187,20 +178,20 @@ class Inspection:
         """Take a pose. Return whether it is time to `look`."""
         if self._homing.home_m is None:
             return False
-        here_m, self._now_s = motion.place_m, motion.stamp_s
+        here_m, self._now_s = motion.place_m, motion.time_s
         with self._lock:
             if not self._been_m or math.dist(here_m, self._been_m[-1]) > BEEN_M:
                 self._been_m.append(here_m)
             if self.end is None:
                 self._homing.note(here_m)
-            self._way.follow(motion.stamp_s, here_m, self._p.arrived)
+            self._way.follow(motion.time_s, here_m, self._p.arrived)
             if self._leg is not None and (why := self._leg.follow(motion)):
                 if not self._leg.has_arrived and self._way.rest_m:
                     self._held_off = here_m, self._way.rest_m[0]
                 self._fail(self._leg.task, why)
             waits = self._is_paused or self.is_waiting or self._no_way_s is not None
             is_idle = self._leg is None and self.end is None and not waits
-            is_due = motion.stamp_s >= self._look_s + self._p.look_period
+            is_due = motion.time_s >= self._look_s + self._p.look_period
         return not self.is_home and (is_idle or is_due)
 
     def shutter(self, motion: Motion) -> Task | None:

@@ -76,7 +76,7 @@ class PhotographLeg:
 
     def follow(self, motion: Motion) -> str:
         """Take a pose. Return why the photograph cannot be taken now; empty: it can, or may still."""
-        p, stamp_s, off_m = self._p, motion.stamp_s, math.dist(motion.place_m, self._place_m)
+        p, stamp_s, off_m = self._p, motion.time_s, math.dist(motion.place_m, self._place_m)
         if self._passing is not None:
             self.aim_m = self._passing.beyond_m if self._passing.goes_on(motion) else None
         turn = abs(math.remainder(motion.yaw_rad - self.task.view.yaw_rad, 2.0 * math.pi))
@@ -95,7 +95,7 @@ class PhotographLeg:
 
     def opens_shutter(self, motion: Motion) -> bool:
         """Return whether the shutter opens now, once."""
-        p, stamp_s = self._p, motion.stamp_s
+        p, stamp_s = self._p, motion.time_s
         if self.is_shot or self._arrived_s is None or stamp_s < self._tilted_s:
             return False
         is_settled = self._settled_s is not None and stamp_s >= self._settled_s + self._settle_s

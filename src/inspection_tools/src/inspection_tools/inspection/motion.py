@@ -11,10 +11,11 @@ import numpy as np
 class Motion:
     """The UAV at an instant, in the map's frame. speed: m/s.
 
-    turn_rate: of the heading, rad/s. The gimbal takes out roll and pitch.
+    time_s: of a clock that nobody sets (see `SteadyTime`). turn_rate: of the heading, rad/s. The gimbal takes
+    out roll and pitch.
     """
 
-    stamp_s: float
+    time_s: float
     place_m: np.ndarray
     yaw_rad: float
     speed: float = 0.0

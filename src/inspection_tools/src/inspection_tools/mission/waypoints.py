@@ -9,6 +9,7 @@ from typing import Sequence
 from inspection_tools.checks import check_number
 from inspection_tools.errors import MissionError, PoseError
 from inspection_tools.position_controller import FARTHEST_M
+from stamp_pairing.clock_steps import SteadyTime
 
 LONGEST_HOLD_S = 86_400.0
 
@@ -115,13 +116,13 @@ class Mission:
         self._reached = reached
         self._told = -1
         self._arrived_s: float | None = None
-        self._stamp_s: float | None = None
+        self._time = SteadyTime()
 
     def update(self, stamp_s: float, position_m: Sequence[float]) -> MissionStatus:
         """Take in a pose.
 
-        At most one waypoint is done by it. A pose older than the last one (a clock that jumped back) only
-        restarts hold and patience.
+        At most one waypoint is done by it. Hold and patience count what passes: a clock that is set, ahead or
+        back, changes neither.
 
         Args:
             stamp_s: The pose's time.
@@ -132,14 +133,12 @@ class Mission:
         """
         if not all(math.isfinite(value) for value in (stamp_s, *position_m)):
             raise PoseError("The pose has a value that is not finite.")
-        if self._stamp_s is not None and stamp_s < self._stamp_s:
-            self._arrived_s = self._under_way_s = None
-        self._stamp_s = stamp_s
+        now_s = self._time.at(stamp_s)
         target = self._target()
         distance_m = math.dist(position_m, target.position_m)
-        holding_s = self._hold(stamp_s, distance_m <= target.tolerance_m)
+        holding_s = self._hold(now_s, distance_m <= target.tolerance_m)
         if self._under_way_s is None or self._arrived_s is not None:
-            self._under_way_s = stamp_s
+            self._under_way_s = now_s
         if self._arrived_s is not None and holding_s >= target.hold_s and not self.done:
             self._reached += 1
             self._arrived_s = None
@@ -152,7 +151,7 @@ class Mission:
             holding_s=holding_s,
             target_changed=changed,
             done=self.done,
-            stalled=not self.done and stamp_s - self._under_way_s > self._patience_s,
+            stalled=not self.done and now_s - self._under_way_s > self._patience_s,
         )
 
     @property
@@ -166,13 +165,13 @@ class Mission:
     def _target(self) -> Waypoint:
         return self._waypoints[self._index()]
 
-    def _hold(self, stamp_s: float, there: bool) -> float:
+    def _hold(self, now_s: float, there: bool) -> float:
         if not there:
             self._arrived_s = None
             return 0.0
         if self._arrived_s is None:
-            self._arrived_s = stamp_s
-        return stamp_s - self._arrived_s
+            self._arrived_s = now_s
+        return now_s - self._arrived_s
 
 
 def way_m(waypoints: Sequence[Waypoint], start_m: Sequence[float]) -> float:

@@ -101,6 +101,8 @@ class Course:
         self.lands_between = False
         """Whether the UAV lands, or stands, between two parts of its flight: see `land_between`."""
         self._times: dict[Phase, float] = {}
+        self._set_by_s = 0.0
+        """By how much the clock was set ahead in this phase."""
         self._reached = False
         self._landing: Landing | None = None
         self._ordered_s = self._touched_s = math.inf
@@ -142,10 +144,14 @@ class Course:
         """Note why the UAV does not hover yet, in words; empty: it hovers."""
         self._no_hover = reason
 
+    def on_clock_set(self, step_s: float) -> None:
+        """Note that the clock was set ahead: no limit of time counts that."""
+        self._set_by_s += step_s
+
     def on_time(self, t_s: float) -> list[Action]:
         """Take the present time. Call this at every true pose."""
         self._times.setdefault(Phase.WAITING, t_s)
-        in_phase = t_s - self._times[self.phase]
+        in_phase = t_s - self._times[self.phase] - self._set_by_s
         if self.phase is Phase.WAITING and self._ready:
             return self._enter(Phase.FLYING, t_s, Action.SEND_GOAL)
         if self.phase is Phase.FLYING and self._why_here:
@@ -245,7 +251,7 @@ class Course:
         return ""
 
     def _enter(self, phase: Phase, t_s: float, *actions: Action) -> list[Action]:
-        self.phase = phase
+        self.phase, self._set_by_s = phase, 0.0
         self._times.setdefault(phase, t_s)
         if Action.LAND in actions:
             self._expect_landing(t_s)

@@ -12,6 +12,7 @@ from master_thesis.flight.course import Action, Course, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.judging.wall_metrics import WallMetrics
+from stamp_pairing.clock_steps import clock_step_s
 
 CLOCK_TOLERANCE_S = 0.5
 _LATENCY_KEYS = {
@@ -54,6 +55,8 @@ class Monitor:
         """Take the true pose in `world`. Return the actions, unless `decide` is called later."""
         if t_s < self.now_s - CLOCK_TOLERANCE_S:
             return self.abort("The clock jumped back: the simulation was reset.")
+        if len(self.log.truth):
+            self.course.on_clock_set(max(clock_step_s(self.now_s, t_s), 0.0))
         self.log.truth.add(t_s, *position_m, *orientation_xyzw)
         return self.decide() if decide else []
 

@@ -236,7 +236,7 @@ class InspectingFlight:
             loop.position_controller.set_setpoint(lead.setpoint_m.tolist())
         if lead.front_rad is not None:
             turn = lead.front_rad - motion.yaw_rad
-            loop.point_front(motion.stamp_s, (math.cos(turn), math.sin(turn)))
+            loop.point_front(motion.time_s, (math.cos(turn), math.sin(turn)))
         self._gimbal.command(lead.tilt_rad)
 
     def _shoot(self, estimate: OdometryEstimate) -> Shot:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from simulation_tools.publisher.interface import Action, Log, PublisherParameters
+from stamp_pairing.clock_steps import clock_step_s
 
 _NS = 1e-9
 _DRIFT = 0.01  # greatest difference between the clocks
@@ -18,12 +19,17 @@ class ClockWatch:
     flight controller's clock began later. So a pose's delay is its lag less the least lag so far. After
     MAVROS has hung, its poses arrive together and are old.
 
+    A clock that is set ahead tells of no silence: poses and commands of the clock before it are as old as they
+    were.
+
     Stamps that jump twice within a few seconds, while ROS's clock goes on, tell nothing. From then on a pose
     counts by its arrival, until ROS's clock jumps back.
     """
 
     def __init__(self) -> None:
         self._clock_ns = 0
+        self.set_ahead_ns = 0
+        """By how much ROS's clock was set ahead with the last `on_clock`; 0: it was not."""
         self._jumped_ns: int | None = None
         self._by_arrival = False
         self.restart()
@@ -40,7 +46,13 @@ class ClockWatch:
     def on_clock(self, now_ns: int, p: PublisherParameters) -> bool:
         """Take in ROS's time. Return True if it has jumped back."""
         jumped = (self._clock_ns - now_ns) * _NS > p.jump_back_s
+        step_s = clock_step_s(self._clock_ns * _NS, now_ns * _NS) if self._clock_ns else 0.0
+        self.set_ahead_ns = now_ns - self._clock_ns if step_s > 0.0 else 0
         self._clock_ns = now_ns
+        if self.set_ahead_ns and self.newest_ns:
+            self._lag_ns += self.set_ahead_ns
+            self._arrived_ns += self.set_ahead_ns
+            self._agreed_ns += self.set_ahead_ns
         if jumped:
             self._jumped_ns, self._by_arrival = None, False
         return jumped

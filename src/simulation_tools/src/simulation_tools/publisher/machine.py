@@ -77,6 +77,7 @@ class SetpointPublisher:
         """
         if self._clock.on_clock(now_ns, self.parameters):
             return self._start_again("the clock jumped back: starting again.")
+        self._vision.set_ahead(self._clock.set_ahead_ns)
         return [*self._watch_poses(), *self._watch_vision(now_ns), *self._report_waiting(now_ns)]
 
     def on_state(self, stamp_ns: int, state: FcuState) -> list[Action]:

@@ -54,6 +54,11 @@ class VisionWatch:
         self._newest_ns, self._has_come = now_ns, True
         self._limit_s = None
 
+    def set_ahead(self, step_ns: int) -> None:
+        """Count the newest pose as no older than it was: ROS's clock was set ahead."""
+        if self._newest_ns is not None:
+            self._newest_ns += step_ns
+
     def expect_pose(self, now_ns: int, p: PublisherParameters) -> None:
         """Count the flight controller as blind if no pose has come yet.
 

@@ -1,0 +1,58 @@
+"""Tells a clock that was set from time that has passed, by the stamps of one stream of messages.
+
+Poses and scans come 10 to 50 times a second. So a long gap between two of them is no time that was flown: the
+clock was set ahead, or nobody heard the messages between. In both cases what was timed goes on as if the gap
+had not been.
+"""
+
+from __future__ import annotations
+
+import math
+
+LONGEST_GAP_S = 2.0
+"""A longer gap between two messages of a stream does not count as time that passed."""
+BACK_S = 0.5
+"""A message that is older by less came late, or the clock was trimmed: time stands still for a moment."""
+
+
+def clock_step_s(before_s: float, stamp_s: float) -> float:
+    """Return by how much the clock was set between two messages in a row; 0: it was not, time passed.
+
+    Args:
+        before_s, stamp_s: their stamps, in the order in which they came.
+    """
+    gap_s = stamp_s - before_s
+    return gap_s if gap_s > LONGEST_GAP_S or gap_s < -BACK_S else 0.0
+
+
+class SteadyTime:
+    """A time that grows by what passes, however the clock of the stamps is set. It is for limits of time.
+
+    A stream of many messages leads it: `at` takes each stamp of it. It begins with the first one's stamp.
+
+    Attributes:
+        now_s: of the newest message; -inf: none has come. step_s: by how much the clock was set before the
+        newest message; 0: it was not.
+    """
+
+    def __init__(self) -> None:
+        self.now_s, self.step_s = -math.inf, 0.0
+        self._stamp_s: float | None = None
+        self._set_by_s = 0.0
+
+    def at(self, stamp_s: float) -> float:
+        """Return the time of the stream's next message."""
+        self.step_s = 0.0 if self._stamp_s is None else clock_step_s(self._stamp_s, stamp_s)
+        self._set_by_s += self.step_s
+        self._stamp_s = stamp_s
+        self.now_s = max(self.now_s, stamp_s - self._set_by_s)
+        return self.now_s
+
+    def of_other(self, stamp_s: float, late_s: float = LONGEST_GAP_S) -> float:
+        """Return the time of a message of another stream that has just come.
+
+        Its stamp may be of the clock before it was set, or after. So one that is farther than `late_s` from
+        the newest message counts by its arrival.
+        """
+        time_s = stamp_s - self._set_by_s
+        return time_s if abs(time_s - self.now_s) <= late_s else self.now_s

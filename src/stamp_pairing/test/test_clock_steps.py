@@ -1,0 +1,68 @@
+"""A clock that is set, and time that passes."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stamp_pairing.clock_steps import BACK_S, LONGEST_GAP_S, SteadyTime, clock_step_s
+
+YEAR_S = 31_536_000.0
+STEPS_S = [-YEAR_S, -600.0, -0.6, 2.5, 600.0, YEAR_S]
+
+
+@pytest.mark.parametrize("gap_s", [-BACK_S, -0.01, 0.0, 0.02, 1.0, LONGEST_GAP_S])
+def test_time_that_passes_and_stamps_out_of_order_are_no_step(gap_s):
+    assert clock_step_s(100.0, 100.0 + gap_s) == 0.0
+
+
+@pytest.mark.parametrize("step_s", STEPS_S)
+def test_what_is_longer_is_a_step(step_s):
+    assert clock_step_s(100.0, 100.0 + step_s) == pytest.approx(step_s)
+
+
+def test_it_begins_with_the_first_stamp():
+    time = SteadyTime()
+    assert time.now_s == -math.inf
+    assert time.at(100.0) == 100.0
+
+
+@pytest.mark.parametrize("step_s", STEPS_S)
+def test_a_step_is_no_time(step_s):
+    time = SteadyTime()
+    time.at(1e9)
+    assert time.at(1e9 + 0.1) == pytest.approx(1e9 + 0.1)
+    assert time.at(1e9 + 0.1 + step_s) == pytest.approx(1e9 + 0.1)
+    assert time.step_s == pytest.approx(step_s)
+    assert time.at(1e9 + 0.2 + step_s) == pytest.approx(1e9 + 0.2)
+    assert time.step_s == 0.0
+
+
+def test_it_stands_still_until_a_trimmed_clock_has_caught_up():
+    time = SteadyTime()
+    told = [time.at(stamp_s) for stamp_s in (10.0, 9.6, 9.9, 10.1)]
+    assert told == [10.0, 10.0, 10.0, 10.1]
+
+
+@pytest.mark.parametrize("step_s", STEPS_S)
+def test_another_stream_of_either_clock_has_the_time_at_which_it_came(step_s):
+    time = SteadyTime()
+    time.at(1000.0)
+    assert time.of_other(999.5) == 999.5
+    assert time.of_other(1000.2 + step_s) == pytest.approx(1000.0, abs=LONGEST_GAP_S)  # the step comes with it
+    time.at(1000.0 + step_s)
+    assert time.of_other(999.9 + step_s) == pytest.approx(999.9)
+    assert time.of_other(1000.0) == pytest.approx(1000.0, abs=LONGEST_GAP_S)  # it comes after the step
+    assert time.of_other(0.0) == pytest.approx(1000.0)  # it has no stamp
+
+
+@given(st.lists(st.floats(-2.0 * YEAR_S, 2.0 * YEAR_S), min_size=1, max_size=50))
+def test_it_never_goes_back_and_never_leaps(stamps_s):
+    time, before_s = SteadyTime(), None
+    for stamp_s in stamps_s:
+        now_s = time.at(stamp_s)
+        assert before_s is None or -1e-6 <= now_s - before_s <= LONGEST_GAP_S + 1e-6
+        before_s = now_s
