@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stamp_pairing.clock_steps import BACK_S, LONGEST_GAP_S, SteadyTime, clock_step_s
+from stamp_pairing.clock_steps import BACK_S, LONGEST_GAP_S, SharedSteadyTime, SteadyTime, clock_step_s
 
 YEAR_S = 31_536_000.0
 STEPS_S = [-YEAR_S, -600.0, -0.6, 2.5, 600.0, YEAR_S]
@@ -52,7 +52,9 @@ def test_another_stream_of_either_clock_has_the_time_at_which_it_came(step_s):
     time = SteadyTime()
     time.at(1000.0)
     assert time.of_other(999.5) == 999.5
-    assert time.of_other(1000.2 + step_s) == pytest.approx(1000.0, abs=LONGEST_GAP_S)  # the step comes with it
+    assert time.of_other(1000.2 + step_s) == pytest.approx(
+        1000.0, abs=LONGEST_GAP_S
+    )  # the step comes with it
     time.at(1000.0 + step_s)
     assert time.of_other(999.9 + step_s) == pytest.approx(999.9)
     assert time.of_other(1000.0) == pytest.approx(1000.0, abs=LONGEST_GAP_S)  # it comes after the step
@@ -66,3 +68,17 @@ def test_it_never_goes_back_and_never_leaps(stamps_s):
         now_s = time.at(stamp_s)
         assert before_s is None or -1e-6 <= now_s - before_s <= LONGEST_GAP_S + 1e-6
         before_s = now_s
+
+
+@pytest.mark.parametrize("step_s", [2.5, 600.0, YEAR_S])
+def test_streams_of_both_clocks_keep_their_order_while_it_is_set_ahead(step_s):
+    time = SharedSteadyTime()
+    assert [time.at(stamp_s) for stamp_s in (100.0, 99.98, 100.1)] == [100.0, 99.98, 100.1]
+    assert time.at(100.2 + step_s) == pytest.approx(100.12)
+    assert time.at(100.15) == pytest.approx(100.15)  # a late one of the clock before
+    assert time.at(100.3 + step_s) == pytest.approx(100.22)
+
+
+def test_a_clock_that_is_set_back_takes_the_shared_time_along():
+    time = SharedSteadyTime()
+    assert [time.at(stamp_s) for stamp_s in (100.0, 50.0, 50.1)] == [100.0, 50.0, 50.1]

@@ -9,6 +9,7 @@ import pytest
 from inspection_tools.energy import Readings
 from inspection_tools.energy.readings import MOST_READINGS
 
+
 def test_a_reading_is_taken_once_and_the_oldest_come_first():
     readings = Readings()
     readings.add(1.0, 0.9)

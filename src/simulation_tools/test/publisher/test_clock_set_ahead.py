@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from simulation_tools.publisher import AnnounceReady, Log, Phase, PublisherParameters, RequestMode, SendVelocity
+from simulation_tools.publisher import (
+    AnnounceReady,
+    Log,
+    Phase,
+    PublisherParameters,
+    RequestMode,
+    SendVelocity,
+)
 
 from .conftest import Bench
 

@@ -14,13 +14,12 @@ LONGEST_GAP_S = 2.0
 BACK_S = 0.5
 """A message that is older by less came late, or the clock was trimmed: time stands still for a moment."""
 
+STEP_PASSES_S = 0.02
+"""Between two messages before and after a step, where several streams come."""
+
 
 def clock_step_s(before_s: float, stamp_s: float) -> float:
-    """Return by how much the clock was set between two messages in a row; 0: it was not, time passed.
-
-    Args:
-        before_s, stamp_s: their stamps, in the order in which they came.
-    """
+    """Return by how much the clock was set between two messages in a row of these stamps; 0: time passed."""
     gap_s = stamp_s - before_s
     return gap_s if gap_s > LONGEST_GAP_S or gap_s < -BACK_S else 0.0
 
@@ -56,3 +55,31 @@ class SteadyTime:
         """
         time_s = stamp_s - self._set_by_s
         return time_s if abs(time_s - self.now_s) <= late_s else self.now_s
+
+
+class SharedSteadyTime:
+    """A steady time of several streams that have one clock, in whichever order their messages come.
+
+    A clock that is set ahead is no time. One that is set back is left to the caller: his time goes back, too.
+
+    Args:
+        longest_gap_s: a longer gap between two messages, whatever their streams, is none that passed.
+    """
+
+    def __init__(self, longest_gap_s: float = LONGEST_GAP_S) -> None:
+        self._longest_gap_s = longest_gap_s
+        self._now_s: float | None = None
+        self._set_by_s = self._before_s = 0.0
+
+    def at(self, stamp_s: float) -> float:
+        """Return the time of the next message of any stream."""
+        time_s = stamp_s - self._set_by_s
+        now_s = time_s if self._now_s is None else self._now_s
+        gap_s, most_s = time_s - now_s, self._longest_gap_s
+        if gap_s > most_s:
+            self._before_s, self._set_by_s = self._set_by_s, stamp_s - now_s - STEP_PASSES_S
+            time_s = now_s + STEP_PASSES_S
+        elif gap_s < -most_s and abs(stamp_s - self._before_s - now_s) <= most_s:
+            return stamp_s - self._before_s  # of the clock before it was set
+        self._now_s = time_s if gap_s < -most_s else max(now_s, time_s)
+        return time_s

@@ -17,10 +17,18 @@ from gridslam.odometry.intake import Answer, OdometryIntake, SensedRange, Sensed
 from gridslam_ros.odometry_frames import Pose
 from node_tools.clouds import CloudError, points_of
 from node_tools.conversions import time_of, xyz, xyzw
+from stamp_pairing.clock_steps import SharedSteadyTime
+
+LONGEST_GAP_S = 0.5
+"""After a longer time without any message of the three sensors the clock was set. The odometry would leap if
+it took that for time in which the UAV flew on."""
 
 
 class OdometryFeed:
     """Converts the messages, and hands on what `OdometryIntake` answers.
+
+    A clock that is set ahead is no time in which the UAV flew on. So the odometry has a steady time, and each
+    answer the exact stamp of its scan or cloud.
 
     Args:
         odometry, mount, imu_lag_s, say: as for `OdometryIntake`.
@@ -37,6 +45,7 @@ class OdometryFeed:
     ) -> None:
         self._intake: OdometryIntake[Any] = OdometryIntake(odometry, mount, say, imu_lag_s)
         self._give, self._say = publish, say
+        self._time = SharedSteadyTime(LONGEST_GAP_S)
         self._imu_began_s = math.inf
 
     def on_imu(self, message: Imu) -> None:
@@ -44,7 +53,7 @@ class OdometryFeed:
 
         Of the first instant the force does not count.
         """
-        stamp_s = message.header.stamp.to_sec()
+        stamp_s = self._time.at(message.header.stamp.to_sec())
         self._imu_began_s = min(stamp_s, self._imu_began_s)
         # A simulator in lockstep repeats the first instant, at first before MAVROS knows the force
         has_force = message.linear_acceleration_covariance[0] >= 0.0 and stamp_s > self._imu_began_s
@@ -64,14 +73,14 @@ class OdometryFeed:
         """Take a range."""
         limits = message.min_range, message.max_range
         sensed = SensedRange(message.range, limits, message.header.frame_id)
-        self._publish(self._intake.on_range(message.header.stamp.to_sec(), sensed))
+        self._publish(self._intake.on_range(self._time.at(message.header.stamp.to_sec()), sensed))
 
     def on_scan(self, message: LaserScan) -> None:
         """Take a scan, for `LidarOdometry`."""
         stamp = message.header.stamp
         scan = SensedScan(
             stamp.to_nsec(),
-            stamp.to_sec(),
+            self._time.at(stamp.to_sec()),
             np.asarray(message.ranges, float),
             (message.angle_min, message.angle_increment),
             (message.range_min, message.range_max),
@@ -87,7 +96,7 @@ class OdometryFeed:
         except CloudError as error:
             self._say(f"{error} The cloud is left out.")
             return
-        cloud = SensedCloud(stamp.to_nsec(), stamp.to_sec(), points, message.header.frame_id)
+        cloud = SensedCloud(stamp.to_nsec(), self._time.at(stamp.to_sec()), points, message.header.frame_id)
         self._publish(self._intake.on_lidar(cloud))
 
     def _publish(self, answers: list[Answer]) -> None:

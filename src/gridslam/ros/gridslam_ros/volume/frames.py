@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Sequence
 
 import numpy as np
@@ -11,6 +12,7 @@ from geometry_msgs.msg import TransformStamped
 
 from gridslam import PoseError, ScanError
 from gridslam.volume import Pose
+from gridslam.volume.clock_back import OLD_ONES, TRIMMED_S
 from node_tools.conversions import xyz, xyzw
 
 CACHE_S = 30.0
@@ -29,19 +31,38 @@ class CloudFrames:
     def __init__(self, map_frame: str, odom_frame: str, base_frame: str):
         self._map, self._odom, self._base = map_frame, odom_frame, base_frame
         self._buffer = tf2_py.BufferCore(rospy.Duration(CACHE_S))
+        self._newest_s: dict[tuple[str, str], float] = {}
+        self._old_ones: Counter[tuple[str, str]] = Counter()
 
     def add(self, transforms: Sequence[TransformStamped], is_static: bool) -> None:
-        """Take in a message of /tf or /tf_static; what is no transform is left out."""
+        """Take in a message of /tf or /tf_static; what is no transform is left out.
+
+        When the clock has gone back, the moving transforms of before are forgotten: TF would mix both.
+        """
         for edge in transforms:
+            if not is_static:
+                self._watch_clock(edge)
             try:
                 set_one = self._buffer.set_transform_static if is_static else self._buffer.set_transform
                 set_one(edge, AUTHORITY)
             except (ValueError, TypeError):
                 continue
 
+    def _watch_clock(self, edge: TransformStamped) -> None:
+        name, stamp_s = (edge.header.frame_id, edge.child_frame_id), edge.header.stamp.to_sec()
+        if stamp_s >= self._newest_s.get(name, stamp_s) - TRIMMED_S:
+            self._newest_s[name] = max(stamp_s, self._newest_s.get(name, stamp_s))
+            self._old_ones[name] = 0
+            return
+        self._old_ones[name] += 1
+        if self._old_ones[name] >= OLD_ONES:
+            self.forget()
+
     def forget(self) -> None:
         """Forget all moving transforms, as after a clock that jumped back."""
-        self._buffer.clear()
+        self._buffer.clear()  # static ones stay known
+        self._newest_s.clear()
+        self._old_ones.clear()
 
     def sensor(self, frame: str, stamp: rospy.Time) -> tuple[Pose, Pose, Pose] | None:
         """Return (sensor in odom, base in odom, odom in map) at a stamp; None: TF does not know them (yet).

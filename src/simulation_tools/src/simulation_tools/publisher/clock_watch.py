@@ -19,8 +19,7 @@ class ClockWatch:
     flight controller's clock began later. So a pose's delay is its lag less the least lag so far. After
     MAVROS has hung, its poses arrive together and are old.
 
-    A clock that is set ahead tells of no silence: poses and commands of the clock before it are as old as they
-    were.
+    A clock that is set ahead tells of no silence: the poses before it are as old as they were.
 
     Stamps that jump twice within a few seconds, while ROS's clock goes on, tell nothing. From then on a pose
     counts by its arrival, until ROS's clock jumps back.

@@ -39,6 +39,10 @@ class MapTime:
         """Become another time."""
         self.flights, self.newest_s, self._may_begin = other.flights, other.newest_s, other._may_begin
 
+    def begin_flight(self) -> None:
+        """Let the next cloud begin another flight if it is not newer: the clock was set back."""
+        self._may_begin = True
+
     def of_cloud(self, stamp_s: float) -> float:
         """Return the time of a cloud. The stamps of one flight grow."""
         if self._may_begin and stamp_s + self.flights[-1].offset_s <= self.newest_s:
