@@ -30,7 +30,7 @@ COLUMNS = {
     "directions": ("directions", 0),
     "flight_time_s": ("flight time [s]", 1),
     "path_length_m": ("path [m]", 1),
-    "clearance_m": ("least clearance [m]", 2),
+    "clearance_m": ("clearance [m]", 2),
     "emergencies": ("emergency scans", 1),
 }
 """The metrics of a flight: heading and decimals."""
@@ -42,12 +42,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = trial_options(__doc__ or "")
     parser.add_argument("--seeds", nargs="+", type=int, default=SEEDS)
     parser.add_argument("--scenarios", nargs="+", default=scenarios.SCENARIOS, choices=scenarios.SCENARIOS)
+    parser.add_argument("--algorithms", nargs="+", default=ALGORITHMS, choices=ALGORITHMS)
+    parser.add_argument(
+        "--k_previous", type=float, default=0.0, metavar="K", help="CEPA's, for improved; 0: the thesis"
+    )
     parser.add_argument("--goal", type=float, default=40.0, metavar="M", help="distance to fly in m")
     given = parser.parse_args(arguments)
     with Results("experiment_1", given.results, vars(given)) as results:
         flown = fly_all(given)
         metrics = {
-            name: {algorithm: summary(flown[name, algorithm]) for algorithm in ALGORITHMS}
+            name: {algorithm: summary(flown[name, algorithm]) for algorithm in given.algorithms}
             for name in given.scenarios
         }
         results.add("experiment_1", metrics)
@@ -60,24 +64,31 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def fly_all(given: argparse.Namespace) -> dict:
     """Fly every scenario with each algorithm and all seeds; return the flights by (scenario, algorithm)."""
-    axes = {"name": given.scenarios, "algorithm": ALGORITHMS, "seed": given.seeds, "goal_x_m": (given.goal,)}
+    axes = {"name": given.scenarios, "algorithm": given.algorithms, "seed": given.seeds}
+    axes |= {"goal_x_m": (given.goal,), "k_previous": (given.k_previous,)}
     found: dict = {}
     for (name, algorithm, *_), flown in run_crossed("experiment_1", fly, given, **axes).items():
         found.setdefault((name, algorithm), []).append(flown)
     return found
 
 
-def fly(name: str, algorithm: str, seed: int, goal_x_m: float = 40.0) -> dict:
+def fly(name: str, algorithm: str, seed: int, goal_x_m: float = 40.0, k_previous: float = 0.0) -> dict:
     """Fly one scenario once; return the metrics of the flight."""
-    return fly_scenario(scenario_parameters(name, algorithm, seed, goal_x_m)).metrics
+    return fly_scenario(scenario_parameters(name, algorithm, seed, goal_x_m, k_previous)).metrics
 
 
 def summary(flown: Sequence[dict]) -> dict:
-    """Return mean and standard deviation of every metric, and the number of arrivals without a contact."""
+    """Return how many arrived and touched, the least clearance, and mean and deviation of every metric.
+
+    The least clearance is that of all flights; None: nothing was near.
+    """
     metrics = {
         "flights": len(flown),
         "reached_goal": sum(flight["reached_goal"] for flight in flown),
         "collisions": sum(flight["collision"] for flight in flown),
+        "least_clearance_m": min(
+            (flight["clearance_m"] for flight in flown if flight["clearance_m"] is not None), default=None
+        ),
     }
     for key in COLUMNS:
         values = [flight[key] for flight in flown if flight[key] is not None]
@@ -103,19 +114,26 @@ def as_markdown(metrics: dict, seeds: int) -> str:
     ]
     rows += [
         (f"ours, {algorithm}", *(_spread(metrics[name][algorithm]["computation_ms"], 3) for name in names))
-        for algorithm in ALGORITHMS
+        for algorithm in metrics[names[0]]
     ]
     others = [
         (
             f"{name}, {algorithm}",
             f"{values['reached_goal']}/{values['flights']}",
             values["collisions"],
+            "-" if values["least_clearance_m"] is None else f"{values['least_clearance_m']:.3f}",
             *(_spread(values[key], digits) for key, (_, digits) in COLUMNS.items()),
         )
         for name, by_algorithm in metrics.items()
         for algorithm, values in by_algorithm.items()
     ]
-    header = ("flights", "reached goal", "collisions", *(heading for heading, _ in COLUMNS.values()))
+    header = (
+        "flights",
+        "reached goal",
+        "contacts",
+        "least clearance [m]",
+        *(heading for heading, _ in COLUMNS.values()),
+    )
     return (
         f"# Experiment 1\n\nMean and standard deviation over {seeds} seeds.\n\n"
         f"{table(('computation time [ms]', *names), rows)}\n\n{table(header, others)}\n"

@@ -15,7 +15,6 @@ from launched_flight import READY_PATIENCE_S, Flight
 from master_thesis.graph.free_ports import free_ports
 
 ROOT = Path(__file__).resolve().parents[2]
-FOREST = ROOT / "src/master_thesis/worlds/forest.world"
 LOCKSTEP = {"lockstep": "true", "lockstep_timeout": 30, "real_time_factor": 0}
 
 pytestmark = [pytest.mark.ros, pytest.mark.flight]
@@ -119,12 +118,11 @@ def test_a_disk_that_fills_up_ends_the_recording_only(twins, small_disk):
 
 def test_in_lockstep_a_flight_is_that_of_the_closed_loop(twins):
     """The same algorithms without ROS, compared from the moment each UAV is sent to the goal."""
+    from master_thesis.experiment_1.scenario_flight import scenario_parameters
     from master_thesis.flight.closed_loop import ClosedLoop
     from master_thesis.flight.course import Phase
-    from master_thesis.flight.parameters import ClosedLoopParameters
-    from simulation_tools.simulation import SimulationParameters
 
-    parameters = ClosedLoopParameters(SimulationParameters(str(FOREST), seed=1), goal_xyz_m=(40.0, 0.0, 2.0))
+    parameters = scenario_parameters("forest")
     with ClosedLoop(parameters) as loop:
         outcome = loop.run()
     ours = np.array(loop.log.truth.rows)[:, :4]

@@ -42,6 +42,26 @@ def test_a_lidar_that_nods_is_flown_by_the_algorithm_that_remembers(number, give
 
 @pytest.mark.ros
 @pytest.mark.parametrize(
+    ("file", "given", "k_previous"),
+    [
+        *((f"master_thesis/launch/experiment_{number}", (), 0.0) for number in (1, 2, 3, 4)),
+        ("master_thesis/launch/experiment_1", ("k_previous:=3",), 3.0),
+        ("master_thesis/launch/fly_to_goal", ("world:=/a.world", "goal:=3 0 2", "algorithm:=improved"), 4.0),
+        ("master_thesis/launch/explore", ("world:=ballast_tank",), 4.0),
+        ("master_thesis/launch/inspection", ("world:=ballast_tank",), 4.0),
+        ("master_thesis/launch/real", ("algorithm:=improved",), 4.0),
+        ("master_thesis/launch/teleop", ("world:=/a.world", "algorithm:=improved"), 4.0),
+        ("cepa/launch/cepa", (), 4.0),
+        ("cepa/launch/hokuyo_only", (), 4.0),
+    ],
+)
+def test_only_the_thesis_s_experiments_let_improved_change_sides(file, given, k_previous):
+    config = loaded(ROOT / f"src/{file}.launch", *given)
+    assert config.params["/cepa/k_previous"].value == k_previous
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize(
     ("lidar", "nod", "reach_m"), [("ust", True, 7.0), ("utm", True, 0.0), ("puck", False, 0.0)]
 )
 def test_a_lidar_of_short_range_stays_near_walls_and_where_it_nods_the_imu_counts(lidar, nod, reach_m):

@@ -16,7 +16,7 @@ from cepa.errors import (
 )
 from cepa.levelling import LidarAttitude, levelled
 from cepa.motion import Cloud, Motion, Ranging
-from cepa.parameters import SLOW_DETOURS, CepaParameters
+from cepa.parameters import SLOW_DETOURS, STEADY_SIDE, CepaParameters
 from cepa.scan import LaserScan2D
 from cepa.steering.loop import SteeringLoop
 from cepa.thesis.improved import Improved
@@ -28,6 +28,7 @@ ALGORITHMS: dict[str, type[Algorithm]] = {"improved": Improved, "original": Orig
 __all__ = [
     "ALGORITHMS",
     "SLOW_DETOURS",
+    "STEADY_SIDE",
     "AttitudeError",
     "CepaError",
     "CepaParameters",

@@ -11,6 +11,8 @@ from cepa.identification.response import ResponseModel
 
 SLOW_DETOURS = (0.8, 0.6, 0.4, 0.2)
 """Speed fractions for a UAV that follows slowly (PX4: 0.9 s); config/cepa.yaml uses them."""
+STEADY_SIDE = 4.0
+"""k_previous at which `improved` keeps its side of a trunk from scan to scan; config/cepa.yaml uses it."""
 CLIMB_MAX_M_S = 0.8
 """A faster climb would leave the layers of heights that are looked at, within the horizon of the cost."""
 BODY_HEIGHT_MAX_M = 5.0

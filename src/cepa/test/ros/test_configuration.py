@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from cepa import ALGORITHMS, SLOW_DETOURS, CepaParameters
+from cepa import ALGORITHMS, SLOW_DETOURS, STEADY_SIDE, CepaParameters
 
 PACKAGE = Path(__file__).resolve().parents[2]
 
@@ -58,7 +58,7 @@ def test_the_yaml_file_explains_every_default_and_has_slower_detours():
     path = PACKAGE / "config/cepa.yaml"
     config = yaml.safe_load(path.read_text())
     config["speed_fractions"] = fractions(config["speed_fractions"])
-    assert config == as_config(CepaParameters(speed_fractions=SLOW_DETOURS))
+    assert config == as_config(CepaParameters(speed_fractions=SLOW_DETOURS, k_previous=STEADY_SIDE))
     assert config["algorithm"] in ALGORITHMS
     lines = [line for line in path.read_text().splitlines() if line.split("#")[0].strip()]
     assert all("Default" in line or "default" in line for line in lines), lines

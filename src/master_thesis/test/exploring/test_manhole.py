@@ -7,7 +7,7 @@ import pytest
 from inspection_tools import PositionControllerParameters, Waypoint
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
-from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
+from master_thesis.flight.parameters import LED_CEPA, ClosedLoopParameters
 from master_thesis.worlds.ballast_tank import BallastTankParameters
 from simulation_tools.geometry import Pose
 from simulation_tools.simulation import SimulationParameters
@@ -35,7 +35,7 @@ def test_the_small_uav_passes_a_manhole_both_ways(lidar, worlds_folder):
         simulation,
         goal_xyz_m=None,
         mission=tuple(Waypoint((x, y, z)) for x in ways),
-        cepa=replace(CEPA, **CUSHIONS),
+        cepa=replace(LED_CEPA, **CUSHIONS),
         position_controller=PositionControllerParameters(max_speed=0.8),
     )
     with ClosedLoop(parameters) as loop:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,7 @@ from master_thesis.errors import FlightError
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Phase
 from master_thesis.flight.description import RunDescription
-from master_thesis.flight.parameters import ClosedLoopParameters
+from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
 from master_thesis.results.clearance import clearances_of_flight, least
 from master_thesis.results.metrics import flight_interval_s, flight_metrics
 from master_thesis.worlds.experiment_1 import GOAL_X_M
@@ -36,11 +36,19 @@ class ScenarioFlight:
 
 
 def scenario_parameters(
-    name: str, algorithm: str = "improved", seed: int = 1, goal_x_m: float = GOAL_X_M
+    name: str,
+    algorithm: str = "improved",
+    seed: int = 1,
+    goal_x_m: float = GOAL_X_M,
+    k_previous: float = 0.0,
 ) -> ClosedLoopParameters:
-    """Return the closed loop of one of Experiment 1's scenarios (UST at 40 Hz, 2 m/s)."""
+    """Return the closed loop of one of Experiment 1's scenarios (UST at 40 Hz, 2 m/s).
+
+    k_previous: CEPA's, for `improved`; 0: the thesis.
+    """
     simulation = SimulationParameters(world=str(WORLDS / f"{name}.world"), seed=seed)
-    return ClosedLoopParameters(simulation, goal_xyz_m=(goal_x_m, 0.0, FLIGHT_HEIGHT_M), algorithm=algorithm)
+    goal_xyz_m, cepa = (goal_x_m, 0.0, FLIGHT_HEIGHT_M), replace(CEPA, k_previous=k_previous)
+    return ClosedLoopParameters(simulation, goal_xyz_m=goal_xyz_m, algorithm=algorithm, cepa=cepa)
 
 
 def fly_scenario(parameters: ClosedLoopParameters) -> ScenarioFlight:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import Sequence
 
-from cepa import ALGORITHMS, SLOW_DETOURS, CepaParameters
+from cepa import ALGORITHMS, SLOW_DETOURS, STEADY_SIDE, CepaParameters
 from inspection_tools import (
     MedianFilterParameters,
     PaddingParameters,
@@ -26,8 +26,10 @@ from simulation_tools.vehicle.nod import Nod
 
 POSE_SOURCES = ("ground_truth", "odometry")
 CEPA = CepaParameters(speed_fractions=SLOW_DETOURS)
-"""CEPA's parameters as cepa.launch has them."""
-LED_CEPA = replace(CEPA, window_m=0.0)
+"""CEPA's parameters in the thesis's experiments."""
+STEADY_CEPA = replace(CEPA, k_previous=STEADY_SIDE)
+"""Those of config/cepa.yaml, with which everything else flies."""
+LED_CEPA = replace(STEADY_CEPA, window_m=0.0)
 """As errand.launch has them, where a planner knows the ways. CEPA's own search would find none in a room that
 is closed at its height, or lead away from a place before a wall: it thinks that the reference leads far
 ahead, for the UAV aims ahead on its way."""
@@ -55,7 +57,7 @@ class ClosedLoopParameters:
     range_finders: bool = False
     nod: Nod | None = None
     pose_source: str = "ground_truth"
-    cepa: CepaParameters = CEPA
+    cepa: CepaParameters = STEADY_CEPA
     median_filter: MedianFilterParameters = field(default_factory=MedianFilterParameters)
     padding: PaddingParameters = field(default_factory=PaddingParameters)
     position_controller: PositionControllerParameters = field(default_factory=PositionControllerParameters)
