@@ -15,6 +15,7 @@ kept_map = pytest.importorskip(
 )
 
 STATE = state_of(CorrectedMap(VolumeParameters()), OdometryHistory(), MapTime())
+kept_parameter = pytest.importorskip("node_tools.restarts.kept_parameter")
 NOBODY = 4_194_305
 """No process: greater than Linux's greatest number."""
 
@@ -27,6 +28,7 @@ def home(tmp_path, monkeypatch):
     monkeypatch.setattr(kept_map.rospy, "get_name", lambda: "/slam_octomap")
     monkeypatch.setattr(kept_map.rospy, "get_param", lambda name, default=None: kept.get(name, default))
     monkeypatch.setattr(kept_map.rospy, "set_param", kept.__setitem__)
+    monkeypatch.setattr(kept_parameter, "launch_of_this_process", lambda: "this one")
     return tmp_path
 
 
@@ -37,7 +39,8 @@ def test_a_node_that_starts_again_finds_its_copy_and_a_new_launch_does_not(home,
     again = kept_map.KeptMap(1.0).found
     assert again == str(home / f"slam_octomap_{os.getppid()}.volume")
     assert kept_map.KeptMap(0.0).found == ""
-    monkeypatch.setattr(kept_map.os, "getppid", lambda: NOBODY)
+    # When another roslaunch gets the same number, as in another container, then it is another launch
+    monkeypatch.setattr(kept_parameter, "launch_of_this_process", lambda: "another one")
     assert kept_map.KeptMap(1.0).found == ""
 
 

@@ -37,6 +37,7 @@ class MapFeed:
 
     def __init__(self, planner: PathPlanner, frame: str, keeps: bool = False) -> None:
         self._planner, self._frame, self._seq = planner, frame, 0
+        self._connection: Any = None
         self._size: tuple[float, int] | None = None
         self._kept: dict[tuple[int, ...], np.ndarray] | None = {} if keeps else None
         self.prior: Prior | None = None
@@ -54,6 +55,9 @@ class MapFeed:
     def take(self, message: Any) -> None:
         """Take a gridslam/VoxelTiles. If slam_octomap has started anew, the map begins anew.
 
+        It has if its messages are numbered from 1 again. Some may have gone to others before this node was
+        connected; then the connection is another one, whose first message is the whole map.
+
         Raises:
             InspectionToolsError: the message makes no sense; this part of the map is left out.
         """
@@ -64,9 +68,11 @@ class MapFeed:
             )
         tiles, voxels = planner_messages.tiles_of(message)
         size = message.resolution, message.side
-        if message.header.seq < self._seq:
+        before, self._connection = self._connection, getattr(message, "_connection_header", None)
+        is_anew = message.header.seq < self._seq or (before is not None and before is not self._connection)
+        if is_anew:
             self._planner.clear_map()
-        if message.header.seq < self._seq or size != self._size:
+        if is_anew or size != self._size:
             self._kept = None if self._kept is None else {}
         self._seq, self._size = message.header.seq, size
         if self._kept is not None:

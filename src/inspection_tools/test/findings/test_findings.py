@@ -1,6 +1,7 @@
 """Given pictures of a wall whose marks are known, rust and cracks are found in their places."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -135,6 +136,11 @@ def test_the_marks_of_another_detector_count_in_place_of_ours(tmp_path, capsys):
     aside, down = (np.array((124.5, 419.5)) - CAMERA.centre_px) * pixel_m
     assert np.allclose(found.position_m, (0.0, -aside, -down), atol=2 * pixel_m)
     assert found.area_m2 == pytest.approx(50 * 40 * pixel_m**2, rel=0.01)  # far from the middle, too
+    # When another photograph has got this name, then these are no marks of it
+    kept = tmp_path / "0.000000.marks.json"
+    kept.write_text(re.sub('"photograph": "[0-9a-f]*"', '"photograph": "0"', kept.read_text()))
+    found = find([tmp_path], tmp_path / "wall.stl", FindingParameters())
+    assert "blister" not in {each.kind for each in found}
     # When the detector marks nothing, then nothing is there; when its file is damaged, its name is told
     write_marks(tmp_path / "0.000000.jpg", [], "/theirs")
     assert find([tmp_path], tmp_path / "wall.stl", FindingParameters()) == []

@@ -365,3 +365,13 @@ def test_each_goal_has_its_own_time():
         assert lead.end is End.TIME
     with pytest.raises(ParameterError, match="time_max"):
         lead.begin(2000.0, HOME_M, time_max_s=math.nan)
+
+
+def test_a_photograph_that_was_deleted_is_taken_again_and_the_others_are_not():
+    lead = inspection()
+    uav = Uav(lead).fly()
+    lead.note_stored({1, 3})
+    lead.begin(uav.stamp_s, uav.place_m)
+    uav.fly(uav.stamp_s + 120.0)
+    assert [task.number for task in uav.asked] == [1, 2, 3, 2]
+    assert lead.todo.done == {1, 2, 3}

@@ -1,13 +1,15 @@
-"""A photographer whose camera hangs, or whose pictures never come. Prints what it told the inspection."""
+"""A photographer whose camera hangs, or whose pictures come late or never. Prints what inspections heard."""
 
 import json
 import threading
 import time
+from pathlib import Path
 
 import roslib.message
 import rospy
 from geometry_msgs.msg import Point, Pose, Quaternion
 from inspection_tools_ros.surveying import camera_link, photographer
+from sensor_msgs.msg import Image
 
 from inspection_tools.inspection.taken import StampedPose
 from inspection_tools.inspection.todo import Task, Todo
@@ -34,10 +36,22 @@ class Inspection:
         self.aborts.append((end.value, reason))
 
 
+class Folder:
+    """Notes what is stored."""
+
+    def __init__(self, names):
+        self._names = names
+
+    def save(self, _picture, record):
+        self._names.append(record.view)
+        return Path(f"{record.view}.jpg")
+
+
 def shoot(_):
     while camera == "hangs":
         time.sleep(0.05)
     stamp = rospy.Time.from_sec(10.0 + time.monotonic())
+    stamps.append(stamp)
     pose = Pose(Point(0.1, 0.0, -0.05), Quaternion(-0.5, 0.5, -0.5, 0.5))
     return SHOOT._response_class(True, "", stamp, pose, 0.002, 400.0, 200.0, 0.1, 1e-4, 0.0)
 
@@ -50,7 +64,7 @@ def wait_for(condition):
 
 rospy.init_node("camera_probe", disable_signals=True)
 rospy.Service("camera/shoot", SHOOT, shoot)
-said = []
+said, stamps = [], []
 takes = photographer.Photographer(said.append, lambda: None)
 takes.poses.note(StampedPose(10.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 1.0)))
 threading.Thread(target=takes.work, daemon=True).start()
@@ -64,4 +78,18 @@ for camera in ("hangs", "blind"):
     takes.hurry()
     wait_for(lambda: not takes.waits)
     told[camera] = {"lost": inspection.lost_ones, "aborts": inspection.aborts, "waits": takes.waits}
+pictures = rospy.Publisher("camera/image_raw", Image, queue_size=1)
+wait_for(lambda: pictures.get_num_connections() > 0)
+stored, surveys = {"first": [], "second": []}, {"first": Inspection(), "second": Inspection()}
+for name, survey in surveys.items():
+    album = photographer.Album(Folder(stored[name]), lambda _: None)
+    takes.begin(survey, album)
+    if name == "first":
+        takes.take(TASKS[0], 10.0)
+        wait_for(lambda: not takes.is_shooting)
+picture = Image(height=1, width=1, encoding="rgb8", step=3, data=bytes(3))
+picture.header.stamp = stamps[-1]
+pictures.publish(picture)
+wait_for(lambda: not takes.waits)
+told["late"] = {**stored, "shots": takes.shots, "waits": takes.waits}
 print(json.dumps(told), flush=True)

@@ -70,9 +70,9 @@ class InspectTest(unittest.TestCase):
         write_plan(path, SurveyPlan(source, START, camera, asked, flying, (flight,)))
         return path
 
-    def send_goal(self, name, plan, folder=None, second_look=False):
+    def send_goal(self, name, plan, folder=None, second_look=False, time_max=0.0):
         goal = SurveyActionGoal()
-        goal.goal.second_look = second_look
+        goal.goal.second_look, goal.goal.time_max = second_look, time_max
         goal.goal_id.id = name
         goal.goal.plan, goal.goal.folder = str(plan), str(self.folder / (folder or name))
         self.goals.send(goal)
@@ -302,6 +302,50 @@ class InspectTest(unittest.TestCase):
         uav.camera, uav.charge = "good", 0.9
         self.assertEqual(self.results.last.result.end, "battery")
         self.assertIn("land here", self.results.last.result.reason)
+
+    def test_12_what_a_launch_before_has_left_gives_no_home(self):
+        uav = self.uav
+        self.send_goal("left", self.plan())
+        uav.fly(lambda: len(self.records("left")) >= 1, "the first photograph")
+        # Given what another launch has kept of this goal; when the node starts again far from that home
+        begun, old = rospy.get_param(NODE + "/begun"), address_of(NODE)
+        rospy.set_param(NODE + "/begun", {**begun, "home": [7.0, 7.0, 2.0], "launch": "another one"})
+        os.kill(ServerProxy(old).getPid("/inspect_probe")[2], signal.SIGKILL)
+        wait_until(lambda: address_of(NODE) not in (None, old), "the node's new start", 60.0)
+        # Then it does not wait, as after a death in flight, until it can go on with the latched goal
+        wait_until(lambda: self.ended("left"), "the refusal", 60.0)
+        self.assertIn("place of the UAV is not known yet", self.results.last.status.text)
+        # And another goal comes home to where it begins
+        uav.tell()
+        rospy.sleep(0.3)
+        uav.send_map()
+        begin_m = uav.place
+        self.assertGreater(float(np.linalg.norm(np.subtract(begin_m, (7.0, 7.0, 2.0)))), 1.0)
+        self.send_goal("begun anew", self.plan(), "left")
+        uav.fly(lambda: self.ended("begun anew"), "the end")
+        self.assertTrue(self.results.last.result.is_home)
+        self.assertLess(float(np.linalg.norm(np.subtract(uav.place, begin_m))), 0.5)
+
+    def test_13_an_edited_plan_is_flown_at_its_new_places_only(self):
+        uav, moved = self.uav, replace(VIEWS[0], place_m=(6.0, 7.0, 2.0))
+        self.send_goal("edited", self.plan("edited.yaml"))
+        uav.fly(lambda: self.ended("edited"), "the first flight")
+        self.send_goal("edited again", self.plan("edited.yaml", (VIEWS[2], moved)), "edited")
+        uav.fly(lambda: self.ended("edited again"), "the second flight")
+        result = self.results.last.result
+        self.assertEqual((result.end, result.taken, result.open), ("done", 2, 0))
+        *_, new = self.records("edited")
+        self.assertEqual(len(self.records("edited")), 4)
+        self.assertLess(float(np.linalg.norm(np.subtract(new.position_m, moved.place_m))), 0.2)
+
+    def test_14_the_time_of_a_later_goal_counts(self):
+        plan, uav = self.plan("timed.yaml"), self.uav
+        self.send_goal("a long time", plan, time_max=1000.0)
+        uav.fly(lambda: self.feedback.last.status.goal_id.id == "a long time", "the flight")
+        self.send_goal("a short time", plan, "a long time", time_max=1.0)
+        uav.fly(lambda: self.ended("a short time"), "the end")
+        self.assertEqual(self.results.last.result.end, "time")
+        self.assertIn("The time of 1 s is over", self.results.last.result.reason)
 
     def test_z_its_threads_take_locks_in_one_order(self):
         self.assertEqual(take_report(NODE), "")

@@ -29,7 +29,7 @@ class Uav:
         self.picture = np.zeros((48, 64, 3), np.uint8)
         self.camera, self.cut = "good", 0
         self.stamp_s, self.charge, self.tilts = 100.0, 0.9, Newest("/camera/tilt", Float64)
-        self._place, self._yaws, self._yaw_rad = START, {}, 0.0
+        self.place, self._yaws, self._yaw_rad = START, {}, 0.0
         self._pictures = rospy.Publisher("/camera/image_raw", Image, queue_size=10)
         rospy.Service("/camera/shoot", SHOOT, self._shoot)
         rospy.Subscriber("/pos_setpoint", Pose, self._fly)
@@ -38,7 +38,7 @@ class Uav:
         self._batteries = Input("/battery", BatteryState)
 
     def _fly(self, setpoint):
-        self._place = (setpoint.position.x, setpoint.position.y, setpoint.position.z)
+        self.place = (setpoint.position.x, setpoint.position.y, setpoint.position.z)
 
     def _turn(self, front):
         asked_at = self._yaws.get(front.header.stamp.to_nsec())
@@ -66,7 +66,7 @@ class Uav:
         self.stamp_s += STEP_S
         stamp = rospy.Time.from_sec(self.stamp_s)
         self._yaws[stamp.to_nsec()] = self._yaw_rad
-        self._poses.send(odometry_of(stamp, self._place, self._yaw_rad, frame="map"))
+        self._poses.send(odometry_of(stamp, self.place, self._yaw_rad, frame="map"))
         battery = BatteryState(percentage=self.charge, voltage=12.0, current=-10.0)
         battery.header.stamp = stamp
         self._batteries.send(battery)

@@ -29,5 +29,10 @@ def test_after_three_photographs_the_survey_ends_and_each_is_missed(told, camera
     assert "It was asked 3 times." in reason
 
 
+def test_a_picture_that_comes_when_another_survey_is_flown_belongs_to_its_own(told):
+    assert (told["late"]["first"], told["late"]["second"]) == ([1], [])
+    assert told["late"]["shots"] == 0  # of the survey that is flown
+
+
 def test_nobody_waits_for_it_any_more(told):
     assert not any(each["waits"] for each in told.values())

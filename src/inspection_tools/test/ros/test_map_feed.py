@@ -66,6 +66,21 @@ def test_a_map_that_begins_anew_forgets_what_was_seen(fed):
     assert kinds_of(planner) == {FREE: 0, OCCUPIED: 2}
 
 
+def test_a_map_of_another_connection_is_another_map_though_its_numbers_go_on(fed):
+    planner, feed = fed
+    old, new = {"callerid": "/slam_octomap"}, {"callerid": "/slam_octomap"}
+    for seq, connection, tile in (
+        (1, old, (0, 0, 0)),
+        (2, old, (1, 0, 0)),
+        (3, new, (2, 0, 0)),
+        (4, new, (3, 0, 0)),
+    ):
+        told = message(seq, tile, [OCCUPIED])
+        told._connection_header = connection
+        feed.take(told)
+    assert kinds_of(planner)[OCCUPIED] == 2
+
+
 def test_a_map_in_another_frame_is_refused(fed):
     _, feed = fed
     other = message(1, (0, 0, 0), [FREE])

@@ -11,6 +11,7 @@ import rospkg
 import rospy
 
 from gridslam.volume.saved.saved_map import VolumeState, write_volume
+from node_tools.restarts.kept_parameter import KeptParameter
 
 PAUSES = 50.0
 """The copies take one part in so many of the wall time at most: a long flight's map is large."""
@@ -27,14 +28,14 @@ class KeptMap:
     """
 
     def __init__(self, period_s: float) -> None:
-        self._period_s, self._launch, self._kept_s = period_s, os.getppid(), 0.0
+        self._period_s, self._kept_s = period_s, 0.0
         name = rospy.get_name().strip("/").replace("/", "_")
         folder = Path(rospkg.get_ros_home())
-        self._path = folder / f"{name}_{self._launch}{ENDING}"
+        self._path = folder / f"{name}_{os.getppid()}{ENDING}"
         self._rests_until_s = -math.inf
-        kept = rospy.get_param("~kept", {})
-        is_ours = period_s > 0.0 and kept.get("launch") == self._launch and Path(kept["file"]).is_file()
-        self.found = str(kept["file"]) if is_ours else ""
+        self._kept = KeptParameter("~kept")
+        found = str(self._kept.values.get("file", ""))
+        self.found = found if period_s > 0.0 and Path(found).is_file() else ""
         """Path of the copy to begin with; empty: there is none."""
         if period_s > 0.0:
             for old in folder.glob(f"{name}_[0-9]*{ENDING}"):
@@ -56,7 +57,7 @@ class KeptMap:
         self._kept_s, began_s = now_s, time.monotonic()
         write_volume(state, self._path)
         self._rests_until_s = time.monotonic() + PAUSES * (time.monotonic() - began_s)
-        rospy.set_param("~kept", {"file": str(self._path), "launch": self._launch})
+        self._kept.keep({"file": str(self._path)})
 
 
 def _is_running(process: int) -> bool:

@@ -11,7 +11,7 @@ from typing import Callable
 import rospy
 
 from inspection_tools.errors import InspectionToolsError
-from inspection_tools.findings.remembered import MARKS, write_marks
+from inspection_tools.findings.remembered import read_marks, write_marks
 from inspection_tools.msg import Candidates, Photograph
 from inspection_tools.photographs.folder import read_camera
 from inspection_tools_ros.surveying.photograph_messages import candidates_of, photograph_message
@@ -82,7 +82,7 @@ class DetectorLink:
 
     def _mark(self, path: Path, mesh: str) -> None:
         """Raises InspectionToolsError: the photograph or the answer makes no sense, or there is none."""
-        if path.with_suffix(MARKS).exists():
+        if read_marks(path) is not None:
             return
         answer = self._asked(photograph_message(path, mesh, self._frame))
         if answer is None:

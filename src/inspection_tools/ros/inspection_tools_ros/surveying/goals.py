@@ -16,6 +16,7 @@ from inspection_tools.findings.wanted import Wanted
 from inspection_tools.inspection import Inspection, InspectionParameters
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.second_look import SearchState, SecondLook
+from inspection_tools.inspection.taken import done_in
 from inspection_tools.inspection.viewpoints import is_completed
 from inspection_tools.msg import SurveyGoal
 from inspection_tools.photographs.folder import records_in
@@ -67,6 +68,7 @@ class SurveyGoals:
             InspectionToolsError: one sentence.
         """
         if self._inspection is not None and self._is_known(goal):
+            self._inspection.note_stored(self._stored())
             return self._inspection
         plan = digest_of(goal.plan)  # before it is read: whoever edits it meanwhile gets it read again
         files = files_of(goal, self._parameters)
@@ -88,6 +90,14 @@ class SurveyGoals:
         for path, _ in records_in(files.folder.folder)[0]:
             self.album.on_stored(path)
         return inspection
+
+    def _stored(self) -> set[int]:
+        """Return the numbers of the photographs that are in the folder."""
+        assert self._inspection is not None
+        assert self.plan is not None
+        assert self.album is not None
+        views = [task.view for task in self._inspection.todo.tasks]
+        return done_in(self.album.folder.folder, self._parameters.for_plan(self.plan), views)
 
     def _is_known(self, goal: SurveyGoal) -> bool:
         """Whether a goal asks for the survey that is there. A draft may have become a whole plan since."""

@@ -1,7 +1,8 @@
 """Candidates that are kept beside their photographs: by us, so that a search is not done twice, or by others.
 
 Those of another detector are in STAMP.marks.json: `detector`, its name, and `candidates`, each with `kind`,
-`size_px`, the number of all its pixels, and `pixels`, some of them, [x, y] in px.
+`size_px`, the number of all its pixels, and `pixels`, some of them, [x, y] in px. If it has `photograph`, the
+SHA-256 of the JPEG, the marks do not count for another photograph that has got this name since.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ MARKS = ".marks.json"
 
 
 def read_marks(photograph: Path) -> list[Candidate] | None:
-    """Return what another detector has marked in a photograph; None: none has looked at it.
+    """Return what another detector has marked in this photograph; None: none has looked at it.
 
     Raises:
         PhotographError: the file of marks is damaged.
@@ -36,9 +37,13 @@ def read_marks(photograph: Path) -> list[Candidate] | None:
     if not path.exists():
         return None
     try:
-        given = json.loads(path.read_text(encoding="utf-8"))["candidates"]
+        content = json.loads(path.read_text(encoding="utf-8"))
+        marked_one = content.get("photograph")
+        if marked_one is not None and marked_one != _digest_of(photograph):
+            return None
+        given = content["candidates"]
         return [marked(str(each["kind"]), np.array(each["pixels"]), each["size_px"]) for each in given]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise PhotographError(
             f"{path}: cannot be read ({error}). Delete it, or let the detector mark the photograph again."
         ) from None
@@ -57,7 +62,8 @@ def write_marks(photograph: Path, found: Sequence[Candidate], detector: str) -> 
         for each in found
     ]
     try:
-        partial.write_text(json.dumps({"detector": detector, "candidates": marks}), encoding="utf-8")
+        content = {"detector": detector, "photograph": _digest_of(photograph), "candidates": marks}
+        partial.write_text(json.dumps(content), encoding="utf-8")
         os.replace(partial, path)
     except OSError as error:
         partial.unlink(missing_ok=True)
@@ -67,6 +73,10 @@ def write_marks(photograph: Path, found: Sequence[Candidate], detector: str) -> 
 def is_searched(photograph: Path) -> bool:
     """Return whether the candidates in a photograph are kept beside it, by us or by another detector."""
     return any(photograph.with_suffix(suffix).exists() for suffix in (SUFFIX, MARKS))
+
+
+def _digest_of(photograph: Path) -> str:
+    return hashlib.sha256(photograph.read_bytes()).hexdigest()
 
 
 def marked(kind: str, pixels: np.ndarray, size_px: int) -> Candidate:

@@ -10,7 +10,7 @@ import threading
 from contextlib import suppress
 from dataclasses import replace
 from enum import Enum
-from typing import Sequence
+from typing import Collection, Sequence
 
 import numpy as np
 
@@ -218,6 +218,11 @@ class Inspection:
             self._fail(task, why)
             if self.end is End.DONE:
                 self.end, self.is_home, self._look_s = None, False, -math.inf
+
+    def note_stored(self, stored: Collection[int]) -> None:
+        """Take what the folder holds of the photographs: what somebody has deleted is taken again."""
+        with self._lock:
+            self.todo.note_stored(stored)
 
     def look_closer(self, point_m: np.ndarray, here_m: np.ndarray, distance_m: float) -> Task | None:
         """Photograph a point from nearer now, and then go on. None: no place near it can be flown to."""

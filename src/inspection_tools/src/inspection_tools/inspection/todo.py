@@ -118,6 +118,12 @@ class Todo:
         else:
             self._open.append(task)
 
+    def note_stored(self, stored: Collection[int]) -> None:
+        """Open again what counts as taken, but is not stored any more. stored: numbers of what is."""
+        gone = [task for task in self.tasks if task.number in self.done and task.number not in stored]
+        self.done -= {task.number for task in gone}
+        self._open += gone
+
     def failures_of(self, task: Task) -> int:
         """Return how often it has failed."""
         return self._failures.get(task.number, 0)

@@ -7,6 +7,7 @@ from typing import Iterable
 
 import rospy
 from geometry_msgs.msg import Point, Pose, Quaternion
+from inspection_tools_ros.setpoints import SetpointSender
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
@@ -33,7 +34,7 @@ class Experiment1Node(FlightNode):
     """Flies to one goal.
 
     Subscribes, besides every `FlightNode`'s topics: goal_reached (std_msgs/Bool).
-    Publishes: pos_setpoint (geometry_msgs/Pose, latched).
+    Publishes: pos_setpoint (geometry_msgs/Pose): see `SetpointSender`.
     Parameters: see doc/reference.md.
     """
 
@@ -41,14 +42,14 @@ class Experiment1Node(FlightNode):
         self, monitor: Monitor, goal_xyz_m: tuple[float, float, float], lockstep: bool, cepa: bool
     ) -> None:
         self._goal_xyz_m = goal_xyz_m
-        self._setpoint = rospy.Publisher("pos_setpoint", Pose, queue_size=1, latch=True)
+        self._setpoint = SetpointSender()
         self._progress = ProgressWatch(goal_xyz_m)
         super().__init__(monitor, lockstep, cepa)
         self.subscribe("goal_reached", Bool, lambda message: monitor.on_goal_reached(message.data))
 
     def send_goal(self) -> None:
         """Send the position setpoint."""
-        self._setpoint.publish(Pose(Point(*self._goal_xyz_m), Quaternion(0.0, 0.0, 0.0, 1.0)))
+        self._setpoint.send(Pose(Point(*self._goal_xyz_m), Quaternion(0.0, 0.0, 0.0, 1.0)))
         rospy.loginfo("The UAV hovers over the start and is sent to the goal.")
 
     def _on_ground_truth(self, message: Odometry) -> Iterable[Enum]:
