@@ -23,6 +23,7 @@ CALLS = LockedCalls(CLASSES)
 ENDS = {"set_succeeded", "set_aborted", "set_preempted", "publish_feedback", "accept_new_goal"}
 """Methods of actionlib's server that take its lock."""
 BLOCKS = {"wait_for_service", "wait_for_message", "wait_for_result", "wait_for_server", "sleep", "wallsleep"}
+BLOCKS |= {"get_param", "set_param", "has_param", "delete_param"}  # the master may be far away
 BLOCKS |= {"join", "result", "communicate", "check_call", "check_output", "urlopen", "recv", "accept"}
 
 

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import threading
 from types import SimpleNamespace
 
 import pytest
@@ -117,3 +118,30 @@ def test_nodes_of_one_parent_are_of_one_launch_and_those_of_another_are_not(pref
     assert len(first) == len(second) == 2
     assert first[0] == first[1]
     assert second[0] == second[1] != first[0]
+
+
+def test_a_master_that_hangs_does_not_hold_up_the_flight_and_gets_the_newest_later(server, monkeypatch):
+    # Given a master that takes a parameter only when it is let go
+    go_on, begun, written, asked = threading.Event(), threading.Event(), threading.Event(), []
+
+    def hang(name, told):
+        asked.append(told)
+        begun.set()
+        go_on.wait()
+        server.parameters[name] = told
+        if told["reached"] == 3:
+            written.set()
+
+    monkeypatch.setattr(kept_parameter.rospy, "set_param", hang)
+    parameter = kept_parameter.KeptParameter(BEGUN, ending())
+    # When three values are kept, then nobody waits for the end
+    parameter.keep({"reached": 1})
+    assert begun.wait(30.0)
+    for reached in (2, 3):
+        parameter.keep({"reached": reached})
+    assert [told["reached"] for told in asked] == [1]
+    assert not server.parameters
+    # When the master goes on, then it has the newest
+    go_on.set()
+    assert written.wait(30.0)
+    assert [told["reached"] for told in asked] == [1, 3]

@@ -13,6 +13,7 @@ import rospy
 
 from node_tools.ending import Ending
 from node_tools.restarts.launch import launch_of_this_process
+from node_tools.restarts.newest_writer import NewestWriter
 
 LAUNCH = "launch"
 """Key of the launch in the parameter."""
@@ -32,6 +33,7 @@ class KeptParameter:
 
     def __init__(self, name: str, ending: Ending | None = None) -> None:
         self._name, self._ending, self._launch = name, ending, launch_of_this_process()
+        self._writer = NewestWriter(self._write)
         told = rospy.get_param(name, None)
         is_ours = isinstance(told, dict) and told.get(LAUNCH) == self._launch
         self.values: dict[str, Any] = {k: v for k, v in told.items() if k != LAUNCH} if is_ours else {}
@@ -41,12 +43,15 @@ class KeptParameter:
     def keep(self, values: Mapping[str, Any]) -> None:
         """Keep these in place of what was kept. They are numbers, words, lists of them, or mappings.
 
-        Without a master nothing is kept, and the flight goes on.
+        Without a master nothing is kept, and the flight goes on. A master that hangs is not waited for.
         """
         self.values = dict(values)
         if self._ending is None or not self._ending.received:
-            with suppress(OSError, rospy.ROSException):
-                rospy.set_param(self._name, self._told)
+            self._writer.write(self._told)
+
+    def _write(self, told: dict[str, Any]) -> None:
+        with suppress(OSError, rospy.ROSException):
+            rospy.set_param(self._name, told)
 
     @property
     def _told(self) -> dict[str, Any]:
