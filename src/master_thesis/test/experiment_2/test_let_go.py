@@ -109,6 +109,7 @@ def test_the_folder_holds_figures_series_and_pictures(flown, tmp_path):
     folder = results.RunFolder(tmp_path, "experiment_2", datetime.now())
     trial_files.write_numbers(folder, description, trial)
     returned = trial_files.complete_trial(folder, description, trial)
+    folder.write_result(returned, is_whole=True)
     content = json.loads((folder.path / "result.json").read_text())
     assert content["success"] is True
     assert content["min_clearance_m"] == pytest.approx(returned["min_clearance_m"])
