@@ -8,8 +8,8 @@ from pathlib import Path
 SOURCES = Path(__file__).resolve().parents[1] / "src"
 PROGRAM = """
 import logging, sys
-from node_tools.log_file import tell_once
-tell_once()
+from node_tools.ending import tell_log_faults_once
+tell_log_faults_once()
 logger = logging.getLogger("node")
 logger.addHandler(logging.FileHandler("/dev/full"))
 for number in range(20):

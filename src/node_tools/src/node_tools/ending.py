@@ -123,6 +123,27 @@ def silence_threads() -> None:
     logging.getLogger("rosout").addFilter(lambda record: not str(record.msg).startswith(_UNSAID))
 
 
+def tell_log_faults_once() -> None:
+    """From now on tell once that this process cannot write its log file, as on a full disk. It works on.
+
+    Python's own way is a traceback for each line of the log.
+    """
+    import logging
+
+    told: list[str] = []
+    usual = logging.Handler.handleError
+
+    def handle_error(handler: logging.Handler, record: logging.LogRecord) -> None:
+        error = sys.exc_info()[1]
+        if not isinstance(error, OSError):
+            usual(handler, record)
+        elif not told:
+            told.append(getattr(handler, "baseFilename", "The log"))
+            print(f"{told[0]} cannot be written: {error.strerror}. Free some space.", file=sys.stderr)
+
+    logging.Handler.handleError = handle_error  # type: ignore[assignment, method-assign]
+
+
 def exit_later(code: int, after_s: float = CLOSING_S) -> None:
     """End the process after this wall time, even if its threads still wait."""
     timer = threading.Timer(after_s, os._exit, (code,))

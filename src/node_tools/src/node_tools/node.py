@@ -9,8 +9,7 @@ from typing import Callable, Protocol
 
 import rospy
 
-from node_tools.ending import Ending, exit_later, leave, silence_threads
-from node_tools.log_file import tell_once
+from node_tools.ending import Ending, exit_later, leave, silence_threads, tell_log_faults_once
 from node_tools.parameters import exponents_as_text
 
 HEARD_AFTER_S = 0.3
@@ -75,7 +74,7 @@ def run(
     take_leave = partial(_take_leave, ending)
     ending.closes_by(take_leave)
     try:
-        tell_once()
+        tell_log_faults_once()
         rospy.init_node(name, disable_signals=True)
         keep_trying = rospy.get_param("~keep_trying", False)
         run_node = _make_at_last(make, errors, explain) if keep_trying else make()
