@@ -21,6 +21,7 @@ setup(
             "inspection_tools.photographs",
             "inspection_tools.planning",
             "inspection_tools.planning.kernels",
+            "inspection_tools.pose",
             "inspection_tools.report",
             "inspection_tools.ship",
             "inspection_tools.survey",

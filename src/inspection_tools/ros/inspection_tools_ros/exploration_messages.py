@@ -27,7 +27,9 @@ def phase_of(exploration: Exploration, has_map: bool) -> str:
         return "waiting for the map"
     if exploration.told.end is not None:
         return "coming home"
-    return "paused" if exploration.is_paused else "exploring"
+    if exploration.is_paused:
+        return "paused"
+    return "waiting for SLAM" if exploration.is_in_doubt else "exploring"
 
 
 def feedback_of(

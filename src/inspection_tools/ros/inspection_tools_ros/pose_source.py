@@ -29,7 +29,11 @@ class PoseSource:
 
     Attributes:
         topic: of nav_msgs/Odometry: odometry, or ground_truth. goal_frame: the frame of poses and goals:
-            odom, world or map. is_corrected: the poses are SLAM's.
+            odom, world or map. is_corrected: the poses are SLAM's. whole: the last pose (position, yaw) with
+            all
+        of SLAM's correction, for what is measured; the pose itself is for flying. off_m, off_rad: between
+        both.
+        odom_in_map: SLAM's correction of that pose (x, y, z) and yaw; None: there is none.
 
     Raises:
         ParameterError: there is no such source.
@@ -50,6 +54,9 @@ class PoseSource:
         self.goal_frame = self._map_frame if self._source == "slam" else self._pose_frame
         self.is_corrected = self._source == "slam"
         self._frames = Frames()
+        self.whole: tuple[Vector3, float] = ((0.0, 0.0, 0.0), 0.0)
+        self.off_m = self.off_rad = 0.0
+        self.odom_in_map: tuple[Vector3, float] | None = None
         if self._source == "slam":
             self._correction = SlowCorrection(read_parameters(CorrectionParameters))
             self._frames.listen()
@@ -62,11 +69,15 @@ class PoseSource:
         """
         conversions.require_frames(odometry, self._pose_frame, self.base_frame)
         position_m, orientation = conversions.pose_of(odometry.pose.pose)
+        pose = position_m, yaw_of(orientation)
         if self._source != "slam":
-            return position_m, yaw_of(orientation)
-        stamp_s = odometry.header.stamp.to_sec()
+            self.whole = pose
+            return pose
         correction = self._map_to_odom(odometry.header.stamp)
-        return self._correction.apply(stamp_s, (position_m, yaw_of(orientation)), *correction)
+        pose = self._correction.apply(odometry.header.stamp.to_sec(), pose, *correction)
+        self.whole, self.odom_in_map = self._correction.whole, (correction[0], yaw_of(correction[1]))
+        self.off_m, self.off_rad = self._correction.off_m, self._correction.off_rad
+        return pose
 
     def _map_to_odom(self, stamp: rospy.Time) -> tuple[Vector3, Quaternion]:
         """Return SLAM's correction for a pose. This never waits, because the next pose asks again."""

@@ -36,7 +36,12 @@ class CorrectionParameters:
 
 
 class SlowCorrection:
-    """Takes poses from `odom` to `map` by a correction that never jumps, except at the first pose."""
+    """Takes poses from `odom` to `map` by a correction that never jumps, except at the first pose.
+
+    Attributes:
+        whole: the last pose (position, yaw) with the whole correction. off_m, off_rad: what the answer
+        lacked.
+    """
 
     def __init__(self, parameters: CorrectionParameters | None = None) -> None:
         self._parameters = parameters or CorrectionParameters()
@@ -47,6 +52,8 @@ class SlowCorrection:
         self._stamp_s: float | None = None
         self._shift_m: Vector3 = (0.0, 0.0, 0.0)
         self._turn_rad = 0.0
+        self.whole: tuple[Vector3, float] = ((0.0, 0.0, 0.0), 0.0)
+        self.off_m = self.off_rad = 0.0
 
     def apply(
         self, stamp_s: float, pose: tuple[Vector3, float], shift_m: Vector3, turn: Quaternion
@@ -72,8 +79,12 @@ class SlowCorrection:
             x, y, z = (a + share * (b - a) - c for a, b, c in zip(here_m, there_m, turned_m))
             self._shift_m = (x, y, z)
         self._stamp_s = stamp_s
-        heading_rad = math.remainder(yaw_rad + self._turn_rad, 2.0 * math.pi)
-        return _moved(position_m, self._shift_m, self._turn_rad), heading_rad
+        whole_m, whole_rad = _moved(position_m, shift_m, yaw_of(turn)), yaw_rad + yaw_of(turn)
+        here_m, here_rad = _moved(position_m, self._shift_m, self._turn_rad), yaw_rad + self._turn_rad
+        self.whole = whole_m, math.remainder(whole_rad, 2.0 * math.pi)
+        self.off_m = math.dist(here_m, whole_m)
+        self.off_rad = math.remainder(whole_rad - here_rad, 2.0 * math.pi)
+        return here_m, math.remainder(here_rad, 2.0 * math.pi)
 
 
 def _moved(position_m: Vector3, shift_m: Vector3, turn_rad: float) -> Vector3:

@@ -13,6 +13,7 @@ from inspection_tools.energy import EnergyParameters, EnergyWatch
 from inspection_tools.exploration import End, Exploration, ExplorationParameters, Explorer, ExplorerParameters
 from inspection_tools.exploration.leftovers import Why
 from inspection_tools.planning import OCCUPIED, UNKNOWN, PathPlanner, parse_limits
+from inspection_tools.pose.trust import Trust
 
 HOVER_M = np.array((1.3, 1.3, 1.2))
 EXPLORER = ExplorerParameters(spacing=0.4, reach=8.0)
@@ -246,6 +247,38 @@ def test_it_tells_explored_only_when_a_flood_fill_finds_nothing_or_cepa_refused(
     led.fly_home()
     assert led.exploration.is_home
     assert not unknown.any() or led.told.left_m2(Why.REFUSED) > 0.0
+
+
+# the pose
+
+
+@pytest.mark.parametrize("end", [End.EXPLORED, End.ABORTED])
+def test_a_uav_that_is_lost_hovers_until_it_is_found_or_comes_home(end):
+    led = Led(room((6.2, 4.6, 2.4), DOOR))
+    led.fly(lambda: led.flight.place_m[0] > 4.0)
+    here_m, views = led.flight.place_m, led.told.views
+    led.exploration.trust(Trust.HOVER, "SLAM is lost.", here_m)
+    for _ in range(20):
+        led.step()
+    assert led.exploration.is_in_doubt
+    assert math.dist(led.flight.place_m, here_m) < STEP_M
+    assert led.told.views == views
+    last = Trust.SURE if end is End.EXPLORED else Trust.COME_HOME
+    led.exploration.trust(last, "SLAM is lost.", led.flight.place_m)
+    led.fly_home()
+    assert led.told.end is end
+    assert led.exploration.is_home
+
+
+def test_a_uav_that_is_lost_minds_its_battery():
+    energy = EnergyWatch()
+    led = Led(room((6.2, 4.6, 2.4), DOOR), energy=energy)
+    led.charge = 0.9
+    led.fly(lambda: led.flight.place_m[0] > 4.0)
+    led.exploration.trust(Trust.HOVER, "SLAM is lost.", led.flight.place_m)
+    led.charge = 0.15
+    led.fly_home()
+    assert (led.told.end, led.exploration.is_home) == (End.BATTERY, True)
 
 
 # the battery

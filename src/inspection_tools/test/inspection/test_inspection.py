@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,11 +20,12 @@ from voxel_room import SIDE_M
 
 from inspection_tools import ParameterError
 from inspection_tools.energy import EnergyParameters, EnergyWatch
-from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Todo
+from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Task, Todo
 from inspection_tools.inspection.places import body_place_m
 from inspection_tools.inspection.taken import RecentPoses, StampedPose, done_in, record_of, shot_of
 from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord, read_record
 from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN
+from inspection_tools.pose.trust import Trust
 from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.surface.room import room_of
 from inspection_tools.survey.views.candidates import View
@@ -213,6 +215,60 @@ def test_a_closer_look_is_taken_squarely_however_flat_the_uav_sees_the_point():
     task = lead.look_closer(point_m, np.array((5.5, 3.2, 1.5)), 1.2)
     back_m = np.array(task.view.place_m) - point_m
     assert -back_m[1] / np.linalg.norm(back_m) > 0.97
+
+
+def test_while_the_pose_is_not_sure_it_hovers_and_photographs_nothing():
+    lead = inspection()
+    uav = Uav(lead)
+    while len(uav.asked) < 1:
+        uav.step()
+    lead.trust(Trust.UNSURE, "It is off.", uav.place_m)
+    while lead.task is None or not lead.rest_m:
+        uav.step()
+    lead.trust(Trust.HOVER, "It is off.", uav.place_m)
+    here_m = uav.place_m
+    for _ in range(100):
+        uav.step()
+    assert len(uav.asked) == 1
+    assert lead.is_in_doubt
+    assert math.dist(uav.place_m, here_m) < 0.5
+    # When it is sure again, then it goes on, and nothing has failed
+    lead.trust(Trust.SURE, "", uav.place_m)
+    uav.fly(uav.stamp_s + 120.0)
+    assert (lead.end, lead.is_home, lead.todo.left_out) == (End.DONE, True, {})
+
+
+def test_a_pose_that_stays_unsure_brings_it_home():
+    lead = inspection()
+    uav = Uav(lead)
+    while len(uav.asked) < 1:
+        uav.step()
+    lead.trust(Trust.HOVER, "SLAM is lost.", uav.place_m)
+    uav.step()
+    lead.trust(Trust.COME_HOME, "SLAM is lost.", uav.place_m)
+    uav.fly(uav.stamp_s + 120.0)
+    assert (lead.end, lead.is_home, len(uav.asked)) == (End.ABORTED, True, 1)
+    assert lead.reason == "SLAM is lost. That lasted too long."
+
+
+def test_a_photograph_whose_pose_was_not_sure_is_shot_again():
+    """The match tells 0.02 m, but SLAM has just moved the pose by a metre."""
+    poses, matched = RecentPoses(), tuple((0.02**2 * np.eye(6)).ravel())
+    poses.note(StampedPose(1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0,) * 36, 1.0))
+    poses.note_match(1.0, matched)
+    camera = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    answer = SimpleNamespace(exposure=0.002, iso=100.0, lux=90.0, blur=0.1, shift=1e-5, turn=0.0)
+    told = record_of(Task(1, VIEWS[0]), 1.0, poses.at(1.0), camera, answer)
+    assert shot_of(told).deviation_m == pytest.approx(math.hypot(1.0, 0.02))
+    assert "known to 1.00 m only" in shot_of(told).fault(InspectionParameters())
+
+
+def test_after_a_clock_that_was_set_back_a_photograph_finds_its_own_pose():
+    poses = RecentPoses()
+    for stamp_s, x_m in ((1.0, 1.0), (1.5, 1.5), (2.0, 2.0), (1.4, 2.1), (1.5, 2.2)):
+        poses.note(StampedPose(stamp_s, (x_m, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
+    assert poses.at(1.5).place_m == (2.2, 0.0, 0.0)
+    assert poses.at(1.1).place_m == (1.0, 0.0, 0.0)
 
 
 def test_a_picture_that_is_lost_is_taken_again_even_on_the_way_home():

@@ -25,7 +25,9 @@ SHOOT = roslib.message.get_service_class("simulation_tools/Shoot")
 class Uav:
     """It is where it is sent, at once. Its camera takes grey pictures."""
 
-    def __init__(self):
+    step_s = STEP_S
+
+    def __init__(self, poses="/ground_truth"):
         self.picture = np.zeros((48, 64, 3), np.uint8)
         self.camera, self.cut = "good", 0
         self.stamp_s, self.charge, self.tilts = 100.0, 0.9, Newest("/camera/tilt", Float64)
@@ -34,7 +36,7 @@ class Uav:
         rospy.Service("/camera/shoot", SHOOT, self._shoot)
         rospy.Subscriber("/pos_setpoint", Pose, self._fly)
         rospy.Subscriber("/front", Vector3Stamped, self._turn)
-        self._poses, self._maps = Input("/ground_truth", Odometry), Input("/updates", tiles_class())
+        self._poses, self._maps = Input(poses, Odometry), Input("/updates", tiles_class())
         self._batteries = Input("/battery", BatteryState)
 
     def _fly(self, setpoint):
@@ -63,10 +65,10 @@ class Uav:
 
     def tell(self):
         """Tell pose, map and battery of the next instant."""
-        self.stamp_s += STEP_S
+        self.stamp_s += self.step_s
         stamp = rospy.Time.from_sec(self.stamp_s)
         self._yaws[stamp.to_nsec()] = self._yaw_rad
-        self._poses.send(odometry_of(stamp, self.place, self._yaw_rad, frame="map"))
+        self._poses.send(self.odometry(stamp))
         battery = BatteryState(percentage=self.charge, voltage=12.0, current=-10.0)
         battery.header.stamp = stamp
         self._batteries.send(battery)
@@ -74,6 +76,10 @@ class Uav:
         tiles.header.frame_id, tiles.header.stamp = "map", stamp
         tiles.resolution, tiles.side = RESOLUTION_M, SIDE
         self._maps.send(tiles)
+
+    def odometry(self, stamp):
+        """Return the pose that is told."""
+        return odometry_of(stamp, self.place, self._yaw_rad, frame="map")
 
     def send_map(self):
         """Send a room of 9.6 x 9.6 x 4.8 m with walls of a voxel."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Point
-from nav_msgs.msg import Odometry
+from nav_msgs.msg import Odometry, Path
 from sensor_msgs.msg import BatteryState, Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
@@ -15,9 +15,11 @@ from visualization_msgs.msg import Marker, MarkerArray
 from inspection_tools.geometry import Quaternion, Vector3, heading_rate, multiply, yaw_of
 from inspection_tools.inspection import Inspection, Task
 from inspection_tools.inspection.motion import Motion
+from inspection_tools.inspection.slam_path import LevelPose, SlamPath
 from inspection_tools.inspection.taken import StampedPose
 from inspection_tools.msg import SurveyFeedback, SurveyResult
 from inspection_tools_ros import conversions
+from node_tools.conversions import xyz, xyzw
 
 OPEN, DONE = ColorRGBA(0.1, 0.4, 1.0, 0.9), ColorRGBA(0.1, 0.7, 0.2, 0.9)
 LEFT, NEXT = ColorRGBA(0.9, 0.1, 0.1, 0.9), ColorRGBA(1.0, 0.6, 0.0, 1.0)
@@ -35,14 +37,27 @@ def motion_of(odometry: Odometry, time_s: float, place_m: Vector3, yaw_rad: floa
     return Motion(time_s, np.array(place_m), yaw_rad, speed, turn)
 
 
-def stamped_pose(odometry: Odometry, place_m: Vector3, yaw_rad: float) -> StampedPose:
-    """Return the pose in the map: the odometry's, turned to this yaw."""
+def stamped_pose(
+    odometry: Odometry,
+    place_m: Vector3,
+    yaw_rad: float,
+    deviation_m: float = 0.0,
+    odom_in_map: LevelPose | None = None,
+) -> StampedPose:
+    """Return the pose in the map: the odometry's, turned to this yaw. For the others see `StampedPose`."""
     _, orientation = conversions.pose_of(odometry.pose.pose)
     half = 0.5 * (yaw_rad - yaw_of(orientation))
     turned = multiply((0.0, 0.0, math.sin(half), math.cos(half)), orientation)
-    return StampedPose(
-        odometry.header.stamp.to_sec(), place_m, turned, tuple(map(float, odometry.pose.covariance))
-    )
+    covariance = tuple(map(float, odometry.pose.covariance))
+    stamp_s = odometry.header.stamp.to_sec()
+    return StampedPose(stamp_s, place_m, turned, covariance, deviation_m, odom_in_map)
+
+
+def slam_path_of(path: Path) -> SlamPath:
+    """Return a nav_msgs/Path of SLAM."""
+    poses = [(*xyz(each.pose.position), yaw_of(xyzw(each.pose.orientation))) for each in path.poses]
+    stamps_s = np.array([each.header.stamp.to_sec() for each in path.poses])
+    return SlamPath(stamps_s, np.array(poses, float).reshape(-1, 4))
 
 
 def camera_in_body(told: Any) -> tuple[Vector3, Quaternion]:
@@ -68,6 +83,8 @@ def feedback_of(inspection: Inspection, battery: BatteryState | None, has_map: b
         phase = "coming home"
     elif inspection.is_paused:
         phase = "paused"
+    elif inspection.is_in_doubt:
+        phase = "waiting for SLAM"
     elif inspection.is_waiting:
         phase = "searching the photographs"
     way, task, todo = inspection.way_home, inspection.task, inspection.todo

@@ -12,6 +12,7 @@ import rospy
 from sensor_msgs.msg import Image
 
 from inspection_tools.inspection import End, Inspection
+from inspection_tools.inspection.slam_path import FollowedRecords, LevelPose, SlamPath
 from inspection_tools.inspection.taken import RecentPoses, record_of, shot_of
 from inspection_tools.inspection.todo import Task
 from inspection_tools.photographs.folder import PhotographError, PhotographFolder, PhotographRecord
@@ -37,11 +38,12 @@ class Asked(NamedTuple):
 
 
 class Taken(NamedTuple):
-    """A photograph whose picture is to come."""
+    """A photograph whose picture is to come. odom_in_map: with which its record was made; None: no SLAM."""
 
     asked: Asked
     record: PhotographRecord
     is_good: bool
+    odom_in_map: LevelPose | None
 
 
 class Photographer:
@@ -51,7 +53,8 @@ class Photographer:
         say: told what goes wrong. on_shot: called after each shutter, in the thread of `work`.
 
     Attributes:
-        shots: of the shutter, in the survey that is flown. poses: of the UAV, for the records.
+        shots: of the shutter, in the survey that is flown. poses: of the UAV, for the records. records: they
+        follow SLAM's path.
     """
 
     def __init__(self, say: Callable[[str], None], on_shot: Callable[[], None]) -> None:
@@ -61,7 +64,9 @@ class Photographer:
         self.shots = self._failures = 0
         self._is_due = self._is_last = False
         self._due: queue.Queue[tuple[Asked, float]] = queue.Queue()
-        self.poses = RecentPoses()
+        self.poses, self.records = RecentPoses(), FollowedRecords()
+        self._slam_path: SlamPath | None = None
+        self._folders: dict[Path, PhotographFolder] = {}
         self._camera = CameraLink(self._store, self._lose)
         self._last = rospy.Publisher("~last_photograph", Image, queue_size=1, latch=True)
 
@@ -74,6 +79,11 @@ class Photographer:
         if inspection is not self._inspection:
             self.shots = 0
         self._inspection, self._album, self._failures = inspection, album, 0
+        self._folders[album.folder.folder] = album.folder
+
+    def follow(self, slam_path: SlamPath) -> None:
+        """Let the records follow SLAM's path as soon as `work` comes to it."""
+        self._slam_path = slam_path
 
     def take(self, task: Task, stamp_s: float) -> None:
         """Take a photograph as soon as `work` comes to it, where the UAV is at this time or later."""
@@ -93,8 +103,8 @@ class Photographer:
 
     @property
     def waits(self) -> bool:
-        """Whether a picture is still to come."""
-        return self._is_due or self._camera.waits
+        """Whether a picture is still to come, or records are to follow SLAM's path."""
+        return self._is_due or self._camera.waits or self._slam_path is not None
 
     def work(self) -> None:
         """Open the shutter when it is due, until ROS ends."""
@@ -103,10 +113,29 @@ class Photographer:
                 asked, stamp_s = self._due.get(timeout=0.5)
             except queue.Empty:
                 self._camera.give_up_late(LAST_PICTURE_S if self._is_last else PICTURE_S)
+                self._correct_records()
                 continue
             self._shoot(asked, stamp_s)
             self._is_due = False
             self._on_shot()
+
+    def _correct_records(self) -> None:
+        """Write the records that SLAM's newest path has moved."""
+        slam_path = self._slam_path
+        if slam_path is None:
+            return
+        try:
+            moved = self.records.moved(slam_path)
+            for path, record in moved:
+                self._folders[path.parent].correct(path, record)
+            for folder in {path.parent for path, _ in moved}:
+                self._folders[folder].correct_lists()
+            if moved:
+                rospy.loginfo("SLAM's path has moved %d photographs.", len(moved))
+        except PhotographError as error:
+            self._say(str(error))
+        if self._slam_path is slam_path:
+            self._slam_path = None
 
     def _shoot(self, asked: Asked, stamp_s: float) -> None:
         try:
@@ -124,7 +153,7 @@ class Photographer:
         fault = inspection.judge(task, shot_of(record))
         if fault:
             rospy.loginfo("Photograph %d is shot again: %s.", task.number, fault)
-        return Taken(asked, record, not fault)
+        return Taken(asked, record, not fault, body.odom_in_map)
 
     def _store(self, taken: Taken, picture: np.ndarray) -> None:
         """Store a picture that has come, if it is good."""
@@ -142,6 +171,8 @@ class Photographer:
             return
         name = f"Photograph {task.number}" if task.number > 0 else "A closer photograph"
         rospy.loginfo("%s is stored; %d are open.", name, len(inspection.todo.open))
+        if taken.odom_in_map is not None:
+            self.records.add(path, taken.record, taken.odom_in_map)
         album.on_stored(path)
         self._last.publish(messages.small(picture, rospy.Time.from_sec(taken.record.stamp_s)))
 

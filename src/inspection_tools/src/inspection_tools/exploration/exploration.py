@@ -23,6 +23,7 @@ from inspection_tools.exploration.steep import SteepSteps
 from inspection_tools.exploration.told import End, Explored
 from inspection_tools.exploration.way import Stay, Way
 from inspection_tools.planning import PathPlanner
+from inspection_tools.pose.trust import Trust
 
 BACK_S = 15.0
 """A UAV that fits nowhere flies back the way it came for so long, before that ends the exploration."""
@@ -71,7 +72,7 @@ class Exploration:
         """By CEPA, at this look."""
         self._is_by_track = False
         """It comes home the way it came, for the planner knows none: each place of that way counts."""
-        self.is_home = self.must_land = False
+        self.is_home = self.must_land = self._is_in_doubt = False
         self._shut_in_s: float | None = None
         """Since when; None: it is not."""
         self._explored_at: tuple[float, np.ndarray] | None = None
@@ -112,6 +113,19 @@ class Exploration:
         self._guide.resume()
         self._look_s, self._stay = -math.inf, Stay()
 
+    def trust(self, trust: Trust, why: str, here_m: np.ndarray) -> None:
+        """Take what the pose (x, y, z) is good for, with each pose. why: it is not sure.
+
+        A UAV that is lost hovers; if that lasts, it comes home. On its way home it flies on.
+        """
+        was_in_doubt, self._is_in_doubt = self._is_in_doubt, trust >= Trust.HOVER
+        if trust is Trust.COME_HOME:
+            self._end(End.ABORTED, f"{why} That lasted too long.")
+        elif self.told.end is None and self._is_in_doubt and not was_in_doubt:
+            self._guide.hover(here_m)
+        elif was_in_doubt and not self._is_in_doubt:
+            self._look_s = -math.inf
+
     def abort(self, reason: str) -> None:
         """Come home, unless it does already; a pause ends."""
         self.resume()
@@ -121,6 +135,11 @@ class Exploration:
     def is_paused(self) -> bool:
         """Whether it hovers by `pause`."""
         return self._guide.is_paused
+
+    @property
+    def is_in_doubt(self) -> bool:
+        """Whether it hovers because the pose is not sure."""
+        return self._is_in_doubt and self.told.end is None
 
     @property
     def way_home(self) -> WayHome | None:
@@ -175,6 +194,11 @@ class Exploration:
                 self._planner.take_as_free(place_m, self._planner.parameters.radius)
             self._steep.note(place_m)
         self._mind_the_energy(stamp_s, here_m)
+        if self.is_in_doubt:
+            self._mind_the_time(stamp_s)
+            if self._guide.way.is_left:  # the look before had set out meanwhile
+                self._guide.hover(here_m)
+            return
         self._is_held_off = self._guide.is_held_off(stamp_s)
         if not self._planner.has_map:
             self._wait_for_map(stamp_s, here_m)

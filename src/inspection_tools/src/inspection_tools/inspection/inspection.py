@@ -25,6 +25,7 @@ from inspection_tools.inspection.parameters import InspectionParameters
 from inspection_tools.inspection.places import view_of_point
 from inspection_tools.inspection.todo import Shot, Task, Todo
 from inspection_tools.planning import PathPlanner
+from inspection_tools.pose.trust import Trust
 from inspection_tools.survey.views.candidates import View
 
 BEEN_M = 0.05
@@ -83,8 +84,9 @@ class Inspection:
         """Since when no open photograph has a way; None: one has."""
         self._held_off: tuple[np.ndarray, np.ndarray] | None = None
         """Where CEPA kept the UAV off its way, and the next place of that; the planner does not know yet."""
-        self._is_paused = False
+        self._is_paused = self._is_in_doubt = False
         self.end: End | None = None
+        self._is_sure = True
         self.reason = self.lacks = ""
         self.is_home = self.must_land = self.awaits = False
         self.front_rad: float | None = None
@@ -108,7 +110,7 @@ class Inspection:
             self._p = self._given if time_max_s is None else replace(self._given, time_max=time_max_s)
             self._began_s, self._look_s, self._no_way_s = stamp_s, -math.inf, None
             self.end, self.reason = None, ""
-            self.is_home = self.must_land = self._is_paused = False
+            self.is_home = self.must_land = self._is_paused = self._is_in_doubt = False
             self._way, self._leg, self._held_off = Way([here_m]), None, None
             self._homing.begin(here_m if home_m is None else home_m)
 
@@ -121,6 +123,22 @@ class Inspection:
         """Go on after a pause."""
         with self._lock:
             self._is_paused, self._look_s = False, -math.inf
+
+    def trust(self, trust: Trust, why: str, here_m: np.ndarray) -> None:
+        """Take what the pose (x, y, z) is good for, with each pose. why: it is not sure.
+
+        While it is not sure, the UAV takes no photograph. If that lasts, it hovers, and in the end comes
+        home. On its way home it flies on.
+        """
+        with self._lock:
+            self._is_sure = trust is Trust.SURE
+            was_in_doubt, self._is_in_doubt = self._is_in_doubt, trust >= Trust.HOVER
+            if trust is Trust.COME_HOME:
+                self.come_home(f"{why} That lasted too long.", End.ABORTED)
+            elif self.end is None and self._is_in_doubt and not was_in_doubt:
+                self._way, self._leg = Way([here_m]), None
+            elif was_in_doubt and not self._is_in_doubt:
+                self._look_s = -math.inf
 
     def abort(self, reason: str) -> None:
         """Come home, unless it does already; a pause ends."""
@@ -140,6 +158,11 @@ class Inspection:
     def is_paused(self) -> bool:
         """Whether it hovers by `pause`."""
         return self._is_paused
+
+    @property
+    def is_in_doubt(self) -> bool:
+        """Whether it hovers because the pose is not sure."""
+        return self._is_in_doubt and self.end is None
 
     @property
     def is_waiting(self) -> bool:
@@ -189,15 +212,15 @@ class Inspection:
                 if not self._leg.has_arrived and self._way.rest_m:
                     self._held_off = here_m, self._way.rest_m[0]
                 self._fail(self._leg.task, why)
-            waits = self._is_paused or self.is_waiting or self._no_way_s is not None
+            waits = self._is_paused or self._is_in_doubt or self.is_waiting or self._no_way_s is not None
             is_idle = self._leg is None and self.end is None and not waits
             is_due = motion.time_s >= self._look_s + self._p.look_period
         return not self.is_home and (is_idle or is_due)
 
     def shutter(self, motion: Motion) -> Task | None:
-        """Return the photograph whose shutter opens now, once."""
+        """Return the photograph whose shutter opens now, once. None opens where the pose is not sure."""
         with self._lock:
-            leg = self._leg
+            leg = self._leg if self._is_sure else None
             return leg.task if leg is not None and leg.opens_shutter(motion) else None
 
     def judge(self, task: Task, shot: Shot) -> str:
@@ -271,7 +294,7 @@ class Inspection:
             self.come_home(f"The time of {self._p.time_max:g} s is over.", End.TIME)
         if self._is_paused:
             return
-        if self.end is None and self._planner.has_map:
+        if self.end is None and self._planner.has_map and not self._is_in_doubt:
             self._go_on(stamp_s, here_m)
         if self.end is not None:
             self._go_home(stamp_s, here_m)
@@ -327,7 +350,7 @@ class Inspection:
         except NoPathError as error:
             return str(error)
         with self._lock:
-            if self._is_paused or self.end is not None:
+            if self._is_paused or self._is_in_doubt or self.end is not None:
                 return ""
             if self._leg is not None and self._leg.task is task:
                 leg.go_on_from(self._leg)

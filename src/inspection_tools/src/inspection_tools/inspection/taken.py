@@ -13,12 +13,15 @@ from scipy.spatial.transform import Rotation
 
 from inspection_tools.geometry import Quaternion, Vector3
 from inspection_tools.inspection.parameters import InspectionParameters
+from inspection_tools.inspection.slam_path import LevelPose
 from inspection_tools.inspection.todo import Shot, Task
 from inspection_tools.inspection.viewpoints import Viewpoints, row_of
 from inspection_tools.photographs.folder import PhotographRecord, records_in
 from inspection_tools.survey.views.candidates import View
 
 POSES = 100
+PLACE_VARIANCES = (0, 7, 14)
+"""Of x, y and z in a covariance of 6 x 6, row by row."""
 MATCH_S = 0.5
 """A scan's match tells of poses that are at most so far from its stamp."""
 UNKNOWN_M2 = 1e6
@@ -29,12 +32,18 @@ UNKNOWN = tuple(float(value) for value in np.diag(np.full(6, UNKNOWN_M2)).ravel(
 
 @dataclass(frozen=True)
 class StampedPose:
-    """The UAV in the map. orientation_xyzw: with roll and pitch. covariance: 36 numbers, as in ROS."""
+    """The UAV in the map. orientation_xyzw: with roll and pitch. covariance: 36 numbers, as in ROS.
+
+    deviation_m: standard deviation of the place that the covariance does not know of: SLAM is not sure, or
+    has just moved the pose. odom_in_map: with which the pose was made; None: the pose is not SLAM's.
+    """
 
     stamp_s: float
     place_m: Vector3
     orientation_xyzw: Quaternion
     covariance: tuple[float, ...] = (0.0,) * 36
+    deviation_m: float = 0.0
+    odom_in_map: LevelPose | None = None
 
 
 class RecentPoses:
@@ -46,9 +55,11 @@ class RecentPoses:
         self._lock = threading.Lock()
 
     def note(self, pose: StampedPose) -> None:
-        """Take a pose."""
+        """Take a pose. After a clock that was set back, those of the same stamps do not count any more."""
         known = replace(pose, covariance=covariance_of(pose.covariance))
         with self._lock:
+            while self._poses and self._poses[-1].stamp_s > pose.stamp_s:
+                self._poses.pop()
             self._poses.append(known)
 
     def note_match(self, stamp_s: float, covariance: tuple[float, ...]) -> None:
@@ -65,9 +76,15 @@ class RecentPoses:
         with self._lock:
             pose = min(self._poses, key=lambda each: abs(each.stamp_s - stamp_s))
             matches = [each for each in self._matches if abs(each[0] - stamp_s) <= MATCH_S]
-        if not matches:
-            return pose
-        return replace(pose, covariance=min(matches, key=lambda each: abs(each[0] - stamp_s))[1])
+        covariance = min(matches, key=lambda each: abs(each[0] - stamp_s))[1] if matches else pose.covariance
+        return replace(pose, covariance=_widened(covariance, pose.deviation_m))
+
+
+def _widened(covariance: tuple[float, ...], deviation_m: float) -> tuple[float, ...]:
+    """Return a covariance, 36 numbers, of a place that has another deviation beside, m."""
+    return tuple(
+        value + deviation_m**2 * (index in PLACE_VARIANCES) for index, value in enumerate(covariance)
+    )
 
 
 def covariance_of(told: Sequence[float]) -> tuple[float, ...]:

@@ -10,6 +10,7 @@ import errno
 import json
 import math
 import os
+import threading
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -43,7 +44,8 @@ class PhotographRecord:
     seen in it. view: number of the photograph in the plan that it was taken for; 0: none. shift_m, turn_rad:
     that the camera moved and turned during the exposure; None: only blur_px is known. viewpoint: for which it
     was taken: x, y, z in m, yaw and tilt in rad, in the map; None: not known. A plan that is edited gives
-    other numbers, so this tells what a photograph was taken for.
+    other numbers, so this tells what a photograph was taken for. told_position_m, told_orientation_xyzw: the
+    pose as it was told first, before SLAM's path moved the photograph; None: it did not.
     """
 
     stamp_s: float
@@ -59,6 +61,8 @@ class PhotographRecord:
     shift_m: float | None = None
     turn_rad: float | None = None
     viewpoint: tuple[float, float, float, float, float] | None = None
+    told_position_m: tuple[float, float, float] | None = None
+    told_orientation_xyzw: tuple[float, float, float, float] | None = None
 
     @property
     def taken(self) -> Taken:
@@ -80,6 +84,7 @@ class PhotographFolder:
     def __init__(self, folder: Path, camera: SurveyCamera) -> None:
         """Make the folder; raises PhotographError if that fails, or if it is another camera's."""
         self.folder, self._camera = folder, camera
+        self._lists = threading.Lock()
         self.damaged: list[str] = []
         calibration = folder / "calibration.yaml"
         try:
@@ -129,17 +134,36 @@ class PhotographFolder:
                 partial, "JPEG", quality=JPEG_QUALITY, exif=self._exif(record).tobytes()
             )
             partial_json.write_text(json.dumps(asdict(record), indent=1, allow_nan=False), encoding="utf-8")
-            os.replace(partial, path)
-            os.replace(partial_json, path.with_suffix(".json"))
             pose, line = _lines(path, record)
-            _append(self.folder / "groundtruth.txt", pose)
-            _append(self.folder / "rgb.txt", line)
+            with self._lists:
+                os.replace(partial, path)
+                os.replace(partial_json, path.with_suffix(".json"))
+                _append(self.folder / "groundtruth.txt", pose)
+                _append(self.folder / "rgb.txt", line)
         except OSError as error:
             partial.unlink(missing_ok=True)
             partial_json.unlink(missing_ok=True)
             raise self._lost(error, f"The photograph of {name} s") from None
         self.last_stamp_s = max(record.stamp_s, self.last_stamp_s or record.stamp_s)
         return path
+
+    def correct(self, path: Path, record: PhotographRecord) -> None:
+        """Replace the record of a stored photograph; raises PhotographError if that fails: the old one stays.
+
+        `correct_lists` brings the lists up to date.
+        """
+        try:
+            _write(path.with_suffix(".json"), json.dumps(asdict(record), indent=1, allow_nan=False).encode())
+        except OSError as error:
+            raise self._lost(error, f"The record of {path.name}") from None
+
+    def correct_lists(self) -> None:
+        """Write the lists anew from the records; raises PhotographError if that fails."""
+        try:
+            with self._lists:
+                self._restore_lists()
+        except OSError as error:
+            raise self._lost(error, "The list of photographs") from None
 
     def _exif(self, record: PhotographRecord) -> Image.Exif:
         exif = Image.Exif()

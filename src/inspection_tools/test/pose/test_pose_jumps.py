@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from inspection_tools.pose_jumps import PoseJumps
+from inspection_tools.pose.jumps import PoseJumps
 
 HERE_M, PERIOD_S = np.array((1.0, 2.0, 3.0)), 0.05
 
