@@ -103,6 +103,11 @@ class Course:
         self._times: dict[Phase, float] = {}
         self._set_by_s = 0.0
         """By how much the clock was set ahead in this phase."""
+        self._limits_s = {
+            Phase.WAITING: parameters.ready_timeout_s,
+            Phase.FLYING: parameters.flight_timeout_s,
+            Phase.LANDING: parameters.landing_timeout_s,
+        }
         self._reached = False
         self._landing: Landing | None = None
         self._ordered_s = self._touched_s = math.inf
@@ -117,6 +122,11 @@ class Course:
     def has_begun(self, phase: Phase) -> bool:
         """Return whether a phase has begun."""
         return phase in self._times
+
+    @property
+    def phases_begun(self) -> int:
+        """The number of phases that have begun."""
+        return len(self._times)
 
     @property
     def outcome(self) -> Outcome:
@@ -227,12 +237,7 @@ class Course:
         return self._landing.is_good
 
     def _on_too_late(self, t_s: float, in_phase_s: float) -> list[Action]:
-        limits = {
-            Phase.WAITING: self._parameters.ready_timeout_s,
-            Phase.FLYING: self._parameters.flight_timeout_s,
-            Phase.LANDING: self._parameters.landing_timeout_s,
-        }
-        limit_s = limits.get(self.phase)
+        limit_s = self._limits_s.get(self.phase)
         if limit_s is None or in_phase_s < limit_s:
             return []
         self._fail(f"Still {self._doing()} after {limit_s:g} s{self._why_late()}.")

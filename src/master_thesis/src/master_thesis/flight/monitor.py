@@ -123,6 +123,7 @@ class Monitor:
         return (times[end] - times[Phase.FLYING]) / (wall[end] - wall[Phase.FLYING])
 
     def _noted(self, actions: list[Action]) -> list[Action]:
-        for phase in filter(self.course.has_begun, Phase):
-            self._wall_s.setdefault(phase, self._wall_clock())
+        if len(self._wall_s) != self.course.phases_begun:
+            for phase in filter(self.course.has_begun, Phase):
+                self._wall_s.setdefault(phase, self._wall_clock())
         return actions
