@@ -74,7 +74,18 @@ def rotate(q: Quaternion, v: Sequence[float]) -> Vector3:
 
 def rotate_inverse(q: Quaternion, v: Sequence[float]) -> Vector3:
     """Take a vector's coordinates from the parent frame to the child frame."""
-    return rotate((-q[0], -q[1], -q[2], q[3]), v)
+    # As `rotate` by the inverse, without a second call.
+    qx, qy, qz, qw = q
+    qx, qy, qz = -qx, -qy, -qz
+    vx, vy, vz = v
+    tx = 2.0 * (qy * vz - qz * vy)
+    ty = 2.0 * (qz * vx - qx * vz)
+    tz = 2.0 * (qx * vy - qy * vx)
+    return (
+        vx + qw * tx + qy * tz - qz * ty,
+        vy + qw * ty + qz * tx - qx * tz,
+        vz + qw * tz + qx * ty - qy * tx,
+    )
 
 
 def cross(a: Sequence[float], b: Sequence[float]) -> Vector3:

@@ -13,7 +13,7 @@ from a hold in the air when it hears no ground station. Here it does so only if 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable
+from typing import Callable, NamedTuple
 
 from simulation_tools.px4.modes import Mode, Severity
 from simulation_tools.px4.parameters import Px4Parameters
@@ -35,8 +35,7 @@ _OFFBOARD_LOSS_ACTIONS: dict[float, Mode | None] = {
 _SAME_FAILSAFE_S = 30.0  # if a failsafe returns within this time, it continues the last one's waiting time
 
 
-@dataclass(frozen=True)
-class Situation:
+class Situation(NamedTuple):
     """The inputs of the decision.
 
     now_us: simulation time. has_setpoints: offboard setpoints arrive. has_ground_station: its heartbeats

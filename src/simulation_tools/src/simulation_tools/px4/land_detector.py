@@ -91,11 +91,11 @@ class LandDetector:
         asked = self._in_descent or sinking_m_s is None or self._maybe.state or self._landed.state
         contact = asked and self._has_low_thrust(thrust, hover_thrust)
         contact = contact and not self._moves(estimate["velocity"][0].tolist(), land_speed, just_landed)
-        idle = self._has_minimal_thrust(thrust, hover_thrust, sinking_m_s is not None)
-        still = not self._turns(estimate["rates"][0].tolist(), just_landed)
+        still = self._has_minimal_thrust(thrust, hover_thrust, sinking_m_s is not None)
+        still = still and not self._turns(estimate["rates"][0].tolist(), just_landed)
 
         self._contact.update(contact, needed_s, dt_s)
-        self._maybe.update(idle and still and self._contact.state, needed_s, dt_s)
+        self._maybe.update(still and self._contact.state, needed_s, dt_s)
         self._landed.update(self._maybe.state, needed_s, dt_s)
         self._maybe_for_s = self._maybe_for_s + dt_s if self._maybe.state else 0.0
 

@@ -20,26 +20,19 @@ class Mode(enum.Enum):
     OFFBOARD = (6, 0)
     STABILIZED = (7, 0)
 
+    def __init__(self, main: int, sub: int) -> None:
+        self.is_auto = main == 4
+        """Whether the vehicle flies by itself."""
+        self.is_manual = main in (1, 2, 3, 5, 7)
+        """Whether a pilot's sticks are needed."""
+        self.needs_position = (self.is_auto and sub != 6) or main == 3
+        """Whether it cannot go on without a local position; AUTO.LAND can, and OFFBOARD counts setpoints."""
+
     @property
     def custom_mode(self) -> int:
         """The number in MAVLink's heartbeat."""
         main, sub = self.value
         return main << 16 | sub << 24
-
-    @property
-    def is_auto(self) -> bool:
-        """Whether the vehicle flies by itself."""
-        return self.value[0] == 4
-
-    @property
-    def is_manual(self) -> bool:
-        """Whether a pilot's sticks are needed."""
-        return self.value[0] in (1, 2, 3, 5, 7)
-
-    @property
-    def needs_position(self) -> bool:
-        """Whether it cannot go on without a local position; AUTO.LAND can, and OFFBOARD counts setpoints."""
-        return (self.is_auto and self is not Mode.AUTO_LAND) or self is Mode.POSCTL
 
     @property
     def label(self) -> str:

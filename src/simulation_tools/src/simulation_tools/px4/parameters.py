@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Iterator, Mapping
+from typing import Mapping
 
 from simulation_tools.autopilot import Px4Error
 from simulation_tools.px4.parameter_table import PARAMETER_TABLE
@@ -26,32 +26,24 @@ class ParameterSpec:
         return isinstance(self.default, int)
 
 
-class Px4Parameters:
-    """The values of all parameters. `revision` rises with every change, so that users can reload."""
+class Px4Parameters(dict[str, float]):
+    """The values of all parameters by name, sorted. Only `set` changes one.
+
+    It is a dictionary because the controllers look up dozens of values in every step. `revision` rises with
+    every change, so that users can reload.
+    """
 
     def __init__(self, overrides: Mapping[str, float] | None = None) -> None:
         """overrides: values that differ from PX4's defaults; raises Px4Error when one is not allowed."""
         self._specs = {row[0]: ParameterSpec(*row) for row in PARAMETER_TABLE}
         self._names = sorted(self._specs)
-        self._values = {name: spec.default for name, spec in self._specs.items()}
+        super().__init__((name, self._specs[name].default) for name in self._names)
         self.revision = 0
         for name, value in (overrides or {}).items():
             self.set(name, value)
 
-    def __len__(self) -> int:
-        return len(self._names)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names)
-
-    def __contains__(self, name: str) -> bool:
-        return name in self._specs
-
-    def __getitem__(self, name: str) -> float:
-        try:
-            return self._values[name]
-        except KeyError:
-            raise Px4Error(f"PX4 has no parameter {name!r} here") from None
+    def __missing__(self, name: str) -> float:
+        raise Px4Error(f"PX4 has no parameter {name!r} here")
 
     def spec(self, name: str) -> ParameterSpec:
         """Return a parameter's description; raises Px4Error."""
@@ -78,6 +70,6 @@ class Px4Parameters:
         if spec.is_integer and value != int(value):
             raise Px4Error(f"{name} must be an integer, got {value:g}; it is left as it was")
         typed = int(value) if spec.is_integer else float(value)
-        if typed != self._values[name]:
-            self._values[name] = typed
+        if typed != self[name]:
+            self[name] = typed
             self.revision += 1

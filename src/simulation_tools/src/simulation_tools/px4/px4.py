@@ -9,7 +9,7 @@ delay.
 
 from __future__ import annotations
 
-from typing import Callable, Sequence
+from typing import Any, Callable, Sequence
 
 import numpy as np
 
@@ -90,8 +90,22 @@ class Px4:
             self._fence,
         )
         self._setpoint = np.zeros(1, SETPOINT_DTYPE)
+        self._setpoint_of: Setpoint | None = None  # whose numbers it holds
         self._known = self._estimator.estimate.copy()
+        self._take_views()
         self.reset()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Become a copy, with views of its own records."""
+        vars(self).update(state)
+        self._take_views()
+
+    def _take_views(self) -> None:
+        """Look up the fields of the records once. A step would spend more time on that than on the numbers."""
+        newest, known = self._estimator.estimate, self._known
+        self._newest_numbers, self._known_numbers = newest.view(float), known.view(float)
+        self._newest_rates = newest["rates"][0]
+        self._known_attitude, self._known_position = known["attitude"][0], known["position"][0]
 
     def reset(self) -> None:
         """Go back to power-on, parameters kept."""
@@ -269,9 +283,9 @@ class Px4:
         if is_first and self._estimator.origin_m is not None:
             self.origin = self._world_origin.moved(self._estimator.origin_m)
         armed = self._commander.armed and not self._commander.is_terminated
-        commands = self._control.update_rates(armed, self._estimator.estimate["rates"][0], dt_s)
+        commands = self._control.update_rates(armed, self._newest_rates, dt_s)
         if armed:
-            self._control.update_attitude(self._known["attitude"][0])
+            self._control.update_attitude(self._known_attitude)
         since_us = state.time_us - self._position_us
         if since_us >= POSITION_PERIOD_US - 0.5e6 * dt_s:
             self._position_us = state.time_us
@@ -280,7 +294,7 @@ class Px4:
 
     def _remember_estimate(self) -> None:
         # As plain numbers: numpy would copy the record field by field, which takes three times as long.
-        self._known.view(float)[:] = self._estimator.estimate.view(float)
+        self._known_numbers[:] = self._newest_numbers
 
     def _navigate(self, dt_s: float) -> None:
         """Run everything that needs a position estimate, down to the attitude and thrust setpoint."""
@@ -307,7 +321,7 @@ class Px4:
         has_place = self.has_gnss and self.estimate_valid
         self.mission.watch(commander.home if has_place else None, landed)
         commander.mission_is_valid = self.mission.is_valid and has_place
-        self._battery.update(self._measured_battery, self._known["position"][0], dt_s, has_place)
+        self._battery.update(self._measured_battery, self._known_position, dt_s, has_place)
         if has_place:
             self._fence.update(self._time_us, self._known, self._battery.is_failing)
         if not (commander.armed and commander.mode is Mode.AUTO_MISSION):
@@ -317,7 +331,7 @@ class Px4:
         detector, home = self._control.land_detector, self._commander.home
         return Vehicle(
             1e-6 * self._time_us,
-            self._known["position"][0],
+            self._known_position,
             float(self._known["yaw"][0]),
             np.zeros(3) if home is None else home,
             detector.landed,
@@ -332,8 +346,7 @@ class Px4:
                 return self._offboard
             if not self.estimate_valid:
                 return self._blind_landing()
-            fill(self._setpoint, self._offboard)
-            return self._setpoint
+            return self._filled_with(self._offboard)
         if not (commander.armed and commander.mode.is_auto):
             return None
         if not self.estimate_valid:
@@ -342,11 +355,12 @@ class Px4:
             return None
         landed = self._control.land_detector.landed
         if self._navigator.is_taking_off and self._control.takeoff.state < TakeoffState.RAMPUP:
-            self._navigator.stand(self._known["position"][0])
+            self._navigator.stand(self._known_position)
         asked = self._navigator.update(self._known, commander.home, landed, dt_s, self._vehicle())
         if asked is None:
             return None
         self._setpoint[:] = asked
+        self._setpoint_of = None
         if self._navigator.finished:
             commander.takeoff_finished()
         return self._setpoint
@@ -356,7 +370,12 @@ class Px4:
         sinking = Setpoint(
             velocity=(NAN, NAN, self.parameters["MPC_LAND_SPEED"]), acceleration=(0.0, 0.0, NAN)
         )
-        fill(self._setpoint, sinking)
+        return self._filled_with(sinking)
+
+    def _filled_with(self, setpoint: Setpoint) -> np.ndarray:
+        if setpoint is not self._setpoint_of:
+            self._setpoint_of = setpoint
+            fill(self._setpoint, setpoint)
         return self._setpoint
 
     @property

@@ -7,6 +7,7 @@ half that rate, everything that needs a position.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -46,7 +47,19 @@ class FlightControl:
         self._nothing = np.zeros(1, SETPOINT_DTYPE)
         fill(self._nothing, Setpoint())
         self._ramped = np.zeros(1, SETPOINT_DTYPE)
+        self._take_views()
         self.reset()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Become a copy, with views of its own records."""
+        vars(self).update(state)
+        self._take_views()
+
+    def _take_views(self) -> None:
+        """Look up the fields of the position controller's output once, not in every step."""
+        output = self.position.output
+        self._wanted_attitude, self._wanted_yaw_rate = output["attitude"][0], output["yaw_rate"]
+        self._wanted_thrust, self._thrust_vector = output["thrust"], output["thrust_vector"][0]
 
     def reset(self) -> None:
         """Go back to power-on."""
@@ -74,8 +87,7 @@ class FlightControl:
 
     def update_attitude(self, attitude: np.ndarray) -> None:
         """Set the rates for the next gyro sample from the attitude (4,), FRD in NED, w x y z."""
-        setpoint = self.position.output[0]
-        self.attitude.update(attitude, setpoint["attitude"], setpoint["yaw_rate"])
+        self.attitude.update(attitude, self._wanted_attitude, self._wanted_yaw_rate[0])
 
     def update(
         self,
@@ -127,13 +139,14 @@ class FlightControl:
             if before is TakeoffState.SPOOLUP and commander.mode.is_auto:
                 setpoint = self._nothing
         up = p["MPC_Z_VEL_MAX_UP"]
-        limits = control.limits[0]
-        limits["tilt"] = math.radians(p["MPC_TILTMAX_AIR" if flying else "MPC_TILTMAX_LND"])
-        limits["speed_up"] = min(self.takeoff.speed_limit(up, dt_s), up)
-        limits["speed_down"] = p["MPC_Z_VEL_MAX_DN"]
-        limits["thrust_min"] = p["MPC_THR_MIN"] if flying else 0.0
+        control.limits[0] = (
+            min(self.takeoff.speed_limit(up, dt_s), up),
+            p["MPC_Z_VEL_MAX_DN"],
+            math.radians(p["MPC_TILTMAX_AIR" if flying else "MPC_TILTMAX_LND"]),
+            p["MPC_THR_MIN"] if flying else 0.0,
+        )
         control.update(setpoint, estimate, dt_s)
-        self._thrust = float(control.output["thrust"][0])
+        self._thrust = float(self._wanted_thrust[0])
 
     def _without_feed_forward(self, setpoint: np.ndarray) -> np.ndarray:
         """Return the setpoint without vertical acceleration, which would bypass the take-off's ramp."""
@@ -159,14 +172,14 @@ class FlightControl:
         hover, home = self._hover, commander.home
         if self.land_detector.landed:
             self._high_enough = False
-        elif home is not None and home[2] - estimate["position"][0, 2] > _HOVER_ESTIMATE_ABOVE_M:
-            self._high_enough = True
+        elif not self._high_enough and home is not None:
+            self._high_enough = home[2] - estimate["position"][0, 2] > _HOVER_ESTIMATE_ABOVE_M
         if not (commander.armed and self._high_enough):
             hover.invalidate()
             if not commander.armed:
                 hover.reset()
             return
-        thrust = -float(self.position.output["thrust_vector"][0, 2])
+        thrust = -float(self._thrust_vector[2])
         hover.update(-float(estimate["acceleration"][0, 2]), thrust, dt_s)
         if hover.valid and self._parameters["MPC_USE_HTE"] == 1:
             self.position.update_hover_thrust(hover.hover_thrust)

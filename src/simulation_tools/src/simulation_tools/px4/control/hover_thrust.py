@@ -43,33 +43,34 @@ class HoverThrustEstimator:
         """Take in the vertical acceleration (gravity taken out) and the vertical thrust, 0..1."""
         p = self._parameters
         process = p["HTE_HT_NOISE"] ** 2
-        self.variance += process * dt_s * dt_s
-        slope = -_GRAVITY * thrust / self.hover_thrust**2
-        innovation = acceleration_up_m_s2 - self._predict(thrust)
-        innovation_variance = slope * self.variance * slope + self._noise_variance
+        hover, variance = self.hover_thrust, self.variance + process * dt_s * dt_s
+        slope = -_GRAVITY * thrust / hover**2
+        innovation = acceleration_up_m_s2 - _predicted(thrust, hover)
+        innovation_variance = slope * variance * slope + self._noise_variance
         test_ratio = innovation**2 / (p["HTE_ACC_GATE"] ** 2 * innovation_variance)
         residual = innovation
         if test_ratio < 1.0:
-            gain = self.variance * slope / innovation_variance
-            self.hover_thrust = min(max(self.hover_thrust + gain * innovation, 0.1), 0.9)
-            self.variance = min(max((1.0 - gain * slope) * self.variance, 1e-10), 1.0)
-            residual = acceleration_up_m_s2 - self._predict(thrust)
+            gain = variance * slope / innovation_variance
+            self.hover_thrust = hover = min(max(hover + gain * innovation, 0.1), 0.9)
+            variance = min(max((1.0 - gain * slope) * variance, 1e-10), 1.0)
+            residual = acceleration_up_m_s2 - _predicted(thrust, hover)
         elif abs(self._signed_test_ratio) > 0.2:
-            self.variance += 1e3 * process * dt_s
+            variance += 1e3 * process * dt_s
+        self.variance = variance
 
         share = dt_s / (_RESIDUAL_LOW_PASS_S + dt_s)
         self._residual += share * (residual - self._residual)
         signed = min(test_ratio, 1.0) if innovation >= 0.0 else -min(test_ratio, 1.0)
         self._signed_test_ratio += share * (signed - self._signed_test_ratio)
         share = dt_s / (_NOISE_LEARNING_S + dt_s)
-        seen = (residual - self._residual) ** 2 + slope * self.variance * slope
-        self._noise_variance = min(
-            max(self._noise_variance + share * (seen - self._noise_variance), 1.0), 400.0
-        )
+        seen = (residual - self._residual) ** 2 + slope * variance * slope
+        learnt = self._noise_variance + share * (seen - self._noise_variance)
+        self._noise_variance = min(max(learnt, 1.0), 400.0)
 
-        good = self.variance < _VALID_VARIANCE and (self.valid or test_ratio < 1.0)
+        good = variance < _VALID_VARIANCE and (self.valid or test_ratio < 1.0)
         self._good_for_s = self._good_for_s + dt_s if good else 0.0
         self.valid = good and (self.valid or self._good_for_s >= _VALID_AFTER_S)
 
-    def _predict(self, thrust: float) -> float:
-        return _GRAVITY * (thrust / self.hover_thrust - 1.0)
+
+def _predicted(thrust: float, hover_thrust: float) -> float:
+    return _GRAVITY * (thrust / hover_thrust - 1.0)

@@ -38,6 +38,7 @@ LIMITS_DTYPE = np.dtype(
         ("thrust_min", np.float64),
     ]
 )
+"""`FlightControl` fills it as a whole, in this order."""
 
 STATE_DTYPE = np.dtype(
     [
@@ -256,7 +257,7 @@ class PositionControl:
     @property
     def hover_thrust(self) -> float:
         """The assumed hover thrust, 0..1."""
-        return float(self._state["hover_thrust"][0])
+        return self._state["hover_thrust"].item()
 
     def set_hover_thrust(self, hover_thrust: float) -> None:
         """Set the hover thrust before the flight."""
@@ -264,11 +265,10 @@ class PositionControl:
 
     def update_hover_thrust(self, hover_thrust: float) -> None:
         """Change the hover thrust in flight. The integrator compensates, so thrust does not jump."""
-        state = self._state[0]
-        old, new = float(state["hover_thrust"]), min(max(hover_thrust, 0.1), 0.9)
+        old, new = self.hover_thrust, min(max(hover_thrust, 0.1), 0.9)
         wanted = float(self.output["acceleration"][0, 2])
-        state["integral"][2] += (wanted - GRAVITY_M_S2) * old / new + GRAVITY_M_S2 - wanted
-        state["hover_thrust"] = new
+        self._state["integral"][0, 2] += (wanted - GRAVITY_M_S2) * old / new + GRAVITY_M_S2 - wanted
+        self._state["hover_thrust"] = new
 
     def update(self, setpoint: np.ndarray, estimate: np.ndarray, dt_s: float) -> np.ndarray:
         """Return the attitude setpoint (the same record each time); `limits` must have been set."""

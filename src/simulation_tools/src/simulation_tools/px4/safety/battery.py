@@ -87,7 +87,7 @@ class Battery:
         """
         commander = self._commander
         self._monitor.update(measured, commander.armed, dt_s)
-        level = max(self._level(self.reading.remaining), self._level_at_home(position))
+        level = max(self._level(self._monitor.remaining), self._level_at_home(position))
         if not commander.armed:
             self.level = level
         elif level > self.level:
@@ -107,9 +107,10 @@ class Battery:
         p, home = self._parameters, self._commander.home
         if home is None or self._commander.mode is Mode.AUTO_RTL:
             return ChargeLevel.NONE
-        north, east, down = (home - position).tolist()
-        time_s = math.hypot(north, east) / p["MPC_XY_CRUISE"] + abs(down) / p["MPC_Z_VEL_MAX_DN"]
-        charge = self.reading.remaining - time_s / (_S_PER_MIN * p["RTL_FLT_TIME"])
+        (north, east, down), (x, y, z) = home.tolist(), position.tolist()
+        way_m = math.hypot(north - x, east - y)
+        time_s = way_m / p["MPC_XY_CRUISE"] + abs(down - z) / p["MPC_Z_VEL_MAX_DN"]
+        charge = self._monitor.remaining - time_s / (_S_PER_MIN * p["RTL_FLT_TIME"])
         return min(self._level(charge), ChargeLevel.CRITICAL)
 
     def _act(self, has_place: bool) -> None:

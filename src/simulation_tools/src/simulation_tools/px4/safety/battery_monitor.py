@@ -10,7 +10,7 @@ _CURRENT_A = -1.0  # as PX4's simulated battery says
 
 
 class BatteryMonitor:
-    """Keeps the newest reading.
+    """Knows the newest reading.
 
     Without a monitor it is PX4's simulated battery. That one drains evenly while the vehicle is armed, in
     SIM_BAT_DRAIN seconds, down to SIM_BAT_MIN_PCT.
@@ -22,18 +22,26 @@ class BatteryMonitor:
 
     def reset(self) -> None:
         """Be full until told otherwise."""
-        self._remaining = 1.0
-        self.reading = _simulated(1.0)
+        self._simulated = 1.0
+        self._measured: BatteryReading | None = None
+
+    @property
+    def remaining(self) -> float:
+        """The charge, 0..1."""
+        return self._simulated if self._measured is None else self._measured.remaining
+
+    @property
+    def reading(self) -> BatteryReading:
+        """The newest reading."""
+        return _simulated(self._simulated) if self._measured is None else self._measured
 
     def update(self, measured: BatteryReading | None, armed: bool, dt_s: float) -> None:
         """Take in what a monitor tells; None: simulate dt_s."""
-        if measured is not None:
-            self.reading = measured
-            return
-        p = self._parameters
-        drained = dt_s / p["SIM_BAT_DRAIN"] if armed else 0.0
-        self._remaining = max(self._remaining - drained, 0.01 * p["SIM_BAT_MIN_PCT"])
-        self.reading = _simulated(self._remaining)
+        self._measured = measured
+        if measured is None:
+            p = self._parameters
+            drained = dt_s / p["SIM_BAT_DRAIN"] if armed else 0.0
+            self._simulated = max(self._simulated - drained, 0.01 * p["SIM_BAT_MIN_PCT"])
 
 
 def _simulated(remaining: float) -> BatteryReading:
