@@ -90,7 +90,9 @@ def rotate_inverse(q: Quaternion, v: Sequence[float]) -> Vector3:
 
 def cross(a: Sequence[float], b: Sequence[float]) -> Vector3:
     """Return the vector product a x b."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+    ax, ay, az = a
+    bx, by, bz = b
+    return (ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx)
 
 
 def quaternion_from_rpy(roll_rad: float, pitch_rad: float, yaw_rad: float) -> Quaternion:

@@ -101,7 +101,7 @@ class Px4:
         self._take_views()
 
     def _take_views(self) -> None:
-        """Look up the fields of the records once. A step would spend more time on that than on the numbers."""
+        """Look up the records' fields once: in a step that would take longer than to use their numbers."""
         newest, known = self._estimator.estimate, self._known
         self._newest_numbers, self._known_numbers = newest.view(float), known.view(float)
         self._newest_rates = newest["rates"][0]

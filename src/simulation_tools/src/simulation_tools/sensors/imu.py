@@ -57,10 +57,12 @@ class Imu:
         arm, axes = self.pose_in_body.position_m, self.pose_in_body.orientation_xyzw
         turning = cross(angular_acceleration_rad_s2, arm)
         centripetal = cross(angular_velocity_rad_s, cross(angular_velocity_rad_s, arm))
-        felt = tuple(f + t + c for f, t, c in zip(specific_force_m_s2, turning, centripetal))
+        (fx, fy, fz), (tx, ty, tz), (cx, cy, cz) = specific_force_m_s2, turning, centripetal
+        felt = fx + tx + cx, fy + ty + cy, fz + tz + cz
         true = (*rotate_inverse(axes, angular_velocity_rad_s), *rotate_inverse(axes, felt))
-        values = (np.array(true) + self._mean + self._stddev * self._rng.standard_normal(6)).tolist()
-        return ImuSample(quaternion_multiply(orientation_xyzw, axes), tuple(values[:3]), tuple(values[3:]))
+        noise = self._stddev * self._rng.standard_normal(6)
+        rx, ry, rz, ax, ay, az = (np.array(true) + self._mean + noise).tolist()
+        return ImuSample(quaternion_multiply(orientation_xyzw, axes), (rx, ry, rz), (ax, ay, az))
 
 
 def specific_force(
@@ -71,8 +73,6 @@ def specific_force(
     orientation_xyzw: Quaternion,
 ) -> Vector3:
     """Return the mean specific force over a step, body axes, from world frame velocities and gravity."""
-    felt = tuple(
-        (after - before) / dt_s - pull
-        for before, after, pull in zip(velocity_before_m_s, velocity_after_m_s, gravity_m_s2)
-    )
+    (x0, y0, z0), (x1, y1, z1), (gx, gy, gz) = velocity_before_m_s, velocity_after_m_s, gravity_m_s2
+    felt = (x1 - x0) / dt_s - gx, (y1 - y0) / dt_s - gy, (z1 - z0) / dt_s - gz
     return rotate_inverse(orientation_xyzw, felt)

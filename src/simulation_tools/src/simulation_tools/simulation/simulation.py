@@ -142,6 +142,7 @@ class Simulation:
         q = self._body.pose.orientation_xyzw
         gravity = self.world.settings.gravity_m_s2
         self._specific_force = specific_force(ORIGIN, ORIGIN, 1.0, gravity, q)  # at rest
+        self._told: VehicleState | None = None  # the flight controller's newest state
         self._sensors.restart()
         if self._gusts is not None:
             self._gusts.restart()
@@ -197,11 +198,14 @@ class Simulation:
 
     def _state(self) -> VehicleState:
         """Return the UAV's present state for the flight controller."""
-        body, q = self._body, self._body.pose.orientation_xyzw
-        turning = rotate_inverse(q, body.angular_velocity_rad_s)
         battery = None if self.power is None else self.power.battery.reading
-        felt = self._specific_force
-        return VehicleState(self.time_us, body.pose, body.linear_velocity_m_s, turning, felt, battery)
+        told = self._told
+        if told is None or told.time_us != self.time_us or told.battery is not battery:
+            body, felt = self._body, self._specific_force
+            turning = rotate_inverse(body.pose.orientation_xyzw, body.angular_velocity_rad_s)
+            told = VehicleState(self.time_us, body.pose, body.linear_velocity_m_s, turning, felt, battery)
+            self._told = told
+        return told
 
     def swap_battery(self) -> None:
         """Put in a full battery; SimulationError if there is none, or if the rotors turn."""
@@ -312,6 +316,7 @@ class Simulation:
         The IMU must not measure this move.
         """
         self._body = self.world.get_state(self.uav_name)
+        self._told = None
 
     def close(self) -> None:
         """Release the physics engine and the autopilot."""

@@ -41,10 +41,13 @@ def contacts_of(
     owners: the model's name and the body for each PyBullet uid. link_pose: pose of a body's part in the
     world.
     """
-    found = []
+    touched = [(body, pybullet.getContactPoints(bodyA=body.uid, physicsClientId=client)) for body in bodies]
+    found: list[Contact] = []
+    if not any(points for _, points in touched):
+        return found
     frames = _PartFrames(client)
-    for body in bodies:
-        for point in pybullet.getContactPoints(bodyA=body.uid, physicsClientId=client):
+    for body, points in touched:
+        for point in points:
             other_name, other = owners[point[2]]
             distance, force = point[8], point[9]
             # Bullet also reports points that are only near, up to 2 cm. They carry no force.

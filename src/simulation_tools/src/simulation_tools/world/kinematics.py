@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from simulation_tools.geometry import ORIGIN, Pose, Vector3, cross, rotate
+from simulation_tools.geometry import ORIGIN, Pose, Vector3, cross, quaternion_multiply, rotate
 from simulation_tools.world.bodies import Body
 from simulation_tools.world.engine import pybullet
 
@@ -19,8 +19,10 @@ class BodyState(NamedTuple):
 
 def model_frame(client: int, body: Body) -> Pose:
     """Return the pose of the model frame that a body's base carries."""
-    place = pybullet.getBasePositionAndOrientation(body.uid, physicsClientId=client)
-    return Pose(*place) @ body.from_inertial
+    (x, y, z), q = pybullet.getBasePositionAndOrientation(body.uid, physicsClientId=client)
+    in_centre = body.from_inertial
+    dx, dy, dz = rotate(q, in_centre.position_m)
+    return Pose((x + dx, y + dy, z + dz), quaternion_multiply(q, in_centre.orientation_xyzw))
 
 
 def part_pose(client: int, body: Body, link: int) -> Pose:
@@ -48,8 +50,8 @@ def state_of(client: int, body: Body) -> BodyState:
     velocity, spin = pybullet.getBaseVelocity(body.uid, physicsClientId=client)
     # PyBullet's velocity is the centre of mass's. The model's origin also turns about it.
     arm = rotate(pose.orientation_xyzw, body.to_inertial.position_m)
-    wx, wy, wz = cross(spin, arm)
-    return BodyState(pose, (velocity[0] - wx, velocity[1] - wy, velocity[2] - wz), spin)
+    (vx, vy, vz), (wx, wy, wz) = velocity, cross(spin, arm)
+    return BodyState(pose, (vx - wx, vy - wy, vz - wz), spin)
 
 
 def link_state_of(client: int, body: Body, part: int, link_in_part: Pose) -> BodyState:

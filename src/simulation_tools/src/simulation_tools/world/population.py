@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Link, Model
@@ -30,7 +31,7 @@ class SpawnedModel:
     motion: ScriptedMotion | None = None
     began_us: int = 0
 
-    @property
+    @cached_property
     def base(self) -> Body | None:
         """The moving body whose base carries the model frame; None if that base is fixed."""
         return None if self.assemblies[0][0].mass is None else self.bodies[0][0]

@@ -181,18 +181,19 @@ class PhysicsWorld:
         base = self._there.find(name).base
         if base is None:
             return
-        if not math.isfinite(sum(force_n) + sum(torque_nm)):
+        (fx, fy, fz), (tx, ty, tz) = force_n, torque_nm
+        if not math.isfinite(fx + fy + fz + tx + ty + tz):
             raise WorldError(f'The wrench on "{name}" is not finite.')
         push(self._client, base, force_n, torque_nm)
 
     def step(self) -> None:
         """Advance everything by one time step."""
-        for lifts in self._there.lifts.values():
-            for lift in lifts:
-                hold_up(self._client, *lift, self.settings.gravity_m_s2)
+        if self._there.lifts:
+            self._hold_up_weightless_parts()
         self._time_us += round(1e6 * self.settings.time_step_s)
         self._states.clear()
-        self._follow_scripts(self._time_us)
+        if self._there.actors:
+            self._follow_scripts(self._time_us)
         pybullet.stepSimulation(physicsClientId=self._client)
 
     def beyond_reason(self) -> str | None:
@@ -271,6 +272,11 @@ class PhysicsWorld:
             self._client = -1
 
     # -- inside ----------------------------------------------------------------------------------------------
+    def _hold_up_weightless_parts(self) -> None:
+        for lifts in self._there.lifts.values():
+            for lift in lifts:
+                hold_up(self._client, *lift, self.settings.gravity_m_s2)
+
     def _configure(self) -> None:
         self.settings.apply()
         pybullet.setPhysicsEngineParameter(
