@@ -127,8 +127,10 @@ def _lower_median(scans: Sequence[np.ndarray], window: int, wraps: bool) -> np.n
     half = window // 2
     if wraps:
         half = min(half, (beams - 1) // 2)  # so that no beam votes twice
-    extended = [_extend(scan, half, wraps) for scan in scans]
-    votes = np.stack([scan[shift : shift + beams] for scan in extended for shift in range(2 * half + 1)])
+    votes = np.empty((len(scans) * (2 * half + 1), beams), np.float32)
+    pairs = ((scan, shift) for scan in scans for shift in range(-half, half + 1))
+    for row, (scan, shift) in zip(votes, pairs):
+        _put_shifted(scan, shift, wraps, row)
     _sort(votes)
     median = votes[(len(votes) - 1) // 2]
     beam = np.flatnonzero(np.isnan(votes[-1]))  # all others have every vote
@@ -145,16 +147,24 @@ def _sort(votes: np.ndarray) -> None:
     if len(votes) > 5:
         votes.sort(axis=0)
         return
+    spare = np.empty_like(votes[0])
     for last in range(len(votes) - 1, 0, -1):  # bubble sort of whole rows: for three a tenth of the time
         for low, high in zip(votes[:last], votes[1:]):
-            low[:], high[:] = np.fmin(low, high), np.maximum(low, high)
+            np.maximum(low, high, out=spare)
+            np.fmin(low, high, out=low)
+            high[:] = spare
 
 
-def _extend(scan: np.ndarray, half: int, wraps: bool) -> np.ndarray:
-    """Add `half` beams on each side: the other end of a full circle, or NaN where there is no beam."""
-    if half == 0:
-        return scan
-    if wraps:
-        return np.concatenate((scan[-half:], scan, scan[:half]))
-    absent = np.full(half, np.nan, dtype=scan.dtype)
-    return np.concatenate((absent, scan, absent))
+def _put_shifted(scan: np.ndarray, shift: int, wraps: bool, row: np.ndarray) -> None:
+    """Fill a row (beams,) with each beam's neighbour, `shift` beams on.
+
+    Beyond an end there is the other end of a full circle, else no beam: NaN.
+    """
+    if shift > 0:
+        row[:-shift] = scan[shift:]
+        row[-shift:] = scan[:shift] if wraps else np.nan
+    elif shift < 0:
+        row[-shift:] = scan[:shift]
+        row[:-shift] = scan[shift:] if wraps else np.nan
+    else:
+        row[:] = scan

@@ -183,7 +183,7 @@ class PositionController:
         Raises:
             PoseError: a value is not finite; the state is then as before.
         """
-        if not all(math.isfinite(value) for value in (stamp_s, yaw_rad, *position_m)):
+        if not all(map(math.isfinite, (stamp_s, yaw_rad, *position_m))):
             raise PoseError("The pose has a value that is not finite.")
         if self._stamp_s is not None and stamp_s < self._stamp_s:
             self.reset()
@@ -207,8 +207,8 @@ class PositionController:
 
     def _error_m(self, position_m: Sequence[float]) -> Vector3:
         assert self.setpoint_m is not None
-        x, y, z = (goal - here for goal, here in zip(self.setpoint_m, position_m))
-        return x, y, z
+        (goal_x, goal_y, goal_z), (x, y, z) = self.setpoint_m, position_m
+        return goal_x - x, goal_y - y, goal_z - z
 
     def _step_towards(self, error_m: Vector3, position_m: Sequence[float], step_s: float) -> Vector3:
         """Velocity after this step: the approach's velocity within the acceleration limits."""
@@ -254,8 +254,8 @@ class PositionController:
         return speed_m_s * ahead_x, speed_m_s * ahead_y
 
     def _is_reached(self, error_m: Vector3) -> bool:
-        distance_m = math.sqrt(sum(e * e for e in error_m))
-        p = self.parameters
+        (x, y, z), p = error_m, self.parameters
+        distance_m = math.sqrt(x * x + y * y + z * z)
         margin_m = p.goal_hysteresis if self._goal_reached else 0.0
         return distance_m <= p.goal_tolerance + margin_m
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 KEPT_MESSAGES = 64
 KEPT_LEADERS = 8
@@ -16,16 +15,14 @@ PATIENT_LEADERS = 2_000
 """For a recording: a busy machine may let a minute of scans wait."""
 
 
-@dataclass(frozen=True)
-class Stamped:
+class Stamped(NamedTuple):
     """A value and its stamp in whole nanoseconds."""
 
     stamp_ns: int
     value: Any
 
 
-@dataclass(frozen=True)
-class Paired:
+class Paired(NamedTuple):
     """A leader that is ready to be answered, and each source's value that belongs to it, or None."""
 
     leader: Stamped

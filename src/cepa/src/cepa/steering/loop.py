@@ -129,6 +129,8 @@ class SteeringLoop:
     def _answer(self, ready: list[Paired]) -> list[Command]:
         """Return the answers to all scans that are ready and whose lidar's mounting is known."""
         commands: list[Command] = []
+        if not (ready or self._is_replay):
+            return commands  # in flight no scan waits
         self._waiting.extend(ready)
         while self._waiting:
             framed: FramedScan = self._waiting[0].leader.value

@@ -63,8 +63,10 @@ class YawSteering:
         return self._turns(self._pairing.lead(stamp_ns, (velocity_m_s, command)))
 
     def _turns(self, ready: list[Paired]) -> list[Turn]:
+        turns: list[Turn] = []
+        if not ready:
+            return turns
         max_age_ns = round(1e9 * self.parameters.reference_max_age)
-        turns = []
         for paired in ready:
             velocity_m_s, command = paired.leader.value
             wanted = paired.fresh("reference", max_age_ns, NO_VELOCITY)

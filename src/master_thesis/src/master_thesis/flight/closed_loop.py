@@ -298,7 +298,8 @@ class ClosedLoop:
             shapes = contact.collision_1, contact.collision_2
             self.monitor.on_contact(1e-6 * output.time_us, *shapes, upwards=contact.normal[2])
         self.monitor.course.on_ready(self.publisher.ready)
-        self._carry_out(self.monitor.on_armed(self.is_armed))
+        if not self.is_armed:
+            self._carry_out(self.monitor.on_armed(False))
 
     def _carry_out(self, actions: Sequence[Action]) -> None:
         for action in actions:

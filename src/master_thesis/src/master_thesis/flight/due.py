@@ -8,11 +8,12 @@ class Due:
 
     def __init__(self, period_us: int) -> None:
         self._period_us = period_us
-        self._next_us = 0
+        self.next_us = 0
+        """When the next period begins."""
 
     def __call__(self, time_us: int) -> bool:
         """Return whether a period has begun since the last call."""
-        if time_us < self._next_us:
+        if time_us < self.next_us:
             return False
-        self._next_us = (time_us // self._period_us + 1) * self._period_us
+        self.next_us = (time_us // self._period_us + 1) * self._period_us
         return True

@@ -38,7 +38,8 @@ class Monitor:
     @property
     def now_s(self) -> float:
         """Simulation time of the newest true pose."""
-        return self.log.truth.rows[-1][0] if len(self.log.truth) else 0.0
+        rows = self.log.truth.rows
+        return rows[-1][0] if rows else 0.0
 
     @property
     def has_begun(self) -> bool:

@@ -52,6 +52,7 @@ class PublisherLink:
         )
         if parameters.needs_vision:
             self._streams += ((Due(CLOCK_PERIOD_US), self._tell_clock),)
+        self._due_us = 0  # when the next message of a stream is due
 
     def restart(self, hover_height_m: float) -> None:
         """Take off again, after a landing that was ordered. hover_height_m: over the ground."""
@@ -67,9 +68,12 @@ class PublisherLink:
         if self._px4.home is not self._home and not self.silent:
             self._home = self._px4.home
             self._carry_out(self._publisher.on_home(1000 * time_us))
+        if time_us < self._due_us:
+            return
         for due, tell in self._streams:
             if due(time_us) and not self.silent:
                 self._carry_out(tell(1000 * time_us))
+        self._due_us = min(due.next_us for due, _ in self._streams)
 
     def on_vision(self, time_us: int) -> None:
         """Pass on that the flight controller has got an external pose."""

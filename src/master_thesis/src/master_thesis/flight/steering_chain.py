@@ -116,13 +116,15 @@ class SteeringChain:
         return LaserScan2D(padded.ranges, *angles, *self._lidar_limits, seen=padded.seen)
 
     def _turned(self, commands: list[Command]) -> list[Flown]:
-        turns = []
+        turns: list[Turn] = []
         for command in commands:
             turns += self._yaw_steering.on_command(command.stamp_ns, command.velocity_m_s[:2], command)
         return _flown(turns)
 
 
 def _flown(turns: list[Turn]) -> list[Flown]:
+    if not turns:
+        return []
     return [
         Flown(command.stamp_ns // 1000, command.velocity_m_s, yaw_rate, command.answer)
         for command, yaw_rate in turns

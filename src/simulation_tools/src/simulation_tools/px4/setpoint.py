@@ -68,7 +68,7 @@ class Setpoint:
     def asks_something(self) -> bool:
         """Whether any of position, velocity and acceleration is set. Yaw alone is not a setpoint."""
         values = (*self.position, *self.velocity, *self.acceleration)
-        return any(math.isfinite(value) for value in values) and not any(math.isinf(v) for v in values)
+        return any(map(math.isfinite, values)) and not any(map(math.isinf, values))
 
 
 @dataclass(frozen=True)

@@ -79,7 +79,8 @@ class RayScene:
         of a surface are hit; a ray that starts inside a shape sees its far wall.
         """
         directions = np.ascontiguousarray(directions, np.float32)
-        origins = np.ascontiguousarray(np.broadcast_to(np.asarray(origins, np.float32), directions.shape))
+        common, origins = origins, np.empty_like(directions)
+        origins[:] = common
         ranges = np.full(len(directions), max_range_m, np.float32)
         if not len(directions):
             return ranges
