@@ -116,6 +116,8 @@ class SteeringChain:
         return LaserScan2D(padded.ranges, *angles, *self._lidar_limits, seen=padded.seen)
 
     def _turned(self, commands: list[Command]) -> list[Flown]:
+        if not commands:
+            return []
         turns: list[Turn] = []
         for command in commands:
             turns += self._yaw_steering.on_command(command.stamp_ns, command.velocity_m_s[:2], command)

@@ -13,7 +13,7 @@ import numpy as np
 
 from simulation_tools.geometry import Vector3
 from simulation_tools.px4.failsafe import Failsafe, Say, Situation
-from simulation_tools.px4.modes import MAIN_MODES, Mode, Result, Severity
+from simulation_tools.px4.modes import MAIN_MODES, MODE_OF, Mode, Result, Severity
 from simulation_tools.px4.parameters import Px4Parameters
 
 _LOCKED_US = 5_000_000  # COM_KILL_DISARM's default
@@ -118,9 +118,8 @@ class Commander:
         """Answer DO_SET_MODE with PX4's custom main and sub mode."""
         if main not in MAIN_MODES:
             return Result.ACCEPTED  # PX4 accepts this and changes nothing
-        try:
-            mode = Mode((main, sub if main == 4 else 0))
-        except ValueError:
+        mode = MODE_OF.get((main, sub if main == 4 else 0))
+        if mode is None:
             self._say(Severity.CRITICAL, "Unsupported auto mode")
             return Result.TEMPORARILY_REJECTED
         refusal = self._refusal(mode)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+from typing import Mapping
 
 
 class Mode(enum.Enum):
@@ -51,7 +52,9 @@ class Mode(enum.Enum):
 
 ARMED_FLAG = 128
 STABILISED_FLAG = 16
-MAIN_MODES = frozenset(mode.value[0] for mode in Mode)
+MODE_OF: Mapping[tuple[int, int], Mode] = {mode.value: mode for mode in Mode}
+"""By main mode and sub mode."""
+MAIN_MODES = frozenset(main for main, _ in MODE_OF)
 
 
 class Result(enum.IntEnum):

@@ -83,21 +83,23 @@ class SensorSuite:
         if self.lidar is not None and self._lidar_mount is not None:
             self.lidar.pose_in_body = self._pose_in_body(self._lidar_mount)
 
-    def read(self, time_us: int, body: BodyState, specific_force_m_s2: Vector3) -> StepOutput:
+    def read(
+        self, time_us: int, body: BodyState, turning_rad_s: Vector3, specific_force_m_s2: Vector3
+    ) -> StepOutput:
         """Return the measurements of all sensors that are due.
 
         Odometry and ground truth also come with every scan.
 
-        body: of the UAV now. specific_force_m_s2: what its accelerometer feels, body axes.
+        body: of the UAV now. turning_rad_s: its angular velocity, body axes. specific_force_m_s2: what its
+        accelerometer feels, body axes.
         """
         scan_now = self.lidar is not None and time_us >= self._scan_schedule.due_us
         odometry = ground_truth = scan = imu = None
         if scan_now or time_us >= self._pose_schedule.due_us:
-            odometry, ground_truth = self._read_pose(time_us, body)
+            odometry, ground_truth = self._read_pose(time_us, body, turning_rad_s)
         if self._imu is not None and time_us >= self._imu_schedule.due_us:
             self._imu_schedule.fired(time_us)
-            q = body.pose.orientation_xyzw
-            imu = self._imu.sample(q, specific_force_m_s2, rotate_inverse(q, body.angular_velocity_rad_s))
+            imu = self._imu.sample(body.pose.orientation_xyzw, specific_force_m_s2, turning_rad_s)
         if self.lidar is not None and scan_now:
             scan = self.lidar.scan(self._world.rays, body.pose, self._uav_name)
             self._scan_schedule.fired(time_us)
@@ -105,13 +107,11 @@ class SensorSuite:
         payload = self._payload_due(time_us) if self.payload else ()
         return StepOutput(time_us, scan, odometry, ground_truth, imu, contacts, payload)
 
-    def _read_pose(self, time_us: int, body: BodyState) -> tuple[OdometrySample, OdometrySample]:
-        q = body.pose.orientation_xyzw
-        truth = OdometrySample(
-            body.pose,
-            rotate_inverse(q, body.linear_velocity_m_s),
-            rotate_inverse(q, body.angular_velocity_rad_s),
-        )
+    def _read_pose(
+        self, time_us: int, body: BodyState, turning_rad_s: Vector3
+    ) -> tuple[OdometrySample, OdometrySample]:
+        velocity = rotate_inverse(body.pose.orientation_xyzw, body.linear_velocity_m_s)
+        truth = OdometrySample(body.pose, velocity, turning_rad_s)
         odometry = self._odometry.update(body, 1e-6 * (time_us - self._odometry_us))
         self._odometry_us = time_us
         self._pose_schedule.fired(time_us)

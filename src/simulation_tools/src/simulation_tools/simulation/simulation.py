@@ -194,7 +194,9 @@ class Simulation:
 
     def sense(self) -> StepOutput:
         """Return the measurements that are due now. Odometry and ground truth come with every scan."""
-        return self._sensors.read(self.time_us, self._body, self._specific_force)
+        state = self._state()
+        turning, felt = state.angular_velocity_body_rad_s, state.specific_force_body_m_s2
+        return self._sensors.read(self.time_us, self._body, turning, felt)
 
     def _state(self) -> VehicleState:
         """Return the UAV's present state for the flight controller."""
