@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import math
 import select
 import socket
 import struct
@@ -16,7 +17,7 @@ from typing import Iterator, Sequence
 
 from pymavlink.dialects.v20 import common
 
-from simulation_tools.bounds import fit_float32
+from simulation_tools.bounds import FLOAT32_MAX, fit_float32
 from simulation_tools.errors import SimulationToolsError
 
 Address = tuple[str, int]
@@ -51,8 +52,15 @@ class Codec:
         return self.system_id, self.component_id
 
     def pack(self, message: common.MAVLink_message) -> bytes:
-        """Return the message's bytes, with the next sequence number."""
-        packet = message.pack(self._mav)
+        """Return the message's bytes, with the next sequence number.
+
+        A number beyond float32 becomes infinite, as in PX4, whose numbers are float32.
+        """
+        try:
+            packet = message.pack(self._mav)
+        except OverflowError:
+            _narrow(message)
+            packet = message.pack(self._mav)
         self._mav.seq = (self._mav.seq + 1) % 256
         return bytes(packet)
 
@@ -77,6 +85,19 @@ class Codec:
             else:
                 self.bad += 1
                 start = _next_magic(datagram, start + 1)
+
+
+def _narrow(message: common.MAVLink_message) -> None:
+    """Make the numbers of a message infinite that float32 cannot hold."""
+    for name, kind in zip(message.fieldnames, message.fieldtypes):
+        value = getattr(message, name)
+        if kind == "float":
+            is_array = isinstance(value, (list, tuple))
+            setattr(message, name, [_narrowed(v) for v in value] if is_array else _narrowed(value))
+
+
+def _narrowed(value: float) -> float:
+    return math.copysign(math.inf, value) if abs(value) > FLOAT32_MAX else value
 
 
 def _frame_length(data: bytes, start: int) -> int:

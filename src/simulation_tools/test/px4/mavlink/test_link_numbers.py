@@ -18,6 +18,7 @@ from mavlink_client import Setup
 from pymavlink.dialects.v20 import common as mavlink
 from test_without_gnss import taken_off
 
+from simulation_tools.mavlink import Codec
 from simulation_tools.px4.plan.items import FENCE_COMMANDS, MISSION_FRAME, Command, PlanError, PlanItem
 
 FLOAT_MAX = 3.4e38
@@ -277,3 +278,14 @@ def test_a_fence_without_size_is_refused(flying_anew, command, number):
     results = upload(flying_anew, 1, [area], True)
     assert (results == [mavlink.MAV_MISSION_ACCEPTED]) is not needs_size
     check_state(flying_anew)
+
+
+def test_a_number_beyond_float32_is_sent_as_infinite():
+    ratios = mavlink.MAVLink_estimator_status_message(0, 0, 1e39, 0.5, -1e300, math.nan, 0.0, 0.0, 0.1, 0.2)
+    (told,) = Codec(1, 1).decode(Codec(1, 1).pack(ratios))
+    assert (told.vel_ratio, told.pos_horiz_ratio, told.pos_vert_ratio) == (math.inf, 0.5, -math.inf)
+    assert math.isnan(told.mag_ratio)
+    covariance = [0.0, 1e40, *[1.0] * 43]
+    place = mavlink.MAVLink_local_position_ned_cov_message(0, 3, *[0.0] * 9, covariance)
+    (told,) = Codec(1, 1).decode(Codec(1, 1).pack(place))
+    assert list(told.covariance) == [0.0, math.inf, *[1.0] * 43]
