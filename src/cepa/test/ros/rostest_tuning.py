@@ -45,15 +45,15 @@ class TuningTest(unittest.TestCase):
         self.client.update_configuration(config)
 
     def answer(self, case):
-        if case.sees_all_before:
-            self.ask(case, np.zeros_like(case.unseen))
-        return self.ask(case, case.unseen)
+        if case.before is not None:
+            self.ask(case, case.before, np.zeros_like(case.unseen))
+        return self.ask(case, case.ranges, case.unseen)
 
-    def ask(self, case, unseen):
+    def ask(self, case, ranges, unseen):
         stamp = self.stamps.next(PERIOD_S)
         intensities = np.where(unseen, UNSEEN_INTENSITY, 0.0)
         self.odometry.send(odometry_of(stamp, (*case.own, 0.0), case.height_m, case.pitch_rad))
-        self.scans.send(scan_of(stamp, case.ranges, intensities=intensities))
+        self.scans.send(scan_of(stamp, ranges, intensities=intensities))
         self.references.send(velocity_of(stamp, (*case.v_ref, 0.0)))
         linear = of_stamp(self.commands, stamp).twist.linear
         return linear.x, linear.y

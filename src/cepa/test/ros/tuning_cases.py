@@ -32,8 +32,8 @@ class Case:
     unseen: np.ndarray = field(default_factory=lambda: np.zeros(BEAMS, bool))
     height_m: float = 2.0
     pitch_rad: float = 0.0
-    sees_all_before: bool = False
-    """Whether a scan without unseen beams is answered 0.1 s before."""
+    before: np.ndarray | None = None
+    """The ranges of a scan without unseen beams that is answered 0.1 s before; None: there is none."""
 
     def answer(self, **changes) -> tuple[float, float]:
         """Return the library's answer, with the ranges as single precision, as the message has them."""
@@ -42,9 +42,10 @@ class Case:
         geometry = np.float32(-math.pi), np.float32(INCREMENT_RAD), np.float32(RANGE_MIN_M), RANGE_MAX_M
         half = 0.5 * self.pitch_rad
         pose = (0.0, 0.0, self.height_m), (0.0, math.sin(half), 0.0, math.cos(half)), (*self.own, 0.0)
-        if self.sees_all_before:
-            scan = LaserScan2D(np.float32(self.ranges), *geometry)
+        if self.before is not None:
+            scan = LaserScan2D(np.float32(self.before), *geometry)
             algorithm.steer(scan, self.v_ref, self.own, Motion.of_mounted(0.0, *pose))
+            algorithm.on_next_scan(PERIOD_S, 0.0)
         scan = LaserScan2D(np.float32(self.ranges), *geometry, ~self.unseen)
         if algorithm.parameters.levelling:
             attitude = LidarAttitude.of_mounted(self.height_m, pose[1])
@@ -110,6 +111,7 @@ CASES = (
     Case("k3", 5.0, COLUMNS, **FAST),
     Case("k4", 20.0, ONE_COLUMN, **FAST),
     Case("k5", 0.2, COLUMNS, **FAST),
+    Case("k_previous", 50.0, around((-4.0, 10.0, 2.6)), **FAST, before=around((4.0, 10.0, 2.6))),
     Case("speed_fractions", (0.6,), ONE_COLUMN, **FAST),
     Case("body_radius", 0.2, GAP),
     Case("emergency_lookahead", 3.0, nearest(wall(0.45), around((180.0, 20.0, 2.5)))),
@@ -125,8 +127,8 @@ CASES = (
     Case("braking_deceleration", 1.0, around((0.0, 20.0, 2.0)), **FAST, given=BRAKES),
     Case("braking_latency", 1.0, around((0.0, 20.0, 2.0)), **FAST, given=BRAKES),
     Case("margin", 0.8, around((0.0, 20.0, 2.6)), **FAST, given=DYNAMIC),
-    Case("commit_s", 0.4, around((0.0, 20.0, 2.2)), **FAST, given=DYNAMIC),
-    Case("memory_s", 0.0, around(), **FAST, given=DYNAMIC, unseen=AHEAD, sees_all_before=True),
+    Case("commit_s", 0.4, around((0.0, 60.0, 2.2)), **FAST, given=DYNAMIC),
+    Case("memory_s", 0.0, around(), **FAST, given=DYNAMIC, unseen=AHEAD, before=around()),
     Case("window_m", 0.0, around((10.0, 100.0, 2.0)), **FAST, given=DYNAMIC),
     Case("response_p", 0.6, around((0.0, 20.0, 2.0)), **FAST, given=DYNAMIC),
     Case("response_i", 1.0, around((0.0, 20.0, 2.0)), **FAST, given=DYNAMIC),

@@ -39,8 +39,8 @@ class Inspection:
 class Folder:
     """Notes what is stored."""
 
-    def __init__(self, names):
-        self._names = names
+    def __init__(self, name, names):
+        self.folder, self._names = Path(name), names
 
     def save(self, _picture, record):
         self._names.append(record.view)
@@ -71,7 +71,7 @@ threading.Thread(target=takes.work, daemon=True).start()
 told = {}
 for camera in ("hangs", "blind"):
     inspection = Inspection()
-    takes.begin(inspection, photographer.Album(None, lambda _: None))
+    takes.begin(inspection, photographer.Album(Folder(camera, []), lambda _: None))
     for task in TASKS[:3]:
         takes.take(task, 10.0)
         wait_for(lambda: not takes.is_shooting)
@@ -82,7 +82,7 @@ pictures = rospy.Publisher("camera/image_raw", Image, queue_size=1)
 wait_for(lambda: pictures.get_num_connections() > 0)
 stored, surveys = {"first": [], "second": []}, {"first": Inspection(), "second": Inspection()}
 for name, survey in surveys.items():
-    album = photographer.Album(Folder(stored[name]), lambda _: None)
+    album = photographer.Album(Folder(name, stored[name]), lambda _: None)
     takes.begin(survey, album)
     if name == "first":
         takes.take(TASKS[0], 10.0)
