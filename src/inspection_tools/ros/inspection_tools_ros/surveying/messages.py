@@ -28,13 +28,15 @@ SMALL_PX = 648
 
 
 def motion_of(odometry: Odometry, time_s: float, place_m: Vector3, yaw_rad: float) -> Motion:
-    """Return the motion of an odometry whose steady time, place and yaw in the map are these."""
-    linear = odometry.twist.twist.linear
-    speed = math.sqrt(linear.x**2 + linear.y**2 + linear.z**2)
-    angular = odometry.twist.twist.angular
+    """Return the motion of an odometry whose steady time, place and yaw in the map are these.
+
+    A speed or a turn that is no number counts as infinite: a UAV whose motion nobody knows is not at rest.
+    """
+    speed = math.hypot(*xyz(odometry.twist.twist.linear))
     _, orientation = conversions.pose_of(odometry.pose.pose)
-    turn = heading_rate(orientation, (angular.x, angular.y, angular.z))
-    return Motion(time_s, np.array(place_m), yaw_rad, speed, turn)
+    turn = heading_rate(orientation, xyz(odometry.twist.twist.angular))
+    unknown = (math.inf if math.isnan(value) else value for value in (speed, turn))
+    return Motion(time_s, np.array(place_m), yaw_rad, *unknown)
 
 
 def stamped_pose(

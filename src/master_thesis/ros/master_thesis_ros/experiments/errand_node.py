@@ -98,11 +98,15 @@ class ErrandNode(FlightNode):
         if self._follows is not Next.AGAIN and not self._prepare():
             return
         try:
-            if self._errand.take_battery():
+            if self._has_battery() and self._errand.take_battery():
                 call_service("/gazebo/swap_battery", Trigger)
             self._take_off()
         except FlightError as error:
             self._abort(str(error))
+
+    def _has_battery(self) -> bool:
+        """Return whether the UAV flies by a battery. With an endless one there is none to swap."""
+        return bool(rospy.get_param(f"{self._parts[self._errand.part].node}/use_battery", True))
 
     def _take_off(self) -> None:
         """Take off again; raises FlightError."""

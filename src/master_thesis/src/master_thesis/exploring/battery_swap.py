@@ -52,7 +52,8 @@ class BatterySwap:
                 loop.abort("There is no full battery.")
         if self._must_swap:
             try:
-                loop.simulation.swap_battery()
+                if loop.simulation.power is not None:  # an endless battery is not swapped
+                    loop.simulation.swap_battery()
             except SimulationError:
                 return False  # the rotors still turn
             self._must_swap = False
