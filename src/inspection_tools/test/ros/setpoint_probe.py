@@ -40,6 +40,11 @@ def hears_all_senders():
     return sum(each[2] == "i" and each[4] == TOPIC for each in connections) == len(senders)
 
 
+def is_heard_by_all(publisher):
+    """Whether a publisher is connected to all nodes that hear setpoints: the other senders too."""
+    return publisher.get_num_connections() == len(dict(master.getSystemState()[1]).get(TOPIC, []))
+
+
 class Listener:
     """Knows where the newest controller flies to."""
 
@@ -74,9 +79,11 @@ class Sender:
 
     def __init__(self):
         latches = role == "latches"
-        self._publisher = rospy.Publisher("pos_setpoint", Pose, queue_size=1, latch=True) if latches else None
+        publisher = rospy.Publisher("pos_setpoint", Pose, queue_size=1, latch=True) if latches else None
         self._sender = None if latches else SetpointSender()
+        self._publisher = publisher or self._sender._publisher
         wait_for(hears_all_senders)
+        wait_for(lambda: is_heard_by_all(self._publisher))
 
     def answer(self, line):
         setpoint = Pose(position=Point(float(line), 0.0, 2.0))

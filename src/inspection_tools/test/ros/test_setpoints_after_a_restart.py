@@ -54,9 +54,10 @@ def controller(ros_master):
 def test_it_obeys_the_node_in_charge_and_not_the_one_before(ros_master, controller, old):
     # Given two nodes that have sent a setpoint, one after the other
     controller()
-    before, now = Node(ros_master, old), Node(ros_master, "sends")
+    before = Node(ros_master, old)
     assert before.ask("1") == "sent"
     assert controller.flies_to("1") == "1"
+    now = Node(ros_master, "sends")  # not earlier: to one that starts meanwhile, a first message is an old one
     assert now.ask("2") == "sent"
     assert controller.flies_to("2") == "2"
     # When the controller starts again, then it flies to the newer one each time
