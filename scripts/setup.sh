@@ -22,6 +22,7 @@ set_up() {
   exec 9>>logs/.setup.lock
   flock -n 9 || { say "another set-up is at work in this folder; waiting for it" && flock 9; }
   echo "==== $(date '+%F %T') set-up of $root" >>"$log_file"
+  check_python_path
   detect_platform
   wanted_until=$only_for_tests
   [[ ${1:-} != --tests ]] || { wanted_until="" && shift; }
@@ -113,6 +114,18 @@ check_names() {
   local line="127.0.0.1 localhost"
   [[ -w /etc/hosts ]] || fail "The name localhost does not resolve, and ROS needs it. Run: echo '$line' | sudo tee -a /etc/hosts"
   echo "$line" >>/etc/hosts && say "added '$line' to /etc/hosts: ROS needs that name"
+}
+
+# check_python_path: Python takes what a folder of PYTHONPATH holds in place of .venv's
+check_python_path() {
+  local folder package folders
+  IFS=: read -ra folders <<<"${PYTHONPATH:-}"
+  for folder in "${folders[@]}"; do
+    while read -r package; do
+      [[ ! -d $folder/$package && ! -f $folder/$package.py ]] || fail \
+        "PYTHONPATH names $folder, which holds another $package than .venv: all nodes would take that one. Call: env -u PYTHONPATH ./bringup.sh"
+    done < <(sed -n 's/^ *\([A-Za-z0-9_.-]*\)==.*/\1/p' requirements.txt)
+  done
 }
 
 # --- Python packages -------------------------------------------------------------------------------------------

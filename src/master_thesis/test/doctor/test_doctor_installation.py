@@ -11,6 +11,7 @@ import pytest
 
 from kernel_cache.folders import folder_for
 from master_thesis.doctor import installation
+from master_thesis.doctor import machine as machine_module
 from master_thesis.doctor.finding import (
     BROKEN,
     ERROR,
@@ -22,7 +23,15 @@ from master_thesis.doctor.finding import (
     as_text,
     exit_code,
 )
-from master_thesis.doctor.machine import Machine, geoid_path, kernels_missing, look_at, masters, requirements
+from master_thesis.doctor.machine import (
+    Machine,
+    geoid_path,
+    is_address_here,
+    kernels_missing,
+    look_at,
+    masters,
+    requirements,
+)
 
 ROOT = Path(__file__).resolve().parents[4]
 ROS = {"ROS_MASTER_URI": "http://localhost:11311"}
@@ -51,6 +60,26 @@ CASES = {
     "package missing": ({"python_found": {}}, ERROR, "python package numpy", "is not installed"),
     "another version": ({"python_found": {"numpy": "2.0"}}, WARNING, "python package numpy", "is 2.0"),
     "debian package missing": ({"debian_missing": ("rviz",)}, ERROR, "package rviz", "is not installed"),
+    "package of the tests missing": (
+        {"only_tests_miss": ("chromium-headless-shell",)},
+        NOTE,
+        "package chromium-headless-shell",
+        "only the tests need it",
+    ),
+    "foreign numpy": (
+        {"shadowed": {"/opt/tool": ("numpy",)}},
+        ERROR,
+        "/opt/tool",
+        "Python takes its numpy in place of .venv's",
+    ),
+    "ROS_IP of another machine": (
+        {**with_ros(ROS_IP="192.0.2.7"), "ros_ip_is_here": False},
+        ERROR,
+        "ROS_IP",
+        "192.0.2.7 is no address of this machine",
+    ),
+    "no room for logs": ({"ros_home": "/small/log", "ros_home_free_mb": 3}, ERROR, "/small/log", "only 3 MB"),
+    "no models": ({"models_gone": ("/models",)}, WARNING, "/models", "does not exist"),
     "another platform": ({"platform_known": False}, WARNING, "platform", "not Debian 12"),
     "not built": ({"built": False}, ERROR, "/ws", "is not built"),
     "not sourced": ({"sourced": False}, ERROR, "CMAKE_PREFIX_PATH", "does not know"),
@@ -153,6 +182,38 @@ def test_this_machine_can_be_looked_at(monkeypatch):
     assert {"numpy", "scipy", "pybullet"} <= set(machine.python_wanted)
     assert machine.python_found["pytest"]
     assert machine.free_disk_mb > 0
+
+
+def test_folders_that_the_environment_names_are_looked_at(monkeypatch, tmp_path):
+    (tmp_path / "numpy").mkdir()
+    monkeypatch.setenv("PYTHONPATH", f"{tmp_path}:{tmp_path}/none")
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", f"{tmp_path}:{tmp_path}/none")
+    monkeypatch.setenv("ROS_HOME", f"{tmp_path}/not/made/yet")
+    monkeypatch.delenv("ROS_LOG_DIR", raising=False)
+    machine = look_at(ROOT, {}, {})
+    assert machine.shadowed == {str(tmp_path): ("numpy",)}
+    assert machine.models_gone == (f"{tmp_path}/none",)
+    assert machine.ros_home == f"{tmp_path}/not/made/yet/log"
+    assert 0 < machine.ros_home_free_mb < 1_000_000_000
+
+
+@pytest.mark.parametrize(
+    ("address", "here"),
+    [("127.0.0.1", True), ("192.0.2.7", False), ("", True), ("box", True)],
+)
+def test_an_address_is_here_if_a_node_can_bind_it(address, here):
+    # RFC 5737: 192.0.2.0/24 is nobody's
+    assert is_address_here(address) == here
+
+
+def test_a_package_of_the_tests_alone_is_no_error(monkeypatch, tmp_path):
+    (tmp_path / "scripts/packages").mkdir(parents=True)
+    (tmp_path / "requirements.txt").touch()
+    listed = "no-such-a\n\n# Only for the tests: `./bringup.sh test` installs it.\nno-such-b\n"
+    (tmp_path / "scripts/packages/some-1.txt").write_text(listed)
+    monkeypatch.setattr(machine_module, "_platform", lambda: "some-1")
+    machine = look_at(tmp_path, {}, {})
+    assert (machine.debian_missing, machine.only_tests_miss) == (("no-such-a",), ("no-such-b",))
 
 
 FINDINGS = [

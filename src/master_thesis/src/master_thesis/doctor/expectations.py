@@ -44,7 +44,7 @@ EXTERNAL_POSES = ("vision_pose/pose", "vision_pose/pose_cov", "odometry/out")
 OPTIONAL_INPUTS = re.compile(
     r"/mavros/(setpoint_|vision_|distance_sensor/|(odometry/out|rc/override|home_position/set)$)"
     r"|/mavros/global_position/set_gp_origin$|/gazebo/set_model_(state|states)$"
-    r"|/UAV/(pos_setpoint/final|use_pos_setpoint|vision_state)$"
+    r"|/UAV/(pos_setpoint/final|use_pos_setpoint|vision_state|front)$"
 )
 """Optional inputs for users. A publisher is not necessary."""
 

@@ -11,6 +11,7 @@ from master_thesis.doctor.finding import ERROR, NOTE, WARNING, Finding
 from master_thesis.doctor.machine import Machine
 
 SETUP = "Call ./bringup.sh setup"
+DISK_FOR_LOGS_MB = 50
 DISK_FOR_A_RUN_MB, MEMORY_FOR_A_RUN_MB = 500, 800
 """A recorded experiment leaves up to 200 MB; the graph of Experiment 1 takes 540 MB."""
 
@@ -18,8 +19,8 @@ DISK_FOR_A_RUN_MB, MEMORY_FOR_A_RUN_MB = 500, 800
 def check(machine: Machine) -> list[Finding]:
     """Return all findings about an installation."""
     checks = (
-        *(python_packages, debian_packages, build, underlays, messages, kernels),
-        *(room, names, master, other_masters, upstream),
+        *(python_packages, python_path, debian_packages, build, underlays, messages, kernels),
+        *(room, models, names, address, master, other_masters, upstream),
     )
     return [finding for one in checks for finding in one(machine)]
 
@@ -42,6 +43,13 @@ def python_packages(machine: Machine) -> Iterator[Finding]:
             yield Finding(WARNING, f"python package {name}", what, f"Delete .venv/.bringup. {SETUP}")
 
 
+def python_path(machine: Machine) -> Iterator[Finding]:
+    """Check PYTHONPATH for packages that Python takes in place of those of .venv."""
+    for folder, packages in machine.shadowed.items():
+        what = f"PYTHONPATH names it, and Python takes its {' and '.join(packages)} in place of .venv's"
+        yield Finding(ERROR, folder, what, "Open a shell whose PYTHONPATH lacks this folder")
+
+
 def debian_packages(machine: Machine) -> Iterator[Finding]:
     """Check the distribution's packages against scripts/packages."""
     if not machine.platform_known:
@@ -53,6 +61,9 @@ def debian_packages(machine: Machine) -> Iterator[Finding]:
             "is not installed",
             f"sudo apt-get install --no-install-recommends {name}",
         )
+    for name in machine.only_tests_miss:
+        what = "is not installed; only the tests need it"
+        yield Finding(NOTE, f"package {name}", what, "./bringup.sh test installs it")
 
 
 def build(machine: Machine) -> Iterator[Finding]:
@@ -104,9 +115,19 @@ def room(machine: Machine) -> Iterator[Finding]:
     if machine.free_disk_mb < DISK_FOR_A_RUN_MB:
         what = f"only {machine.free_disk_mb} MB of disk are free; a run with its bag takes up to 200"
         yield Finding(WARNING, machine.root, what, "Delete old folders in results/")
+    if machine.ros_home_free_mb < DISK_FOR_LOGS_MB:
+        what = f"only {machine.ros_home_free_mb} MB of disk are free, and roslaunch and all nodes log there"
+        yield Finding(ERROR, machine.ros_home, what, "rosclean purge, or set ROS_HOME to a folder with room")
     if machine.free_memory_mb < MEMORY_FOR_A_RUN_MB:
         what = f"only {machine.free_memory_mb} MB are free, and the graph of an experiment takes 540"
         yield Finding(WARNING, "memory", what, "End other programs")
+
+
+def models(machine: Machine) -> Iterator[Finding]:
+    """Check the folders in which worlds look for their models."""
+    for folder in machine.models_gone:
+        what = "GAZEBO_MODEL_PATH names it, and it does not exist: models in it are not found"
+        yield Finding(WARNING, folder, what, "Correct GAZEBO_MODEL_PATH in this shell, or in ~/.bashrc")
 
 
 def names(machine: Machine) -> Iterator[Finding]:
@@ -132,6 +153,14 @@ def names(machine: Machine) -> Iterator[Finding]:
             f'"{ip}" is not an address',
             "export ROS_IP=127.0.0.1, or set ROS_HOSTNAME instead",
         )
+
+
+def address(machine: Machine) -> Iterator[Finding]:
+    """Check whether ROS_IP is this machine's: nodes give it to each other as their address."""
+    told = machine.ros.get("ROS_IP", "")
+    if told and not machine.ros.get("ROS_HOSTNAME") and not machine.ros_ip_is_here:
+        what = f"{told} is no address of this machine: no node reaches another one"
+        yield Finding(ERROR, "ROS_IP", what, "export ROS_IP=127.0.0.1, or one of `ip -brief address`")
 
 
 def master(machine: Machine) -> Iterator[Finding]:

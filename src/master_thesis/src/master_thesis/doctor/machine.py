@@ -25,6 +25,8 @@ UPSTREAM = {
 INTERFACES = ("gazebo_msgs", "geographic_msgs", "mavros_msgs", "octomap_msgs")
 """Packages of upstream's messages that this workspace builds where nobody else has them."""
 DEFAULT_PORT = 11311
+ONLY_FOR_TESTS = "# Only for the tests"
+"""Begins the part of a list of the distribution's packages that `./bringup.sh test` alone installs."""
 _BUILT_OVER = re.compile(r"CMAKE_PREFIX_PATH = r'([^']*)'\.split")
 
 
@@ -33,14 +35,16 @@ class Machine:
     """An installation, in plain values.
 
     python_wanted: requirements.txt for this Python, package to version. python_found: package to version of
-    the installed ones. debian_missing: of the platform's list.
+    the installed ones. debian_missing: of the platform's list; only_tests_miss: of its part for the tests.
     md5_wanted, md5_found: of the message types. kernels_missing: libraries without compiled kernels.
     hosts: name to whether it resolves. ros: the ROS_* environment variables. upstream: installed programs of
     `UPSTREAM`, by the package's name. geoid: MAVROS's path of the table of the geoid.
     underlays_gone: workspaces that this one was built over, or that the shell names, and that do not exist.
     underlays_new: those that the shell has below this one, and that it was not built over. messages_twice:
     packages of `INTERFACES` that are built here although an underlay has them. masters: ports of the ROS
-    masters on this machine.
+    masters on this machine. shadowed: folders of PYTHONPATH to the packages in them that .venv has, too.
+    ros_ip_is_here: whether ROS_IP is an address of this machine. ros_home: where ROS writes its logs, and
+    ros_home_free_mb the room there. models_gone: folders of GAZEBO_MODEL_PATH that do not exist.
     """
 
     root: str
@@ -51,6 +55,7 @@ class Machine:
     python_wanted: dict[str, str] = field(default_factory=dict)
     python_found: dict[str, str] = field(default_factory=dict)
     debian_missing: tuple[str, ...] = ()
+    only_tests_miss: tuple[str, ...] = ()
     md5_wanted: dict[str, str] = field(default_factory=dict)
     md5_found: dict[str, str] = field(default_factory=dict)
     kernels_missing: tuple[str, ...] = ()
@@ -65,6 +70,11 @@ class Machine:
     underlays_new: tuple[str, ...] = ()
     messages_twice: tuple[str, ...] = ()
     masters: tuple[int, ...] = ()
+    shadowed: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    ros_ip_is_here: bool = True
+    ros_home: str = ""
+    ros_home_free_mb: int = 1_000_000
+    models_gone: tuple[str, ...] = ()
 
 
 def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -> Machine:
@@ -75,6 +85,9 @@ def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -
         os.environ[name] for name in ("ROS_HOSTNAME",) if name in os.environ
     }
     geoid = geoid_path(os.environ)
+    listed = packages.read_text(encoding="utf-8") if packages.exists() else ""
+    needed, _, for_tests = listed.partition(ONLY_FOR_TESTS)
+    logs = ros_logs(os.environ)
     return Machine(
         root=str(root),
         python=sys.prefix,
@@ -83,7 +96,8 @@ def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -
         sourced=str(root / "devel") in os.environ.get("CMAKE_PREFIX_PATH", "").split(":"),
         python_wanted=wanted,
         python_found=_installed(wanted),
-        debian_missing=_missing(packages.read_text(encoding="utf-8")) if packages.exists() else (),
+        debian_missing=_missing(needed),
+        only_tests_miss=_missing(for_tests.partition("\n")[2]),
         md5_wanted=md5_wanted,
         md5_found=md5_found,
         kernels_missing=kernels_missing(root),
@@ -95,8 +109,55 @@ def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -
         geoid=str(geoid),
         geoid_found=geoid.exists(),
         masters=masters(),
-        **_underlays(root, [path for path in os.environ.get("CMAKE_PREFIX_PATH", "").split(":") if path]),
+        shadowed=shadowed(_folders("PYTHONPATH"), wanted),
+        ros_ip_is_here=is_address_here(os.environ.get("ROS_IP", "")),
+        ros_home=str(logs),
+        ros_home_free_mb=_free_mb(logs),
+        models_gone=tuple(path for path in _folders("GAZEBO_MODEL_PATH") if not Path(path).is_dir()),
+        **_underlays(root, _folders("CMAKE_PREFIX_PATH")),
     )
+
+
+def _folders(variable: str) -> list[str]:
+    return [path for path in os.environ.get(variable, "").split(":") if path]
+
+
+def shadowed(folders: Sequence[str], wanted: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
+    """Return the folders of PYTHONPATH that hold packages of .venv, and which: Python takes theirs first."""
+    found = {}
+    for folder in folders:
+        there = [name for name in wanted if Path(folder, name).is_dir() or Path(folder, f"{name}.py").exists()]
+        if there:
+            found[folder] = tuple(sorted(there))
+    return found
+
+
+def is_address_here(address: str) -> bool:
+    """Return whether a node can bind a port of an address. What is no address at all counts as here."""
+    try:
+        family, kind, protocol, _, place = socket.getaddrinfo(
+            address, 0, type=socket.SOCK_STREAM, flags=socket.AI_NUMERICHOST
+        )[0]
+    except OSError:
+        return True
+    try:
+        with socket.socket(family, kind, protocol) as probe:
+            probe.bind(place)
+    except OSError:
+        return False
+    return True
+
+
+def ros_logs(environment: Mapping[str, str]) -> Path:
+    """Return the folder in which ROS writes its logs: ROS_LOG_DIR, or log in ROS_HOME, or in ~/.ros."""
+    home = environment.get("ROS_HOME") or "~/.ros"
+    return Path(environment.get("ROS_LOG_DIR") or f"{home}/log").expanduser()
+
+
+def _free_mb(folder: Path) -> int:
+    """Return the room on the disk that holds a folder, or would hold it."""
+    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    return shutil.disk_usage(there).free // 2**20
 
 
 def _underlays(root: Path, prefixes: Sequence[str]) -> dict[str, tuple[str, ...]]:
