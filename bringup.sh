@@ -22,7 +22,7 @@ usage() {
 ./bringup.sh <launch file> [arg:=value ...]      start a launch file of master_thesis with its arguments
 ./bringup.sh test [pytest arguments]             run every test, four at a time; arguments go to pytest (-n 0: one at a time)
 ./bringup.sh test --changed [REF]                run the tests that changes since REF (main) can touch; say what is left out
-./bringup.sh bench [name [arguments]]            run all benchmarks, or one (NAME --help prints its arguments)
+./bringup.sh bench [name [arguments]]            run all benchmarks, or one (--help lists them; NAME --help prints its arguments)
 ./bringup.sh report [--quick] [--only NAME ...]  fly every experiment of the thesis; write our results beside the thesis's as HTML
 ./bringup.sh setup                               set up only; then `source devel/setup.bash` and use roslaunch, rosrun, ...
 
@@ -132,10 +132,24 @@ run_tests() {
   exec .venv/bin/python -m pytest -n auto --dist loadfile --no-loadscope-reorder "$@"
 }
 
+# list_benchmarks: prints the name of each benchmark, and the first line of what it says of itself
+list_benchmarks() {
+  local file
+  echo "./bringup.sh bench            run all, shortened"
+  echo "./bringup.sh bench NAME ...   run one; NAME --help prints its arguments"
+  echo
+  for file in benchmarks/[!_]*.py; do
+    printf '  %-18s %s\n' "$(basename "$file" .py)" "$(sed -n '1s/^"""//;1s/"""$//;1p' "$file")"
+  done
+}
+
 # run_benchmarks [NAME [ARGUMENT ...]]: runs benchmarks/NAME.py; without a name all, shortened
 run_benchmarks() {
   local name='[!_]*' benchmarks benchmark code=0
-  [[ ${1:-} != --soak* ]] || set -- sim "$@"
+  case ${1:-} in
+    -h | --help) list_benchmarks && return ;;
+    --soak*) set -- sim "$@" ;;
+  esac
   if [[ -n ${1:-} && $1 != -* ]]; then
     name=$1
     shift
@@ -143,7 +157,7 @@ run_benchmarks() {
     set -- --brief "$@"
   fi
   mapfile -t benchmarks < <(find benchmarks -maxdepth 1 -name "$name.py" 2>/dev/null | sort)
-  ((${#benchmarks[@]} > 0)) || fail "There is no benchmark of the name $name: benchmarks/ holds no $name.py."
+  ((${#benchmarks[@]} > 0)) || fail "There is no benchmark of the name $name: benchmarks/ holds no $name.py. See ./bringup.sh bench --help."
   set_up
   load_workspace
   for benchmark in "${benchmarks[@]}"; do

@@ -73,9 +73,9 @@ def test_who_sets_a_parameter_hears_that_the_node_refuses_it(ros_master):
         assert time.monotonic() < deadline, "it never came up"
         time.sleep(0.1)
 
-    def set_parameters(*words: str) -> tuple[int, str]:
+    def set_parameters(*words: str, of: str = "/position_controller") -> tuple[int, str]:
         command = str(ROOT / "devel/lib/node_tools/set_parameter")
-        done = ros_master.run(command, "/position_controller", *words, timeout_s=60.0)
+        done = ros_master.run(command, of, *words, timeout_s=60.0)
         return done.returncode, done.stdout
 
     assert set_parameters("max_speed", "1.5", "gain", "1") == (0, "")
@@ -89,6 +89,10 @@ def test_who_sets_a_parameter_hears_that_the_node_refuses_it(ros_master):
     assert said.endswith("The change is refused; the old parameters stay.\n")
     what = "don't know parameter: max_sped"
     assert set_parameters("max_sped", "1") == (1, f"/position_controller takes no max_sped: {what}.\n")
+    assert set_parameters("max_speed", "1", of="/position_controler") == (
+        1,
+        "There is no node /position_controler with live parameters. These have some: /position_controller.\n",
+    )
     assert master.getParam("/position_controller/max_speed") == 1.5
 
 

@@ -75,6 +75,14 @@ def test_a_start_inside_of_an_obstacle_is_refused(world):
         checked(world, start=(5.0, 0.2, 0.0, 0.0))
 
 
+def test_a_world_without_a_floor_is_refused(tmp_path):
+    path = tmp_path / "no_floor.world"
+    path.write_text(re.sub(r'<model name="ground_plane">.*?</model>', "", WORLD, flags=re.DOTALL))
+    sentence = r"At \(0, 0, 0\) nothing is below the UAV, so it would fall; .*model://ground_plane"
+    with pytest.raises(ScenarioError, match=sentence):
+        checked(path)
+
+
 BEAM = """<model name="beam"><static>true</static><pose>0 0 {} 0 0 0</pose><link name="link">
 <collision name="c"><geometry><box><size>0.2 6 0.2</size></box></geometry></collision></link></model>
 </world>"""
@@ -138,7 +146,11 @@ def test_a_start_below_the_ground_is_refused(world):
         checked(world, start=(0.0, 0.0, -3.0, 0.0))
 
 
-def test_a_world_without_ground_has_no_below(tmp_path):
-    path = tmp_path / "space.world"
-    path.write_text(re.sub(r'<model name="ground_plane">.*?</model>', "", WORLD, flags=re.DOTALL))
+PAD = """<model name="pad"><static>true</static><pose>0 0 -0.5 0 0 0</pose><link name="link">
+<collision name="c"><geometry><box><size>4 4 1</size></box></geometry></collision></link></model>"""
+
+
+def test_beyond_the_edge_of_all_ground_there_is_no_below(tmp_path):
+    path = tmp_path / "pad.world"
+    path.write_text(re.sub(r'<model name="ground_plane">.*?</model>', PAD, WORLD, flags=re.DOTALL))
     checked(path, goal=(20.0, 0.0, -2.0))

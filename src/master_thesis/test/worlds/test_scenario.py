@@ -38,3 +38,23 @@ def test_a_path_must_not_depend_on_where_a_node_runs():
         scenario.absolute("world", "my.world")
     with pytest.raises(ScenarioError, match=r"for example world:=\$HOME/my\.world\."):
         scenario.absolute("world", "~/my.world")
+
+
+def test_a_yaw_in_degrees_is_refused_with_its_radians():
+    sentence = r"yaw is in radians, from -6\.28 to 6\.28; 90 degrees are 1\.571\."
+    with pytest.raises(ScenarioError, match=sentence):
+        scenario.place_and_yaw("start", "0 0 0 90")
+    assert scenario.place_and_yaw("start", "0 0 0 -6.28") == (0.0, 0.0, 0.0, -6.28)
+
+
+@pytest.mark.parametrize("given", ["ballast-tank", "/home/me/ballast-tank", "/worlds/none.world"])
+def test_a_world_that_is_not_there_lists_the_names(given):
+    with pytest.raises(
+        ScenarioError, match=r"choose world:=hold_3d\|hold_3d_cargo\|ballast_tank, or the path"
+    ):
+        scenario.named_world(given)
+
+
+def test_a_worlds_path_must_not_depend_on_where_a_node_runs():
+    with pytest.raises(ScenarioError, match="is not an absolute path"):
+        scenario.named_world("my.world")

@@ -20,6 +20,7 @@ PATIENCE_S = 5.0
 """Wall time to wait for the node's descriptions and for its service."""
 WORDS_S = 1.0
 """Wall time to wait for the connection to the node's log, and then for its words."""
+SERVICE = "/set_parameters"
 USAGE = "usage: rosrun node_tools set_parameter NODE NAME VALUE [NAME VALUE ...]"
 
 
@@ -51,6 +52,8 @@ def set_parameters(node: str, wanted: Mapping[str, str]) -> list[str]:
         server(rosgraph.get_master_uri()).getPid("/set_parameter")
     except UNREACHABLE:
         return [f"No ROS master answers at {rosgraph.get_master_uri()}; start one, or set ROS_MASTER_URI."]
+    if not _offers_parameters(node):
+        return [f"There is no node {node} with live parameters. {_those_with_parameters()}"]
     rospy.init_node("set_parameter", anonymous=True, disable_signals=True, disable_rosout=True)
     log = _Log(node)
     client = Client(node, timeout=PATIENCE_S)
@@ -60,6 +63,21 @@ def set_parameters(node: str, wanted: Mapping[str, str]) -> list[str]:
     kept = [name for name in wanted if not _are_alike(changes[name], used[name])]
     said = log.words() if kept else []
     return said or [f"{node} keeps {name} at {used[name]}; it refuses {wanted[name]}." for name in kept]
+
+
+def _offers_parameters(node: str) -> bool:
+    return node in _with_parameters()
+
+
+def _with_parameters() -> list[str]:
+    """Return the nodes that serve live parameters, sorted."""
+    services = server(rosgraph.get_master_uri()).getSystemState("/set_parameter")[2][2]
+    return sorted(name[: -len(SERVICE)] for name, _ in services if name.endswith(SERVICE))
+
+
+def _those_with_parameters() -> str:
+    known = _with_parameters()
+    return f"These have some: {', '.join(known)}." if known else "No node that runs has any."
 
 
 def _are_alike(one: Any, other: Any) -> bool:

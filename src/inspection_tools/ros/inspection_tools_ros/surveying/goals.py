@@ -165,4 +165,4 @@ class SurveyGoals:
             inspection.begin(motion.time_s, motion.place_m, time_max_s=time_max_s)
             assert inspection.home_m is not None
             self._begun.begin(new.identity, home=inspection.home_m.tolist(), began=motion.time_s)
-        rospy.loginfo("The survey begins: %d photographs are open.", len(inspection.todo.open))
+        rospy.loginfo("The survey begins; photographs to take: %d.", len(inspection.todo.open))

@@ -170,7 +170,7 @@ class Photographer:
             inspection.come_home(str(error), End.STORAGE)
             return
         name = f"Photograph {task.number}" if task.number > 0 else "A closer photograph"
-        rospy.loginfo("%s is stored; %d are open.", name, len(inspection.todo.open))
+        rospy.loginfo("%s is stored; still open: %d.", name, len(inspection.todo.open))
         if taken.odom_in_map is not None:
             self.records.add(path, taken.record, taken.odom_in_map)
         album.on_stored(path)

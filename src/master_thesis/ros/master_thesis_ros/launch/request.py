@@ -8,7 +8,14 @@ Exit code 0: the launch is possible. 1: it is not, and one sentence says why.
 
 from __future__ import annotations
 
+import signal
 import sys
+
+if __name__ == "__main__":
+    signal.signal(
+        signal.SIGINT, signal.SIG_DFL
+    )  # until main: the imports take a second, and say nothing then
+
 from pathlib import Path
 from typing import Callable, Collection, Iterator, Mapping, Sequence
 from xml.etree import ElementTree
@@ -29,6 +36,7 @@ FOLDER = Path(__file__).resolve().parents[3] / "launch"
 
 def main(words: Sequence[str]) -> int:
     """Check a launch file and its arguments, and that it would end no running node; return an exit code."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         given = dict(_name_and_value(word) for word in words[1:])
         prepare(launch_check.Launch((Path(words[0]).resolve(),), given))

@@ -126,7 +126,9 @@ def shadowed(folders: Sequence[str], wanted: Mapping[str, str]) -> dict[str, tup
     """Return the folders of PYTHONPATH that hold packages of .venv, and which: Python takes theirs first."""
     found = {}
     for folder in folders:
-        there = [name for name in wanted if Path(folder, name).is_dir() or Path(folder, f"{name}.py").exists()]
+        there = [
+            name for name in wanted if Path(folder, name).is_dir() or Path(folder, f"{name}.py").exists()
+        ]
         if there:
             found[folder] = tuple(sorted(there))
     return found

@@ -45,7 +45,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> ExploringRequest:
             f"Exploring needs clouds, which '{choices['lidar']}' does not give; "
             f"choose lidar:={', '.join(scenario.CLOUD_LIDARS)}, or add nod:=true."
         )
-    world = scenario.absolute("world", str(asked.get("world", "")))
+    world = scenario.named_world(str(asked.get("world", "")))
     x, y, z, yaw = scenario.place_and_yaw("start", asked.get("start", "0 0 0 0"))
     flown = scenario.Scenario(world.stem, world, (x, y, z, yaw), (x, y, z + HOVER_M), comes_home=True)
     description = RunDescription(str(asked.get("experiment", "explore")), flown, **choices)

@@ -74,6 +74,11 @@ def check_course(
             raise ScenarioError(
                 f"At ({x:g}, {y:g}, {z:g}) the UAV would start below the ground; move start:=."
             )
+        if under_start.down_m == math.inf:
+            raise ScenarioError(
+                f"At ({x:g}, {y:g}, {z:g}) nothing is below the UAV, so it would fall; move start:=, or "
+                "give the world a floor: <include><uri>model://ground_plane</uri></include>."
+            )
         for up_m in np.arange(CLIMB_STEP_M, z + HOVER_M + OVERSHOOT_M - lifted_m, CLIMB_STEP_M).tolist():
             climbed = Pose((0.0, 0.0, up_m)) @ start
             if distance_m("the UAV", climbed, 0.1) < -PENETRATION_M:

@@ -22,6 +22,7 @@ SPEEDS_M_S = (0.05, 15.0)  # the position controller's greatest speed; the least
 LOOKAHEADS_S = (0.0, 10.0)  # the position controller's
 SEEDS = (0, 2**31 - 1)  # roslaunch reads greater numbers as real ones
 SCENARIOS = ("empty", "sparse", "forest", "hallway")
+NAMED_WORLDS = ("hold_3d", "hold_3d_cargo", "ballast_tank")  # of explore.launch and inspection.launch
 FLIGHT_HEIGHT_M = 2.0
 
 
@@ -60,6 +61,21 @@ def scenario(name: str, worlds_folder: Path) -> Scenario:
     """
     choose("scenario", name, SCENARIOS)
     return Scenario(name, Path(worlds_folder) / f"{name}.world")
+
+
+def named_world(given: str) -> Path:
+    """Return the path of a world's file. In place of one of `NAMED_WORLDS` the launch file gives its path.
+
+    Raises:
+        ScenarioError: there is no such file, and the sentence lists the names; or its path is relative.
+    """
+    path = Path(given)
+    if not path.is_file() and (path.is_absolute() or not path.suffix):
+        names = "|".join(NAMED_WORLDS)
+        raise ScenarioError(
+            f"There is no world '{given}'; choose world:={names}, or the path of an SDF world file."
+        )
+    return absolute("world", given)
 
 
 def lidar(given: str) -> str:
@@ -153,6 +169,11 @@ def place(what: str, text: str) -> tuple[float, float, float]:
 def place_and_yaw(what: str, text: str) -> tuple[float, float, float, float]:
     """Read "x y z yaw"; raises ScenarioError with a sentence that says what is expected."""
     x, y, z, yaw = _numbers(what, text, ("x", "y", "z", "yaw"))
+    if abs(yaw) > 2.0 * math.pi:
+        raise ScenarioError(
+            f"The yaw of {what} '{text}' is {yaw:g}, and yaw is in radians, from -6.28 to 6.28; "
+            f"{yaw:g} degrees are {math.radians(yaw):.4g}."
+        )
     return x, y, z, yaw
 
 
