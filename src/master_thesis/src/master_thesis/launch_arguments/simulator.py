@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Callable, Mapping
 
+from master_thesis.errors import ScenarioError
 from master_thesis.worlds import scenario
 from simulation_tools import values
 from simulation_tools.ardupilot_sitl.program import check_program
@@ -30,7 +31,13 @@ def check(asked: Mapping[str, Any]) -> None:
     if "autopilot" in asked:
         autopilot = values.choice("autopilot", str(asked["autopilot"]), values.AUTOPILOTS)
         if autopilot == "ardupilot" and "ardupilot" in asked:  # a real UAV brings its own
-            check_program(str(asked["ardupilot"]))
+            program = str(asked["ardupilot"]).strip()
+            check_program(str(scenario.absolute("ardupilot", program)) if program else "")
+        if autopilot != "standin" and scenario.flag("lockstep", asked.get("lockstep", False)):
+            raise ScenarioError(
+                f"lockstep:=true needs autopilot:=standin; with {autopilot} leave it out: physics and flight "
+                "controller are in step with each other anyway."
+            )
     for name, least in (("real_time_factor", 0.0), ("lockstep_timeout", 0.001), ("lidar_range_max", 0.0)):
         if name in asked:
             values.number(name, asked[name], least)
