@@ -1,52 +1,18 @@
-"""Cushioned Extended-Periphery Avoidance (CEPA), after chapter 6 of the thesis. See README.md."""
+"""Cushioned Extended-Periphery Avoidance (CEPA), after chapter 6 of the thesis. See README.md.
 
-from __future__ import annotations
+The library is imported when one of its names is first asked for. So who needs `cepa.parameters` alone, as
+the check of a launch, does not wait for numba, which takes a quarter of a second.
+"""
 
-from cepa.algorithm import Algorithm
-from cepa.decision import Decision, Reason
-from cepa.dynamic.dynamic import Dynamic
-from cepa.errors import (
-    AttitudeError,
-    CepaError,
-    MotionError,
-    MountError,
-    ParameterError,
-    ScanError,
-    VelocityError,
-)
-from cepa.levelling import LidarAttitude, levelled
-from cepa.motion import Cloud, Motion, Ranging
-from cepa.parameters import SLOW_DETOURS, STEADY_SIDE, CepaParameters
-from cepa.scan import LaserScan2D
-from cepa.steering.loop import SteeringLoop
-from cepa.thesis.improved import Improved
-from cepa.thesis.original import Original
+from importlib import import_module
+from importlib.util import find_spec
+from typing import TYPE_CHECKING
 
-ALGORITHMS: dict[str, type[Algorithm]] = {"improved": Improved, "original": Original, "dynamic": Dynamic}
-"""The algorithms by the names that launch files use."""
+if TYPE_CHECKING:
+    from cepa.library import *  # noqa: F403
+else:
 
-__all__ = [
-    "ALGORITHMS",
-    "SLOW_DETOURS",
-    "STEADY_SIDE",
-    "AttitudeError",
-    "CepaError",
-    "CepaParameters",
-    "Cloud",
-    "Decision",
-    "Dynamic",
-    "Improved",
-    "LaserScan2D",
-    "LidarAttitude",
-    "Motion",
-    "MotionError",
-    "MountError",
-    "Original",
-    "ParameterError",
-    "Ranging",
-    "Reason",
-    "ScanError",
-    "SteeringLoop",
-    "VelocityError",
-    "levelled",
-]
+    def __getattr__(name):
+        if name.startswith("_") or find_spec(f"cepa.{name}"):  # Python imports modules by itself
+            raise AttributeError(f"module cepa has no attribute {name}")
+        return getattr(import_module("cepa.library"), name)

@@ -97,12 +97,17 @@ class FlightNode(ExperimentNode):
         t_s = header.stamp.to_sec()
         with self._heard:
             self._heard.wait_for(lambda: self._finished or self._has_heard(t_s), ANSWER_PATIENCE_S)
-        time.sleep(UNSTAMPED_S)
+        if self._unstamped_matter():
+            time.sleep(UNSTAMPED_S)
         with self._lock:
             actions = self._decisions()
             self._take(actions)
         if actions:
             time.sleep(SETTLE_S)
+        return True
+
+    def _unstamped_matter(self) -> bool:
+        """Return whether a message without a stamp can change what is decided now."""
         return True
 
     def _decisions(self) -> Sequence[Enum]:

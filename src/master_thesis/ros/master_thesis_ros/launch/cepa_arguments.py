@@ -6,7 +6,6 @@ from pathlib import Path
 
 from master_thesis.errors import FlightError
 from master_thesis_ros.launch.parameter_file import no_such_parameter, parameters_in
-from node_tools.parameters import exponents_as_text
 
 
 def check_file(path: Path) -> None:
@@ -17,6 +16,7 @@ def check_file(path: Path) -> None:
     from cepa_ros.parameters import Choice, choice_of, config_of  # takes a quarter of a second
 
     from cepa import CepaError, CepaParameters
+    from node_tools.parameters import exponents_as_text  # loads rospy
 
     how = "give a YAML file of CEPA's parameters with cepa_config:=FILE."
     written = parameters_in(path, "CEPA's parameters", how)

@@ -9,7 +9,6 @@ from typing import Any, Mapping
 from master_thesis.errors import FlightError
 from master_thesis.worlds import scenario
 from master_thesis_ros.launch.parameter_file import no_such_parameter, parameters_in
-from node_tools.parameters import exponents_as_text
 
 EVERY_NTH = (1, 1_000_000)
 
@@ -36,6 +35,7 @@ def check_file(path: Path, throttle_scans: int = 1) -> None:
     from gridslam_ros.sessions import Sessions
 
     from gridslam import SlamError
+    from node_tools.parameters import exponents_as_text  # loads rospy
 
     how = "give a YAML file of gridslam's parameters with slam_config:=FILE."
     written = parameters_in(path, "SLAM's parameters", how)

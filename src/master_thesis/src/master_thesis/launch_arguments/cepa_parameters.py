@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Mapping
 
-from cepa import CepaError, CepaParameters
+from cepa.errors import CepaError
+from cepa.parameters import CepaParameters  # not all of cepa, which loads numba
 from master_thesis.errors import FlightError
 
 

@@ -7,7 +7,6 @@ import re
 from typing import Any, Mapping
 
 from master_thesis.errors import ScenarioError
-from master_thesis.launch_arguments.lidar_beams import check_beams
 from master_thesis.worlds import scenario
 from simulation_tools.vehicle.uav import load_uav
 
@@ -66,4 +65,6 @@ def _check_uav(model: str, lidar: str, sensors: list[str]) -> None:
     """Check that the UAV can be loaded, and that CEPA can read the scans of a lidar that is mounted on it."""
     load_uav(model, None if lidar == NO_LIDAR else lidar, sensors=sensors)
     if lidar not in (NO_LIDAR, *scenario.LIDARS):
+        from master_thesis.launch_arguments.lidar_beams import check_beams  # loads numba
+
         check_beams(model, lidar)
