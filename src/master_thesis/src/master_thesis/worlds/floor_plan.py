@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
-
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
 
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Plane, Sphere, World
+from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Sphere, World
 from simulation_tools.sdf.parser import load_world
+from simulation_tools.world.shapes.convex_parts import connected_pieces
+from simulation_tools.world.shapes.meshes import readable_mesh_of
 
+MANY = 200
 _CIRCLE = np.linspace(0.0, 2.0 * np.pi, 48, endpoint=False)
 
 
@@ -35,10 +37,10 @@ def outlines_of_file(world_file: Path | str) -> list[Outline]:
 
 
 def outlines(world: World) -> list[Outline]:
-    """Return the outlines of all collision shapes of a world except planes, in the file's order.
+    """Return the outlines of all collision shapes of a world except the ground's, in the file's order.
 
     An outline is the convex hull of the shape's points from above. A mesh has a hull for each connected
-    piece.
+    piece; one whose file cannot be used has none, as in the simulator. Planes and heightmaps are ground.
     """
     found = []
     for model in world.models:
@@ -71,8 +73,7 @@ def _point_clouds(geometry: Geometry) -> list[np.ndarray]:
         return [np.concatenate([_ring(radius * np.cos(a), radius * np.sin(a)) for a in latitudes])]
     if isinstance(geometry, Mesh):
         return _mesh_pieces(geometry)
-    assert isinstance(geometry, Plane)  # the ground is no outline
-    return []
+    return []  # a plane or a heightmap
 
 
 def _ring(radius_m: float, height_m: float = 0.0) -> np.ndarray:
@@ -82,18 +83,29 @@ def _ring(radius_m: float, height_m: float = 0.0) -> np.ndarray:
 
 
 def _mesh_pieces(geometry: Mesh) -> list[np.ndarray]:
-    import trimesh  # takes half a second to import, and only worlds with meshes need it
-
-    mesh: Any = trimesh.load(geometry.path, force="mesh")
-    return [np.asarray(piece.vertices) * geometry.scale for piece in mesh.split(only_watertight=False)]
+    mesh = readable_mesh_of(geometry)
+    if mesh is None:
+        return []
+    return [mesh.vertices[np.unique(triangles)] for triangles in connected_pieces(mesh)]
 
 
 def convex_hull(points_xy: np.ndarray) -> np.ndarray:
     """Return the corners (m, 2) of the convex hull of points (n, 2), counter-clockwise (Andrew, 1979)."""
     points = np.unique(np.round(points_xy, 9), axis=0)
+    if len(points) > MANY:
+        return _hull_of_many(points)
     if len(points) < 3:
         return points
     return np.array(_half_hull(points)[:-1] + _half_hull(points[::-1])[:-1])
+
+
+def _hull_of_many(points: np.ndarray) -> np.ndarray:
+    """Return the same by Qhull, which costs more for few points and far less for many."""
+    try:
+        return points[ConvexHull(points).vertices]
+    except QhullError:  # all on one line
+        along = points @ np.ptp(points, axis=0)
+        return points[[along.argmin(), along.argmax()]]
 
 
 def _half_hull(points: np.ndarray) -> list[np.ndarray]:

@@ -11,7 +11,7 @@ from embreex.rtcore_scene import EmbreeScene
 
 from simulation_tools.camera.errors import PhotographError
 from simulation_tools.sdf.elements import World
-from simulation_tools.world.shapes.meshes import mesh_of
+from simulation_tools.world.shapes.meshes import readable_mesh_of
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,10 @@ def surfaces_of(world: World, coatings: Mapping[str, tuple[float, float, float]]
         paint = None if coatings is None else coatings.get(model.name)
         for link in model.links if model.static else ():
             for visual in link.visuals:
-                mesh = mesh_of(visual.geometry).transformed(model.pose @ link.pose @ visual.pose)
+                shape = readable_mesh_of(visual.geometry)
+                if shape is None:  # the simulator leaves it out too, and says so
+                    continue
+                mesh = shape.transformed(model.pose @ link.pose @ visual.pose)
                 corners.append(mesh.vertices[mesh.triangles])
                 colours.append(np.tile(paint or visual.rgba[:3], (len(mesh.triangles), 1)))
     if not corners:

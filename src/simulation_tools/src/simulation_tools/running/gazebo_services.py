@@ -61,7 +61,10 @@ class GazeboServices:
         self._on_change = on_change
 
     def spawn(self, name: str, xml: str, pose: Pose, reference: str) -> Answer:
-        """Put a new model into the world. If the name is empty, the model takes the name in its SDF."""
+        """Put a new model into the world. If the name is empty, the model takes the name in its SDF.
+
+        pose: of the frame that the ``<pose>`` in the SDF is given in, as in Gazebo.
+        """
 
         def parse_and_spawn() -> Answer:
             # Parsed in the caller's thread, so that a long file does not hold up the simulation
@@ -99,7 +102,7 @@ class GazeboServices:
             raise ServiceError(f'Failure - a model named "{name}" already exists.')
         if name in WORLD_NAMES or "::" in name:
             raise ServiceError(f'Failure - "{name}" cannot be the name of a model.')
-        world.spawn(model, name, self._state_of(reference).pose @ pose)
+        world.spawn(model, name, self._state_of(reference).pose @ pose @ model.pose)
         self._on_change()
         return Answer(True, f'Spawned "{name}".' + "".join(f" {warning}" for warning in model.warnings))
 

@@ -7,8 +7,6 @@ is a person: Gazebo draws it from its skeleton, and here an upright cylinder sta
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
-from typing import Sequence
 
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.checks import NOT_NEGATIVE, Check, whole_number
@@ -24,7 +22,8 @@ from simulation_tools.sdf.elements import (
     Visual,
     Waypoint,
 )
-from simulation_tools.sdf.models import Include, checked_name, read_model
+from simulation_tools.sdf.models import checked_name, read_model
+from simulation_tools.sdf.reading import Reading
 
 _BODY = Cylinder(radius_m=0.3, length_m=1.8)
 PERSON = Link(
@@ -40,19 +39,22 @@ TRAJECTORY_ID = whole_number(0, 1_000_000)
 TENSION = Check("from 0 to 1", lambda value: 0.0 <= value <= 1.0)
 
 
-def read_actor(node: Node, model_path: Sequence[Path], include: Include) -> Model:
+def read_actor(node: Node, reading: Reading) -> Model:
     """Read an actor as a static model with a script. Raises SdfError."""
     node.accept("skin", "animation", "static")
-    script = _read_script(node.required("script"))
+    script = _read_script(node.child("script"))
     if node.children_unmarked("link"):
-        model = read_model(node, model_path, include)
+        model = read_model(node, reading, static=True)
     else:
         pose, _ = node.pose()
         model = Model(checked_name(node), pose, True, (PERSON,), source=node.document.name)
     return replace(model, static=True, script=script)
 
 
-def _read_script(node: Node) -> Script:
+def _read_script(node: Node | None) -> Script | None:
+    """Read a script; None when it moves nothing: the actor stands where it is."""
+    if node is None:
+        return None
     trajectories = sorted(
         ((child.number_attribute("id", 0.0, TRAJECTORY_ID), child) for child in node.children("trajectory")),
         key=lambda numbered: numbered[0],
@@ -60,13 +62,15 @@ def _read_script(node: Node) -> Script:
     for (number, _), (other, child) in zip(trajectories, trajectories[1:]):
         if number == other:
             raise child.error(f"A second <trajectory> has the id {number:g}")
+    loop = node.flag("loop", True)
+    delay_s, starts = node.value("delay_start", 0.0, NOT_NEGATIVE), node.flag("auto_start", True)
     if not trajectories:
-        raise node.error("<script> has no <trajectory>")
+        return None
     return Script(
         tuple(_read_trajectory(child) for _, child in trajectories),
-        loop=node.flag("loop", True),
-        delay_s=node.value("delay_start", 0.0, NOT_NEGATIVE),
-        starts=node.flag("auto_start", True),
+        loop=loop,
+        delay_s=delay_s,
+        starts=starts,
     )
 
 

@@ -18,6 +18,8 @@ from simulation_tools.sdf.checks import Check
 from simulation_tools.sdf.safe_xml import MAX_FILE_BYTES, SdfError, parse_xml
 
 LINES_NAMED = 3  # of each unsupported element, because a forest may repeat it for every tree
+LESS = ("plugin", "sensor", "material", "gui", "audio", "projector", "light")
+"""Elements that do not change where things are. The warning names them last."""
 
 
 class Document:
@@ -26,6 +28,8 @@ class Document:
     def __init__(self, text: bytes, name: str, folder: Path | None) -> None:
         self.name = name
         self.folder = folder
+        self.version: tuple[int, ...] = (1, 6)  # of SDF, as the root element says
+        self._notes: dict[str, None] = {}
         self._understood: set[etree._Element] = set()
         self._root = parse_xml(text, name)
 
@@ -39,11 +43,11 @@ class Document:
         except OSError as error:
             raise SdfError(f"{path}:1: The file cannot be read: {error.strerror}.") from None
 
-    def root(self, tag: str) -> Node:
-        """Return the root element, which must have this tag."""
+    def root(self, *tags: str) -> Node:
+        """Return the root element, which must have one of these tags; the first is the usual one."""
         node = Node(self._root, self)
-        if node.tag != tag:
-            raise node.error(f"The file must start with <{tag}>, not <{node.tag}>")
+        if node.tag not in tags:
+            raise node.error(f"The file must start with <{tags[0]}>, not <{node.tag}>")
         self._understood.add(self._root)
         return node
 
@@ -51,15 +55,23 @@ class Document:
         """Note that this element was read (whole: and everything in it)."""
         self._understood.update(element.iter() if whole else (element,))
 
+    def note(self, sentence: str) -> None:
+        """Note what is done otherwise than the file says. The sentence says where."""
+        self._notes[sentence] = None
+
     def unsupported(self) -> tuple[str, ...]:
-        """Return one sentence that names every element that was not read; empty when there is none."""
+        """Return what was noted, and one sentence that names every element that was not read.
+
+        What changes where things are comes first.
+        """
         lines: dict[str, list[int]] = {}
         for element in self._unread(self._root):
             lines.setdefault(_tag_path(element), []).append(element.sourceline)
         if not lines:
-            return ()
-        named = ", ".join(f"<{path}> ({_line_list(numbers)})" for path, numbers in lines.items())
-        return (f"{self.name}: Not supported and therefore without effect: {named}.",)
+            return tuple(self._notes)
+        weighty_first = sorted(lines.items(), key=lambda item: _is_less(item[0]))
+        named = ", ".join(f"<{path}> ({_line_list(numbers)})" for path, numbers in weighty_first)
+        return (*self._notes, f"{self.name}: Not supported and therefore without effect: {named}.")
 
     def _unread(self, parent: etree._Element) -> Iterator[etree._Element]:
         for element in parent:
@@ -81,6 +93,10 @@ class Node:
     def error(self, sentence: str) -> SdfError:
         """Return an error at this element's place; the sentence comes without its full stop."""
         return SdfError(f"{self.document.name}:{self.line}: {sentence}.")
+
+    def note(self, sentence: str) -> None:
+        """Note what is done otherwise than this element says; the sentence comes without its full stop."""
+        self.document.note(f"{self.document.name}:{self.line}: {sentence}.")
 
     @property
     def label(self) -> str:
@@ -281,6 +297,10 @@ def _flatten(element: etree._Element, path: str, found: dict[str, str]) -> None:
 def _tag_path(element: etree._Element) -> str:
     tags = [element.tag] + [ancestor.tag for ancestor in element.iterancestors()]
     return "/".join(str(tag) for tag in reversed(tags[:-1])) or str(element.tag)
+
+
+def _is_less(tag_path: str) -> bool:
+    return any(tag in LESS for tag in tag_path.split("/"))
 
 
 def _line_list(numbers: list[int]) -> str:

@@ -4,56 +4,68 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from pathlib import Path
 from typing import Callable, Sequence
 
 from simulation_tools.geometry import Pose, Vector3, rotate, rotate_inverse
 from simulation_tools.sdf.checks import NOT_NEGATIVE
 from simulation_tools.sdf.document import Node, unique
-from simulation_tools.sdf.elements import Collision, Geometry, Joint, Link, Model, Visual
+from simulation_tools.sdf.elements import Collision, Geometry, Inertial, Joint, Link, Model, Sensor, Visual
+from simulation_tools.sdf.nesting import flattened_joints, flattened_links, flattened_plugins
 from simulation_tools.sdf.plugins import read_plugins
+from simulation_tools.sdf.reading import Reading
+from simulation_tools.sdf.safe_xml import SdfError
 from simulation_tools.sdf.sensors import is_supported, read_sensor
 from simulation_tools.sdf.shapes import read_geometry, read_inertial, read_material, read_surface, unit_vector
 
-Include = Callable[[Node], Model | None]
 NAME = re.compile(r"[^\s\x00-\x1f]+( [^\s\x00-\x1f]+)*")
 MODEL_FRAMES = ("", "__model__")
 NO = ("false", "0")
 ZERO = ("0", "0.0", "-0.0", "")
+MOVING_KINDS = ("revolute", "continuous")
+HELD_KINDS = ("fixed", "prismatic", "ball", "universal", "revolute2", "screw", "gearbox")
+"""Joints that do not move here. In a model that moves, a note says so of all but the fixed ones."""
+JOINT_EXTRAS = ("physics", "thread_pitch", "gearbox_ratio", "gearbox_reference_body")
 
 
-def read_model(node: Node, model_path: Sequence[Path], include: Include) -> Model:
-    """Read a model whole; include: follows a nested ``<include>``. Raises SdfError."""
+def read_model(node: Node, reading: Reading, static: bool = False) -> Model:
+    """Read a model whole. static: it is, whatever the file says. Raises SdfError."""
     name = checked_name(node)
     node.accept("allow_auto_disable", "enable_wind")
     pose, frame = node.pose()
     if frame not in ("", "world"):
         raise node.error(f'A model cannot be placed in the frame "{frame}"')
-    nested = [read_model(child, model_path, include) for child in node.children("model")]
-    nested += [_nested_include(child, include) for child in node.children("include")]
+    static = node.flag("static", False) or static
+    nested = _read_nested(node, reading, static)
     frames = _Frames(node, nested)
-    links = [_read_link(child, frames, model_path) for child in frames.link_nodes.values()]
-    links += [link for model in nested for link in _flattened_links(model)]
+    links = [_read_link(child, frames, reading, static) for child in frames.link_nodes.values()]
+    links += [link for model in nested for link in flattened_links(model)]
     if not links:
         raise node.error(f'The model "{name}" has no <link>')
-    joints = _read_joints(node, frames, {link.name: link for link in links}, nested)
+    joints = _read_joints(node, frames, {link.name: link for link in links}, nested, reading, static)
     return Model(
         name=name,
         pose=pose,
-        static=node.flag("static", False),
+        static=static,
         links=tuple(links),
         joints=joints,
-        plugins=(*read_plugins(node), *(plugin for model in nested for plugin in model.plugins)),
+        plugins=(*read_plugins(node), *(plugin for model in nested for plugin in flattened_plugins(model))),
         source=node.document.name,
         warnings=tuple(warning for model in nested for warning in model.warnings),
     )
 
 
-def _nested_include(node: Node, include: Include) -> Model:
-    model = include(node)
-    if model is None:
-        raise node.error("A model can include models only")
-    return model
+def _read_nested(node: Node, reading: Reading, static: bool) -> list[Model]:
+    """Read the models inside a model."""
+    nested = [read_model(child, reading, static) for child in node.children("model")]
+    for child in node.children("include"):
+        try:
+            model = reading.include(child, static)
+            if model is None:
+                raise child.error("A model can include models only")
+            nested.append(model)
+        except SdfError as error:
+            reading.omissions.leave_out("An included model", error)
+    return nested
 
 
 class _Frames:
@@ -111,7 +123,7 @@ def checked_name(node: Node) -> str:
     return name
 
 
-def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
+def _read_link(node: Node, frames: _Frames, reading: Reading, static: bool) -> Link:
     node.accept("enable_wind", "must_be_base_link")
     node.accept_value("self_collide", *NO)
     node.accept_value("kinematic", *NO)
@@ -121,26 +133,44 @@ def _read_link(node: Node, frames: _Frames, model_path: Sequence[Path]) -> Link:
     return Link(
         name=name,
         pose=pose,
-        inertial=read_inertial(node.child("inertial")),
-        collisions=_shapes(node, "collision", _read_collision, frames, pose, model_path),
-        visuals=_shapes(node, "visual", _read_visual, frames, pose, model_path),
+        inertial=_read_inertial(node, static),
+        collisions=_shapes(node, "collision", _read_collision, frames, pose, reading),
+        visuals=_shapes(node, "visual", _read_visual, frames, pose, reading),
         gravity=node.flag("gravity", True),
-        sensors=tuple(
-            read_sensor(child.understood(), frames.in_link(child, pose))
-            for child in unique(node.children_unmarked("sensor")).values()
-            if is_supported(child)
-        ),
+        sensors=_read_sensors(node, frames, pose, reading),
     )
 
 
-def _shapes(
-    node: Node, tag: str, read: Callable, frames: _Frames, link: Pose, model_path: Sequence[Path]
-) -> tuple:
+def _read_inertial(node: Node, static: bool) -> Inertial:
+    """Read a link's inertia. A static model has no use for it, so any is taken there."""
+    if static:
+        node.accept("inertial")
+        return read_inertial(None)
+    return read_inertial(node.child("inertial"))
+
+
+def _read_sensors(node: Node, frames: _Frames, pose: Pose, reading: Reading) -> tuple[Sensor, ...]:
+    found = []
+    for name, child in unique(node.children_unmarked("sensor")).items():
+        if not is_supported(child):
+            continue
+        try:
+            found.append(read_sensor(child.understood(), frames.in_link(child, pose)))
+        except SdfError as error:
+            reading.omissions.leave_out(f'The sensor "{name}"', error)
+    return tuple(found)
+
+
+def _shapes(node: Node, tag: str, read: Callable, frames: _Frames, link: Pose, reading: Reading) -> tuple:
     """Read the collisions or visuals of a link; skip unsupported kinds of geometry."""
     found = []
-    for child in unique(node.children(tag)).values():
-        geometry = read_geometry(child.required("geometry"), model_path)
-        shape = read(child, frames.in_link(child, link), geometry)
+    for child in node.children(tag):
+        try:
+            geometry = read_geometry(child.required("geometry"), reading.model_path)
+            shape = read(child, frames.in_link(child, link), geometry)
+        except SdfError as error:
+            reading.omissions.leave_out(f"A {tag}", error)
+            continue
         if geometry is not None:
             found.append(shape)
     return tuple(found)
@@ -159,22 +189,37 @@ def _read_visual(node: Node, pose: Pose, geometry: Geometry) -> Visual:
 
 
 def _read_joints(
-    node: Node, frames: _Frames, links: dict[str, Link], nested: Sequence[Model]
+    node: Node,
+    frames: _Frames,
+    links: dict[str, Link],
+    nested: Sequence[Model],
+    reading: Reading,
+    static: bool,
 ) -> tuple[Joint, ...]:
-    joints = [joint for model in nested for joint in _flattened_joints(model)]
+    joints = [joint for model in nested for joint in flattened_joints(model)]
     parent_of = {joint.child: joint.parent for joint in joints}
     for name, child in unique(node.children("joint")).items():
-        joint = _read_joint(child, checked_name(child), frames, links)
-        if joint.child in parent_of:
-            raise child.error(
-                f'The link "{joint.child}" is already joined to "{parent_of[joint.child]}"; '
-                "a link can have one parent only"
-            )
+        try:
+            joint = _read_joint(child, checked_name(child), frames, links, static)
+            _check_tree(child, joint, parent_of)
+        except SdfError as error:
+            if not static:  # there no joint moves
+                reading.omissions.leave_out(f'The joint "{name}"', error)
+            continue
         parent_of[joint.child] = joint.parent
-        if _leads_to_itself(joint.child, parent_of):
-            raise child.error(f'The joint "{name}" closes a ring of joints, which is not supported')
         joints.append(joint)
     return tuple(joints)
+
+
+def _check_tree(node: Node, joint: Joint, parent_of: dict[str, str]) -> None:
+    """Raise SdfError when a joint gives a link a second parent, or closes a ring."""
+    if joint.child in parent_of:
+        raise node.error(
+            f'The link "{joint.child}" is already joined to "{parent_of[joint.child]}"; '
+            "a link can have one parent only"
+        )
+    if _leads_to_itself(joint.child, {**parent_of, joint.child: joint.parent}):
+        raise node.error(f'The joint "{joint.name}" closes a ring of joints, which is not supported')
 
 
 def _leads_to_itself(link: str, parent_of: dict[str, str]) -> bool:
@@ -184,10 +229,10 @@ def _leads_to_itself(link: str, parent_of: dict[str, str]) -> bool:
     return above == link
 
 
-def _read_joint(node: Node, name: str, frames: _Frames, links: dict[str, Link]) -> Joint:
+def _read_joint(node: Node, name: str, frames: _Frames, links: dict[str, Link], static: bool) -> Joint:
     kind = node.attribute("type")
-    if kind not in ("fixed", "revolute", "continuous"):
-        raise node.error(f'Joints of type "{kind}" are not supported; use fixed or revolute')
+    if kind not in MOVING_KINDS and kind not in HELD_KINDS:
+        raise node.error(f'There are no joints of type "{kind}"')
     parent, child = node.required("parent"), node.required("child")
     for end in (parent, child):
         if end.text not in links and not (end is parent and end.text == "world"):
@@ -196,12 +241,17 @@ def _read_joint(node: Node, name: str, frames: _Frames, links: dict[str, Link]) 
         raise node.error(f'The joint "{name}" joins the link "{child.text}" to itself')
     joint = Joint(
         name=name,
-        kind="fixed" if kind == "fixed" else "revolute",
+        kind="revolute" if kind in MOVING_KINDS else "fixed",
         parent=parent.text,
         child=child.text,
         pose=frames.in_link(node, links[child.text].pose),
     )
+    if static or kind == "fixed":
+        node.accept("axis", "axis2", *JOINT_EXTRAS)
+        return replace(joint, kind="fixed")
     if joint.kind == "fixed":
+        node.accept("axis", "axis2", *JOINT_EXTRAS)
+        node.note(f'The joint "{name}" of type {kind} is held: only revolute joints move here')
         return joint
     axis_node = node.required("axis")
     axis = _axis(axis_node, frames, links[joint.child].pose @ joint.pose)
@@ -213,7 +263,7 @@ def _axis(node: Node, frames: _Frames, joint_in_model: Pose) -> Vector3:
     xyz = node.required("xyz")
     axis: Vector3 = unit_vector(xyz, (0.0, 0.0, 1.0))
     given_in = xyz.attribute("expressed_in", "")  # from SDF 1.7 on, in place of the flag
-    if node.flag("use_parent_model_frame", False):
+    if node.flag("use_parent_model_frame", node.document.version < (1, 5)):
         given_in = given_in or "__model__"
     if not given_in:
         return axis
@@ -249,31 +299,3 @@ def _with_axis(node: Node, joint: Joint, kind: str) -> Joint:
         damping=damping,
         friction=friction,
     )
-
-
-def _flattened_links(model: Model) -> list[Link]:
-    return [
-        replace(link, name=f"{model.name}::{link.name}", pose=model.pose @ link.pose) for link in model.links
-    ]
-
-
-def _flattened_joints(model: Model) -> list[Joint]:
-    """Return a nested model's joints under their outer names; a static one's links are fixed to the world."""
-
-    def outer(name: str) -> str:
-        return name if name == "world" else f"{model.name}::{name}"
-
-    joints = model.joints
-    if model.static:
-        carried = {joint.child: joint for joint in model.joints}
-        joints = tuple(_held(link, carried.get(link.name)) for link in model.links)
-    return [
-        replace(joint, name=outer(joint.name), parent=outer(joint.parent), child=outer(joint.child))
-        for joint in joints
-    ]
-
-
-def _held(link: Link, joint: Joint | None) -> Joint:
-    """Return the fixed joint that holds a link of a static model in the world; joint: to it, if any."""
-    name, pose = (f"{link.name}_static", Pose()) if joint is None else (joint.name, joint.pose)
-    return Joint(name, "fixed", parent="world", child=link.name, pose=pose)

@@ -1,15 +1,20 @@
-"""SDF 1.6 files to `World` and `Model`: includes followed, numbers checked, before anything is built.
+"""SDF files to `World` and `Model`: includes followed, numbers checked, before anything is built.
 
 Supported: world, include, static and dynamic models (nested ones are flattened to ``outer::inner`` names),
 actors, links, fixed and revolute joints, poses in other frames, inertia, shapes and meshes, lidars, IMUs,
-cameras, barometers, plugins. The rest is named in one warning per file; what only concerns drawing, sleeping,
-GUIs or Gazebo's own loop (``cast_shadows``, ``visualize``, ``allow_auto_disable``, ``<gui>``, ``<scene>``,
-``<light>``, ``<physics>`` ...) has no meaning here and is accepted.
+cameras, barometers, plugins, the state of a saved world. The rest is named in one warning per file; what only
+concerns drawing, sleeping, GUIs or Gazebo's own loop (``cast_shadows``, ``visualize``,
+``allow_auto_disable``, ``<gui>``, ``<scene>``, ``<light>``, ``<physics>`` ...) has no meaning here and is
+accepted.
+
+A bad part of a world is left out, and the world's warnings say so. A model that is asked for by itself is
+refused whole.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
 from typing import Sequence
 
@@ -20,12 +25,17 @@ from simulation_tools.sdf.document import Document, Node
 from simulation_tools.sdf.elements import Model, World
 from simulation_tools.sdf.models import read_model
 from simulation_tools.sdf.plugins import read_plugins
+from simulation_tools.sdf.reading import Omissions, Reading
 from simulation_tools.sdf.safe_xml import SdfError
 from simulation_tools.sdf.shapes import read_colour
+from simulation_tools.sdf.state import apply_state
 
-SUPPORTED_VERSIONS = ("1.4", "1.5", "1.6", "1.7")
+OLDEST, NEWEST = (1, 2), (1, 12)
+"""Versions of SDF that are read. What a newer one has and 1.7 has not is named as not supported."""
 PHYSICS_NUMBERS = ("max_step_size", "real_time_factor", "real_time_update_rate", "max_contacts")
 """Of Gazebo's own loop: read, but without effect."""
+SOLVERS = ("ode", "bullet", "simbody", "dart")
+"""Settings of Gazebo's engines. PyBullet's are those of dynamic_reconfigure."""
 MAX_INCLUDE_DEPTH = 16
 MAX_INCLUDED_FILES = 5000
 """The limit of a whole request. If each file includes ten others, every level has ten times as many files."""
@@ -33,15 +43,18 @@ MAX_INCLUDED_FILES = 5000
 PathLike = str | Path
 
 
-def load_world(path: PathLike, model_path: Sequence[PathLike] | None = None) -> World:
+def load_world(
+    path: PathLike, model_path: Sequence[PathLike] | None = None, static: bool = False
+) -> World:
     """Read a world file. model_path: folders of models; None: those of ``GAZEBO_MODEL_PATH``.
 
-    Raises SdfError, whose text is ``PATH:LINE: sentence``.
+    static: no model moves, whatever the file says. A model that cannot be used is left out, and the world's
+    first warnings name it. Raises SdfError, whose text is ``PATH:LINE: sentence``, when there is no world.
     """
     path = Path(path)
     if not path.is_file():
         raise SdfError(f"{path}:1: There is no such world file.")
-    return _Reader(model_path).world(Document.from_file(path))
+    return _Reader(model_path, is_lenient=True).world(Document.from_file(path), static)
 
 
 def load_model(path_or_uri: PathLike, model_path: Sequence[PathLike] | None = None) -> Model:
@@ -75,13 +88,11 @@ def model_file(folder: Path) -> Path:
     if not config.is_file():
         raise SdfError(f"{folder}:1: The folder is not a model: it holds no model.config.")
     document = Document.from_file(config)
-    candidates = []
-    for node in document.root("model").children("sdf"):
-        version = node.attribute("version", "1.6")
-        if version in SUPPORTED_VERSIONS:
-            candidates.append((version, node))
+    named = document.root("model").children("sdf")
+    versions = [(_version(node.attribute("version", "1.6")), node) for node in named]
+    candidates = [found for found in versions if OLDEST <= found[0] <= NEWEST]
     if not candidates:
-        raise SdfError(f"{config}:1: The file names no SDF of version {', '.join(SUPPORTED_VERSIONS)}.")
+        raise SdfError(f"{config}:1: The file names no SDF of version {_text(OLDEST)} to {_text(NEWEST)}.")
     _, newest = max(candidates, key=lambda candidate: candidate[0])
     path = folder / newest.text
     if not path.is_file():
@@ -98,27 +109,28 @@ def _only_model(models: list[Model], source: str) -> Model:
 class _Reader:
     """Follows the files of one request. `trail` detects an include that leads back to itself."""
 
-    def __init__(self, model_path: Sequence[PathLike] | None) -> None:
+    def __init__(self, model_path: Sequence[PathLike] | None, is_lenient: bool = False) -> None:
         if model_path is None:
             self.model_path: Sequence[Path] = uri.model_path_from_environment()
         else:
             self.model_path = tuple(Path(folder) for folder in model_path)
+        self.omissions = Omissions(is_lenient)
+        self._reading = Reading(self.model_path, self._include, self.omissions)
         self.trail: list[Path] = []
         self.files_read = 0
 
-    def world(self, document: Document) -> World:
+    def world(self, document: Document, static: bool) -> World:
         root = _root(document)
         node = root.required("world")
         node.accept("gui", "scene")
         _lights(node)
         for physics in node.children("physics"):
+            physics.accept(*SOLVERS)
             for number in physics.children(*PHYSICS_NUMBERS):
                 number.numbers(1)
-        inner = [self._include(child) for child in node.children("include")]
-        models = [read_model(child, self.model_path, self._include) for child in node.children("model")]
-        models += [read_actor(child, self.model_path, self._include) for child in node.children("actor")]
-        models += [model for model in inner if model is not None]
-        _refuse_equal_names(node, [model.name for model in models])
+        models = _with_unequal_names(node, self._models_in(node, static))
+        states = node.children("state")
+        models = apply_state(states[0] if states else None, models, lambda n: self._models_in(n, static))
         wind = node.child("wind")
         world = World(
             name=node.attribute("name", "default"),
@@ -129,10 +141,28 @@ class _Reader:
             source=document.name,
         )
         included = [warning for model in models for warning in model.warnings]
-        return replace(world, warnings=_without_repeats([*document.unsupported(), *included]))
+        said = [*self.omissions.sentences, *document.unsupported(), *included]
+        return replace(world, warnings=_without_repeats(said))
 
-    def file(self, path: Path) -> list[Model]:
-        """Read a file of models; a file of lights holds none."""
+    def _models_in(self, node: Node, static: bool) -> list[Model]:
+        """Read every model, actor and ``<include>`` of a world; leave out those that cannot be used."""
+        found = []
+        for child in node.children("model", "actor", "include"):
+            try:
+                if child.tag == "include":
+                    model = self._include(child, static)
+                elif child.tag == "actor":
+                    model = read_actor(child, self._reading)
+                else:
+                    model = read_model(child, self._reading, static)
+            except SdfError as error:
+                self.omissions.leave_out(child.label, error)
+                continue
+            found += [] if model is None else [model]
+        return found
+
+    def file(self, path: Path, static: bool = False) -> list[Model]:
+        """Read a file of models; a file of lights holds none. static: they are, whatever the file says."""
         real = path.resolve()
         if real in self.trail or len(self.trail) >= MAX_INCLUDE_DEPTH:
             raise SdfError(f"{path}:1: The model includes itself, directly or through another one.")
@@ -144,16 +174,16 @@ class _Reader:
             )
         self.trail.append(real)
         try:
-            return self.models_of(Document.from_file(path))
+            return self.models_of(Document.from_file(path), static)
         finally:
             self.trail.pop()
 
-    def models_of(self, document: Document) -> list[Model]:
+    def models_of(self, document: Document, static: bool = False) -> list[Model]:
         """Read every model of a document. The first model gets the document's warning."""
         root = _root(document)
         lights = _lights(root)
-        found = [read_model(child, self.model_path, self._include) for child in root.children("model")]
-        found += [read_actor(child, self.model_path, self._include) for child in root.children("actor")]
+        found = [read_model(child, self._reading, static) for child in root.children("model")]
+        found += [read_actor(child, self._reading) for child in root.children("actor")]
         if not (found or lights):
             raise root.error("The file holds no <model>, <actor> or <light>")
         warnings = document.unsupported()
@@ -161,17 +191,19 @@ class _Reader:
             found[0] = replace(found[0], warnings=_without_repeats([*warnings, *found[0].warnings]))
         return found
 
-    def _include(self, node: Node) -> Model | None:
+    def _include(self, node: Node, static: bool) -> Model | None:
         """Follow an ``<include>`` and apply what it overrides; None for a light."""
         location = node.required("uri")
         pose_node = node.child("pose")
-        name, static = node.child("name"), node.child("static")
+        name = node.child("name")
+        overrides_static = bool(node.children_unmarked("static"))
+        static = node.flag("static", False) or static
         try:
             path = uri.resolve(location.text, self.model_path, node.document.folder)
         except uri.UriError as error:
             raise location.error(f"The include cannot be followed: {error}") from None
         try:
-            found = self.file(path if path.is_file() else model_file(path))
+            found = self.file(path if path.is_file() else model_file(path), static)
         except SdfError as error:
             raise SdfError(f"{error} (Included by {node.document.name}:{node.line}.)") from None
         if len(found) > 1:
@@ -186,8 +218,8 @@ class _Reader:
             model = replace(model, pose=pose)
         if name is not None:
             model = replace(model, name=name.text)
-        if static is not None:
-            model = replace(model, static=node.flag("static", model.static))
+        if overrides_static:
+            model = replace(model, static=static)
         return model
 
 
@@ -206,19 +238,39 @@ def _lights(node: Node) -> list[Node]:
 
 
 def _root(document: Document) -> Node:
-    root = document.root("sdf")
+    root = document.root("sdf", "gazebo")  # the root's name before SDF 1.3
     version = root.attribute("version")
-    if version not in SUPPORTED_VERSIONS:
-        raise root.error(f"SDF version {version} is not supported; use 1.6")
+    document.version = _version(version)
+    if not OLDEST <= document.version <= NEWEST:
+        raise root.error(
+            f"SDF version {version} is not supported; {_text(OLDEST)} to {_text(NEWEST)} are, best 1.6"
+        )
     return root
 
 
-def _refuse_equal_names(node: Node, names: list[str]) -> None:
-    seen = set()
-    for name in names:
-        if name in seen:
-            raise node.error(f'Two models are called "{name}"; give one <include> another <name>')
-        seen.add(name)
+def _version(text: str) -> tuple[int, ...]:
+    """Return a version as numbers, because 1.10 is newer than 1.9; () if it is none."""
+    words = text.strip().split(".")
+    return tuple(map(int, words)) if all(word.isdigit() for word in words) else ()
+
+
+def _text(version: tuple[int, ...]) -> str:
+    return ".".join(map(str, version))
+
+
+def _with_unequal_names(node: Node, models: list[Model]) -> list[Model]:
+    """Return the models; one whose name is taken gets a number behind it, as Gazebo does to a new model."""
+    taken: set[str] = set()
+    found = []
+    for model in models:
+        name = model.name
+        if name in taken:
+            numbered = (f"{model.name}_{number}" for number in count())
+            name = next(free for free in numbered if free not in taken)
+            node.note(f'Two models are called "{model.name}"; the second one is "{name}" here')
+        taken.add(name)
+        found.append(replace(model, name=name))
+    return found
 
 
 def _without_repeats(sentences: list[str]) -> tuple[str, ...]:

@@ -1,4 +1,7 @@
-"""Parses XML of unknown origin safely: no entities, no document types, no network, a limited size."""
+"""Parses XML of unknown origin safely: no entities, no document types, no network, a limited size.
+
+Gazebo reads its files with TinyXML, which takes more than the standard allows. What it takes is taken here.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +12,12 @@ from lxml import etree
 from simulation_tools.errors import SimulationToolsError
 
 MAX_FILE_BYTES = 16 * 1024 * 1024
+_COMMENT = re.compile(r"(<!\[CDATA\[.*?\]\]>)|<!--.*?-->", re.DOTALL)
+_DECLARATION = re.compile(r"\s*<\?xml.*?\?>", re.DOTALL)
+_BARE_AMPERSAND = re.compile(r"&(?!#?\w+;)")
+_PREFIX = re.compile(r"(</?[A-Za-z_][\w.-]*):(?=[A-Za-z_])")
+_DOCTYPE = re.compile(rb"<!DOCTYPE", re.IGNORECASE)
+_BYTES_OF_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
 
 
 class SdfError(SimulationToolsError):
@@ -22,10 +31,21 @@ def parse_xml(text: bytes, name: str) -> etree._Element:
     """
     if len(text) > MAX_FILE_BYTES:
         raise SdfError(f"{name}:1: The text is larger than {MAX_FILE_BYTES // 2**20} MB.")
-    prolog = re.search(rb"<!DOCTYPE", text, re.IGNORECASE)
+    without_comments = _BYTES_OF_COMMENT.sub(lambda found: b"\n" * found[0].count(b"\n"), text)
+    prolog = _DOCTYPE.search(without_comments)
     if prolog:
-        line = text.count(b"\n", 0, prolog.start()) + 1
+        line = without_comments.count(b"\n", 0, prolog.start()) + 1
         raise SdfError(f"{name}:{line}: A document type (<!DOCTYPE ...>) is not allowed.")
+    try:
+        root = _parse(text)
+    except etree.XMLSyntaxError as error:
+        root = _parse_as_tinyxml(text, name, error)
+    if root.getroottree().docinfo.internalDTD is not None:  # in an encoding that the search above cannot see
+        raise SdfError(f"{name}:1: A document type (<!DOCTYPE ...>) is not allowed.")
+    return root
+
+
+def _parse(text: bytes) -> etree._Element:
     parser = etree.XMLParser(
         resolve_entities=False,
         no_network=True,
@@ -34,16 +54,38 @@ def parse_xml(text: bytes, name: str) -> etree._Element:
         remove_comments=True,
         remove_pis=True,
     )
+    return etree.fromstring(text, parser)
+
+
+def _parse_as_tinyxml(text: bytes, name: str, error: etree.XMLSyntaxError) -> etree._Element:
+    """Parse what TinyXML takes and the standard refuses; raise the first error as SdfError if it stays."""
     try:
-        root = etree.fromstring(text, parser)
-    except etree.XMLSyntaxError as error:
-        line = error.lineno or 1
-        raise SdfError(
-            f"{name}:{line}: The file is not well-formed XML: {_first_sentence(error.msg)}."
-        ) from None
-    if root.getroottree().docinfo.internalDTD is not None:  # in an encoding that the search above cannot see
-        raise SdfError(f"{name}:1: A document type (<!DOCTYPE ...>) is not allowed.")
-    return root
+        return _parse(_standard_xml(text))
+    except etree.XMLSyntaxError:
+        sentence = f"The file is not well-formed XML: {_first_sentence(error.msg)}"
+        raise SdfError(f"{name}:{error.lineno or 1}: {sentence}.") from None
+
+
+def _standard_xml(text: bytes) -> bytes:
+    """Return the same elements as standard XML, each in its line.
+
+    TinyXML takes blank lines before the declaration and any encoding, ``--`` in a comment, a bare ``&``, a
+    prefix without its namespace, and text after the last element.
+    """
+    try:
+        plain = text.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        plain = text.decode("latin-1")  # knows every byte; names and numbers are ASCII
+    plain = _DECLARATION.sub(_lines_only, plain, count=1)
+    plain = _COMMENT.sub(lambda found: found[1] or _lines_only(found), plain)
+    plain = _BARE_AMPERSAND.sub("&amp;", plain)
+    plain = _PREFIX.sub(r"\1_", plain)
+    last_end = plain.rfind("</")
+    return plain[: plain.find(">", last_end) + 1].encode() if last_end >= 0 else plain.encode()
+
+
+def _lines_only(found: re.Match[str]) -> str:
+    return "\n" * found[0].count("\n")
 
 
 def _first_sentence(message: str | None) -> str:

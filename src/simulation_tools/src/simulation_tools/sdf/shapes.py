@@ -27,6 +27,8 @@ from simulation_tools.sdf.elements import (
 
 KINDS = ("box", "cylinder", "sphere", "plane", "mesh", "heightmap")
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
+WHOLE_MESH = "__default__"
+"""Gazebo's name for no submesh."""
 MESH_SUFFIXES = (".stl", ".obj", ".dae")
 DEFAULT_COLOUR: Rgba = (0.7, 0.7, 0.7, 1.0)
 # Diffuse colours of Gazebo's own material scripts (media/materials/scripts/gazebo.material) in common use.
@@ -91,8 +93,12 @@ def _read_file(node: Node, model_path: Sequence[Path], what: str, suffixes: tupl
 
 def _read_mesh(node: Node, model_path: Sequence[Path]) -> Mesh:
     path, location = _read_file(node, model_path, "mesh", MESH_SUFFIXES)
-    scale = node.child("scale")
-    return Mesh(path, location, (1.0, 1.0, 1.0) if scale is None else _positive_vector(scale))
+    scale, part = node.child("scale"), node.child("submesh")
+    factors = (1.0, 1.0, 1.0) if scale is None else _positive_vector(scale)
+    name = None if part is None else part.child("name")
+    if part is None or name is None or name.text == WHOLE_MESH:
+        return Mesh(path, location, factors)
+    return Mesh(path, location, factors, name.text, part.flag("center", False))
 
 
 def read_inertial(node: Node | None) -> Inertial:

@@ -1,8 +1,9 @@
 """Finds the file that a uri in a description means, and refuses files outside the model folders.
 
-``model://name/...`` is looked up in the folders of the model path. ``file://`` and relative uris must end
-inside the model path or the folder of the file that names them, whatever ``..`` or symbolic links they go
-through.
+A file is looked for where Gazebo 11 looks for it: ``model://name/...`` in every folder of the model path,
+``file://`` and relative uris beside the file that names them and in the folders of ``GAZEBO_RESOURCE_PATH``,
+uris of Fuel in its local cache (nothing is downloaded). What is found must lie inside these folders, whatever
+``..`` or symbolic links lead there.
 """
 
 from __future__ import annotations
@@ -11,7 +12,11 @@ import os
 from pathlib import Path
 from typing import Iterable, Sequence
 
+from simulation_tools.sdf.fuel_cache import SCHEMES as FUEL_SCHEMES
+from simulation_tools.sdf.fuel_cache import FuelError, cached
+
 MODEL_PATH_VARIABLE = "GAZEBO_MODEL_PATH"
+RESOURCE_PATH_VARIABLE = "GAZEBO_RESOURCE_PATH"
 
 
 class UriError(ValueError):
@@ -20,11 +25,15 @@ class UriError(ValueError):
 
 def model_path_from_environment() -> tuple[Path, ...]:
     """Return the folders of ``GAZEBO_MODEL_PATH``, followed by the model folder of this source tree."""
-    folders = [Path(folder) for folder in os.environ.get(MODEL_PATH_VARIABLE, "").split(os.pathsep) if folder]
-    shipped = Path(__file__).resolve().parents[3] / "models"
+    folders, shipped = _folders_of(MODEL_PATH_VARIABLE), shipped_models()
     if shipped.is_dir() and shipped not in folders:
         folders.append(shipped)
     return tuple(folders)
+
+
+def shipped_models() -> Path:
+    """Return the model folder of this source tree."""
+    return Path(__file__).resolve().parents[3] / "models"
 
 
 def resolve(uri: str, model_path: Sequence[Path], folder: Path | None) -> Path:
@@ -41,29 +50,67 @@ def resolve(uri: str, model_path: Sequence[Path], folder: Path | None) -> Path:
     if scheme == "model":
         return _model(uri, rest, model_path)
     if scheme == "file":
-        return _existing(Path(rest), _allowed(model_path, folder), uri)
+        return _file(uri, rest, model_path, folder)
+    if scheme in FUEL_SCHEMES:
+        try:
+            return cached(uri)
+        except FuelError as error:
+            raise UriError(str(error)) from None
     raise UriError(f'the uri "{uri}" has an unknown scheme; use model://, file:// or a relative path')
+
+
+def _folders_of(variable: str) -> list[Path]:
+    return [Path(folder) for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
 
 
 def _model(uri: str, rest: str, model_path: Sequence[Path]) -> Path:
     name = rest.split("/", 1)[0]
     if name in ("", ".", ".."):
         raise UriError(f'the uri "{uri}" names no model')
-    for root in model_path:
-        if (root / name).is_dir():
-            return _existing(root / rest, (root, root / name), uri)  # the model may itself be a link
-    searched = ", ".join(str(root) for root in model_path) or "none"
-    raise UriError(f'there is no model "{name}" in the folders of {MODEL_PATH_VARIABLE} ({searched})')
+    having = [root for root in model_path if (root / name).is_dir()]
+    if not having:
+        searched = ", ".join(str(root) for root in model_path) or "none"
+        raise UriError(f'there is no model "{name}" in the folders of {MODEL_PATH_VARIABLE} ({searched})')
+    # Two folders may have a model of this name, and only the second one the file.
+    found = next((root for root in having if (root / rest).exists()), having[0])
+    return _existing(found / rest, (found, found / name), uri)  # the model may itself be a link
+
+
+def _file(uri: str, rest: str, model_path: Sequence[Path], folder: Path | None) -> Path:
+    if os.path.isabs(rest):
+        return _existing(Path(rest), _allowed(model_path, folder), uri)
+    return _first_existing(rest, (*_folders_of(RESOURCE_PATH_VARIABLE),), uri, model_path, folder)
 
 
 def _relative(uri: str, model_path: Sequence[Path], folder: Path | None) -> Path:
-    if folder is None and not os.path.isabs(uri):
+    if os.path.isabs(uri):
+        return _existing(Path(uri), _allowed(model_path, folder), uri)
+    if folder is None:
         raise UriError(f'the relative uri "{uri}" has no folder to start from; use model://')
-    return _existing((folder or Path("/")) / uri, _allowed(model_path, folder), uri)
+    return _first_existing(uri, (folder, *_folders_of(RESOURCE_PATH_VARIABLE)), uri, model_path, folder)
+
+
+def _first_existing(
+    rest: str, starts: Sequence[Path], uri: str, model_path: Sequence[Path], folder: Path | None
+) -> Path:
+    """Return the first file of that name below one of the folders."""
+    places = [start / rest for start in (*starts, *(() if folder is None else (folder,)))]
+    found = next((place for place in places if _exists(place)), None)
+    if found is None and not places:
+        raise UriError(f'the uri "{uri}" is searched in {RESOURCE_PATH_VARIABLE}, which is empty')
+    return _existing(found or places[0], _allowed(model_path, folder), uri)
 
 
 def _allowed(model_path: Sequence[Path], folder: Path | None) -> tuple[Path, ...]:
-    return (*model_path, folder) if folder is not None else tuple(model_path)
+    own = () if folder is None else (folder,)
+    return (*model_path, *_folders_of(RESOURCE_PATH_VARIABLE), *own)
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, RuntimeError):  # a name too long, a loop of links
+        return False
 
 
 def _existing(path: Path, roots: Iterable[Path], uri: str) -> Path:

@@ -15,7 +15,7 @@ import trimesh
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.sdf.elements import Geometry, Model, Plane
 from simulation_tools.sdf.parser import load_world
-from simulation_tools.world.shapes.meshes import TriangleMesh, joined, mesh_of
+from simulation_tools.world.shapes.meshes import TriangleMesh, joined, mesh_of, readable
 
 GROUND_M, TILE_M = 400.0, 5.0
 """A plane has no end; a mesh has. It consists of tiles, so that a reader can take those near the rest."""
@@ -39,9 +39,10 @@ def write_world_mesh(world_file: Path | str, mesh_file: Path) -> list[str]:
 
 
 def _mesh(model: Model) -> TriangleMesh | None:
+    usable, _ = readable(model)
     placed = [
         _shape(each.geometry).transformed(model.pose @ link.pose @ each.pose)
-        for link in model.links
+        for link in usable.links
         for each in link.collisions
     ]
     return joined(placed) if placed else None

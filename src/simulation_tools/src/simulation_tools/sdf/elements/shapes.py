@@ -51,11 +51,16 @@ class Plane:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A triangle mesh file. path: absolute path of the resolved uri. scale: factors along x, y, z."""
+    """A triangle mesh file. path: absolute path of the resolved uri. scale: factors along x, y, z.
+
+    submesh: the part of the file that is meant, empty for all of it. centred: about the part's own middle.
+    """
 
     path: str
     uri: str
     scale: Vector3 = (1.0, 1.0, 1.0)
+    submesh: str = ""
+    centred: bool = False
 
 
 @dataclass(frozen=True)

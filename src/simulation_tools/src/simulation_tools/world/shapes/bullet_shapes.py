@@ -9,9 +9,11 @@ from typing import Callable, Hashable, Sequence
 
 import numpy as np
 
+from simulation_tools.geometry import IDENTITY
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Plane, Rgba, Sphere
 from simulation_tools.world.assembly import PlacedCollision, PlacedVisual
 from simulation_tools.world.engine import WorldError, pybullet
+from simulation_tools.world.shapes.convex_parts import convex_parts
 from simulation_tools.world.shapes.meshes import (
     DRAWN_SAGITTA_M,
     PLANE_HALF_SIZE_M,
@@ -21,6 +23,7 @@ from simulation_tools.world.shapes.meshes import (
 )
 
 MAX_SHAPES_PER_PART = 16  # MAX_COMPOUND_COLLISION_SHAPES of PyBullet's command buffer
+_NO_SIZE = {"radius": 0.0, "halfExtents": (0.0, 0.0, 0.0), "length": 0.0, "fileName": ""}
 
 
 class ShapeFactory:
@@ -47,7 +50,7 @@ class ShapeFactory:
         return self._shared(geometry, partial(self._standing, geometry))
 
     def moving(self, placed: Sequence[PlacedCollision]) -> int:
-        """Return the collision shape of a moving part; -1: none. A mesh becomes its convex hull."""
+        """Return the collision shape of a moving part; -1: none. A mesh becomes its convex parts."""
         key = tuple((item.collision.geometry, item.pose) for item in placed)
         return self._shared(key, partial(self._compound, placed))
 
@@ -102,19 +105,17 @@ class ShapeFactory:
     def _compound(self, placed: Sequence[PlacedCollision]) -> int:
         if not placed:
             return -1
-        if len(placed) > MAX_SHAPES_PER_PART:
-            raise WorldError(
-                f"A moving body can have {MAX_SHAPES_PER_PART} collision shapes, not {len(placed)}; "
-                f"join some of those of the link {placed[0].link}."
-            )
         for item in placed:
             if isinstance(item.collision.geometry, (Plane, Heightmap)):
                 raise WorldError(
                     f"The ground {item.link}::{item.collision.name} must belong to a static model."
                 )
-        shapes = [self._compound_entry(item.collision.geometry) for item in placed]
+        shapes = [(self._compound_entry(item.collision.geometry), item.pose) for item in placed]
+        if len(shapes) > MAX_SHAPES_PER_PART:  # the rest goes into one file, which may hold any number
+            rest = placed[MAX_SHAPES_PER_PART - 1 :]
+            shapes = [*shapes[: MAX_SHAPES_PER_PART - 1], (self._hulls_entry(_parts_of(rest)), IDENTITY)]
         keys = ("shapeType", "radius", "halfExtents", "length", "fileName")
-        columns = {key: [shape[key] for shape in shapes] for key in keys}
+        columns = {key: [shape[key] for shape, _ in shapes] for key in keys}
         return pybullet.createCollisionShapeArray(
             shapeTypes=columns["shapeType"],
             radii=columns["radius"],
@@ -122,34 +123,63 @@ class ShapeFactory:
             lengths=columns["length"],
             fileNames=columns["fileName"],
             meshScales=[(1.0, 1.0, 1.0)] * len(shapes),
-            collisionFramePositions=[item.pose.position_m for item in placed],
-            collisionFrameOrientations=[item.pose.orientation_xyzw for item in placed],
+            collisionFramePositions=[pose.position_m for _, pose in shapes],
+            collisionFrameOrientations=[pose.orientation_xyzw for _, pose in shapes],
             physicsClientId=self._client,
         )
 
     def _compound_entry(self, geometry: Geometry) -> dict:
-        entry = {"radius": 0.0, "halfExtents": (0.0, 0.0, 0.0), "length": 0.0, "fileName": ""}
         if isinstance(geometry, Mesh):
-            # Without the concave flag PyBullet takes the convex hull, as a moving body needs
-            return {**entry, "shapeType": pybullet.GEOM_MESH, "fileName": self._mesh_file(geometry)}
+            return self._hulls_entry(convex_parts(mesh_of(geometry))[0])
         primitive = _primitive(geometry)
         if "height" in primitive:
             primitive["length"] = primitive.pop("height")
-        return {**entry, **primitive}
+        return {**_NO_SIZE, **primitive}
+
+    def _hulls_entry(self, parts: Sequence[np.ndarray]) -> dict:
+        """Return the entry of convex parts. Without the concave flag PyBullet takes the hull of each object."""
+        return {**_NO_SIZE, "shapeType": pybullet.GEOM_MESH, "fileName": self._write_hulls(parts)}
 
     def _mesh_file(self, geometry: Geometry) -> str:
         # Always write an OBJ file, because PyBullet reads fewer formats than trimesh.
         return self._write_obj(mesh_of(geometry))
 
     def _write_obj(self, mesh: TriangleMesh) -> str:
-        if self._mesh_folder is None:
-            self._mesh_folder = tempfile.TemporaryDirectory(prefix="simulation_tools_meshes_")
-        folder = Path(self._mesh_folder.name)
-        path = folder / f"{len(list(folder.iterdir()))}.obj"
+        path = self._new_file()
         with path.open("w") as file:
             file.writelines(f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in mesh.vertices.tolist())
             file.writelines(f"f {a} {b} {c}\n" for a, b, c in (mesh.triangles + 1).tolist())
         return str(path)
+
+    def _write_hulls(self, parts: Sequence[np.ndarray]) -> str:
+        """Write the corners of each part as an object. Its faces only have to name every corner."""
+        path, first = self._new_file(), 1
+        with path.open("w") as file:
+            for number, corners in enumerate(parts):
+                file.write(f"o {number}\n")
+                file.writelines(f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in corners.tolist())
+                last = first + len(corners) - 1
+                names = [*range(first, last + 1), last, last][: max(3, -(-len(corners) // 3) * 3)]
+                file.writelines(
+                    f"f {a} {b} {c}\n" for a, b, c in zip(names[::3], names[1::3], names[2::3])
+                )
+                first = last + 1
+        return str(path)
+
+    def _new_file(self) -> Path:
+        if self._mesh_folder is None:
+            self._mesh_folder = tempfile.TemporaryDirectory(prefix="simulation_tools_meshes_")
+        folder = Path(self._mesh_folder.name)
+        return folder / f"{len(list(folder.iterdir()))}.obj"
+
+
+def _parts_of(placed: Sequence[PlacedCollision]) -> list[np.ndarray]:
+    """Return the corners of the convex parts of shapes, in the frame of their part."""
+    return [
+        item.pose.transform(corners)
+        for item in placed
+        for corners in convex_parts(mesh_of(item.collision.geometry))[0]
+    ]
 
 
 def _drawn(geometry: Geometry) -> TriangleMesh:

@@ -7,53 +7,20 @@ outside it and at most `SAGITTA_M` inside.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import lru_cache
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from simulation_tools.bounds import MAX_MAGNITUDE
-from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Model, Plane, Sphere
+from simulation_tools.world.shapes.mesh_files import read_mesh
 from simulation_tools.world.shapes.terrain import MeshError, heights_of
+from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
 DRAWN_SAGITTA_M = 0.01  # the same for pictures, which take time for each triangle
 SAGITTA_M = 0.001  # greatest depth of a facet's middle under the true surface: well below any lidar's noise
 PLANE_HALF_SIZE_M = 2000.0  # stands for an infinite plane; no lidar here sees a tenth as far
-MAX_TRIANGLES = 2_000_000
-
-
-@dataclass(frozen=True)
-class TriangleMesh:
-    """vertices: float64 (n, 3), metres; triangles: int32 (m, 3), indices of vertices."""
-
-    vertices: np.ndarray
-    triangles: np.ndarray
-
-    def transformed(self, pose: Pose) -> TriangleMesh:
-        """Return the mesh in the parent frame of a pose."""
-        return TriangleMesh(pose.transform(self.vertices), self.triangles)
-
-    @property
-    def radius_m(self) -> float:
-        """Radius of the smallest sphere about the centre of the bounding box that holds every vertex."""
-        return float(np.linalg.norm(self.vertices - self.centre_m, axis=1).max())
-
-    @property
-    def centre_m(self) -> np.ndarray:
-        """Centre of the bounding box, (3,)."""
-        return 0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0))
-
-
-def joined(meshes: list[TriangleMesh]) -> TriangleMesh:
-    """Put meshes of one frame into one."""
-    counts = np.cumsum([0] + [len(mesh.vertices) for mesh in meshes])
-    return TriangleMesh(
-        np.concatenate([mesh.vertices for mesh in meshes]),
-        np.concatenate([mesh.triangles + start for mesh, start in zip(meshes, counts)]).astype(np.int32),
-    )
 
 
 def mesh_of(geometry: Geometry, sagitta_m: float = SAGITTA_M) -> TriangleMesh:
@@ -72,6 +39,42 @@ def mesh_of(geometry: Geometry, sagitta_m: float = SAGITTA_M) -> TriangleMesh:
     if isinstance(geometry, Heightmap):
         return _terrain(geometry)
     return _file(geometry)
+
+
+def readable_mesh_of(geometry: Geometry) -> TriangleMesh | None:
+    """Return the mesh of a shape as `mesh_of` does; None if its file cannot be used."""
+    try:
+        return mesh_of(geometry)
+    except MeshError:
+        return None
+
+
+def readable(model: Model, drawn: bool = False) -> tuple[Model, list[str]]:
+    """Return the model without the shapes whose files cannot be used, and a sentence for each of them.
+
+    drawn: visual shapes count too.
+    """
+    said: list[str] = []
+
+    def usable(shapes: tuple) -> tuple:
+        kept = []
+        for shape in shapes:
+            try:
+                mesh_of(shape.geometry)
+                kept.append(shape)
+            except MeshError as error:
+                said.append(f'A shape of the model "{model.name}" is left out: {error}')
+        return tuple(kept)
+
+    links = tuple(
+        replace(
+            link,
+            collisions=usable(link.collisions),
+            visuals=usable(link.visuals) if drawn else link.visuals,
+        )
+        for link in model.links
+    )
+    return (replace(model, links=links) if said else model), list(dict.fromkeys(said))
 
 
 def standing_height_m(model: Model) -> float:
@@ -172,31 +175,11 @@ def _terrain(terrain: Heightmap) -> TriangleMesh:
 
 
 def _file(mesh: Mesh) -> TriangleMesh:
-    loaded = _load(mesh.path)
+    loaded = read_mesh(mesh.path, mesh.submesh, mesh.centred)
     vertices = loaded.vertices * np.array(mesh.scale)
     if np.abs(vertices).max() > MAX_MAGNITUDE:
         raise MeshError(f"{mesh.path}: The mesh is larger than {MAX_MAGNITUDE:g} m.")
     return TriangleMesh(vertices, loaded.triangles)
-
-
-@lru_cache(maxsize=64)
-def _load(path: str) -> TriangleMesh:
-    import trimesh  # half a second to import, and most worlds hold no mesh file
-
-    try:
-        loaded: Any = trimesh.load(path, force="mesh", process=False)
-        vertices, triangles = np.asarray(loaded.vertices, np.float64), np.asarray(loaded.faces, np.int32)
-        if loaded.units:  # of COLLADA only; its <up_axis> is ignored, as Gazebo and RViz do
-            vertices = vertices * trimesh.units.unit_conversion(loaded.units, "meters")
-    except Exception as error:  # trimesh's readers raise many kinds of errors
-        raise MeshError(f"{path}: The mesh cannot be read: {str(error) or type(error).__name__}.") from None
-    if not len(triangles) or len(triangles) > MAX_TRIANGLES:
-        raise MeshError(
-            f"{path}: The mesh holds {len(triangles)} triangles; 1 to {MAX_TRIANGLES} are allowed."
-        )
-    if not np.isfinite(vertices).all() or triangles.min() < 0 or triangles.max() >= len(vertices):
-        raise MeshError(f"{path}: The mesh holds vertices that are not finite or do not exist.")
-    return TriangleMesh(vertices, triangles)
 
 
 def _split(quads: ArrayLike) -> np.ndarray:
