@@ -10,7 +10,8 @@ from master_thesis.worlds.cargo import NAMES
 from master_thesis.worlds.hold_3d import Hold3DParameters, hold_3d, hold_3d_cargo
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.world.rays import RayScene
-from simulation_tools.world.shapes.meshes import joined, mesh_of
+from simulation_tools.world.shapes.meshes import mesh_of
+from simulation_tools.world.shapes.triangle_mesh import joined
 
 FAR_M = 100.0
 START = (-9.0, 5.0)

@@ -208,3 +208,11 @@ class TestDivergence:
         self.explode(simulation, "iris")
         with pytest.raises(PhysicsDivergedError, match="iris"):
             self.run(loop, simulation, 20)
+
+
+def test_a_spawned_model_is_at_the_pose_of_its_sdf_in_the_given_pose(served):
+    """As gazebo_ros_api_plugin does: the SDF's <pose> is kept within the initial pose."""
+    simulation, services, _ = served
+    text = BOX.replace("<link", "<static>1</static><pose>1 0 0.5 0 0 0</pose><link", 1)
+    services.spawn("box", text, Pose.from_xyz_rpy(10, 0, 0, yaw=math.pi / 2), "")
+    np.testing.assert_allclose(simulation.world.get_state("box").pose.position_m, (10, 1, 0.5), atol=1e-12)

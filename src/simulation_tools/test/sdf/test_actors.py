@@ -57,10 +57,14 @@ def test_a_world_holds_actors(tmp_path):
     assert found.pose.position_m == (1.0, 0.0, 0.0)
 
 
+def test_an_actor_without_a_trajectory_stands():
+    found = actor("", "<pose>1 0 0 0 0 0</pose>" + LINK)
+    assert (found.script, found.static, found.pose.position_m) == (None, True, (1.0, 0.0, 0.0))
+
+
 @pytest.mark.parametrize(
     ("script", "saying"),
     [
-        ("", "<script> has no <trajectory>"),
         (trajectory(), "needs a <waypoint> at a time above 0 s"),
         (trajectory(waypoint(0)), "needs a <waypoint> at a time above 0 s"),
         (trajectory(waypoint(2), waypoint(1)), "times of the waypoints must increase, but 1 s follows 2 s"),

@@ -76,7 +76,7 @@ def joint(kind="fixed", parent="a", child="b", more=""):
         ('<link name="world"/>', 3, "cannot be the name"),
         ("<static>true</static>", 2, "has no <link>"),
         ('<link name="a"/><static>maybe</static>', 3, "true or false"),
-        (joint(kind="screw"), 4, 'type "screw" are not supported'),
+        (joint(kind="glued"), 4, 'no joints of type "glued"'),
         (joint(parent="c"), 4, 'names the link "c", which does not exist'),
         (joint(parent="b"), 4, "joins the link"),
         (joint(kind="revolute"), 4, "has no <axis>"),
@@ -199,14 +199,14 @@ def test_an_include_names_both_files(tmp_path):
     home.mkdir()
     (home / "model.config").write_text('<model><sdf version="1.6">model.sdf</sdf></model>')
     (home / "model.sdf").write_text(HEAD + inertial("<mass>-1</mass>") + TAIL)
-    world = tmp_path / "w.world"
-    world.write_text(
-        '<sdf version="1.6"><world name="w">\n<include><uri>model://bad</uri></include></world></sdf>'
+    outer = tmp_path / "outer.sdf"
+    outer.write_text(
+        '<sdf version="1.6"><model name="o">\n<include><uri>model://bad</uri></include></model></sdf>'
     )
     with pytest.raises(SdfError) as caught:
-        load_world(world, [tmp_path])
+        load_model(outer, [tmp_path])
     assert str(caught.value).startswith(f"{home / 'model.sdf'}:4: <mass> must be positive")
-    assert f"Included by {world}:2" in str(caught.value)
+    assert f"Included by {outer}:2" in str(caught.value)
 
 
 def test_a_model_that_includes_itself_is_refused(tmp_path):
@@ -232,14 +232,6 @@ def test_files_that_include_more_and_more_files_are_refused(tmp_path, monkeypatc
         (home / "model.sdf").write_text(HEAD + '<link name="a"/>' + inner + TAIL)
     with pytest.raises(SdfError, match="More than 500 files are included"):
         load_model("model://m0", [tmp_path])
-
-
-def test_two_models_of_one_name_in_a_world_are_refused(tmp_path):
-    world = tmp_path / "w.world"
-    twice = '<model name="m"><link name="a"/></model>' * 2
-    world.write_text(f'<sdf version="1.6"><world name="w">{twice}</world></sdf>')
-    with pytest.raises(SdfError, match='Two models are called "m"'):
-        load_world(world, [])
 
 
 @settings(max_examples=150, deadline=None)

@@ -133,7 +133,7 @@ def test_other_sensors():
 
 def test_a_plugin_is_kept_as_it_is_and_a_known_one_gives_no_warning():
     plugin = (
-        '<plugin name="p" filename="libgazebo_motor_model.so">\n'
+        '<plugin name="p" filename="libgazebo_imu_plugin.so">\n'
         "<motorNumber> 3 </motorNumber><control><kp>1</kp></control>"
         "</plugin>"
     )

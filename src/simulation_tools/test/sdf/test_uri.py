@@ -65,3 +65,74 @@ def test_a_zero_byte_is_no_path(models):
 def test_the_shipped_models_are_found_without_any_setting(monkeypatch):
     monkeypatch.delenv("GAZEBO_MODEL_PATH", raising=False)
     assert resolve("model://iris", model_path_from_environment(), None).is_dir()
+
+
+def test_a_file_is_looked_for_in_every_folder_that_has_the_model(models, tmp_path):
+    second = tmp_path / "second"
+    (second / "crate" / "meshes").mkdir(parents=True)
+    (second / "crate" / "meshes" / "b.stl").write_text("x")
+    found = resolve("model://crate/meshes/b.stl", [models, second], None)
+    assert found == second / "crate" / "meshes" / "b.stl"
+
+
+@pytest.mark.parametrize("uri", ["file://models/crate/meshes/a.stl", "models/crate/meshes/a.stl"])
+def test_a_path_without_a_root_is_looked_for_in_the_resource_path(models, tmp_path, monkeypatch, uri):
+    monkeypatch.setenv("GAZEBO_RESOURCE_PATH", f"{tmp_path / 'none'}:{tmp_path}")
+    world_folder = tmp_path / "worlds"
+    world_folder.mkdir()
+    assert resolve(uri, [], world_folder) == models / "crate" / "meshes" / "a.stl"
+    monkeypatch.delenv("GAZEBO_RESOURCE_PATH")
+    with pytest.raises(UriError):
+        resolve(uri, [], world_folder)
+
+
+def test_the_resource_path_is_no_way_out_of_its_folders(models, tmp_path, monkeypatch):
+    monkeypatch.setenv("GAZEBO_RESOURCE_PATH", str(models / "crate"))
+    with pytest.raises(UriError, match="leaves the model folders"):
+        resolve("file://../../secret.stl", [], None)
+
+
+@pytest.fixture
+def fuel(tmp_path, monkeypatch):
+    """Return the folder of a model in Fuel's cache, in versions 2 and 10."""
+    home = tmp_path / "fuel" / "fuel.ignitionrobotics.org" / "openrobotics" / "models" / "oak tree"
+    for version in ("2", "10"):
+        (home / version / "meshes").mkdir(parents=True)
+        (home / version / "meshes" / "oak.dae").write_text("x")
+    monkeypatch.setenv("IGN_FUEL_CACHE_PATH", str(tmp_path / "fuel"))
+    monkeypatch.setenv("GZ_FUEL_CACHE_PATH", str(tmp_path / "none"))
+    return home
+
+
+@pytest.mark.parametrize(
+    ("uri", "rest"),
+    [
+        ("https://fuel.ignitionrobotics.org/1.0/OpenRobotics/models/Oak tree", "10"),
+        ("https://fuel.gazebosim.org/1.0/openrobotics/models/oak%20tree", "10"),
+        ("https://fuel.gazebosim.org/1.0/OpenRobotics/models/Oak tree/2", "2"),
+        (
+            "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Oak tree/tip/files/meshes/oak.dae",
+            "10/meshes/oak.dae",
+        ),
+    ],
+)
+def test_a_model_of_fuel_comes_from_the_cache(fuel, uri, rest):
+    assert resolve(uri, [], None) == fuel / rest
+
+
+@pytest.mark.parametrize(
+    ("uri", "saying"),
+    [
+        ("https://fuel.gazebosim.org/1.0/OpenRobotics/models/Elm", "not in the local cache of Fuel"),
+        ("https://fuel.gazebosim.org/1.0/OpenRobotics/models/Oak tree/3", "not in the local cache of Fuel"),
+        ("https://fuel.gazebosim.org/1.0/x/models/../../y", "unknown scheme or names no model"),
+        (
+            "https://fuel.gazebosim.org/1.0/OpenRobotics/models/Oak tree/2/files/../../../z",
+            "local cache|leaves",
+        ),
+        ("https://example.org/tree.dae", "unknown scheme or names no model of Fuel"),
+    ],
+)
+def test_what_is_not_in_the_cache_is_not_downloaded(fuel, uri, saying):
+    with pytest.raises(UriError, match=saying):
+        resolve(uri, [], None)

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from simulation_tools.geometry import Pose
+from simulation_tools.sdf.elements import RaySensor
 from simulation_tools.sdf.frames import OPTICAL
-from simulation_tools.sdf.parser import parse_model
+from simulation_tools.sdf.parser import load_world, parse_model
 from simulation_tools.sensors.barometer import pressure_pa
 from simulation_tools.simulation import Simulation, SimulationParameters
-from simulation_tools.simulation.payload import PayloadError, further_sensors, unsimulated
+from simulation_tools.simulation.payload import PayloadError, drawn_only, further_sensors, unsimulated
 from simulation_tools.vehicle.uav import load_uav
 from simulation_tools.world.world import BodyState
 
@@ -247,3 +249,26 @@ def test_all_who_ask_at_one_instant_share_a_reading(make):
     while not any(sensor is finder for sensor in simulation.step().payload):
         pass
     assert finder.shared() != first
+
+
+def test_a_gpu_ray_that_would_see_more_in_gazebo_is_said(tmp_path):
+    look = '<visual name="v"><geometry><box><size>1 1 1</size></box></geometry></visual>'
+    touch = look.replace("visual", "collision")
+    path = tmp_path / "w.world"
+    path.write_text(
+        f'<sdf version="1.6"><world name="w"><model name="bush"><link name="l">{look}</link></model>'
+        f'<model name="wall"><link name="l">{look}{touch}</link></model></world></sdf>'
+    )
+    world, uav = load_world(path, []), load_uav("iris", "ust")
+    assert drawn_only(uav, world) == ()
+    model = replace(
+        uav.model, links=tuple(replace(link, sensors=as_gpu(link.sensors)) for link in uav.model.links)
+    )
+    (said,) = drawn_only(replace(uav, model=model), world)
+    assert said.endswith("parts without a collision shape: in bush.")
+
+
+def as_gpu(sensors):
+    return tuple(
+        replace(one, sees_what_is_drawn=True) if isinstance(one, RaySensor) else one for one in sensors
+    )

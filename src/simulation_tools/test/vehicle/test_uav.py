@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from simulation_tools.sdf.document import SdfError
-from simulation_tools.vehicle.uav import LIDARS, UavError, load_uav
+from simulation_tools.vehicle.uav import LIDARS, UavError, load_uav, remarks_on
+
+MODELS = Path(__file__).resolve().parents[2] / "models"
 
 # Thesis, tables 8.2 and D.1: weight, range, rate.
 TABLE = {
@@ -66,3 +68,37 @@ def test_a_carrier_without_a_mount_is_refused():
 @pytest.mark.parametrize("model", ["iris", "model://iris"])
 def test_a_model_may_be_named_as_in_gazebo(model):
     assert load_uav(model).model.name == "iris"
+
+
+def put_model(folder, name, body):
+    home = folder / name
+    home.mkdir()
+    (home / "model.config").write_text('<model><sdf version="1.6">model.sdf</sdf></model>')
+    (home / "model.sdf").write_text(f'<sdf version="1.6"><model name="{name}">{body}</model></sdf>')
+    return home
+
+
+def test_px4s_models_on_the_path_do_not_replace_the_packages_own(tmp_path, monkeypatch):
+    for name in ("iris", "lidar_ust", "camera"):
+        put_model(tmp_path, name, '<link name="other"/>')
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", str(tmp_path))
+    uav = load_uav("iris", "ust", sensors=("camera",)).model
+    assert uav == load_uav("iris", "ust", [MODELS], sensors=("camera",)).model
+    (said,) = remarks_on("iris", uav)
+    assert str(tmp_path / "iris") in said
+    assert load_uav("model://iris").model.links[0].name == "other"
+    assert load_uav("iris", model_path=[tmp_path]).model.links[0].name == "other"
+
+
+def test_a_link_without_inertia_is_said(tmp_path, monkeypatch):
+    put_model(
+        tmp_path,
+        "lidar_mine",
+        '<link name="hokuyo"><inertial><mass>0.1</mass></inertial><sensor name="s" type="ray"><ray><scan>'
+        "<horizontal><samples>3</samples><min_angle>-1</min_angle><max_angle>1</max_angle></horizontal></scan>"
+        "<range><min>.1</min><max>5</max></range></ray></sensor></link>",
+    )
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", str(tmp_path))
+    (said,) = remarks_on("iris", load_uav("iris", "mine").model)
+    assert 'The link "hokuyo" has no <inertia>' in said
+    assert remarks_on("iris", load_uav("iris", "ust").model) == ()

@@ -143,3 +143,28 @@ def test_in_a_steady_wind_the_uav_leans_by_drag_over_weight():
     assert np.mean(leans) == pytest.approx(-math.atan(drag_n / weight_n), rel=0.03)
     assert math.degrees(-np.mean(leans)) > 5.0
     assert np.abs(np.mean(places, axis=0)[:2]).max() < 0.1
+
+
+def test_px4s_wind_grows_along_its_ramp(tmp_path):
+    """As gazebo_wind_plugin does: the vector times (t - start) / duration, from 0 to 1."""
+    path = tmp_path / "ramp.world"
+    path.write_text(
+        '<sdf version="1.6"><world name="w"><plugin name="p" filename="libgazebo_wind_plugin.so">'
+        "<windRampStart>10</windRampStart><windChangeRampDuration>4</windChangeRampDuration>"
+        "<windRampWindVectorComponents>3 -4 1</windRampWindVectorComponents></plugin></world></sdf>"
+    )
+    world = load_world(path, [])
+    assert world.warnings == ()
+    wind = Wind(streams_of(world), np.random.default_rng(1))
+    for time_s, part in ((9.99, 0.0), (11.0, 0.25), (14.0, 1.0), (100.0, 1.0)):
+        np.testing.assert_allclose(wind.step(time_s, DT), part * np.array((3, -4, 1)), atol=1e-12)
+
+
+def test_a_parameter_of_the_wind_that_nobody_reads_is_named(tmp_path):
+    path = tmp_path / "w.world"
+    path.write_text(
+        '<sdf version="1.6"><world name="w"><plugin name="p" filename="libgazebo_wind_plugin.so">'
+        "<robotNamespace/><windShear>3</windShear></plugin></world></sdf>"
+    )
+    (warning,) = load_world(path, []).warnings
+    assert warning.endswith("without effect: <world/plugin/windShear> (line 1).")

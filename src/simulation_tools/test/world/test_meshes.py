@@ -9,7 +9,8 @@ import pytest
 import trimesh
 
 from simulation_tools.sdf.elements import Box, Cylinder, Mesh, Plane, Sphere
-from simulation_tools.world.shapes.meshes import SAGITTA_M, MeshError, mesh_of
+from simulation_tools.world.shapes.meshes import SAGITTA_M, mesh_of
+from simulation_tools.world.shapes.terrain import MeshError
 
 
 def as_trimesh(mesh):

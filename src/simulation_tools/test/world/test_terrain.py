@@ -11,7 +11,8 @@ from PIL import Image
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Heightmap
 from simulation_tools.sdf.parser import SdfError, parse_model
-from simulation_tools.world.shapes.meshes import MeshError, mesh_of
+from simulation_tools.world.shapes.meshes import mesh_of
+from simulation_tools.world.shapes.terrain import MeshError
 
 TERRAIN = (
     '<sdf version="1.6"><model name="t"><static>1</static><link name="l"><collision name="c"><geometry>'

@@ -10,7 +10,7 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import Box, Cylinder, Heightmap, Mesh, Model, Plane, Sphere, Visual
+from simulation_tools.sdf.elements import Box, Cylinder, Mesh, Model, Plane, Sphere, Visual
 from simulation_tools.world.shapes.meshes import mesh_of
 from simulation_tools_ros.conversions import pose_message
 
@@ -65,10 +65,10 @@ def _shape(visual: Visual) -> Marker:
         marker.type, marker.scale = Marker.SPHERE, Vector3(diameter, diameter, diameter)
     elif isinstance(geometry, Plane):
         marker.type, marker.scale = Marker.CUBE, Vector3(*geometry.size_m, PLANE_THICKNESS_M)
-    elif isinstance(geometry, Mesh):
+    elif isinstance(geometry, Mesh) and not geometry.submesh:
         marker.type, marker.scale = Marker.MESH_RESOURCE, Vector3(*geometry.scale)
         marker.mesh_resource = "file://" + geometry.path
-    elif isinstance(geometry, Heightmap):
+    else:  # a heightmap, or a part of a mesh file
         marker.type, marker.scale = Marker.TRIANGLE_LIST, Vector3(1.0, 1.0, 1.0)
         mesh = mesh_of(geometry)
         marker.points = [Point(*corner) for corner in mesh.vertices[mesh.triangles.ravel()].tolist()]

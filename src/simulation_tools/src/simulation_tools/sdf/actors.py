@@ -12,9 +12,9 @@ from simulation_tools.geometry import Pose
 from simulation_tools.sdf.checks import NOT_NEGATIVE, Check, whole_number
 from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import (
+    DEFAULT_INERTIAL,
     Collision,
     Cylinder,
-    Inertial,
     Link,
     Model,
     Script,
@@ -29,7 +29,7 @@ _BODY = Cylinder(radius_m=0.3, length_m=1.8)
 PERSON = Link(
     "person",
     Pose(),
-    Inertial(1.0, Pose(), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)),
+    DEFAULT_INERTIAL,
     (Collision("body", Pose(), _BODY),),
     (Visual("body", Pose(), _BODY, (0.2, 0.4, 0.7, 1.0)),),
 )
@@ -42,7 +42,7 @@ TENSION = Check("from 0 to 1", lambda value: 0.0 <= value <= 1.0)
 def read_actor(node: Node, reading: Reading) -> Model:
     """Read an actor as a static model with a script. Raises SdfError."""
     node.accept("skin", "animation", "static")
-    script = _read_script(node.child("script"))
+    script = _read_script(node.required("script"))
     if node.children_unmarked("link"):
         model = read_model(node, reading, static=True)
     else:
@@ -51,10 +51,8 @@ def read_actor(node: Node, reading: Reading) -> Model:
     return replace(model, static=True, script=script)
 
 
-def _read_script(node: Node | None) -> Script | None:
-    """Read a script; None when it moves nothing: the actor stands where it is."""
-    if node is None:
-        return None
+def _read_script(node: Node) -> Script | None:
+    """Read a script; None when it has no trajectory, so that the actor stands where it is."""
     trajectories = sorted(
         ((child.number_attribute("id", 0.0, TRAJECTORY_ID), child) for child in node.children("trajectory")),
         key=lambda numbered: numbered[0],

@@ -109,6 +109,11 @@ class Node:
         """Whether the element has no children."""
         return not len(self._element)
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether the element holds nothing. Gazebo then takes the default."""
+        return self.is_leaf and not (self._element.text or "").strip()
+
     # -- structure -------------------------------------------------------------------------------------------
     def children(self, *tags: str) -> list[Node]:
         """Return the children with any of these tags, in the file's order."""
@@ -130,14 +135,12 @@ class Node:
         return self
 
     def child(self, tag: str) -> Node | None:
-        """Return the only child with this tag, or None. Two such children are an error."""
-        found = self.children(tag)
-        if len(found) > 1:
-            raise found[1].error(f"{self.label} has a second <{tag}>")
-        return found[0] if found else None
+        """Return the first child with this tag, or None. As in Gazebo, a second one has no effect."""
+        found = self.children_unmarked(tag)
+        return found[0].understood() if found else None
 
     def required(self, tag: str) -> Node:
-        """Return the only child with this tag. Its absence is an error."""
+        """Return the first child with this tag. Its absence is an error."""
         node = self.child(tag)
         if node is None:
             raise self.error(f"{self.label} has no <{tag}>")
@@ -216,9 +219,9 @@ class Node:
         return values
 
     def value(self, tag: str, default: float, check: Check | None = None) -> float:
-        """Return a child's number, or the default when there is no such child."""
+        """Return a child's number, or the default when there is no such child, or nothing in it."""
         node = self.child(tag)
-        return default if node is None else node.checked_number(check)
+        return default if node is None or node.is_empty else node.checked_number(check)
 
     def required_value(self, tag: str, check: Check | None = None) -> float:
         """Return a child's number; the child must be there."""
@@ -237,7 +240,7 @@ class Node:
     def vector(self, tag: str, default: Vector3) -> Vector3:
         """Return a child's three numbers, or the default."""
         node = self.child(tag)
-        if node is None:
+        if node is None or node.is_empty:
             return default
         x, y, z = node.numbers(3)
         return x, y, z
@@ -245,7 +248,7 @@ class Node:
     def flag(self, tag: str, default: bool) -> bool:
         """Return a child's truth value, or the default."""
         node = self.child(tag)
-        if node is None:
+        if node is None or node.is_empty:
             return default
         if node.text.lower() not in ("true", "false", "1", "0"):
             raise node.error(f'<{tag}> must be true or false, not "{node.text[:60]}"')

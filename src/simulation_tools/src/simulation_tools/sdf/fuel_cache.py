@@ -1,4 +1,4 @@
-"""Finds models of Fuel (https://fuel.gazebosim.org) in the cache of Gazebo's own tools. Nothing is downloaded.
+"""Finds models of Fuel (https://fuel.gazebosim.org) in the cache of Gazebo's tools; downloads nothing.
 
 ``ign fuel download -u URI`` or ``gz fuel download -u URI`` fill the cache. A model lies in
 ``SERVER/OWNER/models/NAME/VERSION``, its owner and name in small letters.
@@ -39,11 +39,13 @@ def cached(uri: str) -> Path:
         raise FuelError(f'the uri "{uri}" names no model')
     for folder in _folders_of_model(parts["server"], owner, name):
         home = _version(folder, parts["version"])
-        path = home / unquote(parts["file"] or "") if home else None
-        if path is not None and path.exists():
-            if home.resolve() not in (path.resolve(), *path.resolve().parents):
+        if home is None:
+            continue
+        path = (home / unquote(parts["file"] or "")).resolve()
+        if path.exists():
+            if home.resolve() not in (path, *path.parents):
                 raise FuelError(f'the uri "{uri}" leaves the model\'s folder')
-            return path.resolve()
+            return path
     raise FuelError(
         f'"{uri}" is not in the local cache of Fuel; "ign fuel download -u {uri}" brings it there'
     )

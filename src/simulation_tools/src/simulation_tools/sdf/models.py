@@ -200,7 +200,7 @@ def _read_joints(
     parent_of = {joint.child: joint.parent for joint in joints}
     for name, child in unique(node.children("joint")).items():
         try:
-            joint = _read_joint(child, checked_name(child), frames, links, static)
+            joint = _read_joint(child, name, frames, links, static)
             _check_tree(child, joint, parent_of)
         except SdfError as error:
             if not static:  # there no joint moves

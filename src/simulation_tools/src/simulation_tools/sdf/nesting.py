@@ -39,15 +39,13 @@ def _held(link: Link, joint: Joint | None) -> Joint:
 
 def flattened_plugins(model: Model) -> list[Plugin]:
     """Return a nested model's plugins; what they name of its links and joints under the outer names."""
-    names = {part.name for part in (*model.links, *model.joints)}
+    names = {link.name for link in model.links} | {joint.name for joint in model.joints}
 
     def outer(key: str, value: str) -> str:
         is_name = value in names and ("link" in key.lower() or "joint" in key.lower())
         return f"{model.name}::{value}" if is_name else value
 
     return [
-        replace(
-            plugin, parameters={key: outer(key, value) for key, value in plugin.parameters.items()}
-        )
+        replace(plugin, parameters={key: outer(key, value) for key, value in plugin.parameters.items()})
         for plugin in model.plugins
     ]

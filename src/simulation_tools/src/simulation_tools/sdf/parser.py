@@ -43,9 +43,7 @@ MAX_INCLUDED_FILES = 5000
 PathLike = str | Path
 
 
-def load_world(
-    path: PathLike, model_path: Sequence[PathLike] | None = None, static: bool = False
-) -> World:
+def load_world(path: PathLike, model_path: Sequence[PathLike] | None = None, static: bool = False) -> World:
     """Read a world file. model_path: folders of models; None: those of ``GAZEBO_MODEL_PATH``.
 
     static: no model moves, whatever the file says. A model that cannot be used is left out, and the world's

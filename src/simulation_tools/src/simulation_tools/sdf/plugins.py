@@ -37,6 +37,64 @@ KNOWN_LIBRARIES = frozenset(
 )
 
 
+WITHOUT_EFFECT = frozenset(
+    {
+        "robotNamespace",
+        "frameId",
+        "xyzOffset",
+        "windPubTopic",
+        "windSubTopic",
+        "commandSubTopic",
+        "motorSpeedPubTopic",
+        "MotorFailureSubTopic",
+        "motorFailureSubTopic",
+        "motorType",
+        "rotorVelocitySlowdownSim",
+    }
+)
+"""Names of topics and settings for drawing, which have no meaning here."""
+PARAMETERS: dict[str, frozenset[str]] = {
+    "libgazebo_wind_plugin.so": frozenset(
+        {
+            "publishRate",
+            "windPubRate",
+            "windVelocityMean",
+            "windVelocityMax",
+            "windVelocityVariance",
+            "windDirectionMean",
+            "windDirectionVariance",
+            "windGustStart",
+            "windGustDuration",
+            "windGustVelocityMean",
+            "windGustVelocityMax",
+            "windGustVelocityVariance",
+            "windGustDirectionMean",
+            "windGustDirectionVariance",
+            "windRampStart",
+            "windChangeRampDuration",
+            "windRampWindVectorComponents",
+        }
+    ),
+    "libgazebo_motor_model.so": frozenset(
+        {
+            "jointName",
+            "linkName",
+            "turningDirection",
+            "timeConstantUp",
+            "timeConstantDown",
+            "maxRotVelocity",
+            "idleRotVelocity",
+            "motorConstant",
+            "momentConstant",
+            "motorNumber",
+            "rotorDragCoefficient",
+            "rollingMomentCoefficient",
+        }
+    ),
+}
+"""Parameters that are read, of plugins that change a flight. The warning names any other one."""
+
+
 def read_plugins(node: Node) -> tuple[Plugin, ...]:
     """Return the plugins of an element. Unknown ones stay marked as not understood."""
     known: list[Plugin] = []
@@ -44,7 +102,9 @@ def read_plugins(node: Node) -> tuple[Plugin, ...]:
     for plugin in node.children_unmarked("plugin"):
         filename = plugin.attribute("filename")
         is_known = filename in KNOWN_LIBRARIES
-        parameters = plugin.flattened(understand=is_known)
+        parameters = plugin.flattened(understand=is_known and filename not in PARAMETERS)
+        if filename in PARAMETERS:
+            plugin.understood().accept(*PARAMETERS[filename], *WITHOUT_EFFECT)
         (known if is_known else unknown).append(
             Plugin(plugin.attribute("name"), filename, parameters, plugin.line)
         )

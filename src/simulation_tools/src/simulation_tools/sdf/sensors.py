@@ -66,6 +66,7 @@ def _read_ray(node: Node, pose: Pose) -> RaySensor:
         range_resolution_m=limits.value("resolution", 0.0, NOT_NEGATIVE),
         noise=_read_noise(ray.child("noise")),
         plugins=read_plugins(node),
+        sees_what_is_drawn=node.attribute("type") == "gpu_ray",
     )
 
 

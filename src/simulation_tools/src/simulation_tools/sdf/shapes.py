@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Sequence
 
 from simulation_tools.bounds import MAX_MAGNITUDE, are_sane
-from simulation_tools.geometry import Pose, Vector3
+from simulation_tools.geometry import Vector3
 from simulation_tools.sdf import uri
 from simulation_tools.sdf.checks import LENGTH, NOT_NEGATIVE, POSITIVE
 from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import (
+    DEFAULT_INERTIAL,
     DEFAULT_SURFACE,
     Box,
     Cylinder,
@@ -104,14 +106,14 @@ def _read_mesh(node: Node, model_path: Sequence[Path]) -> Mesh:
 def read_inertial(node: Node | None) -> Inertial:
     """Read ``<inertial>``; SDF's default is one kilogram and unit moments."""
     if node is None:
-        return Inertial(1.0, Pose(), (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+        return DEFAULT_INERTIAL
     pose, frame = node.pose()
     if frame:
         raise node.error("The <pose> of <inertial> cannot be given in another frame")
     mass = node.value("mass", 1.0, POSITIVE)
     inertia = node.child("inertia")
     if inertia is None:
-        return Inertial(mass, pose, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+        return replace(DEFAULT_INERTIAL, mass_kg=mass, pose=pose)
     xx, yy, zz = (inertia.value(tag, 1.0, POSITIVE) for tag in ("ixx", "iyy", "izz"))
     xy, xz, yz = (inertia.value(tag, 0.0) for tag in ("ixy", "ixz", "iyz"))
     if not _positive_definite(xx, yy, zz, xy, xz, yz):

@@ -12,7 +12,15 @@ import numpy as np
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import AirPressureSensor, CameraSensor, Link, Model, RaySensor, Sensor
+from simulation_tools.sdf.elements import (
+    AirPressureSensor,
+    CameraSensor,
+    Link,
+    Model,
+    RaySensor,
+    Sensor,
+    World,
+)
 from simulation_tools.sensors.barometer import Barometer
 from simulation_tools.sensors.camera import Camera
 from simulation_tools.sensors.cloud import Cloud, CloudLidar
@@ -21,6 +29,8 @@ from simulation_tools.sensors.schedule import Schedule
 from simulation_tools.vehicle.uav import RANGE_PLUGIN, MountedSensor, Uav, mounted
 from simulation_tools.world.world import PhysicsWorld
 
+NAMED = 5
+"""Number of models in a sentence."""
 Reading = float | Cloud | np.ndarray
 Device = RangeFinder | CloudLidar | Camera | Barometer
 
@@ -100,6 +110,24 @@ def unsimulated(uav: Uav) -> tuple[str, ...]:
         f'{uav.model.source}: The lidar "{sensor.name}" is not simulated: a UAV has one scan.'
         for _, sensor in _sensors(uav.model)
         if isinstance(sensor, RaySensor) and not kind_of(sensor) and sensor is not first
+    )
+
+
+def drawn_only(uav: Uav, world: World) -> tuple[str, ...]:
+    """Return a sentence if a ``gpu_ray`` would see more in Gazebo: links that are drawn and do not touch."""
+    if not any(sensor.sees_what_is_drawn for _, sensor in uav.model.sensors(RaySensor)):
+        return ()
+    names = [
+        model.name
+        for model in world.models
+        if any(link.visuals and not link.collisions for link in model.links)
+    ]
+    if not names:
+        return ()
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return (
+        "Lidars see collision shapes here, also those of type gpu_ray, which see what is drawn in Gazebo. "
+        f"So they do not see parts without a collision shape: in {', '.join(names[:NAMED])}{more}.",
     )
 
 

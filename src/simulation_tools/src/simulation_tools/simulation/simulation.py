@@ -29,14 +29,14 @@ from simulation_tools.simulation.parameters import (
     SimulationParameters,
     step_us_from,
 )
-from simulation_tools.simulation.payload import further_sensors, has_camera, unsimulated
+from simulation_tools.simulation.payload import drawn_only, further_sensors, has_camera, unsimulated
 from simulation_tools.simulation.random_streams import RandomStreams
 from simulation_tools.simulation.sensor_suite import SensorSuite, StepOutput
 from simulation_tools.vehicle.airframe import Airframe
 from simulation_tools.vehicle.energy.power_supply import PowerSupply
 from simulation_tools.vehicle.gimbal import Gimbal
 from simulation_tools.vehicle.nod import Nod
-from simulation_tools.vehicle.uav import load_uav
+from simulation_tools.vehicle.uav import load_uav, remarks_on
 from simulation_tools.vehicle.wind import Wind, streams_of
 from simulation_tools.world.overlaps import warning_of
 from simulation_tools.world.shapes.meshes import standing_height_m
@@ -98,8 +98,15 @@ class Simulation:
             world, parameters.time_step_s, parameters.gui, drawn=has_camera(self.uav.model)
         )
         overlapping = warning_of(self.world.overlaps())
-        self.warnings = (*world.warnings, *self.uav.model.warnings, *unsimulated(self.uav))
-        self.warnings += (overlapping,) if overlapping else ()
+        self.warnings = (
+            *self.world.remarks,
+            *world.warnings,
+            *self.uav.model.warnings,
+            *remarks_on(parameters.model, self.uav.model),
+            *unsimulated(self.uav),
+            *drawn_only(self.uav, world),
+            *((overlapping,) if overlapping else ()),
+        )
         spawn_pose = parameters.spawn_pose @ Pose((0.0, 0.0, standing_height_m(self.uav.model)))
         self.world.spawn(self.uav.model, self.uav_name, spawn_pose, rigid_joints)
         self.px4: Px4 | None = None
@@ -328,13 +335,12 @@ class Simulation:
 
 def _world_of(parameters: SimulationParameters, uav_name: str) -> World:
     """Read the world, its models fixed if the parameters say so; refuse one that holds the UAV's name."""
-    world = load_world(parameters.world, parameters.model_path)
+    world = load_world(parameters.world, parameters.model_path, parameters.static_models)
     if any(model.name == uav_name for model in world.models):
         raise SimulationError(
             f'{parameters.world} already holds a model named "{uav_name}", as the UAV is called.'
         )
-    if parameters.static_models:
-        return replace(
-            world, models=tuple(replace(model, static=True, script=None) for model in world.models)
-        )
+    if parameters.static_models:  # actors too
+        models = tuple(replace(model, static=True, script=None) for model in world.models)
+        return replace(world, models=models)
     return world

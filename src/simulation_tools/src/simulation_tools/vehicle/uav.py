@@ -8,10 +8,10 @@ from typing import Callable, Generic, Sequence, TypeVar
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import ImuSensor, Link, Model, RaySensor, Sensor
+from simulation_tools.sdf.elements import DEFAULT_INERTIAL, ImuSensor, Link, Model, RaySensor, Sensor
 from simulation_tools.sdf.frames import attach, root_link
 from simulation_tools.sdf.parser import PathLike, load_model
-from simulation_tools.sdf.uri import MODEL_PATH_VARIABLE, model_path_from_environment
+from simulation_tools.sdf.uri import MODEL_PATH_VARIABLE, model_path_from_environment, shipped_models
 
 LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
 """The lidars of thesis tables 8.2 and D.1. Each is a model `lidar_<name>`; a user's own lidar is one, too."""
@@ -63,25 +63,30 @@ def load_uav(
 ) -> Uav:
     """Load a UAV, put a lidar on its link `lidar_mount` and further sensors on its first link.
 
-    model: a name in the model path, a model:// uri, a folder or an SDF file. lidar: one of `LIDARS`, or NAME
-    for another model lidar_NAME of the model path; None: the model as it is. range_max_m: replaces the
-    lidar's own range when it is positive. sensors: further models (range_finder, camera, ...); their SDF
-    says where they are mounted. noise_factor: times the lidar's noise. Raises SdfError or UavError.
+    model: a name, a model:// uri, a folder or an SDF file. lidar: one of `LIDARS`, or NAME for another model
+    lidar_NAME; None: the model as it is. range_max_m: replaces the lidar's own range when it is positive.
+    sensors: further models (range_finder, camera, ...); their SDF says where they are mounted. noise_factor:
+    times the lidar's noise. model_path: folders of models; None: those of ``GAZEBO_MODEL_PATH``, and a name
+    that this package has means this package's model. Raises SdfError or UavError.
     """
-    carrier = load_model(_location(model), model_path)
+
+    def load(name: str) -> Model:
+        return load_model(_location(name, model_path is None), model_path)
+
+    carrier = load(model)
     if lidar is not None:
         if not is_lidar(lidar, model_path):
             raise UavError(
                 f'There is no lidar "{lidar}"; choose one of {", ".join(LIDARS)}, '
                 f"or put a model lidar_{lidar} into a folder of {MODEL_PATH_VARIABLE}."
             )
-        carrier = attach(carrier, load_model(f"model://lidar_{lidar}", model_path), LIDAR_MOUNT)
+        carrier = attach(carrier, load(f"lidar_{lidar}"), LIDAR_MOUNT)
     if range_max_m > 0.0:
         carrier = with_lidar_range(carrier, range_max_m)
     if noise_factor != 1.0:
         carrier = with_lidar_noise(carrier, noise_factor)
     for sensor in sensors:
-        carrier = attach(carrier, load_model(_location(sensor), model_path), root_link(carrier).name)
+        carrier = attach(carrier, load(sensor), root_link(carrier).name)
     imus = [mounted(link, imu) for link, imu in carrier.sensors(ImuSensor)]
     return Uav(carrier, _first_lidar(carrier), imus[0] if imus else None)
 
@@ -123,9 +128,31 @@ def _with_lidars(model: Model, change: Callable[[RaySensor], RaySensor]) -> Mode
     return replace(model, links=links)
 
 
-def _location(model: str) -> str:
-    """Return a model's uri. As in Gazebo's tools, a bare name means a model of the model path."""
-    return model if "/" in model or model.endswith(".sdf") else f"model://{model}"
+def _location(model: str, prefers_shipped: bool) -> str:
+    """Return a model's uri or folder. A bare name means a model of this package, or else of the model path.
+
+    prefers_shipped: a model of the same name before it on the path, as PX4's iris, does not replace this
+    package's; ``model://iris`` means that one.
+    """
+    if "/" in model or model.endswith(".sdf"):
+        return model
+    shipped = shipped_models() / model
+    return str(shipped) if prefers_shipped and shipped.is_dir() else f"model://{model}"
+
+
+def remarks_on(name: str, uav: Model) -> tuple[str, ...]:
+    """Return a sentence on each thing about a UAV that its user may not expect. name: as the user gave it."""
+    said = [
+        f'{uav.source}: The link "{link.name}" has no <inertia>, so SDF\'s 1 kg m2 about each axis counts. '
+        "A UAV with it hardly turns."
+        for link in uav.links
+        if link.inertial.moments_kg_m2 == DEFAULT_INERTIAL.moments_kg_m2 and not uav.static
+    ]
+    others = [folder / name for folder in model_path_from_environment() if folder != shipped_models()]
+    shadow = next((other for other in others if other.is_dir() and "/" not in name), None)
+    if shadow is not None and Path(uav.source).is_relative_to(shipped_models()):
+        said.append(f'The UAV is this package\'s "{name}", not {shadow}, which model:=model://{name} takes.')
+    return tuple(said)
 
 
 def _first_lidar(model: Model) -> MountedSensor[RaySensor] | None:

@@ -36,7 +36,8 @@ class AirStream:
 
     deviation_m_s: standard deviation of the speed, which stays between 0 and max_m_s. direction: of the mean,
     in the world; any length but zero. direction_deviation: standard deviation of each component of the unit
-    vector along it. correlation_s: how long a deviation lasts.
+    vector along it. correlation_s: how long a deviation lasts. ramp_s: time in which the speed grows from
+    zero.
     """
 
     mean_m_s: float
@@ -47,6 +48,7 @@ class AirStream:
     start_s: float = 0.0
     end_s: float = math.inf
     correlation_s: float = 0.5
+    ramp_s: float = 0.0
 
     def __post_init__(self) -> None:
         not_negative = (
@@ -55,6 +57,7 @@ class AirStream:
             self.max_m_s,
             self.direction_deviation,
             self.start_s,
+            self.ramp_s,
         )
         if not all(0.0 <= value < math.inf for value in not_negative):
             raise WindError("The speeds, deviations and times of a wind must be finite and not negative.")
@@ -98,7 +101,8 @@ class Wind:
             self._states[index] = state
             if stream.start_s <= time_s < stream.end_s:
                 x, y, z = _velocity(stream, state.tolist())
-                total = (total[0] + x, total[1] + y, total[2] + z)
+                part = min((time_s - stream.start_s) / stream.ramp_s, 1.0) if stream.ramp_s else 1.0
+                total = (total[0] + part * x, total[1] + part * y, total[2] + part * z)
         return total
 
 
@@ -123,12 +127,13 @@ def streams_of(world: World) -> tuple[AirStream, ...]:
 
 
 def _read(read: PluginReader) -> list[AirStream]:
-    """Return the wind and the gust of one plugin, with the plugin's defaults."""
+    """Return the wind, the gust and the ramp of one plugin, with the plugin's defaults."""
     gust_start_s = read.number("windGustStart", 10.0)
     gust_end_s = gust_start_s + read.number("windGustDuration", 0.0)
-    rate_hz = read.number("windPubRate", 2.0)
+    rate_name = "publishRate" if read.has("publishRate") else "windPubRate"  # its name before 2021
+    rate_hz = read.number(rate_name, 2.0)
     if not rate_hz > 0.0:
-        raise read.error(f"<windPubRate> must be positive, got {rate_hz:g}")
+        raise read.error(f"<{rate_name}> must be positive, got {rate_hz:g}")
     variances = [
         read.number(name, 0.0)
         for name in (
@@ -162,6 +167,17 @@ def _read(read: PluginReader) -> list[AirStream]:
         ),
     )
     try:
-        return [AirStream(*values, 1.0 / rate_hz) for values in described]
+        return [*(AirStream(*values, 1.0 / rate_hz) for values in described), *_ramp(read)]
     except WindError as error:
         raise read.error(str(error)[:-1]) from None
+
+
+def _ramp(read: PluginReader) -> list[AirStream]:
+    """Return the wind that a plugin adds bit by bit, as a steady stream; none if it takes no time."""
+    ramp_s = read.number("windChangeRampDuration", 0.0)
+    vector = read.vector("windRampWindVectorComponents", ORIGIN)
+    speed_m_s = math.hypot(*vector)
+    if ramp_s <= 0.0 or speed_m_s == 0.0:
+        return []
+    start_s = read.number("windRampStart", 0.0)
+    return [AirStream(speed_m_s, max_m_s=speed_m_s, direction=vector, start_s=start_s, ramp_s=ramp_s)]

@@ -19,7 +19,8 @@ from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.world.assembly import Part, PlacedCollision
 from simulation_tools.world.engine import WorldError, pybullet
 from simulation_tools.world.shapes.bullet_shapes import ShapeFactory
-from simulation_tools.world.shapes.meshes import TriangleMesh, joined, mesh_of
+from simulation_tools.world.shapes.meshes import mesh_of
+from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
 
 @dataclass(frozen=True)

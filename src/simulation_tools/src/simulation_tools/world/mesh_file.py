@@ -15,7 +15,8 @@ import trimesh
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.sdf.elements import Geometry, Model, Plane
 from simulation_tools.sdf.parser import load_world
-from simulation_tools.world.shapes.meshes import TriangleMesh, joined, mesh_of, readable
+from simulation_tools.world.shapes.meshes import mesh_of, readable
+from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
 GROUND_M, TILE_M = 400.0, 5.0
 """A plane has no end; a mesh has. It consists of tiles, so that a reader can take those near the rest."""

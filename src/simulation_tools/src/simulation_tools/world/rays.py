@@ -15,7 +15,7 @@ from embreex.mesh_construction import TriangleMesh as EmbreeMesh
 from embreex.rtcore_scene import EmbreeScene
 
 from simulation_tools.geometry import Pose, rotate
-from simulation_tools.world.shapes.meshes import TriangleMesh, joined
+from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
 PoseSource = Callable[[], Pose]
 

@@ -36,7 +36,8 @@ from simulation_tools.world.population import Population, SpawnedModel
 from simulation_tools.world.rays import PoseSource, RayScene
 from simulation_tools.world.scripted_motion import ScriptedMotion
 from simulation_tools.world.settings import PhysicsSettings
-from simulation_tools.world.shapes.meshes import TriangleMesh, joined, readable
+from simulation_tools.world.shapes.meshes import readable
+from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
 __all__ = ["BodyState", "Contact", "PhysicsWorld", "WorldError"]
 
@@ -52,11 +53,11 @@ class PhysicsWorld:
     def __init__(
         self, world: World, time_step_s: float = 0.004, gui: bool = False, drawn: bool = False
     ) -> None:
-        """Build every model of a world. left_out: sentences about models and shapes that cannot be built.
+        """Build every model of a world. remarks: sentences on models and shapes that are not as in its file.
 
         gui: show PyBullet's window. drawn: give bodies visual shapes even without the window, for `draw`.
         """
-        self.left_out: list[str] = []
+        self.remarks: list[str] = []
         self.rays = RayScene()
         self._time_us = 0  # since the start or the last reset; scripts follow it
         self._there = Population()
@@ -71,6 +72,7 @@ class PhysicsWorld:
             pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
             for model in world.models:
                 self._spawn_what_is_usable(model, gui or drawn)
+            self.remarks += self._factory.shapes.remarks
             pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_RENDERING, 1, physicsClientId=self._client)
         except Exception:
             self.close()
@@ -276,11 +278,11 @@ class PhysicsWorld:
     def _spawn_what_is_usable(self, model: Model, drawn: bool) -> None:
         """Put a model of the world's file into the world, without what cannot be built of it."""
         usable, said = readable(model, drawn)
-        self.left_out += said
+        self.remarks += said
         try:
             self.spawn(usable, usable.name, usable.pose)
         except WorldError as error:
-            self.left_out.append(f'The model "{model.name}" is left out: {error}')
+            self.remarks.append(f'The model "{model.name}" is left out: {error}')
 
     def _hold_up_weightless_parts(self) -> None:
         for lifts in self._there.lifts.values():

@@ -4,7 +4,7 @@ Lengths in metres, angles in radians, masses in kilograms. Each class's docstrin
 whatever ``frame`` attribute the file used. Defaults are those of the SDF 1.6 specification.
 """
 
-from simulation_tools.sdf.elements.model import Inertial, Joint, Link, Model, World
+from simulation_tools.sdf.elements.model import DEFAULT_INERTIAL, Inertial, Joint, Link, Model, World
 from simulation_tools.sdf.elements.script import Script, Trajectory, Waypoint
 from simulation_tools.sdf.elements.sensors import (
     NO_NOISE,
@@ -33,6 +33,7 @@ from simulation_tools.sdf.elements.shapes import (
 )
 
 __all__ = [
+    "DEFAULT_INERTIAL",
     "DEFAULT_SURFACE",
     "NO_NOISE",
     "AirPressureSensor",

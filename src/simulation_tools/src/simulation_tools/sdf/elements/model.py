@@ -25,6 +25,10 @@ class Inertial:
     moments_kg_m2: tuple[float, float, float, float, float, float]
 
 
+DEFAULT_INERTIAL = Inertial(1.0, IDENTITY, (1.0, 1.0, 1.0, 0.0, 0.0, 0.0))
+"""SDF's, where a file says nothing."""
+
+
 @dataclass(frozen=True)
 class Link:
     """A rigid body of a model. pose: in the model frame. gravity: whether it has weight."""

@@ -51,6 +51,7 @@ class RaySensor:
     """A lidar (``ray`` or ``gpu_ray``). pose: in the link frame; beams lie in its x-y plane.
 
     range_resolution_m: ranges are rounded to it, 0: not at all. update_rate_hz: 0 means every step.
+    sees_what_is_drawn: in Gazebo, as a ``gpu_ray``; here every lidar sees the collision shapes.
     """
 
     name: str
@@ -63,6 +64,7 @@ class RaySensor:
     range_resolution_m: float = 0.0
     noise: Noise = NO_NOISE
     plugins: tuple[Plugin, ...] = ()
+    sees_what_is_drawn: bool = False
 
 
 @dataclass(frozen=True)

@@ -14,23 +14,22 @@ from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Me
 from simulation_tools.world.assembly import PlacedCollision, PlacedVisual
 from simulation_tools.world.engine import WorldError, pybullet
 from simulation_tools.world.shapes.convex_parts import convex_parts
-from simulation_tools.world.shapes.meshes import (
-    DRAWN_SAGITTA_M,
-    PLANE_HALF_SIZE_M,
-    TriangleMesh,
-    joined,
-    mesh_of,
-)
+from simulation_tools.world.shapes.meshes import DRAWN_SAGITTA_M, PLANE_HALF_SIZE_M, mesh_of
+from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
 MAX_SHAPES_PER_PART = 16  # MAX_COMPOUND_COLLISION_SHAPES of PyBullet's command buffer
 _NO_SIZE = {"radius": 0.0, "halfExtents": (0.0, 0.0, 0.0), "length": 0.0, "fileName": ""}
 
 
 class ShapeFactory:
-    """Creates shapes in one PyBullet client; every method returns PyBullet's number for the shape."""
+    """Creates shapes in one PyBullet client; every method returns PyBullet's number for the shape.
+
+    remarks: sentences on shapes that are not as their file has them.
+    """
 
     def __init__(self, client: int) -> None:
         self._client = client
+        self.remarks: list[str] = []
         self._mesh_folder: tempfile.TemporaryDirectory | None = None
         # PyBullet never frees a used collision shape, so equal shapes are shared.
         self._shapes: dict[Hashable, int] = {}
@@ -113,7 +112,8 @@ class ShapeFactory:
         shapes = [(self._compound_entry(item.collision.geometry), item.pose) for item in placed]
         if len(shapes) > MAX_SHAPES_PER_PART:  # the rest goes into one file, which may hold any number
             rest = placed[MAX_SHAPES_PER_PART - 1 :]
-            shapes = [*shapes[: MAX_SHAPES_PER_PART - 1], (self._hulls_entry(_parts_of(rest)), IDENTITY)]
+            together = (self._hulls_entry(self._placed_parts_of(rest)), IDENTITY)
+            shapes = [*shapes[: MAX_SHAPES_PER_PART - 1], together]
         keys = ("shapeType", "radius", "halfExtents", "length", "fileName")
         columns = {key: [shape[key] for shape, _ in shapes] for key in keys}
         return pybullet.createCollisionShapeArray(
@@ -130,14 +130,31 @@ class ShapeFactory:
 
     def _compound_entry(self, geometry: Geometry) -> dict:
         if isinstance(geometry, Mesh):
-            return self._hulls_entry(convex_parts(mesh_of(geometry))[0])
+            return self._hulls_entry(self._parts_of(geometry))
         primitive = _primitive(geometry)
         if "height" in primitive:
             primitive["length"] = primitive.pop("height")
         return {**_NO_SIZE, **primitive}
 
+    def _placed_parts_of(self, placed: Sequence[PlacedCollision]) -> list[np.ndarray]:
+        """Return the corners of the convex parts of shapes, in the frame of their part."""
+        return [
+            item.pose.transform(corners)
+            for item in placed
+            for corners in self._parts_of(item.collision.geometry)
+        ]
+
+    def _parts_of(self, geometry: Geometry) -> list[np.ndarray]:
+        parts, is_filled = convex_parts(mesh_of(geometry))
+        if is_filled and isinstance(geometry, Mesh):
+            self.remarks.append(
+                f"{geometry.path}: The mesh belongs to a model that moves, and has too many triangles to "
+                "stay open there. Bodies meet the convex hull of each of its pieces; lidars see the mesh."
+            )
+        return parts
+
     def _hulls_entry(self, parts: Sequence[np.ndarray]) -> dict:
-        """Return the entry of convex parts. Without the concave flag PyBullet takes the hull of each object."""
+        """Return the entry of convex parts. PyBullet takes the hull of each object of a file."""
         return {**_NO_SIZE, "shapeType": pybullet.GEOM_MESH, "fileName": self._write_hulls(parts)}
 
     def _mesh_file(self, geometry: Geometry) -> str:
@@ -160,9 +177,7 @@ class ShapeFactory:
                 file.writelines(f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in corners.tolist())
                 last = first + len(corners) - 1
                 names = [*range(first, last + 1), last, last][: max(3, -(-len(corners) // 3) * 3)]
-                file.writelines(
-                    f"f {a} {b} {c}\n" for a, b, c in zip(names[::3], names[1::3], names[2::3])
-                )
+                file.writelines(f"f {a} {b} {c}\n" for a, b, c in zip(names[::3], names[1::3], names[2::3]))
                 first = last + 1
         return str(path)
 
@@ -171,15 +186,6 @@ class ShapeFactory:
             self._mesh_folder = tempfile.TemporaryDirectory(prefix="simulation_tools_meshes_")
         folder = Path(self._mesh_folder.name)
         return folder / f"{len(list(folder.iterdir()))}.obj"
-
-
-def _parts_of(placed: Sequence[PlacedCollision]) -> list[np.ndarray]:
-    """Return the corners of the convex parts of shapes, in the frame of their part."""
-    return [
-        item.pose.transform(corners)
-        for item in placed
-        for corners in convex_parts(mesh_of(item.collision.geometry))[0]
-    ]
 
 
 def _drawn(geometry: Geometry) -> TriangleMesh:

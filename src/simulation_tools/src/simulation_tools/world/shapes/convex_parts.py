@@ -19,7 +19,7 @@ under the hull than this part of the piece's size."""
 
 
 def convex_parts(mesh: TriangleMesh) -> tuple[list[np.ndarray], bool]:
-    """Return the corners (n, 3) of each convex part, and whether a concave piece was filled up to its hull."""
+    """Return the corners (n, 3) of each convex part, and whether a concave piece is filled up to its hull."""
     pieces = [mesh.vertices[triangles] for triangles in connected_pieces(mesh)]
     concave = [not _is_convex(corners) for corners in pieces]
     is_too_fine = sum(len(corners) for corners, is_concave in zip(pieces, concave) if is_concave) > MAX_SLABS

@@ -16,7 +16,7 @@ from simulation_tools.bounds import MAX_MAGNITUDE
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Model, Plane, Sphere
 from simulation_tools.world.shapes.mesh_files import read_mesh
 from simulation_tools.world.shapes.terrain import MeshError, heights_of
-from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
+from simulation_tools.world.shapes.triangle_mesh import TriangleMesh
 
 DRAWN_SAGITTA_M = 0.01  # the same for pictures, which take time for each triangle
 SAGITTA_M = 0.001  # greatest depth of a facet's middle under the true surface: well below any lidar's noise
@@ -52,15 +52,16 @@ def readable_mesh_of(geometry: Geometry) -> TriangleMesh | None:
 def readable(model: Model, drawn: bool = False) -> tuple[Model, list[str]]:
     """Return the model without the shapes whose files cannot be used, and a sentence for each of them.
 
-    drawn: visual shapes count too.
+    drawn: visual shapes count too; those that RViz gets as triangles always do.
     """
     said: list[str] = []
 
-    def usable(shapes: tuple) -> tuple:
+    def usable(shapes: tuple, everything: bool) -> tuple:
         kept = []
         for shape in shapes:
             try:
-                mesh_of(shape.geometry)
+                if everything or is_drawn_as_triangles(shape.geometry):
+                    mesh_of(shape.geometry)
                 kept.append(shape)
             except MeshError as error:
                 said.append(f'A shape of the model "{model.name}" is left out: {error}')
@@ -69,12 +70,17 @@ def readable(model: Model, drawn: bool = False) -> tuple[Model, list[str]]:
     links = tuple(
         replace(
             link,
-            collisions=usable(link.collisions),
-            visuals=usable(link.visuals) if drawn else link.visuals,
+            collisions=usable(link.collisions, everything=True),
+            visuals=usable(link.visuals, everything=drawn),
         )
         for link in model.links
     )
     return (replace(model, links=links) if said else model), list(dict.fromkeys(said))
+
+
+def is_drawn_as_triangles(geometry: Geometry) -> bool:
+    """Whether RViz knows no marker for a shape, so that it gets triangles."""
+    return isinstance(geometry, Heightmap) or (isinstance(geometry, Mesh) and bool(geometry.submesh))
 
 
 def standing_height_m(model: Model) -> float:
