@@ -10,7 +10,7 @@ from simulation_tools.geometry import Pose, Vector3, rotate, rotate_inverse
 from simulation_tools.sdf.checks import NOT_NEGATIVE
 from simulation_tools.sdf.document import Node, unique
 from simulation_tools.sdf.elements import Collision, Geometry, Inertial, Joint, Link, Model, Sensor, Visual
-from simulation_tools.sdf.nesting import flattened_joints, flattened_links, flattened_plugins
+from simulation_tools.sdf.frames import flattened_joints, flattened_links, flattened_plugins
 from simulation_tools.sdf.plugins import read_plugins
 from simulation_tools.sdf.reading import Reading
 from simulation_tools.sdf.safe_xml import SdfError
