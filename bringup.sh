@@ -6,6 +6,8 @@ caller=$PWD # relative paths of arguments are the caller's
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd -P)
 log_file=$root/logs/bringup.log
 # Debian's ROS needs Debian's Python, even if another one is first on the user's PATH.
+# shellcheck disable=SC2034  # name_other_python reads it
+caller_path=$PATH
 export PATH="/usr/sbin:/usr/bin:/sbin:/bin:$PATH"
 unset PYTHONHOME
 # Images for containers often set this. Then every node would compile its own sources at each start.

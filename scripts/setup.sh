@@ -5,6 +5,8 @@
 # runs while the others are installed.
 
 : "${root:?is set by bringup.sh}" "${log_file:?is set by bringup.sh}"
+# shellcheck source=scripts/platform.sh
+source "$(dirname "${BASH_SOURCE[0]}")/platform.sh"
 readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs octomap_msgs)
 readonly venv_package=python3-venv not_for_build="# Not for the build" only_for_tests="# Only for the tests"
 readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
@@ -27,6 +29,7 @@ set_up() {
   wanted_until=$only_for_tests
   [[ ${1:-} != --tests ]] || { wanted_until="" && shift; }
   check_disk
+  remove_bad_venv
   find_missing_packages
   install_packages "${missing_for_venv[@]}"
   start_python "$@"
@@ -41,20 +44,6 @@ set_up() {
 }
 
 # --- the distribution's packages -------------------------------------------------------------------------------
-
-detect_platform() {
-  local id version
-  id=$(. /etc/os-release && echo "${ID:-unknown}") version=$(. /etc/os-release && echo "${VERSION_ID:-unknown}")
-  platform=$id-$version
-  [[ -f scripts/packages/$platform.txt ]] || fail \
-    "This is $id $version; only Debian 12, which carries ROS 1 Noetic, is supported." \
-    "A container does as well, for example: docker run -it -v \"\$PWD\":/ws -w /ws debian:12 ./bringup.sh"
-}
-
-# listed_packages [END]: prints the packages of the list, one per line; those before the line that begins with END
-listed_packages() {
-  sed -n "${1:+\\|^$1|q;}/^[^#]/p" "scripts/packages/$platform.txt" | sort
-}
 
 # missing_packages: prints the packages of the list, up to `wanted_until`, that are not installed, one per line
 missing_packages() {
@@ -131,7 +120,7 @@ check_python_path() {
 # --- Python packages -------------------------------------------------------------------------------------------
 
 # venv_inputs: prints a digest of .venv's inputs, with its path, because .venv cannot be moved
-venv_inputs() { cat requirements.txt <(/usr/bin/python3 --version 2>/dev/null) <(echo "$root") | sha256sum; }
+venv_inputs() { cat requirements.txt <("$system_python" --version 2>/dev/null) <(echo "$root") | sha256sum; }
 
 # is_current STAMP_FILE DIGEST: whether a step was done with its present inputs
 is_current() { [[ -f $1 && $(<"$1") == "$2" ]]; }
@@ -141,6 +130,7 @@ is_current() { [[ -f $1 && $(<"$1") == "$2" ]]; }
 start_python() {
   venv_step= kernels_step=
   ! is_current .venv/.bringup "$(venv_inputs)" || return 0
+  name_other_python
   growing=.venv start_step "installing Python packages into .venv" make_venv
   venv_step=$step
   start_step "compiling the inner loops" compile_in_new_venv "${step_children[$venv_step]}" "$@"
@@ -178,8 +168,8 @@ make_venv() {
   # A moved or incomplete environment cannot be repaired. One that works is only updated.
   [[ $(.venv/bin/python -c 'import sys; print(sys.prefix)' 2>/dev/null) == "$root/.venv" ]] || options=(--clear)
   # First without the distribution's Python packages, which may change. Then these become visible, for ROS.
-  /usr/bin/python3 -m venv "${options[@]}" .venv && install_python_packages &&
-    /usr/bin/python3 -m venv --system-site-packages --without-pip --upgrade .venv && venv_inputs >.venv/.bringup
+  "$system_python" -m venv "${options[@]}" .venv && install_python_packages &&
+    "$system_python" -m venv --system-site-packages --without-pip --upgrade .venv && venv_inputs >.venv/.bringup
 }
 
 install_python_packages() {

@@ -64,6 +64,7 @@ BY_ROSDEP = {
     "matplotlib": "python3-matplotlib",
     "numba": "python3-numba",
     "numpy": "python3-numpy",
+    "packaging": "python3-packaging",
     "pandas": "python3-pandas",
     "pytest": "python3-pytest",
     "rospkg": "python3-rospkg",

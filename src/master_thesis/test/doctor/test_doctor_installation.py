@@ -80,7 +80,7 @@ CASES = {
     ),
     "no room for logs": ({"ros_home": "/small/log", "ros_home_free_mb": 3}, ERROR, "/small/log", "only 3 MB"),
     "no models": ({"models_gone": ("/models",)}, WARNING, "/models", "does not exist"),
-    "another platform": ({"platform_known": False}, WARNING, "platform", "not Debian 12"),
+    "another platform": ({"platform_known": False}, WARNING, "platform", "neither Debian 12 nor 13"),
     "not built": ({"built": False}, ERROR, "/ws", "is not built"),
     "not sourced": ({"sourced": False}, ERROR, "CMAKE_PREFIX_PATH", "does not know"),
     "message not built": ({"md5_found": {}}, ERROR, "message mavros_msgs/State", "is not built"),
@@ -172,6 +172,26 @@ def test_requirements_are_read_without_comments():
     assert requirements(text) == {"numpy": "1.26.4", "embreex": "4.4.0.post1", "tqdm": "4.67.1"}
 
 
+MARKED = """numpy==1.26.4; python_version < "3.13"  # of the distribution's series
+numpy==2.2.6; python_version >= "3.13"
+pybullet==3.2.7; python_version < "3.12"
+pybullet-arm64==3.2.8; python_version >= "3.12"
+tqdm==4.67.1
+"""
+
+
+@pytest.mark.parametrize(
+    ("python", "wanted"),
+    [
+        ("3.11", {"numpy": "1.26.4", "pybullet": "3.2.7", "tqdm": "4.67.1"}),
+        ("3.12", {"numpy": "1.26.4", "pybullet-arm64": "3.2.8", "tqdm": "4.67.1"}),
+        ("3.13", {"numpy": "2.2.6", "pybullet-arm64": "3.2.8", "tqdm": "4.67.1"}),
+    ],
+)
+def test_requirements_are_those_of_the_python(python, wanted):
+    assert requirements(MARKED, python) == wanted
+
+
 def test_this_machine_can_be_looked_at(monkeypatch):
     monkeypatch.setenv("ROS_MASTER_URI", "http://nowhere:1")
     machine = look_at(ROOT, {}, {})
@@ -179,7 +199,7 @@ def test_this_machine_can_be_looked_at(monkeypatch):
     assert machine.ros["ROS_MASTER_URI"] == "http://nowhere:1"
     pinned = (ROOT / "requirements.txt").read_text(encoding="utf-8")
     assert all(f"{name}=={version}" in pinned for name, version in machine.python_wanted.items())
-    assert {"numpy", "scipy", "pybullet"} <= set(machine.python_wanted)
+    assert {"numpy", "scipy", "numba"} <= set(machine.python_wanted)
     assert machine.python_found["pytest"]
     assert machine.free_disk_mb > 0
 

@@ -53,7 +53,7 @@ def python_path(machine: Machine) -> Iterator[Finding]:
 def debian_packages(machine: Machine) -> Iterator[Finding]:
     """Check the distribution's packages against scripts/packages."""
     if not machine.platform_known:
-        yield Finding(WARNING, "platform", "is not Debian 12", "Use a container of debian:12")
+        yield Finding(WARNING, "platform", "is neither Debian 12 nor 13", "Use a container of debian:13")
     for name in machine.debian_missing:
         yield Finding(
             ERROR,

@@ -13,6 +13,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Mapping, Sequence
 
+from packaging.requirements import Requirement
+
 from kernel_cache.folders import has_code
 
 UPSTREAM = {
@@ -208,9 +210,22 @@ def _has_program(package: str) -> bool:
     return any(Path(prefix, "lib", package, UPSTREAM[package]).exists() for prefix in prefixes if prefix)
 
 
-def requirements(text: str) -> dict[str, str]:
-    """Return package to pinned version of a requirements.txt."""
-    return dict(re.findall(r"^\s*([\w.-]+)==([\w.+!-]+)", text, re.MULTILINE))
+def requirements(text: str, python: str = "") -> dict[str, str]:
+    """Return package to pinned version of a requirements.txt.
+
+    Lines whose marker is for another Python are left out. python: its version, for example 3.13; this one's
+    by default.
+    """
+    environment = {"python_version": python} if python else {}
+    lines = (line.split(" #")[0].strip() for line in text.splitlines())
+    asked = [Requirement(line) for line in lines if line and not line.startswith(("#", "-"))]
+    return {
+        one.name: spec.version
+        for one in asked
+        if one.marker is None or one.marker.evaluate(environment)
+        for spec in one.specifier
+        if spec.operator == "=="
+    }
 
 
 def _installed(names: dict[str, str]) -> dict[str, str]:
