@@ -46,7 +46,9 @@ def main(path: Path, launch_code: int = 0) -> int:
     except (OSError, ValueError) as error:
         print(f"{path} cannot be read: {error}", file=sys.stderr)
         return 1
-    print(f"\nResults in {path.parent}:\n{headline(result)}\n")
+    print(f"\nResults in {path.parent}:\n{headline(result)}")
+    digest = run_summary.truth_digest(path.parent, result)
+    print(f"  {'digest of truth.csv':<22} {digest}\n" if digest else "")
     if not result["success"]:
         print("The run failed; see result.json and ROS's logs.")
         return 1

@@ -15,6 +15,7 @@ import pytest
 from master_thesis.errors import ResultsError
 from master_thesis.flight.bag_recorder import shortage_of
 from master_thesis.results import run_folder as results
+from master_thesis.results import run_summary
 from master_thesis.results.run_folder import RunFolder
 from master_thesis.results.sources import commit
 
@@ -132,3 +133,24 @@ def test_a_disk_too_full_to_record_is_told_of(tmp_path, free_mb, wrong):
     if wrong:
         assert f"Only {free_mb:.0f} MB are free for {tmp_path}/flight.bag" in sentence
         assert sentence.endswith("choose another folder with results:=.")
+
+
+# -- a flight that repeats -----------------------------------------------------------------------------------
+
+SHA256_OF_ABC = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
+"""FIPS 180-4's example."""
+
+
+@pytest.mark.parametrize(
+    ("lockstep", "misses", "digest"), [(True, 0, SHA256_OF_ABC), (True, 1, None), (False, 0, None)]
+)
+def test_a_flight_that_repeats_has_a_digest(tmp_path, lockstep, misses, digest):
+    (tmp_path / "truth.csv").write_text("abc")
+    content = {"parameters": {"gazebo": {"lockstep": lockstep}}, "lockstep_misses": misses}
+    assert run_summary.truth_digest(tmp_path, content) == digest
+
+
+def test_a_run_without_a_flight_has_no_digest(tmp_path):
+    content = {"parameters": {"gazebo": {"lockstep": True}}, "lockstep_misses": 0}
+    assert run_summary.truth_digest(tmp_path, content) is None
+    assert run_summary.truth_digest(tmp_path, {"parameters": None}) is None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 
 from master_thesis.flight.description import RunDescription
@@ -63,6 +64,19 @@ def headline(content: dict) -> str:
     if content["failure"]:
         rows["failure"] = content["failure"]
     return "\n".join(f"  {name:<22} {value}" for name, value in rows.items())
+
+
+def truth_digest(folder: Path, content: dict) -> str | None:
+    """Return the SHA-256 of truth.csv if the run repeats bit for bit, to compare it with another machine's.
+
+    folder: of the run. content: of its result.json. None: it was not flown in lockstep, an answer came too
+    late, or there is no such file.
+    """
+    truth = folder / "truth.csv"
+    lockstep = (content.get("parameters") or {}).get("gazebo", {}).get("lockstep")
+    if not lockstep or content.get("lockstep_misses") or not truth.is_file():
+        return None
+    return hashlib.sha256(truth.read_bytes()).hexdigest()
 
 
 def _in_unit(unit: str, digits: int, *values: float | None) -> str:
