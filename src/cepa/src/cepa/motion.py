@@ -37,9 +37,11 @@ class Motion:
     def __post_init__(self) -> None:
         numbers = (self.stamp_s, *self.position_m, *self.velocity_m_s, self.climb_ref_m_s, self.age_s)
         if not all(map(math.isfinite, numbers)):
-            raise MotionError(f"The UAV's motion must be finite, not {numbers}; check the odometry.")
+            given = tuple(map(float, numbers))
+            raise MotionError(f"The UAV's motion must be finite, not {given}; check the odometry.")
         if not abs(math.hypot(*self.orientation_xyzw) - 1.0) < 0.01:
-            raise MotionError(f"The lidar's orientation is not a unit quaternion: {self.orientation_xyzw}.")
+            given = tuple(map(float, self.orientation_xyzw))
+            raise MotionError(f"The lidar's orientation is not a unit quaternion: {given}.")
         if not self.age_s >= 0.0:
             raise MotionError(f"The odometry is {-self.age_s:.3g} s newer than the scan; check its stamps.")
 

@@ -133,5 +133,5 @@ def _checked_start(start: Sequence[float]) -> np.ndarray:
     """
     pose = np.array(start, dtype=float)
     if pose.shape != (3,) or not np.isfinite(pose).all():
-        raise ScanError(f"The odometry's start must be finite x, y, yaw, not {list(start)}.")
+        raise ScanError(f"The odometry's start must be finite x, y, yaw, not {pose.tolist()}.")
     return pose

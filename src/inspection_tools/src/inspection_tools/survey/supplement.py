@@ -63,9 +63,8 @@ class Supplement:
         """
         for place_m in left_out_m:
             if len(place_m) != 3 or not np.isfinite(np.asarray(place_m, float)).all():
-                raise SurveyError(
-                    f"The place {list(place_m)} of a photograph left out is not three finite numbers."
-                )
+                given = np.asarray(place_m, float).tolist()
+                raise SurveyError(f"The place {given} of a photograph left out is not three finite numbers.")
         room, asked = self._surface.room, self._plan.asked
         careful = replace(
             asked,
