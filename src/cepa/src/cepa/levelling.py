@@ -62,7 +62,9 @@ class LidarAttitude:
         """
         for name, q in (("body", body_xyzw), ("mounting", mount_xyzw)):
             if not abs(math.hypot(*q) - 1.0) < 0.01:
-                raise AttitudeError(f"The {name}'s orientation must be a unit quaternion, not {tuple(map(float, q))}.")
+                raise AttitudeError(
+                    f"The {name}'s orientation must be a unit quaternion, not {tuple(map(float, q))}."
+                )
         up_in_body = _third_row(body_xyzw)
         height_m = body_z_m + sum(up * offset for up, offset in zip(up_in_body, mount_xyz_m))
         columns = zip(*_rotation(mount_xyzw))
