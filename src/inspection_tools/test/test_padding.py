@@ -85,6 +85,25 @@ def test_any_field_of_view(turn, beams, start, sign):
 
 
 @pytest.mark.parametrize(
+    ("beams", "start_rad", "increment_rad", "turn"),
+    [
+        (897, -math.pi, 0.007, 898),  # velodyne_laserscan
+        (1454, math.pi, -0.004319689702242613, 1455),  # SICK NAV310
+        (361, -1.5708, 0.0087, 722),  # pointcloud_to_laserscan
+    ],
+)
+def test_an_increment_that_does_not_divide_the_turn_is_kept(beams, start_rad, increment_rad, turn):
+    geometry = ScanGeometry(beams, start_rad, increment_rad)
+    ranges = np.arange(beams, dtype=np.float32) + 1.0
+    padded = LidarPadding().pad(ranges, geometry, 0.0, 2000.0)
+    assert (padded.geometry.beams, padded.geometry.angle_increment_rad) == (turn, increment_rad)
+    np.testing.assert_array_equal(padded.ranges[padded.seen], ranges)
+    np.testing.assert_allclose(angles(padded.geometry)[padded.seen], angles(geometry), atol=1e-9)
+    across_the_seam = 2.0 * math.pi - (turn - 1) * abs(increment_rad)
+    assert 0.5 <= across_the_seam / abs(increment_rad) <= 1.5
+
+
+@pytest.mark.parametrize(
     ("value", "expected"),
     [("range_max", 10.0), ("inf", INF), ("nan", NAN), (3.5, 3.5), ("3.5", 3.5), (0, 0.0)],
 )
@@ -129,7 +148,6 @@ def test_padding_twice_changes_nothing():
 @pytest.mark.parametrize(
     ("geometry", "limits", "complaint"),
     [
-        (ScanGeometry(5, 0.0, 0.7 * DEGREE), (0.1, 10.0), "does not divide 360 degrees"),
         (ScanGeometry(5, 0.0, math.pi), (0.1, 10.0), "more than twice"),
         (ScanGeometry(4, 0.0, math.pi), (0.1, 10.0), "has 5 ranges, but its geometry says 4"),
         (ScanGeometry(5, 0.0, 0.25 * DEGREE), (0.1, -10.0), "range_max -10"),

@@ -34,10 +34,11 @@ def test_beams_per_turn_survives_float32(increment_deg, turn):
     assert ScanGeometry(10, 0.0, float(np.float32(increment_deg * DEGREE))).beams_per_turn == turn
 
 
-@pytest.mark.parametrize("increment_deg", [0.7, 7.0, 270.0 / 1081.0])
-def test_an_increment_that_does_not_divide_the_turn_is_named(increment_deg):
-    with pytest.raises(ScanError, match="does not divide 360 degrees"):
-        _ = ScanGeometry(10, 0.0, increment_deg * DEGREE).beams_per_turn
+@pytest.mark.parametrize(
+    ("increment_deg", "turn"), [(0.7, 514), (7.0, 51), (270.0 / 1081.0, 1441), (135.0, 3), (300.0, 1)]
+)
+def test_an_increment_that_does_not_divide_the_turn_is_rounded(increment_deg, turn):
+    assert ScanGeometry(10, 0.0, increment_deg * DEGREE).beams_per_turn == turn
 
 
 @pytest.mark.parametrize(

@@ -35,6 +35,8 @@ from gridslam_ros.odometry_frames import FrameError, OdometryFrames, Pose
 from gridslam_ros.remarks import Remarks
 from node_tools.conversions import set_yaw, xyz, xyzw
 
+STAMPS_END_S = 2.0**32
+"""The stamps of a bag count seconds from 1970 in 32 bits."""
 SAME = 0.01
 """m, rad: if the lidar's pose on the robot varies by less, it is fixed to the robot."""
 
@@ -130,26 +132,43 @@ def _part(target: str) -> str:
 
 def _write_bag(arguments: argparse.Namespace, target: str) -> str:
     counts = {CarmenScan: 0, CarmenOdometry: 0}
+    remarks = Remarks(lambda sentence: print(f"carmen_to_bag: {sentence}", file=sys.stderr))
     arguments.lidar_pose = arguments.lidar_pose or _lidar_pose(arguments.log)
     with open_bag(_part(target), "w") as bag:
-        for record in read_log(arguments.log, arguments.range_max):
+        for record in read_log(arguments.log, arguments.range_max, _left_out(remarks)):
+            if not 0.0 <= record.stamp_s < STAMPS_END_S:
+                remarks.say(_without_stamp(arguments.log, record.stamp_s))
+                continue
             stamp = max(rospy.Time.from_sec(record.stamp_s), rospy.Time(0, 1))
             if isinstance(record, CarmenScan):
                 _write_scan(bag, record, stamp, arguments)
             else:
                 _write_odometry(bag, record, stamp, arguments)
             counts[type(record)] += 1
+    remarks.sum_up()
     if not counts[CarmenScan]:
-        raise CarmenError(f"{arguments.log} holds no FLASER or ROBOTLASER1 line; nothing is written.")
+        raise CarmenError(
+            f"{arguments.log} holds no FLASER or ROBOTLASER1 line that can be used; nothing is written."
+        )
     os.replace(_part(target), target)
     return f"{counts[CarmenScan]} scans and {counts[CarmenOdometry]} readings of odometry"
+
+
+def _left_out(remarks: Remarks) -> Callable[[CarmenError], None]:
+    return lambda error: remarks.say(f"{error} The line is left out.")
+
+
+def _without_stamp(log: str, stamp_s: float) -> str:
+    """Return a sentence on a line whose stamp no bag can hold."""
+    why = "before 1970" if stamp_s < 0.0 else "after 2106; perhaps the log counts milliseconds"
+    return f"{log}: The stamp {stamp_s:.6f} s is {why}. A bag cannot hold it, so the line is left out."
 
 
 def _lidar_pose(log: str) -> np.ndarray:
     """Return the pose of the lidar on the robot. A log with corrected poses does not tell it."""
     poses = [
         se2.between(record.robot_in_odom, record.lidar_in_odom)
-        for record in read_log(log)
+        for record in read_log(log, on_bad=lambda _: None)
         if isinstance(record, CarmenScan)
     ]
     if poses and np.abs(se2.between(poses[0], poses)).max() < SAME:

@@ -8,6 +8,8 @@ import pytest
 from gridslam import se2
 from gridslam.errors import EvaluationError
 from gridslam.evaluation import trajectory_error
+from gridslam.evaluation.command import main
+from gridslam.evaluation.trajectory_error import trajectory_error_in_space
 from gridslam.trajectory import Trajectory
 
 
@@ -53,3 +55,47 @@ def test_no_common_time_is_refused_with_a_sentence():
     late = Trajectory(straight().stamps_s + 1000.0, straight().poses_in_map)
     with pytest.raises(EvaluationError, match="Fewer than two poses"):
         trajectory_error(straight(), late)
+
+
+def rows(heights_m, rolls_rad=0.0):
+    """Poses in space (200, 8), 0.05 m apart along x, with heights and rolls."""
+    k = np.arange(200.0)
+    zero = np.zeros(200)
+    roll = zero + rolls_rad
+    return np.column_stack(
+        (0.1 * k, 0.05 * k, zero, zero + heights_m, np.sin(roll / 2), zero, zero, np.cos(roll / 2))
+    )
+
+
+def test_heights_and_roll_count_in_space():
+    # Half of the poses are 2 m too high, and all roll by 0.1 rad: sqrt(2) m, as evo_ape says
+    error = trajectory_error_in_space(rows(1.0 + 2.0 * (np.arange(200) >= 100), 0.1), rows(1.0))
+    assert error.ate_rmse_m == pytest.approx(math.sqrt(2.0))
+    assert error.ate_max_m == pytest.approx(2.0)
+    assert error.ate_rotation_rmse_deg == pytest.approx(math.degrees(0.1))
+
+
+def test_the_truth_in_space_is_interpolated():
+    # Given a truth of two poses, a metre and half a turn of roll apart
+    truth = np.array([(0, 0, 0, 0, 0, 0, 0, 1), (4, 0, 0, 1, 1, 0, 0, 0)], float)
+    half = math.pi / 4  # a quarter of the way rolls by 45 degrees
+    estimate = np.array(
+        [(1, 0, 0, 0.25, math.sin(half / 2), 0, 0, math.cos(half / 2)), (4, 0, 0, 1, 2, 0, 0, 0)], float
+    )
+    error = trajectory_error_in_space(estimate, truth)
+    assert error.ate_rmse_m == pytest.approx(0.0, abs=1e-12)
+    assert error.ate_rotation_rmse_deg == pytest.approx(0.0, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("estimate_m", "truth_m", "rmse_m", "is_said"),
+    [(0.0, 1.5, 0.0, True), (1.0, 1.5, 0.5, False), (0, 0, 0, False)],
+)
+def test_the_command_says_when_heights_do_not_count(tmp_path, capsys, estimate_m, truth_m, rmse_m, is_said):
+    for name, height_m in (("estimate", estimate_m), ("truth", truth_m)):
+        np.savetxt(tmp_path / name, rows(height_m))
+    assert main(["ate", str(tmp_path / "estimate"), str(tmp_path / "truth")]) == 0
+    said = capsys.readouterr()
+    assert ("height, roll and pitch do not count" in said.err) is is_said
+    (line,) = [line for line in said.out.splitlines() if line.startswith("ate_rmse_m")]
+    assert float(line.split()[1]) == pytest.approx(rmse_m)

@@ -120,6 +120,27 @@ def test_modes_and_negate(tmp_path):
         assert read_map(path).cells.tolist() == [cells], mode
     path = write_files(tmp_path, greys, negate=1, **thresholds)
     assert read_map(path).cells.tolist() == [[0, -1, 100]]
+    # map_server subtracts the grey from 255 in the mode raw, too; what is above 100 is no occupancy
+    path = write_files(tmp_path, [[255, 200, 155, 0]], mode="raw", negate=1)
+    assert read_map(path).cells.tolist() == [[0, 55, 100, -1]]
+
+
+@pytest.mark.parametrize(
+    ("mode", "cells"),
+    [
+        # map_server's image_loader.cpp: the mean of the colours; transparent and between: unknown.
+        # 1 - 102/255 = 0.6, and 1 + 98 * (0.6 - 0.2) / (0.7 - 0.2) = 79.4
+        ("scale", [79, -1, 100, 0, 79]),
+        # The mean counts alpha: (3 * 102 + 255) / 4 -> 0.45, 0.7 - 1e-16, 1, 0.25, (3 * 102 + 1) / 4 -> 0.699
+        ("trinary", [-1, -1, 100, -1, -1]),
+    ],
+)
+def test_transparent_pixels_are_as_in_map_server(tmp_path, mode, cells):
+    pixels = [[102, 102, 102, 255], [102, 102, 102, 0], [0, 0, 0, 0], [255, 255, 255, 0], [102, 102, 102, 1]]
+    Image.fromarray(np.array([pixels], dtype=np.uint8)).save(tmp_path / "map.png")
+    facts = {**FACTS, "image": "map.png", "mode": mode, "occupied_thresh": 0.7, "free_thresh": 0.2}
+    (tmp_path / "map.yaml").write_text(yaml.safe_dump(facts))
+    assert read_map(tmp_path / "map.yaml").cells.tolist() == [cells]
 
 
 def test_colour_images_count_by_their_mean(tmp_path):

@@ -164,7 +164,8 @@ def test_an_increment_of_the_other_sign_is_the_scan_in_the_other_order(count):
         ({"angle_min_rad": np.nan}, "finite"),
         ({"angle_increment_rad": 0.0}, "angle_increment"),
         ({"range_max_m": 0.1}, "range_max"),
-        ({"range_max_m": np.inf}, "range_max"),
+        ({"range_max_m": np.nan}, "range_max"),
+        ({"range_max_m": np.inf, "ranges_m": [np.inf, np.nan, 0.05]}, "No beam of the scan has a return"),
         ({"lidar_in_base": ((0, 0, 0), (0, 0, 0, 0.5))}, "norm"),
         ({"lidar_in_base": ((0, 0, 0), (0, 0, 0, np.nan))}, "norm"),
         ({"lidar_in_base": ((0, 0, np.inf), (0, 0, 0, 1))}, "three finite"),
@@ -192,3 +193,12 @@ def test_a_quaternion_is_the_turn_about_its_axis(angle, offset):
     axis /= np.linalg.norm(axis)
     quaternion = (*(math.sin(angle / 2) * axis), math.cos(angle / 2))
     np.testing.assert_allclose(matrix_of_quaternion(quaternion), turn(axis, angle), atol=1e-12)
+
+
+def test_without_a_greatest_range_the_farthest_return_counts():
+    # pointcloud_to_laserscan publishes range_max +inf by default
+    fov = {**FOV, "range_max_m": np.inf}
+    scan = project(np.array([3.0, np.inf, 8.0, np.nan]), lidar_in_base=UPRIGHT, **fov)
+    np.testing.assert_array_equal(scan.ranges_m, [3.0, np.inf, 8.0])
+    assert scan.range_max_m == pytest.approx(8.0, abs=0.1)
+    assert scan.range_max_m > 8.01  # or the return would count as none, see `ranges_for`

@@ -96,11 +96,29 @@ def test_invalid_and_too_close_readings_are_zero():
 
 @pytest.mark.parametrize(
     "line",
-    ["FLASER 3 1.0 2.0", "FLASER x", "FLASER", FLASER.replace("2.50", "nan"), ROBOTLASER[:40], "ODOM 1 2 3"],
+    ["FLASER 3 1.0 2.0", "FLASER x", "FLASER", ROBOTLASER[:40], "ODOM 1 2 3", "ODOM nan 0 0 0 0 0 1 x 1"],
 )
 def test_a_broken_line_is_said_by_number(tmp_path, line):
+    path = log(tmp_path, ODOM, line, ODOM)
     with pytest.raises(CarmenError, match=r"a\.log:5: "):
-        list(read_log(log(tmp_path, ODOM, line)))
+        list(read_log(path))
+    said = []
+    assert len(list(read_log(path, on_bad=said.append))) == 2
+    assert f"{path}:5: " in str(said[0])
+
+
+def test_a_reading_that_is_no_number_is_invalid_and_the_rest_of_the_scan_counts(tmp_path):
+    (good,) = read_log(log(tmp_path, FLASER))
+    (scan,) = read_log(log(tmp_path, FLASER.replace("2.50", "nan")))
+    assert np.isnan(scan.ranges_m).sum() == 1
+    kept = ~np.isnan(scan.ranges_m)
+    np.testing.assert_array_equal(scan.ranges_m[kept], good.ranges_m[kept])
+
+
+def test_any_byte_may_stand_in_a_comment(tmp_path):
+    path = log(tmp_path, FLASER)
+    path.write_bytes("# Universit\xe4t Freiburg\n".encode("latin-1") + path.read_bytes())
+    assert len(list(read_log(path))) == 1
 
 
 def test_files_that_cannot_be_read(tmp_path):

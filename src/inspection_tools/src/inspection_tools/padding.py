@@ -79,16 +79,17 @@ class LidarPadding:
         """Return a full turn that contains `ranges` unchanged.
 
         In a scan of more than a turn (for example, with the first beam repeated at the end) repeated
-        directions are merged: the nearer reading counts, and NaN never counts.
+        directions are merged: the nearer reading counts, and NaN never counts. The increment is kept. If it
+        does not divide 360 degrees, the step across the seam is shorter or longer by up to half of it.
 
         Args:
             ranges: (beams,) metres, REP-117.
-            geometry: Of this scan; its increment divides 360 degrees.
+            geometry: Of this scan.
             range_min_m: The lidar's least range.
             range_max_m: The lidar's greatest range.
 
         Raises:
-            ScanError: wrong length or limits, an increment that does not divide a turn, more than two turns.
+            ScanError: wrong length or limits, more than two turns.
         """
         check_range_limits(range_min_m, range_max_m)
         if np.shape(ranges) != (geometry.beams,):

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from inspection_tools.errors import ScanError
 
 FULL_TURN_RAD = 2.0 * math.pi
-SEAM_TOLERANCE_BEAMS = 0.05
-"""Tolerance of a full turn against a whole number of increments (float32 rounding is below 0.001)."""
 
 
 @dataclass(frozen=True)
@@ -51,17 +49,10 @@ class ScanGeometry:
     def beams_per_turn(self) -> int:
         """How many beams a full turn has at this increment.
 
-        Raises:
-            ScanError: the increment does not divide 360 degrees.
+        An increment need not divide 360 degrees. Then the step from the last beam to the first is up to half
+        an increment shorter or longer than the others.
         """
-        exact = FULL_TURN_RAD / abs(self.angle_increment_rad)
-        whole = round(exact)
-        if abs(exact - whole) > SEAM_TOLERANCE_BEAMS:
-            raise ScanError(
-                f"The scan's angle_increment of {math.degrees(self.angle_increment_rad):.6g} degrees "
-                f"does not divide 360 degrees ({exact:.2f} beams a turn), so it cannot be padded evenly."
-            )
-        return whole
+        return max(round(FULL_TURN_RAD / abs(self.angle_increment_rad)), 1)
 
 
 def check_range_limits(range_min_m: float, range_max_m: float) -> None:

@@ -15,11 +15,15 @@ from gridslam.errors import EvaluationError, SlamError, reason_of
 from gridslam.evaluation.argument_types import finite, positive
 from gridslam.evaluation.map_error import map_error
 from gridslam.evaluation.relations import read_relations, relation_errors
-from gridslam.evaluation.trajectory_error import ALIGNMENTS, trajectory_error
+from gridslam.evaluation.trajectory_error import (
+    ALIGNMENTS,
+    trajectory_error,
+    trajectory_error_in_space,
+)
 from gridslam.evaluation.volume.arguments import add_volume_arguments
 from gridslam.evaluation.walls import read_walls
 from gridslam.files.replacing import replace_file
-from gridslam.files.tum import read_tum
+from gridslam.files.tum import is_level, read_tum, read_tum_in_space
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -130,10 +134,20 @@ def _relations(options: argparse.Namespace) -> dict:
 
 
 def _ate(options: argparse.Namespace) -> dict:
-    estimate = read_tum(options.trajectory)
-    error = trajectory_error(estimate, read_tum(options.truth), options.align, options.rpe_distance)
+    estimate, truth = (read_tum_in_space(path) for path in (options.trajectory, options.truth))
+    how = (options.align, options.rpe_distance)
+    if is_level(estimate):
+        if not is_level(truth):
+            print(
+                f"gridslam_evaluate: {options.trajectory} is planar (all heights are 0, nothing leans). So "
+                "height, roll and pitch do not count; x, y and yaw do.",
+                file=sys.stderr,
+            )
+        error = trajectory_error(read_tum(options.trajectory), read_tum(options.truth), *how)
+    else:
+        error = trajectory_error_in_space(estimate, truth, *how)
     judged = len(error.stamps_s)
-    return {"poses": judged, "poses_outside": len(estimate.stamps_s) - judged, **error.as_dict()}
+    return {"poses": judged, "poses_outside": len(estimate) - judged, **error.as_dict()}
 
 
 def _map(options: argparse.Namespace) -> dict:

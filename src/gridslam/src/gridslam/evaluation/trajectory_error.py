@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gridslam.errors import EvaluationError
-from gridslam.files.tum import poses_at
+from gridslam.files.tum import poses_at, rows_at
 from gridslam.trajectory import Trajectory
 
 ALIGNMENTS = ("none", "origin", "all")
@@ -53,15 +53,48 @@ def trajectory_error(
     Raises:
         EvaluationError: nothing to compare, or evo is not installed, or it cannot align them.
     """
-    if align not in ALIGNMENTS:
-        raise EvaluationError(f"align must be one of {', '.join(ALIGNMENTS)}, not {align!r}.")
-    judged = (estimate.stamps_s >= truth.stamps_s[0]) & (estimate.stamps_s <= truth.stamps_s[-1])
-    if judged.sum() < 2:
-        raise EvaluationError("Fewer than two poses of the estimate lie in the time of the ground truth.")
+    judged = _judged(estimate.stamps_s, truth.stamps_s)
     stamps_s = estimate.stamps_s[judged]
     evo = _evo()
     reference = _evo_path(evo, poses_at(truth, stamps_s), stamps_s)
     estimated = _evo_path(evo, estimate.poses_in_map[judged], stamps_s)
+    return _compared(evo, estimated, reference, stamps_s, align, rpe_distance_m)
+
+
+def trajectory_error_in_space(
+    estimate: np.ndarray, truth: np.ndarray, align: str = "none", rpe_distance_m: float = 1.0
+) -> TrajectoryError:
+    """Compare poses in space as `trajectory_error` compares level ones: heights, roll and pitch count.
+
+    Args:
+        estimate: (n, 8) rows of stamp, x, y, z and quaternion xyzw.
+        truth: (m, 8) likewise.
+        align: see `trajectory_error`.
+        rpe_distance_m: see `trajectory_error`.
+
+    Raises:
+        EvaluationError: see `trajectory_error`.
+    """
+    rows = estimate[_judged(estimate[:, 0], truth[:, 0])]
+    evo = _evo()
+    reference, estimated = (_evo_path_in_space(evo, each) for each in (rows_at(truth, rows[:, 0]), rows))
+    return _compared(evo, estimated, reference, rows[:, 0], align, rpe_distance_m)
+
+
+def _judged(estimate_s: np.ndarray, truth_s: np.ndarray) -> np.ndarray:
+    """Return (n,) whether a stamp of the estimate lies in the truth's time; two must."""
+    judged = (estimate_s >= truth_s[0]) & (estimate_s <= truth_s[-1])
+    if judged.sum() < 2:
+        raise EvaluationError("Fewer than two poses of the estimate lie in the time of the ground truth.")
+    return judged
+
+
+def _compared(
+    evo: _Evo, estimated: Any, reference: Any, stamps_s: np.ndarray, align: str, rpe_distance_m: float
+) -> TrajectoryError:
+    """Return the errors of evo's trajectories, which have the same stamps."""
+    if align not in ALIGNMENTS:
+        raise EvaluationError(f"align must be one of {', '.join(ALIGNMENTS)}, not {align!r}.")
     try:
         if align == "origin":
             estimated.align_origin(reference)
@@ -111,6 +144,14 @@ def _evo_path(evo: _Evo, poses: np.ndarray, stamps_s: np.ndarray) -> Any:
             [np.cos(poses[:, 2] / 2), zero, zero, np.sin(poses[:, 2] / 2)]
         ),
         timestamps=stamps_s,
+    )
+
+
+def _evo_path_in_space(evo: _Evo, rows: np.ndarray) -> Any:
+    return evo.trajectory.PoseTrajectory3D(
+        positions_xyz=rows[:, 1:4],
+        orientations_quat_wxyz=rows[:, (7, 4, 5, 6)] / np.linalg.norm(rows[:, 4:], axis=1, keepdims=True),
+        timestamps=rows[:, 0],
     )
 
 

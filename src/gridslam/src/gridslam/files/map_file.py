@@ -112,9 +112,13 @@ def read_map(path: str | Path) -> OccupancyGrid:
     x, y, yaw = _origin(facts, path)
     if yaw != 0.0:
         raise MapError(f"{path}: the map is turned by {yaw:g} rad; only maps with yaw 0 are understood.")
-    greys = _greys_in(path.parent / str(facts["image"]))
+    with_alpha = facts.get("mode", "trinary") == "trinary"
+    greys, is_transparent = _greys_in(path.parent / str(facts["image"]), with_alpha)
+    cells = _cells(greys, facts, path)
+    if is_transparent is not None:
+        cells = _without_transparent(cells, is_transparent, str(facts["mode"]))
     try:
-        return OccupancyGrid(_cells(greys, facts, path)[::-1], resolution_m, (x, y))
+        return OccupancyGrid(cells[::-1], resolution_m, (x, y))
     except MapError as error:
         raise MapError(f"{path}: {error}") from None
 
@@ -135,8 +139,12 @@ def _facts_of(path: Path) -> dict:
     return facts
 
 
-def _greys_in(path: Path) -> np.ndarray:
-    """Return the image's brightness, (h, w) in [0, 255], row 0 on top; whole numbers are uint8."""
+def _greys_in(path: Path, with_alpha: bool) -> tuple[np.ndarray, np.ndarray | None]:
+    """Return the image's brightness, (h, w) in [0, 255], row 0 on top; whole numbers are uint8.
+
+    with_alpha: the mean counts the alpha channel too, as map_server's does in the mode trinary. Otherwise
+    the second value tells where the image is wholly transparent; it is None without an alpha channel.
+    """
     from PIL import Image, UnidentifiedImageError
 
     try:
@@ -147,17 +155,20 @@ def _greys_in(path: Path) -> np.ndarray:
                     f"have {CELLS_MAX:.2g}; cut it, or make its cells larger."
                 )
             if image.mode.startswith("I"):  # 16 bits
-                return np.asarray(image, dtype=np.float64) / 257.0
+                return np.asarray(image, dtype=np.float64) / 257.0, None
             if image.mode == "L":
-                return np.asarray(image)
-            bands = np.asarray(image.convert("RGB"), dtype=np.float64)
+                return np.asarray(image), None
+            has_alpha = "A" in image.getbands() or "transparency" in image.info
+            bands = np.asarray(image.convert("RGBA" if has_alpha else "RGB"), dtype=np.float64)
     except UnidentifiedImageError:
         raise MapError(
             f"The map's image {path} cannot be read: it is not an image that Pillow knows."
         ) from None
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise MapError(f"The map's image {path} cannot be read: {reason_of(error)}.") from None
-    return bands.mean(axis=2)
+    if not has_alpha or with_alpha:
+        return bands.mean(axis=2), None
+    return bands[:, :, :3].mean(axis=2), bands[:, :, 3] < 1.0
 
 
 def _opened(path: Path) -> PillowImage:
@@ -187,9 +198,11 @@ def _occupancy(greys: np.ndarray, facts: dict, path: Path) -> np.ndarray:
     mode = facts.get("mode", "trinary")
     if mode not in MODES:
         raise MapError(f"{path}: mode is {mode!r}; it must be trinary, scale or raw.")
+    if facts.get("negate", 0):
+        greys = 255.0 - greys
     if mode == "raw":
         return np.where(greys <= OCCUPIED, greys, UNKNOWN).astype(np.int8)
-    share = greys / 255.0 if facts.get("negate", 0) else 1.0 - greys / 255.0
+    share = (255.0 - greys) / 255.0
     occupied = _number(facts, "occupied_thresh", path, OCCUPIED_THRESH)
     free = _number(facts, "free_thresh", path, FREE_THRESH)
     if not 0.0 <= free < occupied <= 1.0:
@@ -198,6 +211,16 @@ def _occupancy(greys: np.ndarray, facts: dict, path: Path) -> np.ndarray:
         )
     between = UNKNOWN if mode == "trinary" else (1.0 + 98.0 * (share - free) / (occupied - free)).astype(int)
     return np.where(share > occupied, OCCUPIED, np.where(share < free, FREE, between)).astype(np.int8)
+
+
+def _without_transparent(cells: np.ndarray, is_transparent: np.ndarray, mode: str) -> np.ndarray:
+    """Return cells that are unknown where the image is transparent and they are neither free nor occupied.
+
+    Only the mode scale of map_server looks at transparency.
+    """
+    if mode != "scale":
+        return cells
+    return np.where(is_transparent & (cells != FREE) & (cells != OCCUPIED), UNKNOWN, cells).astype(np.int8)
 
 
 def _number(facts: dict[str, Any], key: str, path: Path, default: float | None = None) -> float:

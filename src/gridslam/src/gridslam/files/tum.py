@@ -67,6 +67,23 @@ def read_tum_in_space(path: Path) -> np.ndarray:
     return rows
 
 
+def is_level(rows: np.ndarray) -> bool:
+    """Whether poses in space (n, 8) hold no more than x, y and yaw: all heights are 0, and nothing leans.
+
+    So a planar SLAM writes its path.
+    """
+    return not rows[:, 3:6].any()
+
+
+def rows_at(rows: np.ndarray, stamps_s: np.ndarray) -> np.ndarray:
+    """Return poses in space (n, 8) at stamps within those of rows (m, 8), interpolated."""
+    from scipy.spatial.transform import Rotation, Slerp
+
+    places = [np.interp(stamps_s, rows[:, 0], column) for column in rows[:, 1:4].T]
+    turns = Slerp(rows[:, 0], Rotation.from_quat(rows[:, 4:]))(stamps_s).as_quat()
+    return np.column_stack([stamps_s, *places, turns])
+
+
 def poses_at(trajectory: Trajectory, stamps_s: np.ndarray) -> np.ndarray:
     """Return the poses (n, 3) at any stamps: interpolated (yaw the short way), constant beyond the ends."""
     x, y, yaw = np.asarray(trajectory.poses_in_map).T

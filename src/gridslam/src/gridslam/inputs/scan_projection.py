@@ -20,6 +20,8 @@ LidarPose = np.ndarray | tuple[Sequence[float], Sequence[float]]
 
 FLOOR_CLEARANCE_M = 0.15
 """A beam that ends less than this (or half the lidar's height) above the floor has hit it."""
+BEYOND_M = 0.05
+"""The farthest return of a lidar without a greatest range is so much nearer than the range it gets."""
 STEEPEST_RAD = math.radians(45.0)
 """A beam steeper than this sees ceiling or floor, not walls."""
 
@@ -38,14 +40,16 @@ def project(
     """Return a scan projected from above, in the levelled base frame.
 
     Ranges follow REP-117: +inf no return (kept), -inf too close and NaN invalid (dropped). Older drivers
-    report no return by a finite range above ``range_max_m``. Ranges below ``range_min_m`` are dropped.
+    report no return by a finite range above ``range_max_m``. Ranges below ``range_min_m`` are dropped. A
+    driver without a greatest range (pointcloud_to_laserscan) gives +inf; then beams without a return are
+    known to be free only as far as the scan's farthest return.
 
     Args:
         ranges_m: (n,) as measured along the beams.
         angle_min_rad: angle of the first beam about the lidar's z axis.
         angle_increment_rad: from beam to beam, of either sign.
         range_min_m: least range that the lidar measures.
-        range_max_m: greatest range that the lidar measures.
+        range_max_m: greatest range that the lidar measures, or +inf.
         lidar_in_base: pose of the lidar in the base frame; it may be off-centre, inclined or upside down.
         attitude_rad: (roll, pitch) of the base frame.
         height_m: of the base frame's origin over a flat floor; beams that end at the floor are dropped. None:
@@ -58,6 +62,8 @@ def project(
     """
     ranges_m = np.asarray(ranges_m, dtype=np.float64)
     _check(ranges_m, angle_min_rad, angle_increment_rad, range_min_m, range_max_m)
+    if math.isinf(range_max_m):
+        range_max_m = _farthest_m(ranges_m, range_min_m)
     rotation, translation_xyz = _mounting(lidar_in_base)
     levelling = _lean(attitude_rad)
     rotation, translation_xyz = levelling @ rotation, levelling @ translation_xyz
@@ -79,6 +85,14 @@ def project(
         lidar_in_base=(float(translation_xyz[0]), float(translation_xyz[1]), yaw_rad),
         range_max_m=range_max_m,
     )
+
+
+def _farthest_m(ranges_m: np.ndarray, range_min_m: float) -> float:
+    """Return just more than the farthest return of a scan. Raises NoUsableBeamError when there is none."""
+    returns_m = ranges_m[np.isfinite(ranges_m) & (ranges_m > range_min_m)]
+    if not returns_m.size:
+        raise NoUsableBeamError("No beam of the scan has a return, and its range_max is not finite.")
+    return float(returns_m.max()) + BEYOND_M
 
 
 def _directions(
@@ -141,7 +155,7 @@ def _check(
         raise ScanError("angle_min and angle_increment of the scan must be finite.")
     if angle_increment_rad == 0.0 and ranges_m.size > 1:
         raise ScanError("angle_increment of the scan is 0, so that all its beams have one direction.")
-    if not 0.0 <= range_min_m < range_max_m < math.inf:
+    if not 0.0 <= range_min_m < range_max_m:  # NaN fails, too
         raise ScanError(
             f"range_min {range_min_m:g} and range_max {range_max_m:g} of the scan are not 0 <= min < max."
         )

@@ -40,7 +40,7 @@ class CarmenScan:
     stamp_s: float
     """s: the ipc_timestamp."""
     ranges_m: np.ndarray
-    """(n,) +inf where the reading is beyond range_max_m."""
+    """(n,) +inf where the reading is beyond range_max_m, NaN where it is no number."""
     angle_min_rad: float
     angle_increment_rad: float
     range_max_m: float
@@ -68,12 +68,15 @@ def flaser_angles(count: int) -> tuple[float, float]:
     return -math.radians(span_deg) / 2.0, step_rad
 
 
-def read_log(path: str | Path, range_max_m: float | None = None) -> Iterator[CarmenScan | CarmenOdometry]:
+def read_log(
+    path: str | Path, range_max_m: float | None = None, on_bad: Callable[[CarmenError], None] | None = None
+) -> Iterator[CarmenScan | CarmenOdometry]:
     """Yield the scans and odometry of a log (plain or .gz) in its order.
 
     Args:
         path: of the log.
         range_max_m: the lidar's range; None: 80 m for FLASER, the message's for ROBOTLASER1.
+        on_bad: is told of each line that cannot be understood, which is then left out; None: it is raised.
 
     Raises:
         CarmenError: the file cannot be read, or a line cannot be understood; names both.
@@ -90,10 +93,12 @@ def read_log(path: str | Path, range_max_m: float | None = None) -> Iterator[Car
         try:
             yield readers[words[0]](words[1:], range_max_m)
         except (ValueError, IndexError):
-            raise CarmenError(
-                f"{path}:{number}: this {words[0]} message is incomplete or holds what is not a number; "
-                "remove the line."
-            ) from None
+            error = CarmenError(
+                f"{path}:{number}: this {words[0]} message is incomplete or holds what is not a number."
+            )
+            if on_bad is None:
+                raise error from None
+            on_bad(error)
 
 
 def planar_scans(
@@ -177,7 +182,9 @@ def _odometry(words: list[str], _range_max_m: float | None) -> CarmenOdometry:
 def _scan(
     readings: list[str], angles: tuple[float, float], range_max_m: float, poses: list[float], stamp: str
 ) -> CarmenScan:
-    ranges_m = np.array(_floats(readings, len(readings)))
+    ranges_m = np.array([float(reading) for reading in readings])
+    if not ranges_m.size:
+        raise ValueError
     ranges_m[ranges_m > range_max_m] = np.inf
     return CarmenScan(
         stamp_s=_floats([stamp], 1)[0],
@@ -200,9 +207,10 @@ def _floats(words: list[str], count: int) -> list[float]:
 
 def _lines(path: str | Path) -> Iterator[str]:
     try:
-        with (gzip.open if str(path).endswith(".gz") else open)(path, "rt") as lines:
+        # Only names of hosts and comments can hold other than ASCII, in whatever encoding.
+        with (gzip.open if str(path).endswith(".gz") else open)(path, "rt", encoding="latin-1") as lines:
             yield from lines
-    except (OSError, EOFError, UnicodeDecodeError) as error:
+    except (OSError, EOFError) as error:
         raise CarmenError(f"The log {path} cannot be read: {reason_of(error)}.") from None
 
 
