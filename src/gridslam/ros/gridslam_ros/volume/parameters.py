@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Sequence
 
 from gridslam import ParameterError
 from gridslam.volume import NodeSpacing, VolumeParameters
@@ -96,6 +97,28 @@ class OctomapParameters:
     def frame(self, name: str) -> str:
         """Return a frame's name without the slash of tf's first version."""
         return self.texts[name].strip().lstrip("/")
+
+
+def with_map_argument(texts: dict[str, str], arguments: Sequence[str]) -> dict[str, str]:
+    """Return the texts with the map that the command line names, as octomap_server's does.
+
+    arguments: of the command line, without ROS's.
+
+    Raises:
+        ParameterError: there is more than one, or the parameter `map_file` names another one.
+    """
+    if not arguments:
+        return texts
+    if len(arguments) > 1:
+        raise ParameterError(
+            f"slam_octomap takes one map file, not {len(arguments)}: {', '.join(arguments)}."
+        )
+    if texts["map_file"].strip() not in ("", arguments[0]):
+        raise ParameterError(
+            f"The command line names the map {arguments[0]}, and map_file names {texts['map_file']}; "
+            "give one of them."
+        )
+    return {**texts, "map_file": arguments[0]}
 
 
 def without_effect(given: dict) -> list[str]:

@@ -72,3 +72,11 @@ def test_a_scan_that_makes_no_sense_is_refused():
         points_of_scan([1.0], ANGLES, (2.0, 1.0), -1.0)
     with pytest.raises(ScanError, match="not finite"):
         points_of_scan([1.0], (math.nan, 0.1), LIMITS_M, -1.0)
+
+
+def test_without_a_greatest_range_beams_without_return_are_free_as_far_as_the_map_reaches():
+    limits_m = (0.1, math.inf)  # as pointcloud_to_laserscan publishes
+    assert len(points_of_scan([4.0, math.inf], (0.0, 0.1), limits_m, -1.0)) == 1
+    lengths = np.linalg.norm(points_of_scan([4.0, math.inf], (0.0, 0.1), limits_m, 8.0), axis=1)
+    assert np.isfinite(lengths).all()
+    assert lengths[1] > 8.0

@@ -30,9 +30,8 @@ def check(recording: Recording) -> list[Finding]:
 def geometry(scan: Scan) -> Iterator[Finding]:
     """Check angles, limits and the number of beams."""
     remedy = "Correct the driver's (or the SDF sensor's) settings"
-    if not np.all(
-        np.isfinite([scan.angle_min, scan.angle_max, scan.angle_increment, scan.range_min, scan.range_max])
-    ):
+    finite = np.isfinite([scan.angle_min, scan.angle_max, scan.angle_increment, scan.range_min])
+    if not finite.all() or np.isnan(scan.range_max):  # the greatest range may be +inf
         yield Finding(ERROR, scan.topic, "its angles or range limits are no numbers", remedy)
         return
     if scan.angle_increment == 0.0 or len(scan.ranges) == 0:
@@ -57,7 +56,10 @@ def values(scans: list[Scan]) -> Iterator[Finding]:
         [np.isfinite(scan.ranges) & (scan.ranges < scan.range_min - 1e-4) for scan in scans]
     )
     far = np.concatenate([np.isfinite(scan.ranges) & (scan.ranges > scan.range_max + 1e-4) for scan in scans])
-    edge = np.concatenate([np.abs(scan.ranges - scan.range_max) <= 1e-4 for scan in scans])
+    edge = np.concatenate(
+        [np.isfinite(scan.ranges) & (scan.ranges >= scan.range_max - 1e-4) for scan in scans]
+    )
+    edge &= ~far
     if near.any():
         zeros = np.count_nonzero(ranges[near] == 0.0)
         part = f"{zeros} of {np.count_nonzero(near)} are 0"

@@ -49,9 +49,9 @@ def points_of_scan(
         raise ScanError(f"A scan has {len(ranges_m)} beams; from 1 to {BEAMS_MAX} can be mapped.")
     if not (all(map(math.isfinite, angles_rad)) and 0.0 <= least_m < greatest_m):
         raise ScanError("The angles of a scan are not finite, or its ranges not 0 <= min < max.")
-    counts = (ranges_m >= least_m) & (ranges_m <= greatest_m)
+    counts = (ranges_m >= least_m) & (ranges_m <= greatest_m) & np.isfinite(ranges_m)
     if 0.0 < free_up_to_m <= greatest_m * ROUNDING:
-        no_return = ranges_m > greatest_m
+        no_return = (ranges_m > greatest_m) | np.isposinf(ranges_m)  # the greatest range may be +inf
         counts |= no_return
         ranges_m = np.where(no_return, BEYOND * free_up_to_m, ranges_m)
     if not counts.any():
