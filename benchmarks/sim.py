@@ -2,13 +2,14 @@
 
 In-process: Experiment 1's forest flight (physics and flight controller at 250 Hz, UST at 40 Hz, filters,
 CEPA) in one thread without ROS; times are the thread's, so that what else the machine does hardly matters.
-Peers (`--peers`): other simulators fly one quadrotor each, by turns with the flights in-process. Each is
-installed from the package registry into .peers/NAME at first. If this or its flight fails, a sentence tells
-why, and the rest is measured. Rays: scans of 1081 beams in the forest, through the simulator's own interface
-and by Embree alone. World size: the time of such a scan among 100 and among 10,000 trees of one density.
-Actors: what each walker around the lidar adds to a step of the physics and to a scan. Graph:
-experiment_1.launch as its user starts it, in real time, and then in lockstep as fast as possible; wall times,
-for an idle machine. The latency from scan to setpoint is that of the flight in real time, without lockstep.
+Peers fly by turns with the flights in-process. Those of `--peers` are installed from the package registry
+into .peers/NAME at first, and fly one quadrotor each. `--px4` and `--gazebo` name programs of this machine.
+If a peer's installation or flight fails, a sentence tells why, and the rest is measured. Rays: scans of 1081
+beams in the forest, through the simulator's own interface and by Embree alone. World size: the time of such a
+scan among 100 and among 10,000 trees of one density. Actors: what each walker around the lidar adds to a step
+of the physics and to a scan. Graph: experiment_1.launch as its user starts it, in real time, and then in
+lockstep as fast as possible; wall times, for an idle machine. The latency from scan to setpoint is that of
+the flight in real time, without lockstep.
 
 Keys: sim.inprocess.{rtf, rtf_process, rtf_wall}, medians of five; sim.peers.NAME.{rtf, rtf_process, rtf_wall,
 ours_by_it, ours_by_it_process} or .left_out; sim.raycast.{mrays_s, embree_mrays_s, by_embree},
@@ -31,7 +32,7 @@ from typing import Any, Callable, Sequence
 import numpy as np
 from tqdm import tqdm
 
-from benchmarks.peers.catalogue import PEERS
+from benchmarks.peers import turns as peers
 from benchmarks.peers.environments import FOLDER
 from benchmarks.shared.results import ROOT, Results, options, table
 from benchmarks.simulator import forest, graph, soak, soak_graph
@@ -81,13 +82,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Measure, print and write."""
     parser = options(__doc__)
     parser.add_argument("--parts", nargs="+", default=PARTS, choices=PARTS, help="measure only these parts")
-    parser.add_argument(
-        "--peers",
-        nargs="+",
-        default=(),
-        choices=tuple(PEERS),
-        help="simulators to fly beside the part inprocess",
-    )
+    peers.add_options(parser)
     parser.add_argument("--soak", action="store_true", help="fly an hour of random goals and faults instead")
     parser.add_argument("--soak-graph", action="store_true", help="as --soak, with the whole ROS graph")
     parser.add_argument(
@@ -98,8 +93,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     if given.soak or given.soak_graph:
         _soak("soak_graph" if given.soak_graph else "soak", given)
         return
-    if given.peers and "inprocess" not in given.parts:
-        parser.error("--peers fly beside the part inprocess; name it in --parts, too.")
+    if (given.peers or peers.programs_of(given)) and "inprocess" not in given.parts:
+        parser.error("peers fly beside the part inprocess; name it in --parts, too.")
     with Results("sim", given.results, vars(given)) as results:
         metrics, told = {}, ""
         for part in tqdm(given.parts, "parts"):
@@ -116,11 +111,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _fly_beside(given: argparse.Namespace, results: Results) -> tuple[dict[str, float], str]:
     """Fly the forest, and the peers by turns; return our metrics, and the table of the peers."""
     flights = BRIEF_FLIGHTS if given.brief else FLIGHTS
-    ours, peers = forest.fly_beside(given.peers, flights, ROOT / FOLDER)
-    for name, found in peers.items():
+    ours, others = forest.fly_beside(given.peers, flights, ROOT / FOLDER, peers.programs_of(given))
+    for name, found in others.items():
         results.add(f"sim.peers.{name}", found)
-    hint = f"No other simulator flew beside ours; ask for them: --peers {' '.join(PEERS)}."
-    told = forest.peers_table(ours, peers) if peers else hint
+    told = forest.peers_table(ours, others) if others else peers.HINT
     return {f"inprocess.{name}": value for name, value in ours.items()}, told
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Mapping, Sequence
 
 from tqdm import tqdm
 
-from benchmarks.peers.catalogue import PEERS
-from benchmarks.peers.environments import PeerError, make_ready
-from benchmarks.peers.flights import fly as fly_peer
+from benchmarks.peers.turns import Turns, flies, sentences
 from benchmarks.shared.results import table
 from benchmarks.shared.speed import Speed, medians, timed
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
@@ -33,26 +32,23 @@ def fly(seed: int) -> Speed:
         return timed(to_the_goal)
 
 
-def fly_beside(names: Sequence[str], rounds: int, folder: Path) -> tuple[dict[str, float], dict[str, dict]]:
+def fly_beside(
+    names: Sequence[str], rounds: int, folder: Path, programs: Mapping[str, Path] = MappingProxyType({})
+) -> tuple[dict[str, float], dict[str, dict]]:
     """Fly ours and each peer by turns; return our medians, and for each peer its medians or why it has none.
 
-    folder: of the peers' environments. A peer's figures: rtf, rtf_process, rtf_wall, and ours_by_it and
+    names, folder, programs: as `Turns`. A peer's figures: rtf, rtf_process, rtf_wall, and ours_by_it and
     ours_by_it_process, our factor divided by its factor. A peer that fails has only `left_out`, a sentence.
     """
-    ready, left_out = _made_ready(names, folder)
+    peers = Turns(names, folder, programs)
     ours: list[Speed] = []
-    theirs: dict[str, list[Speed]] = {name: [] for name in ready}
     for seed in tqdm(range(1, rounds + 1), "forest"):
         ours.append(fly(seed))
-        for name in [name for name in ready if name not in left_out]:
-            try:
-                theirs[name].append(fly_peer(PEERS[name], ready[name]))
-            except PeerError as error:
-                left_out[name] = str(error)
+        peers.fly()
     here = medians(ours)
     found = {
-        name: {"left_out": left_out[name]} if name in left_out else _compared(here, medians(theirs[name]))
-        for name in names
+        name: figures if "left_out" in figures else _compared(here, figures)
+        for name, figures in peers.figures().items()
     }
     return here, found
 
@@ -61,30 +57,15 @@ def peers_table(ours: Mapping[str, float], peers: Mapping[str, Mapping[str, Any]
     """Return ours and the peers as a table; below it a sentence for each that is left out."""
     rows = [(OURS, *_factors(ours), "", "")]
     rows += [
-        (
-            PEERS[name].flies,
-            *_factors(found),
-            f"{found['ours_by_it']:.2f}",
-            f"{found['ours_by_it_process']:.2f}",
-        )
+        (flies(name), *_factors(found), f"{found['ours_by_it']:.2f}", f"{found['ours_by_it_process']:.2f}")
         for name, found in peers.items()
         if "left_out" not in found
     ]
-    missing = [f"Left out: {found['left_out']}" for found in peers.values() if "left_out" in found]
     clocks = (
-        "RTF: simulated time by the CPU time of the thread that flies, of its whole process, by the wall."
+        "RTF: simulated time by the CPU time of the thread that flies, of its whole process, by the wall. "
+        "Of PX4 and Gazebo all threads count, and of PX4 our physics, too."
     )
-    return "\n\n".join((table(HEADER, rows), clocks, *missing))
-
-
-def _made_ready(names: Sequence[str], folder: Path) -> tuple[dict[str, Path], dict[str, str]]:
-    ready, left_out = {}, {}
-    for name in names:
-        try:
-            ready[name] = make_ready(PEERS[name], folder)
-        except PeerError as error:
-            left_out[name] = str(error)
-    return ready, left_out
+    return "\n\n".join((table(HEADER, rows), clocks, *sentences(peers)))
 
 
 def _compared(ours: Mapping[str, float], theirs: Mapping[str, float]) -> dict[str, float]:

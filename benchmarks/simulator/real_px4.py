@@ -93,6 +93,11 @@ class RealPx4:
     # What a pilot needs
 
     @property
+    def pid(self) -> int:
+        """PX4's process id."""
+        return self._process.pid
+
+    @property
     def estimate_valid(self) -> bool:
         """Whether there is a local position."""
         return self._time_us - self._valid_us < _VALID_US

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from benchmarks import sim
-from benchmarks.peers import environments, flights, report
+from benchmarks.peers import environments, flights, report, turns
 from benchmarks.peers.catalogue import PEERS, Peer
 from benchmarks.peers.environments import PeerError, make_ready
 from benchmarks.shared.speed import Speed, medians, timed
@@ -159,8 +159,8 @@ def flown(monkeypatch):
         return speeds[known.name]
 
     monkeypatch.setattr(forest, "fly", ours)
-    monkeypatch.setattr(forest, "fly_peer", theirs)
-    monkeypatch.setattr(forest, "make_ready", lambda known, folder: folder / known.name)
+    monkeypatch.setattr(turns, "fly_peer", theirs)
+    monkeypatch.setattr(turns, "make_ready", lambda known, folder: folder / known.name)
     return order
 
 
@@ -178,7 +178,7 @@ def test_a_peer_that_fails_has_a_sentence_and_the_rest_is_measured(flown, tmp_pa
             raise PeerError("pyflyt cannot be installed: the disk is full.")
         return folder / known.name
 
-    monkeypatch.setattr(forest, "make_ready", make)
+    monkeypatch.setattr(turns, "make_ready", make)
     monkeypatch.setattr(sim, "FLIGHTS", 3)
     sim.main(["--results", str(tmp_path), "--parts", "inprocess", "--peers", "pyflyt", "crazyflow"])
     said = capsys.readouterr().out
@@ -196,7 +196,7 @@ def test_a_peer_that_fails_once_flies_no_more(flown, tmp_path, monkeypatch):
         flown.append(known.name)
         raise PeerError("pyflyt does not run: out of memory.")
 
-    monkeypatch.setattr(forest, "fly_peer", theirs)
+    monkeypatch.setattr(turns, "fly_peer", theirs)
     ours, peers = forest.fly_beside(("pyflyt",), 3, tmp_path)
     assert flown == [1, "pyflyt", 2, 3]
     assert peers == {"pyflyt": {"left_out": "pyflyt does not run: out of memory."}}
