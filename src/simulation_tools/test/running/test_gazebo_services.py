@@ -36,7 +36,7 @@ class NoLink:
     def poll(self, *_):
         pass
 
-    send_due = reset = poll
+    send_due = flush = reset = poll
 
     def wait(self, _timeout_s):
         return False

@@ -42,7 +42,7 @@ def simulation_with_autopilot(
     """
     autopilot = choice("autopilot", str(rospy.get_param("~autopilot", "standin")), AUTOPILOTS)
     if autopilot == "standin":
-        return _with_stand_in(parameters)
+        return _with_stand_in(parameters, pacing.lockstep)
     if pacing.lockstep:
         raise ParameterError(
             f"lockstep needs the stand-in's MAVLink link; with autopilot {autopilot}, start without it: "
@@ -54,13 +54,15 @@ def simulation_with_autopilot(
     return with_real(parameters), OwnLinks()
 
 
-def _with_stand_in(parameters: SimulationParameters) -> tuple[Simulation, Link]:
+def _with_stand_in(parameters: SimulationParameters, lockstep: bool) -> tuple[Simulation, Link]:
     ports = _mavlink_ports()
     simulation = Simulation(parameters)
     run_compiled(rospy.loginfo, simulation.warm_up)
     assert simulation.px4 is not None  # None: the stand-in flies
     link = MavlinkLink(simulation.px4, *ports)
     link.on_warning = rospy.logwarn
+    if lockstep:
+        link.hold()
     return simulation, link
 
 

@@ -19,6 +19,9 @@ class OwnLinks:
     def send_due(self, time_us: int) -> None:
         """Do nothing: no output goes this way."""
 
+    def flush(self) -> None:
+        """Do nothing: nothing was kept."""
+
     def reset(self) -> None:
         """Do nothing: no message was due."""
 

@@ -24,6 +24,9 @@ LOOK_PERIOD_S = 0.05
 RELAPSE_US = 2_000_000
 """If physics diverges again within this time after a reset, another reset would not help."""
 
+HELD_US = 28_000
+"""A link that keeps telemetry sends it after a scan, while other nodes work on that, or after this time."""
+
 REPORT_PERIOD_S = 1.0
 """Wall time between two reports of the performance figures."""
 
@@ -36,6 +39,9 @@ class Link(SetpointInput, Protocol):
 
     def send_due(self, time_us: int) -> None:
         """Send the telemetry that is due."""
+
+    def flush(self) -> None:
+        """Send telemetry that the link has kept; not every link keeps any."""
 
     def reset(self) -> None:
         """Let all telemetry be due again."""
@@ -85,6 +91,7 @@ class RunLoop:
         self._should_stop: Callable[[], bool] = lambda: False
         self._restarted = True
         self._reported_s = 0.0
+        self._flush_due_us = 0
         link.on_setpoint = self._on_setpoint
         link.on_external_pose = barrier.on_pose
 
@@ -113,12 +120,13 @@ class RunLoop:
     def set_paused(self, paused: bool) -> None:
         """Stop simulated time, or let it run on. Within `call` only."""
         self.paused = paused
+        self._link.flush()
         self._pacer.restart(self._simulation.time_us)
 
     def restart(self) -> None:
         """Begin again at the simulation's time, with new figures, as after a reset. Within `call` only."""
         self.meter.clear()
-        self._restarted = True
+        self._restarted, self._flush_due_us = True, 0
 
     def run(self, should_stop: Callable[[], bool]) -> None:
         """Simulate until `should_stop()`, which is asked at least every 50 ms."""
@@ -201,6 +209,9 @@ class RunLoop:
             self.meter.latency.on_scan(output.time_us // 1000, self._clock.now())
         self._output.publish(output)
         self._link.send_due(output.time_us)
+        if output.scan is not None or output.time_us >= self._flush_due_us:
+            self._link.flush()
+            self._flush_due_us = output.time_us + HELD_US
 
     def _pace(self, time_us: int) -> None:
         """Sleep until the next step is due. A setpoint that arrives during the sleep is handled at once."""

@@ -37,7 +37,8 @@ class Stream:
 class Channel:
     """Sends to its default remote, if it has one, and to every client that sends heartbeats.
 
-    `clock`: of its clients.
+    `clock`: of its clients. `holds`: streamed messages wait for `flush`, so that several instants need few
+    datagrams.
     """
 
     def __init__(
@@ -65,6 +66,8 @@ class Channel:
         self._heartbeat_content: tuple | None = None
         self._home: object = None  # the last one that was streamed
         self.clock = ClockSync()
+        self.holds = False
+        self._held: list[common.MAVLink_message] = []
         self.codec = Codec(int(px4.parameters["MAV_SYS_ID"]), int(px4.parameters["MAV_COMP_ID"]))
         self.socket = open_udp(host, local_port, purpose)
 
@@ -76,6 +79,7 @@ class Channel:
     def reset(self) -> None:
         """Start all streams again, as simulation time does."""
         self._next_due_us = 0
+        self._held.clear()
         self.clock = ClockSync()
         for stream in self._streams.values():
             stream.due_us = 0
@@ -111,7 +115,7 @@ class Channel:
             self._send_together(messages, self._addresses())
 
     def send_due(self, time_us: int) -> None:
-        """Send the streamed messages that are due at a simulation time."""
+        """Send the streamed messages that are due at a simulation time, or keep them for `flush`."""
         if time_us < self._next_due_us:
             return
         addresses = self._addresses()
@@ -134,9 +138,18 @@ class Channel:
                 message = telemetry.build(name, self._px4, status)
                 if message is not None:
                     messages.append(message)
-        self._send_together(messages, addresses)
+        if self.holds:
+            self._held += messages
+        else:
+            self._send_together(messages, addresses)
         periodic = [stream.due_us for stream in self._streams.values() if stream.period_us]
         self._next_due_us = min(periodic, default=time_us)
+
+    def flush(self) -> None:
+        """Send the messages that were kept."""
+        if self._held:
+            held, self._held = self._held, []
+            self._send_together(held, self._addresses())
 
     def interval_us(self, name: str) -> int:
         """Return the interval at which a message is streamed; 0: not at all."""

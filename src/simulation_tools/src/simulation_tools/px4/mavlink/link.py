@@ -160,6 +160,16 @@ class MavlinkLink:
             if repeated is not None:
                 channel.reply(*repeated)
 
+    def hold(self) -> None:
+        """Keep streamed messages until `flush` from now on. Answers do not wait."""
+        for channel in self._channels:
+            channel.holds = True
+
+    def flush(self) -> None:
+        """Send the streamed messages that were kept."""
+        for channel in self._channels:
+            channel.flush()
+
     def wait(self, timeout_s: float) -> bool:
         """Wait, in wall time, until there is something to `poll`; returns whether there is."""
         return wait_readable(self._sockets, timeout_s)
