@@ -62,8 +62,13 @@ class Turns:
 
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options that say which peers fly."""
-    words = {"nargs": "+", "default": (), "choices": tuple(PEERS)}
-    parser.add_argument("--peers", **words, help="simulators of the package registry to fly beside ours")
+    parser.add_argument(
+        "--peers",
+        nargs="+",
+        default=(),
+        choices=tuple(PEERS),
+        help="simulators of the package registry to fly beside ours",
+    )
     for name, program in PROGRAMS.items():
         parser.add_argument(
             f"--{name}", type=Path, metavar="PATH", help=f"fly it beside ours: {program.path}"
