@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Sphere, World
@@ -102,6 +101,8 @@ def convex_hull(points_xy: np.ndarray) -> np.ndarray:
 
 def _hull_of_many(points: np.ndarray) -> np.ndarray:
     """Return the same by Qhull, which costs more for few points and far less for many."""
+    from scipy.spatial import ConvexHull, QhullError  # slow to import, and few worlds need it
+
     try:
         return points[ConvexHull(points).vertices]
     except QhullError:  # all on one line
