@@ -208,3 +208,15 @@ def test_refuses_a_wrong_length():
 def test_refuses_parameters_that_make_no_sense(parameters, complaint):
     with pytest.raises(ParameterError, match=complaint):
         MedianFilterParameters(**parameters)
+
+
+@settings(max_examples=100, deadline=None)
+@given(data=st.data(), wraps=st.booleans())
+def test_a_scan_without_dropouts_is_filtered_as_any_other(data, wraps):
+    some = st.one_of(st.sampled_from([INF, -INF, 0.25, 9.0]), st.integers(2, 32).map(lambda n: n / 4.0))
+    beams = WHOLE_TURN if wraps else data.draw(st.integers(3, 10))
+    scan = data.draw(st.lists(some, min_size=beams, max_size=beams))
+    expected = [reference_median([scan], beam, 3, wraps) for beam in range(beams)]
+    np.testing.assert_array_equal(
+        filtered(scan, turn=WHOLE_TURN if wraps else 360), np.array(expected, np.float32)
+    )

@@ -157,3 +157,17 @@ def test_padding_twice_changes_nothing():
 def test_refuses_what_it_cannot_pad(geometry, limits, complaint):
     with pytest.raises(ScanError, match=complaint):
         LidarPadding().pad(np.ones(5), geometry, *limits)
+
+
+def test_each_scan_is_padded_by_its_own_geometry_limits_and_parameters():
+    quarter, half = ScanGeometry(90, 0.0, DEGREE), ScanGeometry(180, 0.0, DEGREE)
+    padding = LidarPadding(PaddingParameters("range_max"))
+    for geometry, range_max_m in ((quarter, 10.0), (half, 10.0), (half, 20.0), (quarter, 10.0)):
+        ones = np.ones(geometry.beams, np.float32)
+        padded = padding.pad(ones, geometry, 0.1, range_max_m)
+        assert padded.seen.sum() == geometry.beams
+        assert (padded.ranges[~padded.seen] == range_max_m).all()
+        padded.ranges[:], padded.seen[:] = 0.0, True  # the next scan must not show what a caller does to this
+    padding.parameters = PaddingParameters(3.0)
+    padded = padding.pad(ones, quarter, 0.1, 10.0)
+    assert (padded.ranges[~padded.seen] == 3.0).all()

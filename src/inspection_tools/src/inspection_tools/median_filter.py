@@ -111,7 +111,7 @@ class LidarMedianFilter:
 def _clean(ranges: np.ndarray, range_min_m: float, range_max_m: float) -> np.ndarray:
     """Bring finite readings outside the limits into REP-117's terms; returns a float32 copy."""
     cleaned = np.array(ranges, dtype=np.float32)
-    cleaned[cleaned > np.float32(range_max_m)] = np.inf
+    np.copyto(cleaned, np.inf, where=cleaned > np.float32(range_max_m))
     too_small = cleaned < np.float32(range_min_m)
     if too_small.any():
         error_code = too_small & (cleaned <= 0.0) & np.isfinite(cleaned)
@@ -124,6 +124,8 @@ def _lower_median(scans: Sequence[np.ndarray], window: int, wraps: bool) -> np.n
     """Median of each beam's window over all `scans` ((beams,) each, the newest last)."""
     newest = scans[-1]
     beams = newest.size
+    if window == 3 and len(scans) == 1 and beams > 2 and not np.isnan(newest).any():
+        return _median_of_three(newest, wraps)
     half = window // 2
     if wraps:
         half = min(half, (beams - 1) // 2)  # so that no beam votes twice
@@ -139,6 +141,21 @@ def _lower_median(scans: Sequence[np.ndarray], window: int, wraps: bool) -> np.n
     in_view = 2 * half + 1 if wraps else np.minimum(beam, half) + np.minimum(beams - 1 - beam, half) + 1
     found[np.isnan(newest[beam]) & (2 * valid < in_view * len(scans))] = np.nan
     median[beam] = found
+    return median
+
+
+def _median_of_three(scan: np.ndarray, wraps: bool) -> np.ndarray:
+    """Return the same for windows of three beams in one scan (n > 2,) without NaN, in a tenth of the time."""
+    median = np.empty_like(scan)
+    left, own, right = scan[:-2], scan[1:-1], scan[2:]
+    lower, upper = np.minimum(left, own), np.maximum(left, own)
+    np.maximum(lower, np.minimum(upper, right, out=upper), out=median[1:-1])
+    if wraps:
+        for beam in (0, -1):
+            neighbours = scan[beam - 1], scan[beam], scan[beam + 1]
+            median[beam] = sorted(neighbours)[1]
+    else:  # at an edge the nearer of the two
+        median[0], median[-1] = min(scan[0], scan[1]), min(scan[-2], scan[-1])
     return median
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -67,11 +68,27 @@ class PaddedScan:
         return self.geometry.angle_min_rad + (self.geometry.beams - 1) * self.geometry.angle_increment_rad
 
 
+class _Turn(NamedTuple):
+    """What the padded scans of one geometry have in common."""
+
+    of: tuple[ScanGeometry, PaddingParameters, float]
+    """The source's geometry, the parameters and range_max; the range of an added beam may be NaN."""
+    empty: np.ndarray
+    """(n,) float32, m: added beams only."""
+    seen: np.ndarray
+    """(n,) bool."""
+    geometry: ScanGeometry
+    first_beam: int
+    kept: int
+    """Number of the source's beams up to one turn."""
+
+
 class LidarPadding:
-    """Pads the scans of one lidar. Its only state is its parameters."""
+    """Pads the scans of one lidar. The outcome depends on the scan and the parameters only."""
 
     def __init__(self, parameters: PaddingParameters | None = None):
         self.parameters = parameters or PaddingParameters()
+        self._turn: _Turn | None = None  # of the last scan
 
     def pad(
         self, ranges: np.ndarray, geometry: ScanGeometry, range_min_m: float, range_max_m: float
@@ -94,24 +111,35 @@ class LidarPadding:
         check_range_limits(range_min_m, range_max_m)
         if np.shape(ranges) != (geometry.beams,):
             raise ScanError(f"The scan has {np.size(ranges)} ranges, but its geometry says {geometry.beams}.")
-        turn = geometry.beams_per_turn
-        if geometry.beams > 2 * turn:
-            raise ScanError(
-                f"The scan's {geometry.beams} beams go round more than twice; check its angle_increment."
-            )
-        before = _beams_before(geometry, turn)
-        kept = min(geometry.beams, turn)
-        padded = np.full(turn, self.parameters.range_m(range_max_m), dtype=np.float32)
-        padded[before : before + kept] = ranges[:kept]
+        turn = self._turn_of(geometry, range_max_m)
+        padded, kept = turn.empty.copy(), turn.kept
+        padded[turn.first_beam : turn.first_beam + kept] = ranges[:kept]
         repeated = geometry.beams - kept
         if repeated:
             padded[:repeated] = np.fmin(padded[:repeated], np.asarray(ranges[kept:], dtype=np.float32))
-        seen = np.zeros(turn, dtype=bool)
-        seen[before : before + kept] = True
-        start_rad = geometry.angle_min_rad - before * geometry.angle_increment_rad
-        return PaddedScan(
-            padded, seen, ScanGeometry(turn, start_rad, geometry.angle_increment_rad), first_beam=before
+        return PaddedScan(padded, turn.seen.copy(), turn.geometry, turn.first_beam)
+
+    def _turn_of(self, geometry: ScanGeometry, range_max_m: float) -> _Turn:
+        """Return what scans of a geometry have in common. It is that of the last scan, as a rule."""
+        of = geometry, self.parameters, range_max_m
+        if self._turn is None or self._turn.of != of:
+            self._turn = _turn_of(*of)
+        return self._turn
+
+
+def _turn_of(geometry: ScanGeometry, parameters: PaddingParameters, range_max_m: float) -> _Turn:
+    beams = geometry.beams_per_turn
+    if geometry.beams > 2 * beams:
+        raise ScanError(
+            f"The scan's {geometry.beams} beams go round more than twice; check its angle_increment."
         )
+    before, kept = _beams_before(geometry, beams), min(geometry.beams, beams)
+    empty = np.full(beams, parameters.range_m(range_max_m), dtype=np.float32)
+    seen = np.zeros(beams, dtype=bool)
+    seen[before : before + kept] = True
+    start_rad = geometry.angle_min_rad - before * geometry.angle_increment_rad
+    whole = ScanGeometry(beams, start_rad, geometry.angle_increment_rad)
+    return _Turn((geometry, parameters, range_max_m), empty, seen, whole, before, kept)
 
 
 def _beams_before(geometry: ScanGeometry, turn: int) -> int:

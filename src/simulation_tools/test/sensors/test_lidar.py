@@ -11,7 +11,7 @@ from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Box, Cylinder, Noise, Plane, RaySensor, ScanAxis, World
 from simulation_tools.sdf.frames import attach
 from simulation_tools.sdf.parser import load_model, parse_model
-from simulation_tools.sensors.lidar import Lidar
+from simulation_tools.sensors.lidar import Lidar, measured
 from simulation_tools.world.rays import RayScene
 from simulation_tools.world.shapes.meshes import SAGITTA_M, mesh_of
 from simulation_tools.world.world import PhysicsWorld
@@ -197,3 +197,31 @@ def _wall(size):
         "t",
         [],
     )
+
+
+def reference_measured(true, sensor, normals):
+    """The rules one after the other, each for all beams, in single precision."""
+    ranges = true.copy()
+    ranges += normals * np.float32(sensor.noise.stddev)
+    ranges += np.float32(sensor.noise.mean)
+    if sensor.range_resolution_m > 0.0:
+        ranges = np.rint(ranges / np.float32(sensor.range_resolution_m))
+        ranges *= np.float32(sensor.range_resolution_m)
+    ranges = np.maximum(ranges, np.float32(sensor.range_min_m))
+    ranges[ranges > np.float32(sensor.range_max_m)] = np.inf
+    ranges[true < np.float32(sensor.range_min_m)] = -np.inf
+    return ranges
+
+
+@pytest.mark.parametrize("resolution_m", [0.0, 0.001, 0.25])
+@pytest.mark.parametrize(("mean", "stddev"), [(0.0, 0.0), (0.1, 0.0), (0.0, 0.02), (-0.3, 0.5)])
+def test_measured_ranges_are_those_of_the_rules_one_by_one(mean, stddev, resolution_m):
+    device = sensor(noise=Noise(mean, stddev), range_resolution_m=resolution_m)
+    rng = np.random.default_rng(3)
+    true = rng.uniform(0.0, 12.0, 2000).astype(np.float32)
+    true[::7], true[::11] = np.inf, np.float32(device.range_min_m)
+    normals = np.zeros(true.size, np.float32)
+    if stddev > 0.0:
+        normals = np.random.default_rng(5).standard_normal(true.size, np.float32)
+    expected = reference_measured(true, device, normals)
+    np.testing.assert_array_equal(measured(true, device, np.random.default_rng(5)), expected)

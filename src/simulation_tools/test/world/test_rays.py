@@ -139,3 +139,13 @@ def test_own_model_is_not_seen_whether_it_moves_or_stands():
     assert scene.cast(np.zeros(3), ahead, 9.0, "mover")[0] == pytest.approx(1.0)
     scene.remove("mover")
     assert scene.cast(np.zeros(3), ahead, 9.0, "thing")[0] == pytest.approx(4.5)
+
+
+def test_rays_start_at_one_place_or_each_at_its_own():
+    scene = standing(Box((2.0, 2.0, 2.0)))
+    starts = np.array(((-5.0, 0.0, 0.0), (-3.0, 0.5, 0.0)))
+    ahead = np.tile((1.0, 0.0, 0.0), (2, 1))
+    np.testing.assert_allclose(scene.cast(starts, ahead, 50.0), (4.0, 2.0), atol=FLOAT32_M)
+    np.testing.assert_allclose(scene.cast(starts[1], ahead, 50.0), (2.0, 2.0), atol=FLOAT32_M)
+    with pytest.raises(ValueError, match="3 rays cannot start at 2 origins"):
+        scene.cast(starts, np.tile((1.0, 0.0, 0.0), (3, 1)), 50.0)

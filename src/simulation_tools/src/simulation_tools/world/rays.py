@@ -14,6 +14,7 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh as EmbreeMesh
 from embreex.rtcore_scene import EmbreeScene
 
+from kernel_cache.compiler import njit
 from simulation_tools.geometry import Pose, rotate
 from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
@@ -76,14 +77,18 @@ class RayScene:
 
         origins: (n, 3) or one common origin (3,), world frame; directions: (n, 3) unit vectors; ignore_model:
         rays pass through it. Returns float32 (n,), inf where nothing is nearer than max_range_m. Both sides
-        of a surface are hit; a ray that starts inside a shape sees its far wall.
+        of a surface are hit; a ray that starts inside a shape sees its far wall. Raises ValueError if the
+        number of origins is neither 1 nor n.
         """
         directions = np.ascontiguousarray(directions, np.float32)
-        common, origins = origins, np.empty_like(directions)
-        origins[:] = common
-        ranges = np.full(len(directions), max_range_m, np.float32)
+        given = np.ascontiguousarray(origins, np.float64).reshape(-1, 3)
+        origins, ranges = np.empty_like(directions), np.empty(len(directions), np.float32)
         if not len(directions):
             return ranges
+        if len(given) not in (1, len(directions)):
+            raise ValueError(f"{len(directions)} rays cannot start at {len(given)} origins.")
+        longest_m = np.float32(max_range_m)
+        _begin(given, longest_m, origins, ranges)
         static = self.static_scene(ignore_model if ignore_model in self._static else None)
         if static is not None:
             static.run(origins, directions, ranges, query="DISTANCE")
@@ -91,7 +96,7 @@ class RayScene:
             if model != ignore_model:
                 for shape in shapes:
                     _cast_into(shape, origins, directions, ranges)
-        ranges[ranges >= np.float32(max_range_m)] = np.inf
+        _end(ranges, longest_m)
         return ranges
 
     def static_scene(self, without: str | None = None) -> EmbreeScene | None:
@@ -100,6 +105,26 @@ class RayScene:
             meshes = [mesh for name, mesh in self._static.items() if name != without]
             self._static_scenes[without] = _scene_of(joined(meshes)) if meshes else None
         return self._static_scenes[without]
+
+
+@njit(cache=True)
+def _begin(given: np.ndarray, longest_m: float, origins: np.ndarray, ranges: np.ndarray) -> None:
+    """Fill what Embree takes: an origin (n, 3) for each ray, single precision, and as ranges the longest.
+
+    given: (n, 3), or one for all, (1, 3).
+    """
+    step = 1 if len(given) == ranges.size else 0
+    for i in range(ranges.size):
+        for axis in range(3):
+            origins[i, axis] = given[i * step, axis]
+        ranges[i] = longest_m
+
+
+@njit(cache=True)
+def _end(ranges: np.ndarray, longest_m: float) -> None:
+    """Make each range (n,) inf on whose way nothing was hit."""
+    for i in range(ranges.size):
+        ranges[i] = np.inf if ranges[i] >= longest_m else ranges[i]
 
 
 def _scene_of(mesh: TriangleMesh) -> EmbreeScene:
