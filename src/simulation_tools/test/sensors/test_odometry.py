@@ -11,12 +11,29 @@ import math
 import numpy as np
 import pytest
 
-from simulation_tools.geometry import Pose, wrap_angle
-from simulation_tools.sensors.odometry import DriftingOdometry, OdometryError, OdometryParameters
+from simulation_tools.geometry import (
+    Pose,
+    quaternion_from_rpy,
+    quaternion_multiply,
+    rotate_inverse,
+    wrap_angle,
+)
+from simulation_tools.sensors.odometry import (
+    DriftingOdometry,
+    OdometryError,
+    OdometryParameters,
+    OdometrySample,
+)
 from simulation_tools.world.world import BodyState
 
 SEEDS = 400
 DT = 0.01
+
+
+def truth(state):
+    q = state.pose.orientation_xyzw
+    velocities = state.linear_velocity_m_s, state.angular_velocity_rad_s
+    return OdometrySample(state.pose, *(rotate_inverse(q, velocity) for velocity in velocities))
 
 
 def straight(length, speed=20.0):
@@ -36,7 +53,7 @@ def turning(angle):
 def last(parameters, states, seed=0, start=None):
     odometry = DriftingOdometry(parameters, start or Pose(), np.random.default_rng(seed))
     for state in states:
-        sample = odometry.update(state, DT)
+        sample = odometry.update(truth(state), DT)
     return sample.pose
 
 
@@ -69,20 +86,15 @@ def test_without_drift_odometry_is_the_truth_exactly():
         OdometryParameters.none(), Pose.from_xyz_rpy(1, 2, 3, 0, 0, 0.5), np.random.default_rng(0)
     )
     for state in wandering():
-        sample = odometry.update(state, DT)
-        assert sample.pose == state.pose
-    # The twist is in body axes: forward, and the spin about the world's z seen from the leaning body.
-    np.testing.assert_allclose(
-        sample.linear_velocity_m_s, state.pose.rotation.T @ state.linear_velocity_m_s, atol=1e-12
-    )
-    np.testing.assert_allclose(sample.angular_velocity_rad_s, state.pose.rotation.T @ (0, 0, 1.0), atol=1e-12)
+        sample = odometry.update(truth(state), DT)
+        assert sample == truth(state)
 
 
 def test_it_starts_at_the_spawn_pose_and_does_not_drift_while_hovering():
     start = Pose.from_xyz_rpy(3, -4, 0.1, 0, 0, 2.0)
     odometry = DriftingOdometry(OdometryParameters(), start, np.random.default_rng(0))
     for _ in range(1000):
-        sample = odometry.update(BodyState(start), DT)
+        sample = odometry.update(truth(BodyState(start)), DT)
     np.testing.assert_allclose(sample.pose.position_m, start.position_m, atol=1e-12)
     assert sample.pose.yaw_rad == pytest.approx(2.0, abs=1e-12)
 
@@ -92,7 +104,7 @@ def test_height_roll_and_pitch_are_exact():
         OdometryParameters(), Pose.from_xyz_rpy(1, 2, 3, 0, 0, 0.5), np.random.default_rng(0)
     )
     for state in wandering():
-        sample = odometry.update(state, DT)
+        sample = odometry.update(truth(state), DT)
         assert sample.pose.position_m[2] == state.pose.position_m[2]
         np.testing.assert_allclose(sample.pose.rpy_rad[:2], state.pose.rpy_rad[:2], atol=1e-9)
     assert abs(wrap_angle(sample.pose.yaw_rad - state.pose.yaw_rad)) > 0.01
@@ -103,7 +115,9 @@ def test_the_scale_error_alone_stretches_the_way_by_one_percent():
     pose = last(scale_only, straight(50.0))
     np.testing.assert_allclose(pose.position_m, (50.5, 0.0, 1.0), atol=1e-9)
     odometry = DriftingOdometry(scale_only, Pose(), np.random.default_rng(0))
-    assert odometry.update(straight(1.0, speed=2.0)[0], DT).linear_velocity_m_s[0] == pytest.approx(2.02)
+    assert odometry.update(truth(straight(1.0, speed=2.0)[0]), DT).linear_velocity_m_s[0] == pytest.approx(
+        2.02
+    )
 
 
 def test_the_heading_bias_alone_bends_a_straight_way_into_an_arc():
@@ -149,7 +163,10 @@ def test_it_drifts_but_never_jumps():
     )
     before, true_before = None, None
     for state in wandering():
-        here, true = np.array(odometry.update(state, DT).pose.position_m), np.array(state.pose.position_m)
+        here, true = (
+            np.array(odometry.update(truth(state), DT).pose.position_m),
+            np.array(state.pose.position_m),
+        )
         if before is not None:
             step, true_step = np.linalg.norm(here - before), np.linalg.norm(true - true_before)
             # 2 cm of way have a noise of 0.02 sqrt(0.02) = 2.8 mm a step: six sigma and the scale.
@@ -160,10 +177,10 @@ def test_it_drifts_but_never_jumps():
 
 def test_being_put_elsewhere_by_hand_is_not_travelling():
     odometry = DriftingOdometry(OdometryParameters(), Pose(), np.random.default_rng(0))
-    before = odometry.update(BodyState(Pose.from_xyz_rpy(0.01, 0, 0)), DT).pose
-    after = odometry.update(BodyState(Pose.from_xyz_rpy(50, 7, 0)), DT).pose
+    before = odometry.update(truth(BodyState(Pose.from_xyz_rpy(0.01, 0, 0))), DT).pose
+    after = odometry.update(truth(BodyState(Pose.from_xyz_rpy(50, 7, 0))), DT).pose
     assert after.position_m == before.position_m
-    onward = odometry.update(BodyState(Pose.from_xyz_rpy(50.01, 7, 0)), DT).pose
+    onward = odometry.update(truth(BodyState(Pose.from_xyz_rpy(50.01, 7, 0))), DT).pose
     assert onward.position_m[0] - before.position_m[0] == pytest.approx(0.0101, abs=0.012)
 
 
@@ -174,9 +191,9 @@ def test_the_same_seed_drifts_the_same_and_a_reset_starts_anew():
     assert last(OdometryParameters(), states, 4, start) != last(OdometryParameters(), states, 5, start)
     odometry = DriftingOdometry(OdometryParameters(), start, np.random.default_rng(0))
     for state in states:
-        odometry.update(state, DT)
+        odometry.update(truth(state), DT)
     odometry.reset()
-    assert odometry.update(BodyState(start), DT).pose.position_m == start.position_m
+    assert odometry.update(truth(BodyState(start)), DT).pose.position_m == start.position_m
 
 
 @pytest.mark.parametrize(
@@ -191,3 +208,43 @@ def test_the_same_seed_drifts_the_same_and_a_reset_starts_anew():
 def test_senseless_parameters_are_refused(changes):
     with pytest.raises(OdometryError, match=next(iter(changes)) + "|noises"):
         OdometryParameters(**changes)
+
+
+class Reference:
+    """The same integration step by step, with the functions of `geometry`."""
+
+    def __init__(self, parameters, start, rng):
+        self.p, self.rng = parameters, rng
+        self.true_xy = self.xy = start.position_m[:2]
+        self.true_yaw = self.yaw = start.yaw_rad
+
+    def update(self, pose):
+        p, (x, y, z) = self.p, pose.position_m
+        dx, dy = x - self.true_xy[0], y - self.true_xy[1]
+        turned, error = wrap_angle(pose.yaw_rad - self.true_yaw), self.yaw - self.true_yaw
+        self.true_xy, self.true_yaw = (x, y), pose.yaw_rad
+        way = math.hypot(dx, dy)
+        along, across, heading = self.rng.standard_normal(3)
+        c, s, scale = math.cos(error), math.sin(error), 1.0 + p.scale_error
+        noise = p.position_noise_m_per_sqrt_m * math.sqrt(way)
+        self.xy = (
+            self.xy[0] + scale * (c * dx - s * dy) + noise * along,
+            self.xy[1] + scale * (s * dx + c * dy) + noise * across,
+        )
+        variance = p.heading_noise_rad_per_sqrt_m**2 * way + p.heading_noise_rad_per_sqrt_rad**2 * abs(turned)
+        self.yaw += turned + p.heading_bias_rad_per_m * way + math.sqrt(variance) * heading
+        drift = quaternion_from_rpy(0.0, 0.0, self.yaw - self.true_yaw)
+        return Pose((*self.xy, z), quaternion_multiply(drift, pose.orientation_xyzw))
+
+
+@pytest.mark.parametrize("turn_per_step_rad", [0.1, -0.1, 3.0])
+def test_each_step_is_that_of_the_reference(turn_per_step_rad):
+    parameters = OdometryParameters(0.02, 0.01, 0.03, 0.02, 0.04)
+    start = Pose.from_xyz_rpy(1, 2, 3, 0, 0, 3.0)
+    odometry = DriftingOdometry(parameters, start, np.random.default_rng(6))
+    reference = Reference(parameters, start, np.random.default_rng(6))
+    for k in range(300):
+        pose = Pose.from_xyz_rpy(
+            1 + 0.01 * k, 2 - 0.02 * k, 3, 0.1, -0.2, wrap_angle(3.0 + k * turn_per_step_rad)
+        )
+        assert odometry.update(truth(BodyState(pose)), DT).pose == reference.update(pose)

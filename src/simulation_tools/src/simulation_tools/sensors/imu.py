@@ -10,15 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from simulation_tools.geometry import (
-    ORIGIN,
-    Pose,
-    Quaternion,
-    Vector3,
-    cross,
-    quaternion_multiply,
-    rotate_inverse,
-)
+from kernel_cache.compiler import njit
+from simulation_tools import compiled_geometry
+from simulation_tools.geometry import ORIGIN, Pose, Quaternion, Vector3, rotate_inverse
 from simulation_tools.sdf.elements import ImuSensor
 
 
@@ -55,14 +49,40 @@ class Imu:
         The other values: at the body's origin, in body axes.
         """
         arm, axes = self.pose_in_body.position_m, self.pose_in_body.orientation_xyzw
-        turning = cross(angular_acceleration_rad_s2, arm)
-        centripetal = cross(angular_velocity_rad_s, cross(angular_velocity_rad_s, arm))
-        (fx, fy, fz), (tx, ty, tz), (cx, cy, cz) = specific_force_m_s2, turning, centripetal
-        felt = fx + tx + cx, fy + ty + cy, fz + tz + cz
-        true = (*rotate_inverse(axes, angular_velocity_rad_s), *rotate_inverse(axes, felt))
-        noise = self._stddev * self._rng.standard_normal(6)
-        rx, ry, rz, ax, ay, az = (np.array(true) + self._mean + noise).tolist()
-        return ImuSample(quaternion_multiply(orientation_xyzw, axes), (rx, ry, rz), (ax, ay, az))
+        motion = specific_force_m_s2, angular_velocity_rad_s, angular_acceleration_rad_s2
+        noise = self._mean, self._stddev, self._rng.standard_normal(6)
+        return ImuSample(*_sample(orientation_xyzw, axes, arm, *motion, *noise))
+
+
+@njit(cache=True)
+def _sample(
+    q: Quaternion,
+    axes: Quaternion,
+    arm: Vector3,
+    force: Vector3,
+    spin: Vector3,
+    spin_up: Vector3,
+    mean: np.ndarray,
+    stddev: np.ndarray,
+    normals: np.ndarray,
+) -> tuple[Quaternion, Vector3, Vector3]:
+    """Return an `ImuSample`. q: of the body. axes, arm: of the IMU in the body. The errors: rates first."""
+    (fx, fy, fz) = force
+    (tx, ty, tz) = compiled_geometry.cross(spin_up, arm)
+    (cx, cy, cz) = compiled_geometry.cross(spin, compiled_geometry.cross(spin, arm))
+    (rx, ry, rz) = compiled_geometry.rotate_inverse(axes, spin)
+    (ax, ay, az) = compiled_geometry.rotate_inverse(axes, (fx + tx + cx, fy + ty + cy, fz + tz + cz))
+    rates = (
+        rx + mean[0] + stddev[0] * normals[0],
+        ry + mean[1] + stddev[1] * normals[1],
+        rz + mean[2] + stddev[2] * normals[2],
+    )
+    forces = (
+        ax + mean[3] + stddev[3] * normals[3],
+        ay + mean[4] + stddev[4] * normals[4],
+        az + mean[5] + stddev[5] * normals[5],
+    )
+    return compiled_geometry.quaternion_multiply(q, axes), rates, forces
 
 
 def specific_force(

@@ -13,16 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kernel_cache.compiler import njit
+from simulation_tools.compiled_geometry import quaternion_from_rpy, quaternion_multiply, yaw_from_quaternion
 from simulation_tools.errors import SimulationToolsError
-from simulation_tools.geometry import (
-    Pose,
-    Vector3,
-    quaternion_from_rpy,
-    quaternion_multiply,
-    rotate_inverse,
-    wrap_angle,
-)
-from simulation_tools.world.kinematics import BodyState
+from simulation_tools.geometry import Pose, Quaternion, Vector3
 
 TELEPORT_SPEED_M_S = 100.0
 """A faster move comes from a call (``/gazebo/set_model_state``), and odometry does not measure it."""
@@ -81,55 +75,71 @@ class DriftingOdometry:
 
     def __init__(self, parameters: OdometryParameters, initial_pose: Pose, rng: np.random.Generator) -> None:
         """Start at the true initial_pose (world frame); rng: source of the noise."""
-        self._parameters = parameters
         self._exact = parameters == OdometryParameters.none()
+        self._scale = 1.0 + parameters.scale_error
+        variances = parameters.heading_noise_rad_per_sqrt_m**2, parameters.heading_noise_rad_per_sqrt_rad**2
+        bias, noise_m = parameters.heading_bias_rad_per_m, parameters.position_noise_m_per_sqrt_m
+        self._errors = np.array((self._scale, bias, noise_m, *variances))
         self._initial_pose = initial_pose
         self._rng = rng
+        self._track = np.zeros(6)  # x, y and yaw: the true ones, then those of odometry
         self.reset()
 
     def reset(self) -> None:
         """Forget the path so far and start at the initial pose again."""
         x, y, _ = self._initial_pose.position_m
-        self._true_xy = self._xy = (x, y)
-        self._true_yaw = self._yaw = self._initial_pose.yaw_rad
+        self._true_xy = x, y
+        self._track[:] = (x, y, self._initial_pose.yaw_rad) * 2
 
-    def update(self, true_state: BodyState, dt_s: float) -> OdometrySample:
-        """Take in the true state (world frame) dt_s after the last update; return what odometry says."""
-        pose = true_state.pose
-        q = pose.orientation_xyzw
-        velocity = rotate_inverse(q, true_state.linear_velocity_m_s)
-        spin = rotate_inverse(q, true_state.angular_velocity_rad_s)
+    def update(self, truth: OdometrySample, dt_s: float) -> OdometrySample:
+        """Take in the truth (pose in `world`) dt_s after the last update; return what odometry says."""
         if self._exact:
-            return OdometrySample(pose, velocity, spin)
-        self._advance(pose, dt_s)
-        drift = quaternion_from_rpy(0.0, 0.0, self._yaw - self._true_yaw)
-        measured = Pose((*self._xy, pose.position_m[2]), quaternion_multiply(drift, q))
-        scale = 1.0 + self._parameters.scale_error
-        vx, vy, vz = velocity
-        return OdometrySample(measured, (scale * vx, scale * vy, vz), spin)
-
-    def _advance(self, pose: Pose, dt_s: float) -> None:
-        x, y, _ = pose.position_m
-        yaw = pose.yaw_rad
-        dx, dy = x - self._true_xy[0], y - self._true_xy[1]
-        turned = wrap_angle(yaw - self._true_yaw)
-        start_yaw = self._true_yaw
-        self._true_xy, self._true_yaw = (x, y), yaw
-        way = math.hypot(dx, dy)
-        along_noise, across_noise, heading_noise = self._rng.standard_normal(3).tolist()
-        if way > TELEPORT_SPEED_M_S * dt_s + 0.01:
-            return
-        p = self._parameters
-        root = math.sqrt(way)
-        step_noise = p.position_noise_m_per_sqrt_m * root
-        # Turn the true step from the true heading to the measured heading.
-        error = self._yaw - start_yaw
-        c, s = math.cos(error), math.sin(error)
-        scale = 1.0 + p.scale_error
-        ox, oy = self._xy
-        self._xy = (
-            ox + scale * (c * dx - s * dy) + step_noise * along_noise,
-            oy + scale * (s * dx + c * dy) + step_noise * across_noise,
+            return truth
+        pose, (vx, vy, vz), turning = truth
+        (x, y, z), q = pose.position_m, pose.orientation_xyzw
+        way_m = math.hypot(x - self._true_xy[0], y - self._true_xy[1])
+        self._true_xy = x, y
+        counts = way_m <= TELEPORT_SPEED_M_S * dt_s + 0.01
+        normals = self._rng.standard_normal(3)
+        xy, orientation = _drift(self._track, self._errors, x, y, q, way_m, counts, normals)
+        return OdometrySample(
+            Pose((xy[0], xy[1], z), orientation), (self._scale * vx, self._scale * vy, vz), turning
         )
-        variance = p.heading_noise_rad_per_sqrt_m**2 * way + p.heading_noise_rad_per_sqrt_rad**2 * abs(turned)
-        self._yaw += turned + p.heading_bias_rad_per_m * way + math.sqrt(variance) * heading_noise
+
+
+@njit(cache=True)
+def _drift(
+    track: np.ndarray,
+    errors: np.ndarray,
+    x: float,
+    y: float,
+    q: Quaternion,
+    way: float,
+    counts: bool,
+    normals: np.ndarray,
+) -> tuple[tuple[float, float], Quaternion]:
+    """Advance the track (6,) to the true x, y and orientation q; return x, y and orientation in `odom`.
+
+    errors: scale, heading bias, noise of the position, variances of the heading by the way and by the turn.
+    way: from the last place. counts: false after a teleport, which odometry does not measure.
+    """
+    dx, dy, true_yaw_before = x - track[0], y - track[1], track[2]
+    true_yaw = yaw_from_quaternion(q)
+    track[0], track[1], track[2] = x, y, true_yaw
+    if counts:
+        scale, bias, position_noise = errors[0], errors[1], errors[2]
+        turned = true_yaw - true_yaw_before  # within two half turns of zero
+        if turned > math.pi:
+            turned -= 2.0 * math.pi
+        elif turned <= -math.pi:
+            turned += 2.0 * math.pi
+        step_noise = position_noise * math.sqrt(way)
+        # Turn the true step from the true heading to the measured heading.
+        error = track[5] - true_yaw_before
+        c, s = math.cos(error), math.sin(error)
+        track[3] = track[3] + scale * (c * dx - s * dy) + step_noise * normals[0]
+        track[4] = track[4] + scale * (s * dx + c * dy) + step_noise * normals[1]
+        variance = errors[3] * way + errors[4] * abs(turned)
+        track[5] += turned + bias * way + math.sqrt(variance) * normals[2]
+    drift = quaternion_from_rpy(0.0, 0.0, track[5] - true_yaw)
+    return (track[3], track[4]), quaternion_multiply(drift, q)

@@ -6,11 +6,12 @@ from typing import Callable, NamedTuple, Sequence
 
 import numpy as np
 
-from simulation_tools.geometry import Pose, Vector3, rotate_inverse
+from simulation_tools.geometry import Pose
 from simulation_tools.sensors.imu import Imu, ImuSample
 from simulation_tools.sensors.lidar import Lidar
 from simulation_tools.sensors.odometry import DriftingOdometry, OdometryParameters, OdometrySample
 from simulation_tools.sensors.schedule import Schedule
+from simulation_tools.simulation.own_motion import OwnMotion
 from simulation_tools.simulation.payload import PayloadSensor, payload_sensors
 from simulation_tools.simulation.random_streams import RandomStreams
 from simulation_tools.vehicle.gimbal import Gimbal
@@ -83,23 +84,20 @@ class SensorSuite:
         if self.lidar is not None and self._lidar_mount is not None:
             self.lidar.pose_in_body = self._pose_in_body(self._lidar_mount)
 
-    def read(
-        self, time_us: int, body: BodyState, turning_rad_s: Vector3, specific_force_m_s2: Vector3
-    ) -> StepOutput:
+    def read(self, time_us: int, body: BodyState, own: OwnMotion) -> StepOutput:
         """Return the measurements of all sensors that are due.
 
         Odometry and ground truth also come with every scan.
 
-        body: of the UAV now. turning_rad_s: its angular velocity, body axes. specific_force_m_s2: what its
-        accelerometer feels, body axes.
+        body: the UAV in the world now. own: its motion in its own axes.
         """
         scan_now = self.lidar is not None and time_us >= self._scan_schedule.due_us
         odometry = ground_truth = scan = imu = None
         if scan_now or time_us >= self._pose_schedule.due_us:
-            odometry, ground_truth = self._read_pose(time_us, body, turning_rad_s)
+            odometry, ground_truth = self._read_pose(time_us, body.pose, own)
         if self._imu is not None and time_us >= self._imu_schedule.due_us:
             self._imu_schedule.fired(time_us)
-            imu = self._imu.sample(body.pose.orientation_xyzw, specific_force_m_s2, turning_rad_s)
+            imu = self._imu.sample(body.pose.orientation_xyzw, own.specific_force_m_s2, own.turning_rad_s)
         if self.lidar is not None and scan_now:
             scan = self.lidar.scan(self._world.rays, body.pose, self._uav_name)
             self._scan_schedule.fired(time_us)
@@ -107,12 +105,9 @@ class SensorSuite:
         payload = self._payload_due(time_us) if self.payload else ()
         return StepOutput(time_us, scan, odometry, ground_truth, imu, contacts, payload)
 
-    def _read_pose(
-        self, time_us: int, body: BodyState, turning_rad_s: Vector3
-    ) -> tuple[OdometrySample, OdometrySample]:
-        velocity = rotate_inverse(body.pose.orientation_xyzw, body.linear_velocity_m_s)
-        truth = OdometrySample(body.pose, velocity, turning_rad_s)
-        odometry = self._odometry.update(body, 1e-6 * (time_us - self._odometry_us))
+    def _read_pose(self, time_us: int, pose: Pose, own: OwnMotion) -> tuple[OdometrySample, OdometrySample]:
+        truth = OdometrySample(pose, own.velocity_m_s, own.turning_rad_s)
+        odometry = self._odometry.update(truth, 1e-6 * (time_us - self._odometry_us))
         self._odometry_us = time_us
         self._pose_schedule.fired(time_us)
         return odometry, truth

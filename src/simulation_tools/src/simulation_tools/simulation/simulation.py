@@ -21,7 +21,7 @@ from simulation_tools.px4.px4 import Px4
 from simulation_tools.px4.setpoint import Setpoint
 from simulation_tools.sdf.elements import World
 from simulation_tools.sdf.parser import load_world
-from simulation_tools.sensors.imu import specific_force
+from simulation_tools.simulation.own_motion import own_motion
 from simulation_tools.simulation.parameters import (
     WITHOUT_GNSS,
     PhysicsDivergedError,
@@ -146,9 +146,8 @@ class Simulation:
     def _begin(self) -> None:
         self.time_us = 0
         self._body = self.world.get_state(self.uav_name)
-        q = self._body.pose.orientation_xyzw
-        gravity = self.world.settings.gravity_m_s2
-        self._specific_force = specific_force(ORIGIN, ORIGIN, 1.0, gravity, q)  # at rest
+        velocity = self._body.linear_velocity_m_s  # the same before: no acceleration is felt
+        self._own = own_motion(velocity, self._body, 1.0, self.world.settings.gravity_m_s2)
         self._told: VehicleState | None = None  # the flight controller's newest state
         self._sensors.restart()
         if self._gusts is not None:
@@ -169,21 +168,18 @@ class Simulation:
 
     def step(self) -> StepOutput:
         """Advance by one time step: flight controller, rotors, physics, then the sensors."""
-        q = self._body.pose.orientation_xyzw
-        velocity = self._body.linear_velocity_m_s
-        commands = self.autopilot.step(self._state())
         dt_s = 1e-6 * self._step_us
-        own, wind = rotate_inverse(q, velocity), rotate_inverse(q, self._air_velocity(dt_s))
+        commands = self.autopilot.step(self._state())
+        velocity, wind = self._own.velocity_m_s, self._wind_in_body(dt_s)
         if self.power is not None:
             commands = self.power.supplied(commands)
-        force, torque = self.airframe.step(commands, own, dt_s, wind)
+        force, torque = self.airframe.step(commands, velocity, dt_s, wind)
         if self.power is not None:
-            self.power.draw(self.airframe.thrusts_n, own[2] - wind[2], dt_s)
+            self.power.draw(self.airframe.thrusts_n, velocity[2] - wind[2], dt_s)
         self.world.apply_wrench(self.uav_name, force, torque)
         self.world.step()
         self.time_us += self._step_us
-        self._body = self.world.get_state(self.uav_name)
-        self._specific_force = self._felt_since(velocity, dt_s)
+        self._move(dt_s)
         self.autopilot.begin(self._state())  # a real PX4 computes while sensors are read and published
         if self.time_us % WATCH_PERIOD_US < self._step_us:
             self._check_bodies()
@@ -192,28 +188,36 @@ class Simulation:
             self._sensors.aim_lidar()
         return self.sense()
 
-    def _air_velocity(self, dt_s: float) -> Vector3:
-        """Return the velocity of the air during the next step, m/s in the world."""
-        if self._gusts is None:
-            return self.wind_m_s
-        (x, y, z), (gx, gy, gz) = self.wind_m_s, self._gusts.step(1e-6 * self.time_us, dt_s)
-        return (x + gx, y + gy, z + gz)
+    def _wind_in_body(self, dt_s: float) -> Vector3:
+        """Return the velocity of the air during the next step, m/s, body axes."""
+        x, y, z = self.wind_m_s
+        if self._gusts is not None:
+            gx, gy, gz = self._gusts.step(1e-6 * self.time_us, dt_s)
+            x, y, z = x + gx, y + gy, z + gz
+        if not (x or y or z):
+            return ORIGIN
+        return rotate_inverse(self._body.pose.orientation_xyzw, (x, y, z))
+
+    def _move(self, dt_s: float) -> None:
+        """Look where the last step has brought the UAV, and what it felt; that must be finite."""
+        before, self._body = self._body, self.world.get_state(self.uav_name)
+        gravity = self.world.settings.gravity_m_s2
+        self._own = own_motion(before.linear_velocity_m_s, self._body, dt_s, gravity)
+        x, y, z = self._own.specific_force_m_s2
+        if not math.isfinite(x + y + z):
+            raise self._diverged(self.uav_name)
 
     def sense(self) -> StepOutput:
         """Return the measurements that are due now. Odometry and ground truth come with every scan."""
-        state = self._state()
-        turning, felt = state.angular_velocity_body_rad_s, state.specific_force_body_m_s2
-        return self._sensors.read(self.time_us, self._body, turning, felt)
+        return self._sensors.read(self.time_us, self._body, self._own)
 
     def _state(self) -> VehicleState:
         """Return the UAV's present state for the flight controller."""
         battery = None if self.power is None else self.power.battery.reading
         told = self._told
         if told is None or told.time_us != self.time_us or told.battery is not battery:
-            body, felt = self._body, self._specific_force
-            turning = rotate_inverse(body.pose.orientation_xyzw, body.angular_velocity_rad_s)
-            told = VehicleState(self.time_us, body.pose, body.linear_velocity_m_s, turning, felt, battery)
-            self._told = told
+            (pose, velocity, _), (_, turning, felt) = self._body, self._own
+            self._told = told = VehicleState(self.time_us, pose, velocity, turning, felt, battery)
         return told
 
     def swap_battery(self) -> None:
@@ -258,16 +262,6 @@ class Simulation:
             for joint, angle in zip(self.gimbal.joint_names, self.gimbal.angles_rad):
                 angles[f"{self.uav_name}::{joint}"] = angle
         return angles
-
-    def _felt_since(self, velocity_before: Vector3, dt_s: float) -> Vector3:
-        """Return the specific force over the last step, body axes; it must be finite."""
-        body, gravity = self._body, self.world.settings.gravity_m_s2
-        felt = specific_force(
-            velocity_before, body.linear_velocity_m_s, dt_s, gravity, body.pose.orientation_xyzw
-        )
-        if not math.isfinite(felt[0] + felt[1] + felt[2]):
-            raise self._diverged(self.uav_name)
-        return felt
 
     def _check_bodies(self) -> None:
         """Raise PhysicsDivergedError when a body is absurdly far or fast."""
@@ -324,7 +318,9 @@ class Simulation:
 
         The IMU must not measure this move.
         """
-        self._body = self.world.get_state(self.uav_name)
+        body = self._body = self.world.get_state(self.uav_name)
+        moved = own_motion(body.linear_velocity_m_s, body, 1.0, self.world.settings.gravity_m_s2)
+        self._own = moved._replace(specific_force_m_s2=self._own.specific_force_m_s2)
         self._told = None
 
     def close(self) -> None:

@@ -46,14 +46,16 @@ def _step(
     air: np.ndarray,
     body_drag: float,
     dt: float,
-    force: np.ndarray,
-    torque: np.ndarray,
-) -> None:
-    """Advance every rotor by dt and sum its force and torque; air (3,): velocity through the air, FLU."""
+) -> tuple[Vector3, Vector3]:
+    """Advance every rotor by dt; return the sum of forces and of torques.
+
+    air (3,): velocity through the air, FLU.
+    """
     speed = math.sqrt(air[0] ** 2 + air[1] ** 2 + air[2] ** 2)
-    for axis in range(3):
-        force[axis] = -body_drag * speed * air[axis]
-        torque[axis] = 0.0
+    force_x = -body_drag * speed * air[0]
+    force_y = -body_drag * speed * air[1]
+    force_z = -body_drag * speed * air[2]
+    torque_x = torque_y = torque_z = 0.0
     for i in range(rotors.shape[0]):
         rotor = rotors[i]
         command = commands[i]
@@ -67,13 +69,14 @@ def _step(
         thrust = (rotor.quadratic * x + rotor.linear) * x
         drag_x = -x * rotor.drag * air[0]
         drag_y = -x * rotor.drag * air[1]
-        force[0] += drag_x
-        force[1] += drag_y
-        force[2] += thrust
+        force_x += drag_x
+        force_y += drag_y
+        force_z += thrust
         px, py, pz = rotor.position[0], rotor.position[1], rotor.position[2]
-        torque[0] += py * thrust - pz * drag_y - x * rotor.rolling_moment * air[0]
-        torque[1] += pz * drag_x - px * thrust - x * rotor.rolling_moment * air[1]
-        torque[2] += px * drag_y - py * drag_x - rotor.direction * rotor.moment * thrust
+        torque_x += py * thrust - pz * drag_y - x * rotor.rolling_moment * air[0]
+        torque_y += pz * drag_x - px * thrust - x * rotor.rolling_moment * air[1]
+        torque_z += px * drag_y - py * drag_x - rotor.direction * rotor.moment * thrust
+    return (force_x, force_y, force_z), (torque_x, torque_y, torque_z)
 
 
 class Airframe:
@@ -108,8 +111,6 @@ class Airframe:
             dtype=_ROTOR_DTYPE,
         )
         self._air = np.zeros(3)
-        self._force = np.zeros(3)
-        self._torque = np.zeros(3)
 
     @classmethod
     def from_sdf(cls, model: Model) -> Airframe:
@@ -154,10 +155,7 @@ class Airframe:
         self._air[0] = vx - wx
         self._air[1] = vy - wy
         self._air[2] = vz - wz
-        _step(self._table, commands, self._air, self.body_drag, dt_s, self._force, self._torque)
-        fx, fy, fz = self._force.tolist()
-        tx, ty, tz = self._torque.tolist()
-        return (fx, fy, fz), (tx, ty, tz)
+        return _step(self._table, commands, self._air, self.body_drag, dt_s)
 
     def reset(self) -> None:
         """Stop all rotors."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Mapping, NamedTuple, Sequence
+from typing import Iterator, Mapping, NamedTuple, Sequence
 
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Plane, Sphere
@@ -41,29 +41,36 @@ def contacts_of(
     owners: the model's name and the body for each PyBullet uid. link_pose: pose of a body's part in the
     world.
     """
-    touched = [(body, pybullet.getContactPoints(bodyA=body.uid, physicsClientId=client)) for body in bodies]
     found: list[Contact] = []
-    if not any(points for _, points in touched):
-        return found
-    frames = _PartFrames(client)
-    for body, points in touched:
-        for point in points:
-            other_name, other = owners[point[2]]
-            distance, force = point[8], point[9]
-            # Bullet also reports points that are only near, up to 2 cm. They carry no force.
-            if other_name == name or (distance > 0.0 and force <= 0.0):
-                continue
-            found.append(
-                Contact(
-                    _full_name(frames, name, body, point[3], point[5]),
-                    _full_name(frames, other_name, other, point[4], point[6]),
-                    point[6],
-                    point[7],
-                    max(0.0, -distance),
-                    force,
-                )
-            )
+    for body in bodies:
+        points = pybullet.getContactPoints(bodyA=body.uid, physicsClientId=client)
+        if points:
+            found += _contacts(_PartFrames(client), name, body, points, owners)
     return found
+
+
+def _contacts(
+    frames: _PartFrames,
+    name: str,
+    body: Body,
+    points: Sequence[tuple],
+    owners: Mapping[int, tuple[str, Body]],
+) -> Iterator[Contact]:
+    """Yield what PyBullet's points of one body tell."""
+    for point in points:
+        other_name, other = owners[point[2]]
+        distance, force = point[8], point[9]
+        # Bullet also reports points that are only near, up to 2 cm. They carry no force.
+        if other_name == name or (distance > 0.0 and force <= 0.0):
+            continue
+        yield Contact(
+            _full_name(frames, name, body, point[3], point[5]),
+            _full_name(frames, other_name, other, point[4], point[6]),
+            point[6],
+            point[7],
+            max(0.0, -distance),
+            force,
+        )
 
 
 class _PartFrames:

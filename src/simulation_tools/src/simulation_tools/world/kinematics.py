@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from simulation_tools.geometry import ORIGIN, Pose, Vector3, cross, quaternion_multiply, rotate
+from kernel_cache.compiler import njit
+from simulation_tools import compiled_geometry
+from simulation_tools.geometry import (
+    ORIGIN,
+    Pose,
+    Quaternion,
+    Vector3,
+    cross,
+    quaternion_multiply,
+    rotate,
+)
 from simulation_tools.world.bodies import Body
 from simulation_tools.world.engine import pybullet
 
@@ -46,12 +56,34 @@ def joint_angles_of(client: int, body: Body) -> dict[str, float]:
 
 def state_of(client: int, body: Body) -> BodyState:
     """Return the state of the model frame that a moving body's base carries."""
-    pose = model_frame(client, body)
+    centre, q = pybullet.getBasePositionAndOrientation(body.uid, physicsClientId=client)
     velocity, spin = pybullet.getBaseVelocity(body.uid, physicsClientId=client)
-    # PyBullet's velocity is the centre of mass's. The model's origin also turns about it.
-    arm = rotate(pose.orientation_xyzw, body.to_inertial.position_m)
-    (vx, vy, vz), (wx, wy, wz) = velocity, cross(spin, arm)
-    return BodyState(pose, (vx - wx, vy - wy, vz - wz), spin)
+    frame, arm = body.from_inertial, body.to_inertial.position_m
+    place = _frame_state(centre, q, velocity, spin, frame.position_m, frame.orientation_xyzw, arm)
+    return BodyState(Pose(place[0], place[1]), place[2], spin)
+
+
+@njit(cache=True)
+def _frame_state(
+    centre: Vector3,
+    q: Quaternion,
+    velocity: Vector3,
+    spin: Vector3,
+    at: Vector3,
+    turn: Quaternion,
+    arm: Vector3,
+) -> tuple[Vector3, Quaternion, Vector3]:
+    """Return position, orientation and velocity of a frame on a body.
+
+    centre, q, velocity, spin: of the body's inertial frame in the world. at, turn: of the other frame in
+    this one. arm: from the other frame to the centre of mass, in the other frame.
+    """
+    (x, y, z), (dx, dy, dz) = centre, compiled_geometry.rotate(q, at)
+    orientation = compiled_geometry.quaternion_multiply(q, turn)
+    # PyBullet's velocity is the centre of mass's. The frame's origin also turns about it.
+    (vx, vy, vz) = velocity
+    (wx, wy, wz) = compiled_geometry.cross(spin, compiled_geometry.rotate(orientation, arm))
+    return (x + dx, y + dy, z + dz), orientation, (vx - wx, vy - wy, vz - wz)
 
 
 def link_state_of(client: int, body: Body, part: int, link_in_part: Pose) -> BodyState:

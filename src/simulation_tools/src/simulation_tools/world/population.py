@@ -36,8 +36,9 @@ class SpawnedModel:
         """The moving body whose base carries the model frame; None if that base is fixed."""
         return None if self.assemblies[0][0].mass is None else self.bodies[0][0]
 
+    @cached_property
     def all_bodies(self) -> list[Body]:
-        """Return the bodies of all assemblies."""
+        """The bodies of all assemblies."""
         return [body for group in self.bodies for body in group]
 
     def find_link(self, name: str) -> tuple[Part, list[Body], int, Link] | None:
@@ -77,7 +78,7 @@ class Population:
     def add(self, name: str, spawned: SpawnedModel) -> None:
         """Take in a model that has been built."""
         self.models[name] = spawned
-        bodies = spawned.all_bodies()
+        bodies = spawned.all_bodies
         self.owner.update((body.uid, (name, body)) for body in bodies)
         hinged = [body for body in bodies if len(body.parts) > 1]
         lifts = [
@@ -97,7 +98,7 @@ class Population:
 
     def remove(self, name: str) -> None:
         """Forget a model."""
-        for body in self.models.pop(name).all_bodies():
+        for body in self.models.pop(name).all_bodies:
             del self.owner[body.uid]
         for known in (self.lifts, self.hinged, self.movers, self.actors):
             known.pop(name, None)

@@ -60,8 +60,9 @@ class PhysicsSettings:
     def gravity_m_s2(self, value: Vector3) -> None:
         if not all(map(math.isfinite, value)):
             raise WorldError(f"Gravity must be finite, not {value}.")
-        self._gravity_m_s2 = value
-        pybullet.setGravity(*value, physicsClientId=self._client)
+        x, y, z = map(float, value)
+        self._gravity_m_s2 = x, y, z
+        pybullet.setGravity(x, y, z, physicsClientId=self._client)
 
     @property
     def time_step_s(self) -> float:
@@ -72,7 +73,7 @@ class PhysicsSettings:
     def time_step_s(self, value: float) -> None:
         if not 0.0 < value <= 0.1:
             raise WorldError(f"The time step must be positive and at most 0.1 s, not {value:g} s.")
-        self._time_step_s = value
+        self._time_step_s, self.time_step_us = value, round(1e6 * value)
         pybullet.setTimeStep(value, physicsClientId=self._client)
 
     @property

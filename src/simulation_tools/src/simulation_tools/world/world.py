@@ -105,7 +105,7 @@ class PhysicsWorld:
 
     def delete(self, name: str) -> None:
         """Take a model out of the world."""
-        for body in self._there.find(name).all_bodies():
+        for body in self._there.find(name).all_bodies:
             pybullet.removeBody(body.uid, physicsClientId=self._client)
         self._there.remove(name)
         self._clearances.forget()
@@ -193,7 +193,7 @@ class PhysicsWorld:
         """Advance everything by one time step."""
         if self._there.lifts:
             self._hold_up_weightless_parts()
-        self._time_us += round(1e6 * self.settings.time_step_s)
+        self._time_us += self.settings.time_step_us
         self._states.clear()
         if self._there.actors:
             self._follow_scripts(self._time_us)
@@ -221,7 +221,7 @@ class PhysicsWorld:
     # -- contacts and distances ------------------------------------------------------------------------------
     def contacts(self, name: str) -> list[Contact]:
         """Return where a model touches others, as the last step found it."""
-        return contacts_of(self._client, name, self._there.find(name).all_bodies(), self._there.owner)
+        return contacts_of(self._client, name, self._there.find(name).all_bodies, self._there.owner)
 
     def clearance(
         self, name: str, pose: Pose | None, max_distance_m: float, ignore: Iterable[str] = ("ground_plane",)
@@ -235,7 +235,7 @@ class PhysicsWorld:
         shift = Pose() if pose is None else pose @ self.get_state(name).pose.inverse()
         own = [
             OwnShape(shape, shift @ part_pose(self._client, body, index - 1), *sphere)
-            for body in spawned.all_bodies()
+            for body in spawned.all_bodies
             for index, (shape, sphere) in enumerate(zip(body.shapes, body.spheres))
             if shape >= 0
         ]
@@ -303,7 +303,7 @@ class PhysicsWorld:
             if state is None:
                 continue
             actor.pose = state.pose
-            for body in actor.all_bodies():
+            for body in actor.all_bodies:
                 place(self._client, body, state.pose, None)
             self._states[name] = state
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from kernel_cache.compiler import njit
 from simulation_tools.autopilot import VehicleState
-from simulation_tools.geometry import Vector3
+from simulation_tools.geometry import Quaternion, Vector3
 from simulation_tools.px4.estimation.interface import AIDED, ESTIMATE_DTYPE, EstimatorStatus, SolutionFlag
 from simulation_tools.px4.estimation.samples import ExternalVision, RangeSample
 from simulation_tools.px4.parameters import Px4Parameters
@@ -34,6 +34,9 @@ GAINS = (0.507, 0.465, 0.167, 0.441)
 The steady solution of the Riccati equation for EKF2's default noise: 0.35 m/s2 of acceleration in 10 ms, 0.5
 m and 0.3 m/s of GPS. Heights have the same gains, because the reference's heights drift as fast.
 """
+
+_DRAWN = 64
+"""For so many steps the noise is drawn at once; the numbers are the same."""
 
 # Standard deviation of the estimate's error over that of the measured positions, by the Lyapunov equation.
 _POSITION_SHARE = 0.1226
@@ -107,20 +110,27 @@ def _filter_error(error: Any, axis: int, sigma: float, dt: float, normal: float)
 
 @njit(cache=True)
 def _estimate(
-    truth: np.ndarray,
+    origin: Vector3,
+    position: Vector3,
+    attitude: Quaternion,
+    velocity: Vector3,
+    rates: Vector3,
+    force: Vector3,
     sigmas: np.ndarray,
     errors: np.ndarray,
-    normals: np.ndarray,
+    drawn: np.ndarray,
+    row: int,
     dt: float,
     gravity: float,
     out: np.ndarray,
 ) -> None:
     """Fill the estimate from the truth.
 
-    truth (16,): position ENU from the frame's origin, attitude x y z w of FLU in ENU, velocity ENU, rates
-    FLU, specific force FLU. normals (12,): standard normal numbers. sigmas (6,): the fields of EstimatorNoise
+    The truth: origin of the frame and position ENU, attitude x y z w of FLU in ENU, velocity ENU, rates FLU,
+    specific force FLU. drawn[row] (12,): standard normal numbers. sigmas (6,): the fields of EstimatorNoise
     in their order.
     """
+    normals = drawn[row]
     e = errors[0]
     o = out[0]
     for i in range(3):
@@ -128,22 +138,22 @@ def _estimate(
         e.tilt[i] = _wander(e.tilt[i], sigmas[2], sigmas[3], dt, normals[3 + i])
 
     # ENU to NED and FLU to FRD: see ned_frames.py.
-    o.position[0] = truth[1] + e.position[0]
-    o.position[1] = truth[0] + e.position[1]
-    o.position[2] = -truth[2] + e.position[2]
-    o.velocity[0] = truth[8] + e.velocity[0]
-    o.velocity[1] = truth[7] + e.velocity[1]
-    o.velocity[2] = -truth[9] + e.velocity[2]
+    o.position[0] = position[1] - origin[1] + e.position[0]
+    o.position[1] = position[0] - origin[0] + e.position[1]
+    o.position[2] = -(position[2] - origin[2]) + e.position[2]
+    o.velocity[0] = velocity[1] + e.velocity[0]
+    o.velocity[1] = velocity[0] + e.velocity[1]
+    o.velocity[2] = -velocity[2] + e.velocity[2]
     sign = (1.0, -1.0, -1.0)
     for i in range(3):
-        o.rates[i] = sign[i] * truth[10 + i] + sigmas[4] * normals[6 + i]
-        o.specific_force[i] = sign[i] * truth[13 + i] + sigmas[5] * normals[9 + i]
+        o.rates[i] = sign[i] * rates[i] + sigmas[4] * normals[6 + i]
+        o.specific_force[i] = sign[i] * force[i] + sigmas[5] * normals[9 + i]
 
     half = math.sqrt(0.5)
-    w = half * (truth[6] + truth[5])
-    x = half * (truth[3] + truth[4])
-    y = half * (truth[3] - truth[4])
-    z = half * (truth[6] - truth[5])
+    w = half * (attitude[3] + attitude[2])
+    x = half * (attitude[0] + attitude[1])
+    y = half * (attitude[0] - attitude[1])
+    z = half * (attitude[3] - attitude[2])
     # A small rotation of the body by the tilt error, to first order.
     ex, ey, ez = 0.5 * e.tilt[0], 0.5 * e.tilt[1], 0.5 * e.tilt[2]
     q = o.attitude
@@ -175,7 +185,6 @@ class SteadyEstimator:
         self._parameters = parameters
         self._first_rng_state = rng.bit_generator.state
         self._sigmas = np.array([getattr(noise, name) for name in EstimatorNoise.__dataclass_fields__])
-        self._truth = np.zeros(16)
         self._errors = np.zeros(1, _ERROR_DTYPE)
         self.estimate = np.zeros(1, ESTIMATE_DTYPE)
         self.reset()
@@ -183,6 +192,7 @@ class SteadyEstimator:
     def reset(self) -> None:
         """Start again with the first random numbers, and with a local frame of its own."""
         self._rng.bit_generator.state = self._first_rng_state
+        self._drawn, self._row = np.zeros((0, 12)), 0
         self.origin_m: Vector3 | None = None
         self._started_us = self._time_us = 0
         self.estimate[:] = np.zeros(1, ESTIMATE_DTYPE)
@@ -196,18 +206,13 @@ class SteadyEstimator:
         self._time_us = state.time_us
         if self.origin_m is None:
             self.origin_m = state.pose.position_m
-        (x, y, z), (x0, y0, z0) = state.pose.position_m, self.origin_m
-        self._truth[:] = (
-            x - x0,
-            y - y0,
-            z - z0,
-            *state.pose.orientation_xyzw,
-            *state.velocity_world_m_s,
-            *state.angular_velocity_body_rad_s,
-            *state.specific_force_body_m_s2,
-        )
-        normals = self._rng.standard_normal(12)
-        _estimate(self._truth, self._sigmas, self._errors, normals, dt_s, self.GRAVITY_M_S2, self.estimate)
+        if self._row == len(self._drawn):
+            self._drawn, self._row = self._rng.standard_normal((_DRAWN, 12)), 0
+        _, pose, velocity, rates, force, _ = state
+        place = self.origin_m, pose.position_m, pose.orientation_xyzw
+        noise = self._sigmas, self._errors, self._drawn, self._row
+        _estimate(*place, velocity, rates, force, *noise, dt_s, self.GRAVITY_M_S2, self.estimate)
+        self._row += 1
 
     @property
     def horizontal_valid(self) -> bool:
