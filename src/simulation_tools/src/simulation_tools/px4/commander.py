@@ -62,6 +62,8 @@ class Commander:
         self._flown = False
         self.is_terminated = False
         self._locked_us: int | None = None
+        self._seen: tuple[object, ...] = ()  # what was decided on
+        self._quiet_until_us = 0.0
 
     # Inputs
 
@@ -76,21 +78,28 @@ class Commander:
     def update(
         self,
         now_us: int,
-        estimate: np.ndarray,
+        position: np.ndarray,
+        yaw_rad: float,
         position_valid: bool,
         height_valid: bool,
         landed: bool,
         maybe_landed: bool,
     ) -> None:
-        """Decide, from the estimate (record of ESTIMATE_DTYPE, shape (1,)) and the land detector."""
+        """Decide, from the estimate (position (3,) and yaw, NED) and the land detector.
+
+        In flight there is nothing to decide until something changes, or until setpoints stay away.
+        """
         self._now_us = now_us
-        self._position = estimate["position"][0]
-        self._yaw_rad = float(estimate["yaw"][0])
+        self._position, self._yaw_rad = position, yaw_rad
+        if position_valid:
+            self._position_us = now_us
+        seen = position_valid, height_valid, landed, maybe_landed, self._parameters.revision
+        if seen == self._seen and now_us < self._quiet_until_us:
+            return
+        self._seen = seen
         if position_valid and not self._position_valid:
             self.mode_entries += 1  # an automatic mode that flew blind begins again from here
         self._position_valid = position_valid
-        if position_valid:
-            self._position_us = now_us
         self._height_valid = height_valid
         self._maybe_landed = maybe_landed
         if self.home is None and position_valid:
@@ -101,6 +110,18 @@ class Commander:
         if self.armed and self._locked_us is not None and now_us - self._locked_us >= _LOCKED_US:
             self._disarm("lockdown")
         self._choose_mode()
+        self._quiet_until_us = self._next_decision_us
+
+    @property
+    def _next_decision_us(self) -> float:
+        """When there is something to decide again, if nothing changes and nobody asks for anything."""
+        flies = self.armed and not self._landed and self._position_valid and self.home is not None
+        waits = self._failsafe.active or self._locked_us is not None or self._parameters["NAV_DLL_ACT"] > 0
+        if not flies or waits:
+            return self._now_us
+        if self.wanted_mode is not Mode.OFFBOARD or self._setpoint_us is None:
+            return math.inf
+        return self._setpoint_us + 1e6 * self._parameters["COM_OF_LOSS_T"]
 
     @property
     def mode(self) -> Mode:
@@ -172,6 +193,7 @@ class Commander:
         self.is_terminated = True
         if lock and self._locked_us is None:
             self._locked_us = self._now_us
+            self._quiet_until_us = 0.0
 
     def end_termination(self) -> None:
         """Let the rotors turn again."""
@@ -246,6 +268,7 @@ class Commander:
 
     def _choose_mode(self) -> None:
         """Let the failsafe choose the mode that flies."""
+        self._quiet_until_us = 0.0
         before = self.mode
         situation = Situation(
             self._now_us,

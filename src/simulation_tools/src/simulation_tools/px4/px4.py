@@ -106,6 +106,7 @@ class Px4:
         self._newest_numbers, self._known_numbers = newest.view(float), known.view(float)
         self._newest_rates = newest["rates"][0]
         self._known_attitude, self._known_position = known["attitude"][0], known["position"][0]
+        self._known_yaw = known["yaw"]
 
     def reset(self) -> None:
         """Go back to power-on, parameters kept."""
@@ -302,7 +303,8 @@ class Px4:
         detector = self._control.land_detector
         commander.update(
             self._time_us,
-            estimate,
+            self._known_position,
+            self._known_yaw.item(),
             self.estimate_valid,
             self._estimator.vertical_valid,
             detector.landed,

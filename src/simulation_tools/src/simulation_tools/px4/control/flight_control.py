@@ -69,6 +69,7 @@ class FlightControl:
         self._body_rates: np.ndarray | None = None
         self._thrust = 0.0
         self._high_enough = False
+        self._limits: tuple[float, ...] | None = None  # of the position controller
 
     def load_parameters(self) -> None:
         """Take changed parameters into the controllers."""
@@ -139,12 +140,14 @@ class FlightControl:
             if before is TakeoffState.SPOOLUP and commander.mode.is_auto:
                 setpoint = self._nothing
         up = p["MPC_Z_VEL_MAX_UP"]
-        control.limits[0] = (
+        limits = (
             min(self.takeoff.speed_limit(up, dt_s), up),
             p["MPC_Z_VEL_MAX_DN"],
             math.radians(p["MPC_TILTMAX_AIR" if flying else "MPC_TILTMAX_LND"]),
             p["MPC_THR_MIN"] if flying else 0.0,
         )
+        if limits != self._limits:
+            self._limits = control.limits[0] = limits
         control.update(setpoint, estimate, dt_s)
         self._thrust = float(self._wanted_thrust[0])
 

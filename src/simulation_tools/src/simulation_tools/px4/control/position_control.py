@@ -229,8 +229,19 @@ class PositionControl:
         self._state = np.zeros(1, STATE_DTYPE)
         self.limits = np.zeros(1, LIMITS_DTYPE)
         self.output = np.zeros(1, ATTITUDE_SETPOINT_DTYPE)
+        self._take_views()
         self.load_parameters()
         self.reset()
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Become a copy, with views of its own records."""
+        vars(self).update(state)
+        self._take_views()
+
+    def _take_views(self) -> None:
+        """Look up the fields that change in flight once."""
+        self._integral, self._hover_thrust = self._state["integral"][0], self._state["hover_thrust"]
+        self._acceleration = self.output["acceleration"][0]
 
     def load_parameters(self) -> None:
         """Take the gains from the parameters again."""
@@ -252,23 +263,23 @@ class PositionControl:
 
     def reset_integral(self) -> None:
         """Reset the velocity integrators, because they would wind up on the ground."""
-        self._state["integral"] = 0.0
+        self._integral[:] = 0.0
 
     @property
     def hover_thrust(self) -> float:
         """The assumed hover thrust, 0..1."""
-        return self._state["hover_thrust"].item()
+        return self._hover_thrust.item()
 
     def set_hover_thrust(self, hover_thrust: float) -> None:
         """Set the hover thrust before the flight."""
-        self._state["hover_thrust"] = min(max(hover_thrust, 0.1), 0.9)
+        self._hover_thrust[0] = min(max(hover_thrust, 0.1), 0.9)
 
     def update_hover_thrust(self, hover_thrust: float) -> None:
         """Change the hover thrust in flight. The integrator compensates, so thrust does not jump."""
         old, new = self.hover_thrust, min(max(hover_thrust, 0.1), 0.9)
-        wanted = float(self.output["acceleration"][0, 2])
-        self._state["integral"][0, 2] += (wanted - GRAVITY_M_S2) * old / new + GRAVITY_M_S2 - wanted
-        self._state["hover_thrust"] = new
+        wanted = self._acceleration.item(2)
+        self._integral[2] += (wanted - GRAVITY_M_S2) * old / new + GRAVITY_M_S2 - wanted
+        self._hover_thrust[0] = new
 
     def update(self, setpoint: np.ndarray, estimate: np.ndarray, dt_s: float) -> np.ndarray:
         """Return the attitude setpoint (the same record each time); `limits` must have been set."""

@@ -87,7 +87,10 @@ class Battery:
         """
         commander = self._commander
         self._monitor.update(measured, commander.armed, dt_s)
-        level = max(self._level(self._monitor.remaining), self._level_at_home(position))
+        charge, at_home = self._monitor.remaining, self._charge_at_home(position)
+        level = ChargeLevel.NONE
+        if min(charge, at_home) < self._highest_threshold:
+            level = max(self._level(charge), min(self._level(at_home), ChargeLevel.CRITICAL))
         if not commander.armed:
             self.level = level
         elif level > self.level:
@@ -102,16 +105,21 @@ class Battery:
             return ChargeLevel.CRITICAL
         return ChargeLevel.LOW if charge < p["BAT_LOW_THR"] else ChargeLevel.NONE
 
-    def _level_at_home(self, position: np.ndarray) -> ChargeLevel:
-        """Return the level with what the way home would take; at most critical."""
+    @property
+    def _highest_threshold(self) -> float:
+        """The charge below which there is a level at all."""
+        p = self._parameters
+        return max(p["BAT_LOW_THR"], p["BAT_CRIT_THR"], p["BAT_EMERGEN_THR"])
+
+    def _charge_at_home(self, position: np.ndarray) -> float:
+        """Return the charge, 0..1, less what the way home would take; inf without a way home."""
         p, home = self._parameters, self._commander.home
         if home is None or self._commander.mode is Mode.AUTO_RTL:
-            return ChargeLevel.NONE
+            return math.inf
         (north, east, down), (x, y, z) = home.tolist(), position.tolist()
         way_m = math.hypot(north - x, east - y)
         time_s = way_m / p["MPC_XY_CRUISE"] + abs(down - z) / p["MPC_Z_VEL_MAX_DN"]
-        charge = self._monitor.remaining - time_s / (_S_PER_MIN * p["RTL_FLT_TIME"])
-        return min(self._level(charge), ChargeLevel.CRITICAL)
+        return self._monitor.remaining - time_s / (_S_PER_MIN * p["RTL_FLT_TIME"])
 
     def _act(self, has_place: bool) -> None:
         if self.level is ChargeLevel.LOW:

@@ -155,9 +155,13 @@ class Geofence:
 
     def update(self, now_us: int, estimate: np.ndarray, battery_fails: bool) -> None:
         """Look ahead, and act when the fence comes near. estimate: record of ESTIMATE_DTYPE, shape (1,)."""
-        commander, action = self._commander, self._action
         self._now_us = now_us
-        if action is not FenceAction.NONE and now_us - self._checked_us >= _CHECK_PERIOD_US:
+        is_due = now_us - self._checked_us >= _CHECK_PERIOD_US
+        if not (is_due or self._breached):
+            self._acted = False
+            return
+        commander, action = self._commander, self._action
+        if action is not FenceAction.NONE and is_due:
             self._checked_us = now_us
             self._check(estimate)
         if not commander.armed or action is FenceAction.NONE or battery_fails:
