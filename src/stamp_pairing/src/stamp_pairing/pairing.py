@@ -109,11 +109,12 @@ class StampPairing:
             messages.clear()  # its clock jumped back
             self._jumped_back.add(source)
         messages.append(Stamped(stamp_ns, value))
-        for back, leader_ns in enumerate(reversed(self._leader_stamps)):
-            if leader_ns == stamp_ns:
-                self._share(source, self._offered - 1 - back)
-                break
-        return self._ready()
+        if stamp_ns in self._leader_stamps:
+            back = next(
+                i for i, leader_ns in enumerate(reversed(self._leader_stamps)) if leader_ns == stamp_ns
+            )
+            self._share(source, self._offered - 1 - back)
+        return self._ready() if self._held else []
 
     @property
     def held(self) -> int:

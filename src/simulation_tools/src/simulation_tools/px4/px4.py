@@ -284,9 +284,7 @@ class Px4:
         if is_first and self._estimator.origin_m is not None:
             self.origin = self._world_origin.moved(self._estimator.origin_m)
         armed = self._commander.armed and not self._commander.is_terminated
-        commands = self._control.update_rates(armed, self._newest_rates, dt_s)
-        if armed:
-            self._control.update_attitude(self._known_attitude)
+        commands = self._control.update_inner_loop(armed, self._newest_rates, self._known_attitude, dt_s)
         since_us = state.time_us - self._position_us
         if since_us >= POSITION_PERIOD_US - 0.5e6 * dt_s:
             self._position_us = state.time_us

@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from simulation_tools.geometry import quaternion_from_rpy, quaternion_multiply, rotation_matrix
 from simulation_tools.px4.control.attitude_control import AttitudeControl, RateControl, low_pass
+from simulation_tools.px4.control.flight_control import FlightControl
+from simulation_tools.px4.control.mixer import Mixer
 from simulation_tools.px4.parameters import Px4Parameters
 
 angles = st.floats(-3.1, 3.1)
@@ -102,3 +104,24 @@ def test_a_saturated_axis_does_not_wind_up_further():
     rate.reset_integral()
     rate.update(np.zeros(3), np.ones(3), np.zeros((3, 2), dtype=bool), False, 0.004)
     assert not rate._state["integral"].any()
+
+
+def test_the_inner_loop_does_what_its_three_parts_do_one_after_the_other():
+    parameters, rng = Px4Parameters({"THR_MDL_FAC": 0.3}), np.random.default_rng(8)
+    loop, rate, outer, mixer = (
+        FlightControl(parameters),
+        RateControl(parameters),
+        AttitudeControl(parameters),
+        Mixer(),
+    )
+    loop.land_detector.reset()  # on the ground no integral grows
+    for _ in range(50):
+        rates, attitude = rng.normal(0.0, 1.0, 3), ned_attitude(*rng.normal(0.0, 0.3, 3))
+        wanted = loop.position.output[0]
+        wanted["attitude"], wanted["yaw_rate"] = ned_attitude(*rng.normal(0.0, 0.3, 3)), rng.normal()
+        torques = rate.update(rates, outer.rates_setpoint, mixer.saturation, False, 0.004)
+        expected = mixer.mix(torques, 0.0, 0.3)
+        outer.update(attitude, wanted["attitude"], wanted["yaw_rate"])
+        np.testing.assert_array_equal(loop.update_inner_loop(True, rates, attitude, 0.004), expected)
+        np.testing.assert_array_equal(loop.attitude.rates_setpoint, outer.rates_setpoint)
+    assert not loop.update_inner_loop(False, rates, attitude, 0.004).any()

@@ -66,7 +66,7 @@ def _body_z(q: _Quaternion) -> Vector3:
 
 
 @njit(cache=True)
-def _rates_setpoint(
+def fill_rates_setpoint(
     attitude: np.ndarray, wanted: np.ndarray, yaw_rate: float, gain_records: np.ndarray, out: np.ndarray
 ) -> None:
     """Attitude P: fill out (3,), rad/s FRD, from the attitude and the wanted one (w, x, y, z)."""
@@ -121,7 +121,7 @@ def _filter(coefficients: np.ndarray, delay: np.ndarray, value: float) -> float:
 
 
 @njit(cache=True)
-def _torques(
+def fill_torques(
     rates: np.ndarray,
     wanted: np.ndarray,
     saturation: np.ndarray,
@@ -179,20 +179,23 @@ def low_pass(cutoff_hz: float, sample_rate_hz: float) -> tuple[float, float, flo
 
 
 class AttitudeControl:
-    """Attitude P controller; `rates_setpoint` (3,) rad/s FRD is its newest output."""
+    """Attitude P controller; `rates_setpoint` (3,) rad/s FRD is its newest output.
+
+    gains: a record of ATTITUDE_GAINS_DTYPE, shape (1,).
+    """
 
     def __init__(self, parameters: Px4Parameters) -> None:
         self._parameters = parameters
-        self._gains = np.zeros(1, ATTITUDE_GAINS_DTYPE)
+        self.gains = np.zeros(1, ATTITUDE_GAINS_DTYPE)
         self.rates_setpoint = np.zeros(3)
         self.load_parameters()
 
     def load_parameters(self) -> None:
         """Take the gains from the parameters again."""
         p = self._parameters
-        self._gains["p"] = [p[f"MC_{axis}_P"] for axis in AXES]
-        self._gains["yaw_weight"] = p["MC_YAW_WEIGHT"]
-        self._gains["rate_max"] = [math.radians(p[f"MC_{axis}RATE_MAX"]) for axis in AXES]
+        self.gains["p"] = [p[f"MC_{axis}_P"] for axis in AXES]
+        self.gains["yaw_weight"] = p["MC_YAW_WEIGHT"]
+        self.gains["rate_max"] = [math.radians(p[f"MC_{axis}RATE_MAX"]) for axis in AXES]
 
     def reset(self) -> None:
         """Forget the last output."""
@@ -200,24 +203,27 @@ class AttitudeControl:
 
     def update(self, attitude: np.ndarray, wanted: np.ndarray, yaw_rate: float) -> np.ndarray:
         """attitude, wanted: (4,) FRD in NED, w x y z; yaw_rate: rad/s about the world's down axis."""
-        _rates_setpoint(attitude, wanted, yaw_rate, self._gains, self.rates_setpoint)
+        fill_rates_setpoint(attitude, wanted, yaw_rate, self.gains, self.rates_setpoint)
         return self.rates_setpoint
 
 
 class RateControl:
-    """Rate PID controller with PX4's filters; `torques` (3,) in -1..1 is its newest output."""
+    """Rate PID controller with PX4's filters; `torques` (3,) in -1..1 is its newest output.
+
+    gains, state: records of RATE_GAINS_DTYPE and RATE_STATE_DTYPE, shape (1,).
+    """
 
     def __init__(self, parameters: Px4Parameters) -> None:
         self._parameters = parameters
-        self._gains = np.zeros(1, RATE_GAINS_DTYPE)
-        self._state = np.zeros(1, RATE_STATE_DTYPE)
+        self.gains = np.zeros(1, RATE_GAINS_DTYPE)
+        self.state = np.zeros(1, RATE_STATE_DTYPE)
         self._dt_s = 0.004
         self.torques = np.zeros(3)
         self.load_parameters()
 
     def load_parameters(self) -> None:
         """Take gains and filters from the parameters again."""
-        p, gains = self._parameters, self._gains
+        p, gains = self._parameters, self.gains
         scale = np.array([p[f"MC_{axis}RATE_K"] for axis in AXES])
         for term in "PID":
             gains[term.lower()] = scale * [p[f"MC_{axis}RATE_{term}"] for axis in AXES]
@@ -227,19 +233,23 @@ class RateControl:
 
     def reset(self) -> None:
         """Forget everything, as at power-on."""
-        self._state[:] = np.zeros(1, RATE_STATE_DTYPE)
+        self.state[:] = np.zeros(1, RATE_STATE_DTYPE)
         self.torques[:] = 0.0
 
     def reset_integral(self) -> None:
         """Forget the integrators: disarmed they would wind up."""
-        self._state["integral"] = 0.0
+        self.state["integral"] = 0.0
+
+    def adapt_to(self, dt_s: float) -> None:
+        """Set the filters for gyro samples that are dt_s apart."""
+        if abs(dt_s - self._dt_s) > 1e-9:
+            self._dt_s = dt_s
+            self.load_parameters()
 
     def update(
         self, rates: np.ndarray, wanted: np.ndarray, saturation: np.ndarray, integrate: bool, dt_s: float
     ) -> np.ndarray:
-        """Return the torques; arguments as `_torques` says, dt_s since the last call."""
-        if abs(dt_s - self._dt_s) > 1e-9:
-            self._dt_s = dt_s
-            self.load_parameters()
-        _torques(rates, wanted, saturation, integrate, dt_s, self._gains, self._state, self.torques)
+        """Return the torques; arguments as `fill_torques` says, dt_s since the last call."""
+        self.adapt_to(dt_s)
+        fill_torques(rates, wanted, saturation, integrate, dt_s, self.gains, self.state, self.torques)
         return self.torques

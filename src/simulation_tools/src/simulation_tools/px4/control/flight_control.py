@@ -1,6 +1,6 @@
 """From a mode's setpoint to rotor commands: PX4's controllers, take-off and land detection.
 
-`Px4` calls them in this order: rates and mixer at every gyro sample, then the attitude controller, then, at
+`Px4` calls them in this order: the inner loop (rates and mixer, then attitude) at every gyro sample, then, at
 half that rate, everything that needs a position.
 """
 
@@ -11,10 +11,16 @@ from typing import Any
 
 import numpy as np
 
+from kernel_cache.compiler import njit
 from simulation_tools.px4.commander import Commander
-from simulation_tools.px4.control.attitude_control import AttitudeControl, RateControl
+from simulation_tools.px4.control.attitude_control import (
+    AttitudeControl,
+    RateControl,
+    fill_rates_setpoint,
+    fill_torques,
+)
 from simulation_tools.px4.control.hover_thrust import HoverThrustEstimator
-from simulation_tools.px4.control.mixer import Mixer
+from simulation_tools.px4.control.mixer import Mixer, mix
 from simulation_tools.px4.control.position_control import PositionControl
 from simulation_tools.px4.control.records import SETPOINT_DTYPE, fill
 from simulation_tools.px4.control.takeoff import Takeoff, TakeoffState
@@ -76,19 +82,38 @@ class FlightControl:
         for controller in (self.position, self.attitude, self._rate):
             controller.load_parameters()
 
-    def update_rates(self, armed: bool, rates: np.ndarray, dt_s: float) -> np.ndarray:
-        """Return the rotor commands (4,), 0..1, for the newest gyro sample (3,), rad/s FRD."""
+    def update_inner_loop(
+        self, armed: bool, rates: np.ndarray, attitude: np.ndarray, dt_s: float
+    ) -> np.ndarray:
+        """Return the rotor commands (4,), 0..1, for the newest gyro sample (3,), rad/s FRD.
+
+        attitude: (4,) FRD in NED, w x y z; it sets the rates for the next gyro sample.
+        """
         if not armed:
             self._rate.reset_integral()
             return self.mixer.stop()
-        wanted = self.attitude.rates_setpoint if self._body_rates is None else self._body_rates
-        integrate = not self.land_detector.maybe_landed
-        torques = self._rate.update(rates, wanted, self.mixer.saturation, integrate, dt_s)
-        return self.mixer.mix(torques, self._thrust, self._parameters["THR_MDL_FAC"])
-
-    def update_attitude(self, attitude: np.ndarray) -> None:
-        """Set the rates for the next gyro sample from the attitude (4,), FRD in NED, w x y z."""
-        self.attitude.update(attitude, self._wanted_attitude, self._wanted_yaw_rate[0])
+        rate, outer, mixer = self._rate, self.attitude, self.mixer
+        rate.adapt_to(dt_s)
+        _inner_loop(
+            rates,
+            outer.rates_setpoint if self._body_rates is None else self._body_rates,
+            not self.land_detector.maybe_landed,
+            dt_s,
+            rate.gains,
+            rate.state,
+            rate.torques,
+            self._thrust,
+            self._parameters["THR_MDL_FAC"],
+            mixer.columns,
+            mixer.outputs,
+            mixer.saturation,
+            attitude,
+            self._wanted_attitude,
+            self._wanted_yaw_rate,
+            outer.gains,
+            outer.rates_setpoint,
+        )
+        return mixer.outputs
 
     def update(
         self,
@@ -186,6 +211,32 @@ class FlightControl:
         hover.update(-float(estimate["acceleration"][0, 2]), thrust, dt_s)
         if hover.valid and self._parameters["MPC_USE_HTE"] == 1:
             self.position.update_hover_thrust(hover.hover_thrust)
+
+
+@njit(cache=True)
+def _inner_loop(
+    rates: np.ndarray,
+    wanted_rates: np.ndarray,
+    integrate: bool,
+    dt: float,
+    rate_gains: np.ndarray,
+    rate_state: np.ndarray,
+    torques: np.ndarray,
+    thrust: float,
+    thrust_factor: float,
+    columns: np.ndarray,
+    outputs: np.ndarray,
+    saturation: np.ndarray,
+    attitude: np.ndarray,
+    wanted_attitude: np.ndarray,
+    wanted_yaw_rate: np.ndarray,
+    attitude_gains: np.ndarray,
+    rates_setpoint: np.ndarray,
+) -> None:
+    """Do in one call what `RateControl`, `Mixer` and `AttitudeControl` do one after the other."""
+    fill_torques(rates, wanted_rates, saturation, integrate, dt, rate_gains, rate_state, torques)
+    mix(columns, torques, thrust, thrust_factor, outputs, saturation)
+    fill_rates_setpoint(attitude, wanted_attitude, wanted_yaw_rate[0], attitude_gains, rates_setpoint)
 
 
 def _asks_to_climb(setpoint: np.ndarray, estimate: np.ndarray, mode: Mode) -> bool:

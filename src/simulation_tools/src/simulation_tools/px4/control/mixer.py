@@ -72,7 +72,7 @@ def _desaturate(
 
 
 @njit(cache=True)
-def _mix(
+def mix(
     columns: np.ndarray,
     torques: np.ndarray,
     thrust: float,
@@ -113,16 +113,20 @@ def _mix(
 
 
 class Mixer:
-    """Mixes for one geometry. `saturation` (3, 2) bool: axis, negative and positive direction."""
+    """Mixes for one geometry.
+
+    outputs: (n,) the newest commands. saturation: (3, 2) bool: axis, negative and positive direction.
+    columns: (4, n) the mixing matrix, transposed.
+    """
 
     def __init__(self, rotors: Sequence[Sequence[float]] = QUAD_WIDE) -> None:
-        self._columns = np.ascontiguousarray(mixing_matrix(rotors).T)
+        self.columns = np.ascontiguousarray(mixing_matrix(rotors).T)
         self.outputs = np.zeros(len(rotors))
         self.saturation = np.zeros((3, 2), dtype=np.bool_)
 
     def mix(self, torques: np.ndarray, thrust: float, thrust_factor: float = 0.0) -> np.ndarray:
         """Return the commands (n,), 0..1 (the same array each time). torques (3,) -1..1, thrust 0..1."""
-        _mix(self._columns, torques, thrust, thrust_factor, self.outputs, self.saturation)
+        mix(self.columns, torques, thrust, thrust_factor, self.outputs, self.saturation)
         return self.outputs
 
     def stop(self) -> np.ndarray:
