@@ -91,7 +91,7 @@ def test_rate_control_is_a_pid_with_limits():
     assert torques[0] == pytest.approx(0.15 * 0.9 + 0.2 * factor * 0.004 - 0.003 * 0.1 / 0.004)
     for _ in range(5000):
         rate.update(zero, np.array([2.0, 0.0, 0.0]), none, True, 0.004)
-    assert rate._state["integral"][0, 0] == pytest.approx(0.3)
+    assert rate.state["integral"][0, 0] == pytest.approx(0.3)
 
 
 def test_a_saturated_axis_does_not_wind_up_further():
@@ -99,11 +99,11 @@ def test_a_saturated_axis_does_not_wind_up_further():
     saturated = np.array([[False, True], [True, False], [False, False]])
     for _ in range(100):
         rate.update(np.zeros(3), np.array([1.0, -1.0, 1.0]), saturated, True, 0.004)
-    assert rate._state["integral"][0].tolist()[:2] == [0.0, 0.0]
-    assert rate._state["integral"][0, 2] > 0.0
+    assert rate.state["integral"][0].tolist()[:2] == [0.0, 0.0]
+    assert rate.state["integral"][0, 2] > 0.0
     rate.reset_integral()
     rate.update(np.zeros(3), np.ones(3), np.zeros((3, 2), dtype=bool), False, 0.004)
-    assert not rate._state["integral"].any()
+    assert not rate.state["integral"].any()
 
 
 def test_the_inner_loop_does_what_its_three_parts_do_one_after_the_other():
