@@ -56,7 +56,8 @@ class LaserScan2D:
 
     def _check_numbers(self) -> None:
         for name in ("angle_min", "angle_increment", "range_min", "range_max"):
-            if not isinstance(getattr(self, name), numbers.Real):
+            value = getattr(self, name)
+            if type(value) is not float and not isinstance(value, numbers.Real):
                 raise ScanError(f"The scan's {name} must be a number, not {getattr(self, name)!r}.")
         if not abs(self.angle_min) <= sys.float_info.max:  # NaN fails this test too
             raise ScanError(f"The scan's angle_min must be finite, not {self.angle_min}.")

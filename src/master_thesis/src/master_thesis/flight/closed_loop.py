@@ -111,7 +111,7 @@ class ClosedLoop:
         """Scans with their truth, of which the listeners do not know yet."""
         self.is_over = False
         """Whether the run has ended."""
-        self._begun = False
+        self._begun = self._told_ready = False
         self._is_whole = True
         """Whether every beam of the newest scan lies near the level plane."""
 
@@ -155,16 +155,17 @@ class ClosedLoop:
         self._begun = True
         if self.outage is not None:
             output = self.outage.applied_to(output)
-        output = self._spoiled(output)
         if output.ground_truth is not None:
             self._truth = output.ground_truth.pose
-        output = self._levelled(output)
+        if output.scan is not None:
+            output = self._levelled(self._spoiled(output))
         reached = [self._on_odometry(*estimated) for estimated in self._odometry_known(output)]
         if output.ground_truth is not None:
             self._on_truth(1e-6 * output.time_us, self._truth)
         for goal_reached in reached:
             self.monitor.on_goal_reached(goal_reached)
-        self._fly(self._steering.on_payload(output.time_us, output.payload))
+        if output.payload:
+            self._fly(self._steering.on_payload(output.time_us, output.payload))
         if output.scan is not None and self._delivery.scan_arrives():
             self._on_scan(output, output.scan)
         self.publisher.on_time(output.time_us)
@@ -173,17 +174,18 @@ class ClosedLoop:
 
     def _spoiled(self, output: StepOutput) -> StepOutput:
         """Return what the lidar gives in such conditions."""
-        if not self._faults.are_any or output.scan is None or output.ground_truth is None:
+        if not self._faults.are_any or output.ground_truth is None:
             return output
+        assert output.scan is not None
         body, rays = output.ground_truth.pose, self.simulation.world.rays
         at_s, own = 1e-6 * output.time_us, self.simulation.uav_name
         return output._replace(scan=self._faults.spoiled(output.scan, at_s, rays, body, own))
 
     def _levelled(self, output: StepOutput) -> StepOutput:
         """Return what a lidar that nods tells of the level plane."""
-        self._is_whole = True
-        if self.nodding is None or output.scan is None:
+        if self.nodding is None:
             return output
+        assert output.scan is not None
         level = self.nodding.level(1e-6 * output.time_us, output.scan, self._truth)
         self._is_whole = level.is_whole
         return output._replace(scan=level.ranges)
@@ -297,8 +299,10 @@ class ClosedLoop:
         for contact in output.contacts:
             shapes = contact.collision_1, contact.collision_2
             self.monitor.on_contact(1e-6 * output.time_us, *shapes, upwards=contact.normal[2])
-        self.monitor.course.on_ready(self.publisher.ready)
-        if not self.is_armed:
+        if self.publisher.ready is not self._told_ready:
+            self._told_ready = self.publisher.ready
+            self.monitor.course.on_ready(self._told_ready)
+        if self._px4.armed_since_us is None:
             self._carry_out(self.monitor.on_armed(False))
 
     def _carry_out(self, actions: Sequence[Action]) -> None:

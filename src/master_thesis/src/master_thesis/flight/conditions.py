@@ -94,13 +94,16 @@ class Delivery:
 
     def scan_arrives(self) -> bool:
         """Tell whether the next scan arrives."""
-        return self._rng.random() >= self._conditions.scan_loss
+        loss = self._conditions.scan_loss
+        return loss == 0.0 or self._rng.random() >= loss
 
     def odometry(self, t_s: float, sample: OdometrySample) -> tuple[float, OdometrySample]:
         """Take the sample of an instant; return the newest one that has arrived, and its age in s.
 
         The first sample is known at once.
         """
+        if self._conditions.odometry_delay_s == 0.0:
+            return 0.0, sample
         self._under_way.append((t_s, sample))
         latest_s = t_s - self._conditions.odometry_delay_s + 1e-9
         while len(self._under_way) > 1 and self._under_way[1][0] <= latest_s:

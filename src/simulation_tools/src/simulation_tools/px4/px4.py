@@ -298,27 +298,27 @@ class Px4:
     def _navigate(self, dt_s: float) -> None:
         """Run everything that needs a position estimate, down to the attitude and thrust setpoint."""
         commander, estimate = self._commander, self._known
-        detector = self._control.land_detector
+        detector, is_valid = self._control.land_detector, self.estimate_valid
+        landed = detector.landed
         commander.update(
             self._time_us,
             self._known_position,
             self._known_yaw.item(),
-            self.estimate_valid,
+            is_valid,
             self._estimator.vertical_valid,
-            detector.landed,
+            landed,
             detector.maybe_landed,
         )
-        self._watch(dt_s)
+        self._watch(dt_s, is_valid and self.has_gnss, landed)
         if commander.mode_entries != self._mode_entries:
             self._mode_entries = commander.mode_entries
             if commander.armed and commander.mode.is_auto:
-                self._navigator.enter(commander, estimate, detector.landed, self._vehicle())
-        self._control.update(self._active_setpoint(dt_s), estimate, commander, dt_s)
+                self._navigator.enter(commander, estimate, landed, self._vehicle())
+        self._control.update(self._active_setpoint(dt_s, is_valid), estimate, commander, dt_s)
 
-    def _watch(self, dt_s: float) -> None:
-        """Let the plan, the battery and the fence change the mode."""
-        commander, landed = self._commander, self._control.land_detector.landed
-        has_place = self.has_gnss and self.estimate_valid
+    def _watch(self, dt_s: float, has_place: bool, landed: bool) -> None:
+        """Let the plan, the battery and the fence change the mode. has_place: on earth."""
+        commander = self._commander
         self.mission.watch(commander.home if has_place else None, landed)
         commander.mission_is_valid = self.mission.is_valid and has_place
         self._battery.update(self._measured_battery, self._known_position, dt_s, has_place)
@@ -338,18 +338,18 @@ class Px4:
             detector.maybe_landed,
         )
 
-    def _active_setpoint(self, dt_s: float) -> np.ndarray | AttitudeSetpoint | None:
+    def _active_setpoint(self, dt_s: float, is_valid: bool) -> np.ndarray | AttitudeSetpoint | None:
         """Return the mode's setpoint: a setpoint record, an attitude, or None."""
         commander = self._commander
         if commander.mode is Mode.OFFBOARD and self._offboard is not None:
             if isinstance(self._offboard, AttitudeSetpoint):
                 return self._offboard
-            if not self.estimate_valid:
+            if not is_valid:
                 return self._blind_landing()
             return self._filled_with(self._offboard)
         if not (commander.armed and commander.mode.is_auto):
             return None
-        if not self.estimate_valid:
+        if not is_valid:
             return self._blind_landing()
         if commander.home is None:
             return None

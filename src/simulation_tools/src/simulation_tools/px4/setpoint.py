@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Sequence
 
 from simulation_tools.geometry import Quaternion, Vector3, rotate
@@ -56,12 +56,14 @@ class Setpoint:
         c, s = math.cos(yaw_rad), math.sin(yaw_rad)
         vx, vy, vz = self.velocity
         w, x, y, z = attitude_wxyz
-        return replace(
-            self,
-            position=UNSET,
-            velocity=(c * vx - s * vy, s * vx + c * vy, vz),
-            acceleration=rotate((x, y, z, w), self.acceleration),
+        return Setpoint(
+            UNSET,
+            (c * vx - s * vy, s * vx + c * vy, vz),
+            rotate((x, y, z, w), self.acceleration),
+            self.yaw,
+            self.yaw_rate,
             body=False,
+            time_boot_ms=self.time_boot_ms,
         )
 
     @property

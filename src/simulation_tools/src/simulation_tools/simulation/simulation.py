@@ -203,6 +203,7 @@ class Simulation:
         before, self._body = self._body, self.world.get_state(self.uav_name)
         gravity = self.world.settings.gravity_m_s2
         self._own = own_motion(before.linear_velocity_m_s, self._body, dt_s, gravity)
+        self._told = None
         x, y, z = self._own.specific_force_m_s2
         if not math.isfinite(x + y + z):
             raise self._diverged(self.uav_name)
@@ -215,7 +216,7 @@ class Simulation:
         """Return the UAV's present state for the flight controller."""
         battery = None if self.power is None else self.power.battery.reading
         told = self._told
-        if told is None or told.time_us != self.time_us or told.battery is not battery:
+        if told is None or told.battery is not battery:
             (pose, velocity, _), (_, turning, felt) = self._body, self._own
             self._told = told = VehicleState(self.time_us, pose, velocity, turning, felt, battery)
         return told

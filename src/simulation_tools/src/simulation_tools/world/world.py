@@ -137,7 +137,10 @@ class PhysicsWorld:
         """Return where a model is and how its frame moves."""
         state = self._states.get(name)
         if state is None:
-            state = self._states[name] = self._ask_state(name)
+            spawned = self._there.find(name)
+            base = spawned.base
+            state = BodyState(spawned.pose) if base is None else state_of(self._client, base)
+            self._states[name] = state
         return state
 
     def joint_angles(self) -> dict[str, float]:
@@ -325,7 +328,3 @@ class PhysicsWorld:
         if spawned.motion is not None:
             return lambda: spawned.pose
         return lambda: part_pose(self._client, body, index - 1)
-
-    def _ask_state(self, name: str) -> BodyState:
-        spawned = self._there.find(name)
-        return BodyState(spawned.pose) if spawned.base is None else state_of(self._client, spawned.base)
