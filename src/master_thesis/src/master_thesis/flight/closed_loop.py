@@ -75,6 +75,8 @@ class ClosedLoop:
         self.simulation = Simulation(parameters.conditions.applied_to(parameters.simulation))
         self._delivery = Delivery(parameters.conditions, parameters.simulation.seed)
         self.monitor = Monitor(parameters.limits_of_way, UavParts.of(self.simulation.uav.model))
+        self.log: FlightLog = self.monitor.log
+        """The flight's time series so far."""
         lidar, px4 = self.simulation.lidar, self.simulation.px4
         if lidar is None:
             self.simulation.close()
@@ -114,11 +116,6 @@ class ClosedLoop:
         self._begun = self._told_ready = False
         self._is_whole = True
         """Whether every beam of the newest scan lies near the level plane."""
-
-    @property
-    def log(self) -> FlightLog:
-        """The flight's time series so far."""
-        return self.monitor.log
 
     @property
     def newest_scan(self) -> LaserScan2D | None:
@@ -163,7 +160,8 @@ class ClosedLoop:
         if output.ground_truth is not None:
             self._on_truth(1e-6 * output.time_us, self._truth)
         for goal_reached in reached:
-            self.monitor.on_goal_reached(goal_reached)
+            if goal_reached:
+                self.monitor.on_goal_reached(True)
         if output.payload:
             self._fly(self._steering.on_payload(output.time_us, output.payload))
         if output.scan is not None and self._delivery.scan_arrives():

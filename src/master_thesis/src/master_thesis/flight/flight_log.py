@@ -27,6 +27,7 @@ class Series:
 
     def __init__(self, columns: tuple[str, ...]) -> None:
         self.columns = columns
+        self._width = len(columns)
         self.rows: list[tuple] = []
 
     def __len__(self) -> int:
@@ -37,7 +38,7 @@ class Series:
 
     def add(self, *values: Any) -> None:
         """Append one row. A row that is not later than the last one is a repetition and is left out."""
-        if len(values) != len(self.columns):
+        if len(values) != self._width:
             raise ValueError(f"a row has {len(self.columns)} values ({', '.join(self.columns)})")
         if not self.rows or values[0] > self.rows[-1][0]:
             self.rows.append(values)

@@ -54,11 +54,14 @@ class Monitor:
         self, t_s: float, position_m: Sequence[float], orientation_xyzw: Sequence[float], decide: bool = True
     ) -> list[Action]:
         """Take the true pose in `world`. Return the actions, unless `decide` is called later."""
-        if t_s < self.now_s - CLOCK_TOLERANCE_S:
+        before_s = self.now_s
+        if t_s < before_s - CLOCK_TOLERANCE_S:
             return self.abort("The clock jumped back: the simulation was reset.")
-        if len(self.log.truth):
-            self.course.on_clock_set(max(clock_step_s(self.now_s, t_s), 0.0))
-        self.log.truth.add(t_s, *position_m, *orientation_xyzw)
+        truth = self.log.truth
+        step_s = clock_step_s(before_s, t_s) if truth.rows else 0.0
+        if step_s > 0.0:
+            self.course.on_clock_set(step_s)
+        truth.add(t_s, *position_m, *orientation_xyzw)
         return self.decide() if decide else []
 
     def decide(self) -> list[Action]:

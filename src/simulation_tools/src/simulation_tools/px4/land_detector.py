@@ -48,21 +48,12 @@ class LandDetector:
         self._contact, self._maybe, self._landed = _Stage(), _Stage(), _Stage()
         self._maybe_for_s = _JUST_LANDED_S  # it has been on the ground for long
         self._in_descent = self._hover_thrust_known = False
-
-    @property
-    def ground_contact(self) -> bool:
+        self.ground_contact = True
         """Whether the ground stops the vehicle from sinking."""
-        return self._contact.state
-
-    @property
-    def maybe_landed(self) -> bool:
+        self.maybe_landed = True
         """Whether it most likely stands on the ground."""
-        return self._maybe.state
-
-    @property
-    def landed(self) -> bool:
+        self.landed = True
         """Whether it stands on the ground."""
-        return self._landed.state
 
     def update(
         self,
@@ -87,17 +78,17 @@ class LandDetector:
         if hover_thrust_valid or not self._in_descent:
             self._hover_thrust_known = hover_thrust_valid
         self._in_descent = sinking_m_s is not None and sinking_m_s >= land_speed
-        just_landed = self._maybe.state and self._maybe_for_s < _JUST_LANDED_S
-        asked = self._in_descent or sinking_m_s is None or self._maybe.state or self._landed.state
+        just_landed = self.maybe_landed and self._maybe_for_s < _JUST_LANDED_S
+        asked = self._in_descent or sinking_m_s is None or self.maybe_landed or self.landed
         contact = asked and self._has_low_thrust(thrust, hover_thrust)
         contact = contact and not self._moves(estimate["velocity"][0].tolist(), land_speed, just_landed)
         still = self._has_minimal_thrust(thrust, hover_thrust, sinking_m_s is not None)
         still = still and not self._turns(estimate["rates"][0].tolist(), just_landed)
 
-        self._contact.update(contact, needed_s, dt_s)
-        self._maybe.update(still and self._contact.state, needed_s, dt_s)
-        self._landed.update(self._maybe.state, needed_s, dt_s)
-        self._maybe_for_s = self._maybe_for_s + dt_s if self._maybe.state else 0.0
+        self.ground_contact = self._contact.update(contact, needed_s, dt_s)
+        self.maybe_landed = self._maybe.update(still and self.ground_contact, needed_s, dt_s)
+        self.landed = self._landed.update(self.maybe_landed, needed_s, dt_s)
+        self._maybe_for_s = self._maybe_for_s + dt_s if self.maybe_landed else 0.0
 
     def _has_low_thrust(self, thrust: float, hover_thrust: float) -> bool:
         least = self._parameters["MPC_THR_MIN"]

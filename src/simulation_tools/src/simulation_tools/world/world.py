@@ -137,9 +137,9 @@ class PhysicsWorld:
         """Return where a model is and how its frame moves."""
         state = self._states.get(name)
         if state is None:
-            spawned = self._there.find(name)
-            base = spawned.base
-            state = BodyState(spawned.pose) if base is None else state_of(self._client, base)
+            base = self._there.movers.get(name)
+            standing = base is None
+            state = BodyState(self._there.find(name).pose) if standing else state_of(self._client, base)
             self._states[name] = state
         return state
 
@@ -184,8 +184,9 @@ class PhysicsWorld:
 
     def apply_wrench(self, name: str, force_n: Sequence[float], torque_nm: Sequence[float]) -> None:
         """Push and turn a model during the next step: at its base part's centre of mass, body axes (FLU)."""
-        base = self._there.find(name).base
+        base = self._there.movers.get(name)
         if base is None:
+            self._there.find(name)
             return
         (fx, fy, fz), (tx, ty, tz) = force_n, torque_nm
         if not math.isfinite(fx + fy + fz + tx + ty + tz):
