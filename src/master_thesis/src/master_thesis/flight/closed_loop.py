@@ -144,7 +144,10 @@ class ClosedLoop:
 
     def run_to(self, phase: Phase) -> Outcome:
         """Fly until a phase has begun (or the run is over)."""
-        return self.run(until=lambda loop: loop.monitor.course.has_begun(phase))
+        has_begun = self.monitor.course.has_begun
+        while not (self.is_over or has_begun(phase)):
+            self.step()
+        return self.outcome
 
     def step(self) -> StepOutput:
         """Simulate one time step and pass it on to all parts. The first call gives the instant t = 0."""
@@ -156,12 +159,13 @@ class ClosedLoop:
             self._truth = output.ground_truth.pose
         if output.scan is not None:
             output = self._levelled(self._spoiled(output))
-        reached = [self._on_odometry(*estimated) for estimated in self._odometry_known(output)]
+        has_reached_goal = False
+        for estimated in self._odometry_known(output):
+            has_reached_goal |= self._on_odometry(*estimated)
         if output.ground_truth is not None:
             self._on_truth(1e-6 * output.time_us, self._truth)
-        for goal_reached in reached:
-            if goal_reached:
-                self.monitor.on_goal_reached(True)
+        if has_reached_goal:
+            self.monitor.on_goal_reached(True)
         if output.payload:
             self._fly(self._steering.on_payload(output.time_us, output.payload))
         if output.scan is not None and self._delivery.scan_arrives():
@@ -188,10 +192,10 @@ class ClosedLoop:
         self._is_whole = level.is_whole
         return output._replace(scan=level.ranges)
 
-    def _odometry_known(self, output: StepOutput) -> list[Estimated]:
+    def _odometry_known(self, output: StepOutput) -> Sequence[Estimated]:
         """Return the odometry that is known now. Without GNSS it comes with the scans only."""
         if self.own_odometry is None:
-            return [] if output.odometry is None else [Estimated(output.time_us, output.odometry)]
+            return () if output.odometry is None else (Estimated(output.time_us, output.odometry),)
         told_us = self.own_odometry.told_us
         estimated = self.own_odometry.on_step(output, self.outage)
         if self.own_odometry.told_us != told_us:
@@ -209,7 +213,7 @@ class ClosedLoop:
             self._fly(self._steering.on_odometry(arrived_us, arrived))
         by_truth = self.parameters.pose_source == "ground_truth"
         position_m, yaw_rad = self.correct(t_s, self._truth if by_truth else arrived.pose)
-        reached = self._follow_mission(t_s, position_m)
+        reached = self._follow_mission(t_s, position_m) if self.parameters.mission else None
         command = self._command(t_s, position_m, yaw_rad)
         if self.nodding is not None:
             self.nodding.on_odometry(t_s, odometry.linear_velocity_m_s, command.goal_reached)
@@ -219,7 +223,8 @@ class ClosedLoop:
         self.log.v_ref.add(t_s, *v_ref, 0.0)
         self._fly(self._steering.on_reference(time_us if by_truth else arrived_us, v_ref))
         self._newest_odometry = Estimated(time_us, odometry)
-        self._tell_listeners()
+        if self._untold:
+            self._tell_listeners()
         if reached is not None:
             return reached
         # Without a goal, who sets the setpoints says when the flight is over: a rest at one is no end.
@@ -232,12 +237,12 @@ class ClosedLoop:
         return self.position_controller.update(t_s, position_m, yaw_rad)
 
     def _on_truth(self, t_s: float, truth: Pose) -> None:
-        self._carry_out(self.monitor.on_truth(t_s, truth.position_m, truth.orientation_xyzw))
+        actions = self.monitor.on_truth(t_s, truth.position_m, truth.orientation_xyzw)
+        if actions:
+            self._carry_out(actions)
 
-    def _follow_mission(self, t_s: float, position_m: Vector3) -> bool | None:
-        """Fly to the next waypoint. Return whether the mission is over, or None without a mission."""
-        if not self.parameters.mission:
-            return None
+    def _follow_mission(self, t_s: float, position_m: Vector3) -> bool:
+        """Fly to the next waypoint. Return whether the mission is over."""
         if self._mission is None:
             return False
         status = self._mission.update(t_s, position_m)

@@ -44,6 +44,10 @@ class Flown(NamedTuple):
     answer: Answer | None
 
 
+NOTHING: Sequence[Flown] = ()
+"""Most messages bring nothing to fly."""
+
+
 class SteeringChain:
     """Median filter, padding, collision avoidance and yaw regulator, in the order of the nodes.
 
@@ -77,20 +81,24 @@ class SteeringChain:
         self._loop = SteeringLoop(algorithm, lambda frame: mount, warn, limits, uses_range_finders)
         self.newest_scan: LaserScan2D | None = None  # the algorithm's input: filtered and padded
 
-    def on_reference(self, time_us: int, v_ref_m_s: Vector3) -> list[Flown]:
+    def on_reference(self, time_us: int, v_ref_m_s: Vector3) -> Sequence[Flown]:
         """Take in the wanted velocity: ahead, left, up."""
         turns = self._yaw_steering.on_reference(1000 * time_us, v_ref_m_s[:2])
-        return _flown(turns) + self._turned(self._loop.on_reference(1000 * time_us, v_ref_m_s))
+        commands = self._loop.on_reference(1000 * time_us, v_ref_m_s)
+        if not (turns or commands):
+            return NOTHING
+        return _flown(turns) + self._turned(commands)
 
     def on_front(self, time_us: int, front: tuple[float, float]) -> None:
         """Take in where the front is to point (x, y), levelled body frame; see `YawSteering.on_front`."""
         self._yaw_steering.on_front(1000 * time_us, front)
 
-    def on_odometry(self, time_us: int, sample: OdometrySample) -> list[Flown]:
+    def on_odometry(self, time_us: int, sample: OdometrySample) -> Sequence[Flown]:
         """Take in the UAV's own motion."""
         pose = sample.pose
         state = OwnState(sample.linear_velocity_m_s, pose.position_m, pose.orientation_xyzw)
-        return self._turned(self._loop.on_odometry(1000 * time_us, state))
+        commands = self._loop.on_odometry(1000 * time_us, state)
+        return self._turned(commands) if commands else NOTHING
 
     def on_payload(self, time_us: int, due: Sequence[PayloadSensor]) -> list[Flown]:
         """Measure with those further sensors that are due and that the algorithm uses."""
@@ -116,8 +124,6 @@ class SteeringChain:
         return LaserScan2D(padded.ranges, *angles, *self._lidar_limits, seen=padded.seen)
 
     def _turned(self, commands: list[Command]) -> list[Flown]:
-        if not commands:
-            return []
         turns: list[Turn] = []
         for command in commands:
             turns += self._yaw_steering.on_command(command.stamp_ns, command.velocity_m_s[:2], command)
@@ -125,8 +131,6 @@ class SteeringChain:
 
 
 def _flown(turns: list[Turn]) -> list[Flown]:
-    if not turns:
-        return []
     return [
         Flown(command.stamp_ns // 1000, command.velocity_m_s, yaw_rate, command.answer)
         for command, yaw_rate in turns

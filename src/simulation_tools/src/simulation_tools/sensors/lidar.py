@@ -87,11 +87,11 @@ def measured(ranges: np.ndarray, sensor: RaySensor, rng: np.random.Generator) ->
 def _measure(
     ranges: np.ndarray,
     normals: np.ndarray,
-    stddev: float,
-    mean: float,
-    resolution: float,
-    range_min: float,
-    range_max: float,
+    stddev: np.float32,
+    mean: np.float32,
+    resolution: np.float32,
+    range_min: np.float32,
+    range_max: np.float32,
 ) -> None:
     """Do what `measured` says, all in single precision. normals: (n,), or none without noise."""
     for i in range(ranges.size):

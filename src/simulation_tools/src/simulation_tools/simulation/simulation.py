@@ -180,7 +180,8 @@ class Simulation:
         self.world.step()
         self.time_us += self._step_us
         self._move(dt_s)
-        self.autopilot.begin(self._state())  # a real PX4 computes while sensors are read and published
+        if self.px4 is None:  # a real PX4 computes while sensors are read and published
+            self.autopilot.begin(self._state())
         if self.time_us % WATCH_PERIOD_US < self._step_us:
             self._check_bodies()
         if self.gimbal is not None and self.gimbal.is_active:

@@ -108,7 +108,7 @@ class RayScene:
 
 
 @njit(cache=True)
-def _begin(given: np.ndarray, longest_m: float, origins: np.ndarray, ranges: np.ndarray) -> None:
+def _begin(given: np.ndarray, longest_m: np.float32, origins: np.ndarray, ranges: np.ndarray) -> None:
     """Fill what Embree takes: an origin (n, 3) for each ray, single precision, and as ranges the longest.
 
     given: (n, 3), or one for all, (1, 3).
@@ -121,7 +121,7 @@ def _begin(given: np.ndarray, longest_m: float, origins: np.ndarray, ranges: np.
 
 
 @njit(cache=True)
-def _end(ranges: np.ndarray, longest_m: float) -> None:
+def _end(ranges: np.ndarray, longest_m: np.float32) -> None:
     """Make each range (n,) inf on whose way nothing was hit."""
     for i in range(ranges.size):
         ranges[i] = np.inf if ranges[i] >= longest_m else ranges[i]

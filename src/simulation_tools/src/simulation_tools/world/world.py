@@ -138,8 +138,10 @@ class PhysicsWorld:
         state = self._states.get(name)
         if state is None:
             base = self._there.movers.get(name)
-            standing = base is None
-            state = BodyState(self._there.find(name).pose) if standing else state_of(self._client, base)
+            if base is None:
+                state = BodyState(self._there.find(name).pose)
+            else:
+                state = state_of(self._client, base)
             self._states[name] = state
         return state
 

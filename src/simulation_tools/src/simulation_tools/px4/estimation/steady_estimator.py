@@ -209,9 +209,21 @@ class SteadyEstimator:
         if self._row == len(self._drawn):
             self._drawn, self._row = self._rng.standard_normal((_DRAWN, 12)), 0
         _, pose, velocity, rates, force, _ = state
-        place = self.origin_m, pose.position_m, pose.orientation_xyzw
-        noise = self._sigmas, self._errors, self._drawn, self._row
-        _estimate(*place, velocity, rates, force, *noise, dt_s, self.GRAVITY_M_S2, self.estimate)
+        _estimate(
+            self.origin_m,
+            pose.position_m,
+            pose.orientation_xyzw,
+            velocity,
+            rates,
+            force,
+            self._sigmas,
+            self._errors,
+            self._drawn,
+            self._row,
+            dt_s,
+            self.GRAVITY_M_S2,
+            self.estimate,
+        )
         self._row += 1
 
     @property
