@@ -22,8 +22,8 @@ from master_thesis.files import plain, replace_file
 
 RESULT = "result.json"
 INCOMPLETE = "The run ended before all files of its results were written; its last messages tell why."
-_PACKAGES = ("numpy", "numba", "pybullet", "pybullet-arm64", "embreex", "trimesh", "pymavlink")
-_PACKAGES += ("matplotlib", "scipy")
+_PHYSICS = ("pybullet", "pybullet-arm64", "embreex", "trimesh")
+_PACKAGES = ("numpy", "numba", *_PHYSICS, "pymavlink", "matplotlib", "scipy")
 
 
 class RunFolder:
