@@ -187,7 +187,8 @@ slim_python() {
   packages=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))') || return
   rm -rf "$packages"/pybullet_data "$packages"/pybullet_envs
   for package in numba numpy pandas scipy matplotlib; do
-    find "$packages/$package" -depth -type d -name tests -exec rm -rf {} +
+    # numpy 2 imports a module of its own core's tests in numpy.testing, and scipy imports that
+    find "$packages/$package" -depth -type d -name tests -not -path '*/numpy/_core/tests' -exec rm -rf {} +
   done
   find "$packages/pymavlink/dialects" -type f -not -name '__init__.py' -not -name 'all.*' \
     -not -name 'ardupilotmega.*' -not -name 'common.*' -not -name 'minimal.*' -not -name 'standard.*' -delete
