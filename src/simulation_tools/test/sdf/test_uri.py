@@ -136,3 +136,11 @@ def test_a_model_of_fuel_comes_from_the_cache(fuel, uri, rest):
 def test_what_is_not_in_the_cache_is_not_downloaded(fuel, uri, saying):
     with pytest.raises(UriError, match=saying):
         resolve(uri, [], None)
+
+
+def test_a_folder_without_a_model_config_does_not_hide_a_model(models, tmp_path):
+    (models / "crate" / "model.config").write_text("<model/>")
+    meshes_only = tmp_path / "meshes_only"
+    (meshes_only / "crate").mkdir(parents=True)
+    assert resolve("model://crate", [meshes_only, models], None) == models / "crate"
+    assert resolve("model://crate", [meshes_only], None) == meshes_only / "crate"

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from simulation_tools.sdf.document import SdfError
+from simulation_tools.vehicle.airframe import Airframe
+from simulation_tools.vehicle.gimbal import Gimbal
 from simulation_tools.vehicle.uav import LIDARS, UavError, load_uav, remarks_on
 
 MODELS = Path(__file__).resolve().parents[2] / "models"
@@ -102,3 +104,22 @@ def test_a_link_without_inertia_is_said(tmp_path, monkeypatch):
     (said,) = remarks_on("iris", load_uav("iris", "mine").model)
     assert 'The link "hokuyo" has no <inertia>' in said
     assert remarks_on("iris", load_uav("iris", "ust").model) == ()
+
+
+def test_a_uav_that_includes_a_uav_carries_lidar_and_sensors(tmp_path, monkeypatch):
+    """A payload of 50 g under PX4's Iris, which comes by <include> under a name of its own."""
+    put_model(
+        tmp_path,
+        "mine",
+        "<include><uri>model://iris</uri><name>body</name></include>"
+        '<link name="payload"><inertial><mass>0.05</mass><inertia><ixx>1e-5</ixx><iyy>1e-5</iyy><izz>1e-5</izz>'
+        '</inertia></inertial></link><joint name="j" type="fixed"><parent>body::base_link</parent>'
+        "<child>payload</child></joint>",
+    )
+    monkeypatch.setenv("GAZEBO_MODEL_PATH", f"{tmp_path}:{MODELS}")
+    uav, alone = (load_uav(name, "ust", sensors=("range_finder",)) for name in ("mine", "iris"))
+    assert mass_kg(uav) == pytest.approx(mass_kg(alone) + 0.05)
+    assert uav.lidar.pose == alone.lidar.pose
+    assert Airframe.from_sdf(uav.model).rotor_joints == {f"body::rotor_{number}_joint" for number in range(4)}
+    gimbal, own = Gimbal.from_sdf(uav.model), Gimbal.from_sdf(alone.model)
+    assert gimbal.joint_names == tuple(f"body::{name}" for name in own.joint_names)

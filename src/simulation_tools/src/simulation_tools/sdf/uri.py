@@ -72,7 +72,8 @@ def _model(uri: str, rest: str, model_path: Sequence[Path]) -> Path:
         searched = ", ".join(str(root) for root in model_path) or "none"
         raise UriError(f'there is no model "{name}" in the folders of {MODEL_PATH_VARIABLE} ({searched})')
     # Two folders may have a model of this name, and only the second one the file.
-    found = next((root for root in having if (root / rest).exists()), having[0])
+    wanted = f"{name}/model.config" if rest.rstrip("/") == name else rest
+    found = next((root for root in having if (root / wanted).exists()), having[0])
     return _existing(found / rest, (found, found / name), uri)  # the model may itself be a link
 
 

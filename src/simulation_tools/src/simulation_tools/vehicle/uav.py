@@ -80,7 +80,7 @@ def load_uav(
                 f'There is no lidar "{lidar}"; choose one of {", ".join(LIDARS)}, '
                 f"or put a model lidar_{lidar} into a folder of {MODEL_PATH_VARIABLE}."
             )
-        carrier = attach(carrier, load(f"lidar_{lidar}"), LIDAR_MOUNT)
+        carrier = attach(carrier, load(f"lidar_{lidar}"), _lidar_mount(carrier))
     if range_max_m > 0.0:
         carrier = with_lidar_range(carrier, range_max_m)
     if noise_factor != 1.0:
@@ -138,6 +138,13 @@ def _location(model: str, prefers_shipped: bool) -> str:
         return model
     shipped = shipped_models() / model
     return str(shipped) if prefers_shipped and shipped.is_dir() else f"model://{model}"
+
+
+def _lidar_mount(carrier: Model) -> str:
+    """Return the name of the link for the lidar; it may be that of a UAV inside the model."""
+    names = [link.name for link in carrier.links]
+    inner = (name for name in names if name.endswith(f"::{LIDAR_MOUNT}"))
+    return LIDAR_MOUNT if LIDAR_MOUNT in names else next(inner, LIDAR_MOUNT)
 
 
 def remarks_on(name: str, uav: Model) -> tuple[str, ...]:
