@@ -48,6 +48,7 @@ class GazeboTestCase(unittest.TestCase):
             ("reset_simulation", Empty),
             ("reset_world", Empty),
             ("spawn_sdf_model", SpawnModel),
+            ("spawn_urdf_model", SpawnModel),
             ("delete_model", DeleteModel),
             ("get_model_state", GetModelState),
             ("set_model_state", SetModelState),

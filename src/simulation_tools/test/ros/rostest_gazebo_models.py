@@ -37,6 +37,13 @@ class TestGazeboModels(GazeboTestCase):
         self.services["delete_model"]("painted")
         self.assertNotIn(("painted", "world"), marker_names())
 
+    def test_a_model_in_urdf_is_spawned(self):
+        shape = '<collision><geometry><sphere radius="0.2"/></geometry></collision>'
+        text = f'<robot name="r"><link name="l">{shape}</link></robot>'
+        answer = self.services["spawn_urdf_model"]("ball", text, "", far_pose(), "")
+        self.assertTrue(answer.success, answer.status_message)
+        self.assertTrue(self.services["delete_model"]("ball").success)
+
     def test_what_is_spawned_while_paused_is_seen_afterwards(self):
         self.assertAlmostEqual(self.scan_ahead(), 3.0, delta=0.06)
         self.services["pause_physics"]()

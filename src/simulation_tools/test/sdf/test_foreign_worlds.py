@@ -295,3 +295,14 @@ def test_a_hinge_begins_at_zero_and_this_is_said(world_of):
     world = world_of(body + state(placed))
     assert world.models[0].link("b").pose.rpy_rad == (0.0, 0.0, 0.0)
     assert 'The joints of the model "m" begin at zero' in world.warnings[0]
+
+
+def test_attributes_of_newer_versions_that_would_change_the_model_are_said(world_of, tmp_path):
+    put_model(tmp_path, "inner", '<link name="l"/>')
+    world = world_of(
+        '<model name="m" placement_frame="l"><link name="l"/>'
+        '<include merge="true"><uri>model://inner</uri></include></model>',
+        version="1.9",
+    )
+    assert "placement_frame" in world.warnings[0]
+    assert "merge" in world.warnings[1]

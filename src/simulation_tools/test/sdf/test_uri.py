@@ -144,3 +144,17 @@ def test_a_folder_without_a_model_config_does_not_hide_a_model(models, tmp_path)
     (meshes_only / "crate").mkdir(parents=True)
     assert resolve("model://crate", [meshes_only, models], None) == models / "crate"
     assert resolve("model://crate", [meshes_only], None) == meshes_only / "crate"
+
+
+def test_a_package_is_looked_for_among_models_and_packages(models, tmp_path, monkeypatch):
+    nested = tmp_path / "src" / "stack" / "robot"
+    (nested / "meshes").mkdir(parents=True)
+    (nested / "meshes" / "arm.stl").write_text("x")
+    expected = nested / "meshes" / "arm.stl"
+    assert resolve("package://crate/meshes/a.stl", [models], None) == models / "crate" / "meshes" / "a.stl"
+    for folder in (tmp_path / "src", nested.parent, nested):  # a workspace, a stack, the package itself
+        monkeypatch.setenv("ROS_PACKAGE_PATH", str(folder))
+        assert resolve("package://robot/meshes/arm.stl", [], None) == expected
+    for uri in ("package://robot/../../../secret.stl", "package://robot/none.stl", "package://../x"):
+        with pytest.raises(UriError):
+            resolve(uri, [], None)

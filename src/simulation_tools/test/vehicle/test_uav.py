@@ -112,7 +112,8 @@ def test_a_uav_that_includes_a_uav_carries_lidar_and_sensors(tmp_path, monkeypat
         tmp_path,
         "mine",
         "<include><uri>model://iris</uri><name>body</name></include>"
-        '<link name="payload"><inertial><mass>0.05</mass><inertia><ixx>1e-5</ixx><iyy>1e-5</iyy><izz>1e-5</izz>'
+        '<link name="payload"><inertial><mass>0.05</mass><inertia><ixx>1e-5</ixx><iyy>1e-5</iyy>'
+        "<izz>1e-5</izz>"
         '</inertia></inertial></link><joint name="j" type="fixed"><parent>body::base_link</parent>'
         "<child>payload</child></joint>",
     )

@@ -33,7 +33,8 @@ class Services:
     """Converts requests and answers; `GazeboServices` does the work, between two steps.
 
     Serves: ~pause_physics, ~unpause_physics, ~reset_simulation, ~reset_world, ~spawn_sdf_model,
-    ~delete_model, ~get_model_state, ~set_model_state, ~get_world_properties, ~level_lidar, ~nod_lidar,
+    ~spawn_urdf_model, ~delete_model,
+    ~get_model_state, ~set_model_state, ~get_world_properties, ~level_lidar, ~nod_lidar,
     ~swap_battery. Subscribes: ~set_model_state.
     """
 
@@ -73,6 +74,7 @@ class Services:
             ("~reset_simulation", Empty, lambda _: self._between_steps(self._reset)),
             ("~reset_world", Empty, lambda _: self._between_steps(self._reset_world)),
             ("~spawn_sdf_model", srv.SpawnModel, self._on_spawn),
+            ("~spawn_urdf_model", srv.SpawnModel, self._on_spawn),  # as in Gazebo, each takes both forms
             ("~delete_model", srv.DeleteModel, self._on_delete),
             ("~get_model_state", srv.GetModelState, self._on_get_state),
             ("~set_model_state", srv.SetModelState, self._on_set_state),

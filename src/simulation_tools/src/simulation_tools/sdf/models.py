@@ -34,6 +34,8 @@ def read_model(node: Node, reading: Reading, static: bool = False) -> Model:
     pose, frame = node.pose()
     if frame not in ("", "world"):
         raise node.error(f'A model cannot be placed in the frame "{frame}"')
+    if node.attribute("placement_frame", ""):
+        node.note(f'The placement_frame of the model "{name}" is not supported: its own frame is placed')
     static = node.flag("static", False) or static
     nested = _read_nested(node, reading, static)
     frames = _Frames(node, nested)

@@ -29,6 +29,7 @@ from simulation_tools.sdf.reading import Omissions, Reading
 from simulation_tools.sdf.safe_xml import SdfError
 from simulation_tools.sdf.shapes import read_colour
 from simulation_tools.sdf.state import apply_state
+from simulation_tools.sdf.urdf.reader import is_urdf, sdf_of
 
 OLDEST, NEWEST = (1, 2), (1, 12)
 """Versions of SDF that are read. What a newer one has and 1.7 has not is named as not supported."""
@@ -74,8 +75,13 @@ def load_model(path_or_uri: PathLike, model_path: Sequence[PathLike] | None = No
 def parse_model(
     xml_text: str | bytes, source_name: str, model_path: Sequence[PathLike] | None = None
 ) -> Model:
-    """Read a model from text, as ``/gazebo/spawn_sdf_model`` gets it. source_name: the path in errors."""
+    """Read a model from text, as ``/gazebo/spawn_sdf_model`` gets it. source_name: the path in errors.
+
+    The text may also be URDF. The lines in errors are then those of the SDF that it becomes.
+    """
     text = xml_text.encode() if isinstance(xml_text, str) else xml_text
+    if is_urdf(text):
+        text = sdf_of(text, source_name)
     reader = _Reader(model_path)
     return _only_model(reader.models_of(Document(text, source_name, None)), source_name)
 
@@ -192,6 +198,8 @@ class _Reader:
     def _include(self, node: Node, static: bool) -> Model | None:
         """Follow an ``<include>`` and apply what it overrides; None for a light."""
         location = node.required("uri")
+        if node.attribute("merge", "") in ("true", "1"):
+            node.note("The merge of an <include> is not supported: the model keeps its name before its parts")
         pose_node = node.child("pose")
         name = node.child("name")
         overrides_static = bool(node.children_unmarked("static"))

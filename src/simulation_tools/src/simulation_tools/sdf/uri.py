@@ -1,13 +1,14 @@
 """Finds the file that a uri in a description means, and refuses files outside the model folders.
 
 A file is looked for where Gazebo 11 looks for it: ``model://name/...`` in every folder of the model path,
-``file://`` and relative uris beside the file that names them and in the folders of ``GAZEBO_RESOURCE_PATH``,
-uris of Fuel in its local cache (nothing is downloaded). What is found must lie inside these folders, whatever
-``..`` or symbolic links lead there.
+``package://`` also among ROS's packages, ``file://`` and relative uris beside the file that names them and
+in the folders of ``GAZEBO_RESOURCE_PATH``, uris of Fuel in its local cache (nothing is downloaded). What is
+found must lie inside these folders, whatever ``..`` or symbolic links lead there.
 """
 
 from __future__ import annotations
 
+import glob
 import os
 from pathlib import Path
 from typing import Iterable, Sequence
@@ -16,6 +17,7 @@ from simulation_tools.sdf.fuel_cache import SCHEMES as FUEL_SCHEMES
 from simulation_tools.sdf.fuel_cache import FuelError, cached
 
 MODEL_PATH_VARIABLE = "GAZEBO_MODEL_PATH"
+PACKAGE_PATH_VARIABLE = "ROS_PACKAGE_PATH"
 RESOURCE_PATH_VARIABLE = "GAZEBO_RESOURCE_PATH"
 
 
@@ -49,6 +51,8 @@ def resolve(uri: str, model_path: Sequence[Path], folder: Path | None) -> Path:
         return _relative(uri, model_path, folder)
     if scheme == "model":
         return _model(uri, rest, model_path)
+    if scheme == "package":
+        return _package(uri, rest, model_path)
     if scheme == "file":
         return _file(uri, rest, model_path, folder)
     if scheme in FUEL_SCHEMES:
@@ -56,7 +60,9 @@ def resolve(uri: str, model_path: Sequence[Path], folder: Path | None) -> Path:
             return cached(uri)
         except FuelError as error:
             raise UriError(str(error)) from None
-    raise UriError(f'the uri "{uri}" has an unknown scheme; use model://, file:// or a relative path')
+    raise UriError(
+        f'the uri "{uri}" has an unknown scheme; use model://, package://, file:// or a relative path'
+    )
 
 
 def _folders_of(variable: str) -> list[Path]:
@@ -75,6 +81,21 @@ def _model(uri: str, rest: str, model_path: Sequence[Path]) -> Path:
     wanted = f"{name}/model.config" if rest.rstrip("/") == name else rest
     found = next((root for root in having if (root / wanted).exists()), having[0])
     return _existing(found / rest, (found, found / name), uri)  # the model may itself be a link
+
+
+def _package(uri: str, rest: str, model_path: Sequence[Path]) -> Path:
+    """Return a file of a ROS package. A folder of ``ROS_PACKAGE_PATH`` is or holds packages."""
+    name = rest.split("/", 1)[0]
+    if name in ("", ".", ".."):
+        raise UriError(f'the uri "{uri}" names no package')
+    folders = _folders_of(PACKAGE_PATH_VARIABLE)
+    places = [folder / name for folder in (*model_path, *folders)]
+    places += [folder for folder in folders if folder.name == name]
+    places += [place for folder in folders for place in folder.glob(f"*/{glob.escape(name)}")]
+    for place in places:
+        if place.is_dir() and _exists(place.parent / rest):
+            return _existing(place.parent / rest, (place,), uri)
+    raise UriError(f'the uri "{uri}" leads to no file in {MODEL_PATH_VARIABLE} or {PACKAGE_PATH_VARIABLE}')
 
 
 def _file(uri: str, rest: str, model_path: Sequence[Path], folder: Path | None) -> Path:
