@@ -291,9 +291,11 @@ build_workspace() {
   [[ ! -d build || $present == "$(cat build/.upstream 2>/dev/null)" ]] || rm -rf build devel
   write_interpreter
   leave_out "$present"
-  # Messages for Python and C++ only, because other languages take time and have no nodes here
+  # Messages for Python and C++ only, because other languages take time and have no nodes here. Debian 12's catkin reads
+  # the first name of the interpreter, Debian 13's the second.
   run_step "building the workspace" env -u CATKIN_TEST_RESULTS_DIR ROS_LANG_DISABLE=genlisp:geneus:gennodejs catkin_make --directory "$root" \
-    -DPYTHON_EXECUTABLE="$root/devel/interpreter/python3" -DCATKIN_BLACKLIST_PACKAGES="$present" -DCOMPILE_KERNELS=OFF ||
+    -DPYTHON_EXECUTABLE="$root/devel/interpreter/python3" -DPython_EXECUTABLE="$root/devel/interpreter/python3" \
+    -DCATKIN_BLACKLIST_PACKAGES="$present" -DCOMPILE_KERNELS=OFF ||
     explain_failure "The build failed."
   echo "$present" >build/.upstream
   echo "$inputs" >build/.bringup

@@ -17,6 +17,7 @@ run_step() {
   leave_out=";${leave_out%% -D*};"
   echo "built upon ${CMAKE_PREFIX_PATH:-nothing}"
   mkdir -p build devel/share
+  echo "$words" >build/command
   for package in mavros_msgs gazebo_msgs; do
     [[ $leave_out == *";$package;"* ]] || mkdir -p "devel/share/$package"
   done
@@ -74,6 +75,14 @@ def test_without_an_underlay_the_subsets_are_built_once(workspace):
     assert "built upon" in workspace.set_up()
     assert workspace.messages == ["gazebo_msgs", "mavros_msgs"]
     assert workspace.set_up() == ""
+
+
+def test_both_catkins_are_told_the_interpreter_of_the_nodes(workspace):
+    """FindPythonInterp of Debian 12's catkin reads PYTHON_EXECUTABLE, FindPython of Debian 13's the other."""
+    workspace.set_up()
+    command = (workspace.root / "build/command").read_text().split()
+    for name in ("PYTHON_EXECUTABLE", "Python_EXECUTABLE"):
+        assert f"-D{name}={workspace.root}/devel/interpreter/python3" in command
 
 
 def test_an_underlay_that_comes_later_takes_the_place_of_the_subset(workspace):

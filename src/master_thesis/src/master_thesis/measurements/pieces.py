@@ -95,7 +95,9 @@ def _catkin_make(folder: Path, *arguments: str, altered: Sequence[Path] = ()) ->
     for path in altered:
         path.write_text(path.read_text(encoding="utf-8") + "\n", encoding="utf-8")
     command = ["catkin_make", "--directory", str(folder), *arguments]
-    command += [f"-DPYTHON_EXECUTABLE={sys.executable}", f"-DCATKIN_BLACKLIST_PACKAGES={_left_out()}"]
+    # Debian 12's catkin reads the first name of the interpreter, Debian 13's the second
+    command += [f"-D{name}={sys.executable}" for name in ("PYTHON_EXECUTABLE", "Python_EXECUTABLE")]
+    command += [f"-DCATKIN_BLACKLIST_PACKAGES={_left_out()}"]
     began_s = time.monotonic()
     code, said = _run(command)
     if code:
