@@ -10,7 +10,7 @@ from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Mesh, World
 from simulation_tools.sdf.parser import load_world, parse_model
 from simulation_tools.world.mesh_file import write_world_mesh
-from simulation_tools.world.shapes import convex_parts as convex
+from simulation_tools.world.shapes import bullet_shapes
 from simulation_tools.world.shapes.convex_parts import connected_pieces, convex_parts
 from simulation_tools.world.shapes.meshes import mesh_of
 from simulation_tools.world.shapes.terrain import MeshError
@@ -181,7 +181,7 @@ def parse_gate(path):
 
 
 def test_a_concave_mesh_with_too_many_triangles_is_filled_up_and_this_is_said(gate_file, monkeypatch):
-    monkeypatch.setattr(convex, "MAX_SLABS", 31)
+    monkeypatch.setattr(bullet_shapes, "MAX_SLABS", 31)
     world = PhysicsWorld(World("w", (parse_gate(gate_file),)))
     try:
         (remark,) = world.remarks
@@ -237,3 +237,25 @@ def test_what_cannot_be_built_is_left_out_and_said(half_good):
 
 def test_a_mesh_of_such_a_world_has_the_rest(half_good, tmp_path):
     assert write_world_mesh(half_good, tmp_path / "w.glb") == ["half", "falling"]
+
+
+def test_the_limit_of_triangles_is_that_of_a_part(gate_file, monkeypatch):
+    """Of two gates on one link, the second one is beyond the limit."""
+    monkeypatch.setattr(bullet_shapes, "MAX_SLABS", 40)
+    text = (
+        '<sdf version="1.6"><model name="gates"><link name="l">'
+        + "".join(
+            f'<collision name="c{k}"><pose>0 0 {k} 0 0 0</pose><geometry><mesh><uri>file://{gate_file}</uri></mesh>'
+            "</geometry></collision>"
+            for k in range(2)
+        )
+        + "</link></model></sdf>"
+    )
+    world = PhysicsWorld(World("w", (parse_model(text, "t", [gate_file.parent]),), (0.0, 0.0, 0.0)))
+    try:
+        world.spawn(moving("<sphere><radius>0.1</radius></sphere>"), "ball", Pose.from_xyz_rpy(0, 0, 9))
+        assert len(world.remarks) == 1
+        assert world.clearance("ball", Pose(), 5.0) > 0.0
+        assert world.clearance("ball", Pose.from_xyz_rpy(0, 0, 1), 5.0) < 0.0
+    finally:
+        world.close()

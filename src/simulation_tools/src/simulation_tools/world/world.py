@@ -72,7 +72,7 @@ class PhysicsWorld:
             pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
             for model in world.models:
                 self._spawn_what_is_usable(model, gui or drawn)
-            self.remarks += self._factory.shapes.remarks
+            self.remarks += dict.fromkeys(self._factory.shapes.remarks)
             pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_RENDERING, 1, physicsClientId=self._client)
         except Exception:
             self.close()

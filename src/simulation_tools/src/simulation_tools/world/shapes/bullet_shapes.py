@@ -9,11 +9,11 @@ from typing import Callable, Hashable, Sequence
 
 import numpy as np
 
-from simulation_tools.geometry import IDENTITY
+from simulation_tools.geometry import IDENTITY, Pose
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Plane, Rgba, Sphere
 from simulation_tools.world.assembly import PlacedCollision, PlacedVisual
 from simulation_tools.world.engine import WorldError, pybullet
-from simulation_tools.world.shapes.convex_parts import convex_parts
+from simulation_tools.world.shapes.convex_parts import MAX_SLABS, convex_parts
 from simulation_tools.world.shapes.meshes import DRAWN_SAGITTA_M, PLANE_HALF_SIZE_M, mesh_of
 from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
@@ -109,11 +109,7 @@ class ShapeFactory:
                 raise WorldError(
                     f"The ground {item.link}::{item.collision.name} must belong to a static model."
                 )
-        shapes = [(self._compound_entry(item.collision.geometry), item.pose) for item in placed]
-        if len(shapes) > MAX_SHAPES_PER_PART:  # the rest goes into one file, which may hold any number
-            rest = placed[MAX_SHAPES_PER_PART - 1 :]
-            together = (self._hulls_entry(self._placed_parts_of(rest)), IDENTITY)
-            shapes = [*shapes[: MAX_SHAPES_PER_PART - 1], together]
+        shapes = self._entries(placed)
         keys = ("shapeType", "radius", "halfExtents", "length", "fileName")
         columns = {key: [shape[key] for shape, _ in shapes] for key in keys}
         return pybullet.createCollisionShapeArray(
@@ -128,24 +124,31 @@ class ShapeFactory:
             physicsClientId=self._client,
         )
 
-    def _compound_entry(self, geometry: Geometry) -> dict:
-        if isinstance(geometry, Mesh):
-            return self._hulls_entry(self._parts_of(geometry))
-        primitive = _primitive(geometry)
-        if "height" in primitive:
-            primitive["length"] = primitive.pop("height")
-        return {**_NO_SIZE, **primitive}
+    def _entries(self, placed: Sequence[PlacedCollision]) -> list[tuple[dict, Pose]]:
+        """Return the entries of a part's shapes, and their places in it.
 
-    def _placed_parts_of(self, placed: Sequence[PlacedCollision]) -> list[np.ndarray]:
-        """Return the corners of the convex parts of shapes, in the frame of their part."""
-        return [
-            item.pose.transform(corners)
-            for item in placed
-            for corners in self._parts_of(item.collision.geometry)
-        ]
+        PyBullet takes few entries, but an entry of a file may hold any number of shapes.
+        """
+        count = len(placed) if len(placed) <= MAX_SHAPES_PER_PART else MAX_SHAPES_PER_PART - 1
+        entries, slabs_left = [], MAX_SLABS
+        for item in placed[:count]:
+            geometry = item.collision.geometry
+            if isinstance(geometry, Mesh):
+                parts = self._parts_of(geometry, slabs_left)
+                slabs_left -= len(parts)
+                entries.append((self._hulls_entry(parts), item.pose))
+            else:
+                entries.append((_primitive_entry(geometry), item.pose))
+        together: list[np.ndarray] = []
+        for item in placed[count:]:
+            parts = self._parts_of(item.collision.geometry, slabs_left)
+            slabs_left -= len(parts)
+            together += [item.pose.transform(corners) for corners in parts]
+        return [*entries, (self._hulls_entry(together), IDENTITY)] if together else entries
 
-    def _parts_of(self, geometry: Geometry) -> list[np.ndarray]:
-        parts, is_filled = convex_parts(mesh_of(geometry))
+    def _parts_of(self, geometry: Geometry, max_slabs: int) -> list[np.ndarray]:
+        """Return the corners (n, 3) of a shape's convex parts."""
+        parts, is_filled = convex_parts(mesh_of(geometry), max_slabs)
         if is_filled and isinstance(geometry, Mesh):
             self.remarks.append(
                 f"{geometry.path}: The mesh belongs to a model that moves, and has too many triangles to "
@@ -193,6 +196,13 @@ def _drawn(geometry: Geometry) -> TriangleMesh:
     if isinstance(geometry, Plane):  # infinite for collisions, but drawn in its size
         return TriangleMesh(mesh.vertices * (0.5 * max(geometry.size_m) / PLANE_HALF_SIZE_M), mesh.triangles)
     return mesh
+
+
+def _primitive_entry(geometry: Geometry) -> dict:
+    primitive = _primitive(geometry)
+    if "height" in primitive:
+        primitive["length"] = primitive.pop("height")
+    return {**_NO_SIZE, **primitive}
 
 
 def _primitive(geometry: Geometry) -> dict:
