@@ -154,3 +154,10 @@ def test_beyond_the_edge_of_all_ground_there_is_no_below(tmp_path):
     path = tmp_path / "pad.world"
     path.write_text(re.sub(r'<model name="ground_plane">.*?</model>', PAD, WORLD, flags=re.DOTALL))
     checked(path, goal=(20.0, 0.0, -2.0))
+
+
+def test_a_model_may_be_called_place(world):
+    world.write_text(WORLD.replace('name="column"', 'name="place"'))
+    checked(world)
+    with pytest.raises(ScenarioError, match="inside of place"):
+        checked(world, goal=(5.0, 0.0, 2.0))

@@ -21,6 +21,8 @@ HOVER_M, OVERSHOOT_M, CLIMB_STEP_M = 2.0, 0.15, 0.1
 """Height over the ground to which the UAV takes off; how far it may climb beyond; steps of the check."""
 FARTHEST_GROUND_M = 10_000.0
 
+PROBE = "the place"
+"""As "the UAV" no name that a world is likely to hold."""
 _PROBE_RADIUS_M = 0.001
 _PROBE = (
     '<sdf version="1.6"><model name="place"><static>true</static><link name="link"><collision name="point">'
@@ -58,8 +60,8 @@ def check_course(
             vertical_m(world.rays.cast, place) for place in ((x, y, lifted_m), *places_xyz_m)
         )  # before the UAV is among the shapes
         world.spawn(uav, "the UAV", Pose.identity())
-        world.spawn(parse_model(_PROBE, "the place"), "place", Pose.identity())
-        others = {"the UAV", "place", "ground_plane"}
+        world.spawn(parse_model(_PROBE, "the place"), PROBE, Pose.identity())
+        others = {"the UAV", PROBE, "ground_plane"}
 
         def distance_m(who: str, pose: Pose, within_m: float, but: frozenset[str] = frozenset()) -> float:
             return world.clearance(who, pose, within_m, ignore=others | but)
@@ -86,9 +88,9 @@ def check_course(
                 raise ScenarioError(_climbs_into((x, y, z), name, up_m + stands_m))
         for place, room in zip(places_xyz_m, under):
             pose = Pose(tuple(place))
-            found_m = distance_m("place", pose, keep_m + 1.0)
+            found_m = distance_m(PROBE, pose, keep_m + 1.0)
             if found_m < max(keep_m, _PROBE_RADIUS_M):
-                name = _nearest(obstacles, partial(distance_m, "place", pose, keep_m + 1.0))
+                name = _nearest(obstacles, partial(distance_m, PROBE, pose, keep_m + 1.0))
                 raise ScenarioError(_too_close(place, found_m + _PROBE_RADIUS_M, name, keep_m))
             if room.is_below_ground or room.down_m < stands_m:
                 raise ScenarioError(_too_low(place, room, stands_m))

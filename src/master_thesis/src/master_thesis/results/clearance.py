@@ -19,10 +19,13 @@ from master_thesis.worlds.placements import Obstacle
 from simulation_tools.geometry import Pose
 
 if TYPE_CHECKING:
+    from simulation_tools.sdf.elements import Model
     from simulation_tools.world.world import PhysicsWorld
 
 FARTHEST_M = 5.0
 """Obstacles farther away than this are ignored."""
+FLOOR_HEIGHT_M = 0.5
+"""A shape that is higher is more than a floor."""
 SPACING_M = 0.02
 ACTOR_PERIOD_S = 0.02
 """Between two poses at which the distance to things that move is measured."""
@@ -36,7 +39,7 @@ def no_progress(done: int, of: int) -> None:
 def clearances_of_flight(
     description: RunDescription, log: FlightLog, outcome: Outcome, progress: Progress = no_progress
 ) -> np.ndarray:
-    """Return (n, 2): time, and distance in m from the UAV to the nearest shape except the ground.
+    """Return (n, 2): time, and distance in m from the UAV to the nearest shape except level ground.
 
     It is measured along the true path, from sending the goal to landing, in the world of its file.
 
@@ -93,8 +96,10 @@ def distances_in(
 ) -> np.ndarray:
     """Return (n, 2): time, and distance in m from a UAV's shapes to the nearest others, along poses (n, 8).
 
-    What a script moves stands where it was at the time of each pose.
+    What a script moves stands where it was at the time of each pose. ignore: models that do not count. One
+    that is more than a floor counts all the same: a world may be one mesh, with its walls.
     """
+    ignore = [name for name in ignore if name not in world.model_names() or _is_floor(world.model(name))]
 
     def clearance(time_s: float, pose: Pose) -> float:
         world.place_actors(time_s)
@@ -102,6 +107,20 @@ def distances_in(
 
     kept = thinned(poses, spacing_m, ACTOR_PERIOD_S if world.has_actors else math.inf)
     return np.column_stack((kept[:, 0], measured(clearance, kept, progress)))
+
+
+def _is_floor(model: Model) -> bool:
+    """Whether a model has nothing but level ground: planes, hills, and shapes that are not high."""
+    from simulation_tools.sdf.elements import Heightmap, Plane
+    from simulation_tools.world.shapes.meshes import mesh_of
+
+    heights_m = [
+        np.ptp(mesh_of(shape.geometry).transformed(model.pose @ link.pose @ shape.pose).vertices[:, 2])
+        for link in model.links
+        for shape in link.collisions
+        if not isinstance(shape.geometry, (Plane, Heightmap))
+    ]
+    return max(heights_m, default=0.0) <= FLOOR_HEIGHT_M
 
 
 def measured(
