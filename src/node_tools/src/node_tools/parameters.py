@@ -28,15 +28,16 @@ def read_values(defaults: Mapping[str, Any]) -> dict[str, Any]:
     """Return the private parameters of these names, or their defaults.
 
     YAML does not know the wanted type. So if the default is a float, a whole number becomes a float. If the
-    default is a str, a number becomes a str.
+    default is a str, a number becomes a str. A name may lead into a namespace: "sensor_model/hit". One call
+    asks the parameter server for all of them.
     """
-    return {name: _like(default, rospy.get_param("~" + name, default)) for name, default in defaults.items()}
+    given = _given()
+    return {name: _like(default, _in(given, name, default)) for name, default in defaults.items()}
 
 
 def write_values(values: Mapping[str, Any]) -> None:
-    """Set the private parameters. dynamic_reconfigure reads them without converting types."""
-    for name, value in values.items():
-        rospy.set_param("~" + name, value)
+    """Set the private parameters, in one call. dynamic_reconfigure reads them without converting types."""
+    rospy.set_param("~", {**_given(), **values})
 
 
 def read_parameters(parameter_class: type[Parameters]) -> Parameters:
@@ -102,6 +103,21 @@ def serve(
         return config
 
     return TuningServer(config_type, on_change)
+
+
+def _given() -> dict[str, Any]:
+    """Return the private parameters that are set."""
+    given = rospy.get_param("~", {})
+    return given if isinstance(given, dict) else {}
+
+
+def _in(given: Any, name: str, default: Any) -> Any:
+    """Return the value of a name in nested namespaces, or the default."""
+    for part in name.split("/"):
+        if not isinstance(given, dict) or part not in given:
+            return default
+        given = given[part]
+    return given
 
 
 def _like(default: Any, value: Any) -> Any:
