@@ -31,6 +31,10 @@ _PARAMETER_TRIES, _LIST_REQUESTS, _LIST_ROUNDS = 10, 4, 12  # over a network tha
 _PARAMETER_PATIENCE_S = 3.0  # for all tries, as in MAVROS: three tries of 1 s
 _SET_TRIES = 3  # another value than the one sent: a refusal, or a late answer to an earlier question
 
+_NUMBERS = {message.msgname: number for number, message in common.mavlink_map.items()}
+_OWN = ("HEARTBEAT", "COMMAND_ACK", "PARAM_VALUE")
+"""What a client heeds without a handler."""
+
 Handler = Callable[[common.MAVLink_message], None]
 
 
@@ -53,9 +57,10 @@ class FcuClient:
         endpoints = parse_fcu_url(fcu_url)
         self.target = target
         self.url = fcu_url
-        self.packets = 0  # whole messages received from anybody
+        self._handled = 0
         self.stack: Stack = stack_of(None)  # the flight controller's, by its heartbeats
         self._codec = Codec(system_id, component_id)
+        self._codec.wanted = {_NUMBERS[name] for name in _OWN}
         self._remote: Address = endpoints.remote
         self._socket = open_udp(*endpoints.local, "MAVROS")
         self._connection = Connection(connection_timeout_s)
@@ -72,7 +77,12 @@ class FcuClient:
         self._command_lock = threading.Lock()
 
     def on(self, name: str, handler: Handler) -> None:
-        """Call a handler for each message of a MAVLink name from the target, after earlier handlers."""
+        """Call a handler for each message of a MAVLink name from the target, after earlier handlers.
+
+        Messages without a handler are not unpacked.
+        """
+        assert self._codec.wanted is not None
+        self._codec.wanted.add(_NUMBERS[name])
         self._handlers.setdefault(name, []).append(handler)
 
     @property
@@ -91,6 +101,11 @@ class FcuClient:
         return self._connection.alive
 
     @property
+    def packets(self) -> int:
+        """Return how many whole messages have come from anybody."""
+        return self._handled + self._codec.unwanted
+
+    @property
     def bad_packets(self) -> int:
         """Return how many packets were no valid message."""
         return self._codec.bad
@@ -103,7 +118,7 @@ class FcuClient:
         """Handle every message that is there."""
         for datagram, address in receive_all(self._socket):
             for message in self._codec.decode(datagram):
-                self.packets += 1
+                self._handled += 1
                 if self._is_from_target(message, address):
                     self._handle(message)
 
