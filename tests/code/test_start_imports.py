@@ -5,8 +5,11 @@ from __future__ import annotations
 import importlib.util
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
 
 NUMBA = ("numba", "llvmlite", "scipy")  # a quarter of a second
 
@@ -38,6 +41,31 @@ def loaded_by(code: str) -> set[str]:
 )
 def test_what_is_not_used_is_not_loaded(imports, unused):
     assert not loaded_by(imports) & set(unused)
+
+
+LIGHT_NODES = (
+    "simulation_tools/mavros",
+    "simulation_tools/mavros_publisher",
+    "simulation_tools/tf_publisher",
+    "inspection_tools/position_controller",
+    "inspection_tools/lidar_median_filter",
+    "inspection_tools/lidar_padding",
+    "inspection_tools/yaw_regulator",
+)
+"""The nodes of Experiment 1 that run no kernel. They start beside the simulator, on the same cores."""
+IMPORT = """
+from importlib.machinery import SourceFileLoader
+import sys
+sys.dont_write_bytecode = True  # no cache among the executables
+SourceFileLoader("node", {path!r}).load_module()
+"""
+
+
+@pytest.mark.parametrize("node", LIGHT_NODES)
+def test_a_node_without_kernels_loads_neither_numba_nor_physics(node):
+    package, name = node.split("/")
+    path = str(ROOT / "src" / package / "nodes" / name)
+    assert not loaded_by(IMPORT.format(path=path)) & {*NUMBA, "pybullet", "embreex", "matplotlib"}
 
 
 def test_a_kernel_without_a_product_of_matrices_loads_no_scipy_linalg(tmp_path):

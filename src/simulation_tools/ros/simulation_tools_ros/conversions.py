@@ -5,7 +5,7 @@ Every time is in microseconds of simulated time, or a stamp made of it by `stamp
 
 from __future__ import annotations
 
-from typing import Iterable, Sequence
+from typing import TYPE_CHECKING, Iterable, Sequence
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -20,12 +20,14 @@ from std_msgs.msg import Header
 
 from simulation_tools.bounds import MAX_MAGNITUDE, are_sane
 from simulation_tools.geometry import Pose
-from simulation_tools.running.performance import PerformanceFigures
-from simulation_tools.sensors.imu import ImuSample
-from simulation_tools.sensors.lidar import Lidar
-from simulation_tools.sensors.odometry import OdometrySample
-from simulation_tools.transforms.edge_pairing import Edge
-from simulation_tools.world.world import BodyState, Contact
+
+if TYPE_CHECKING:  # they load physics and numba, which tf_publisher does not need
+    from simulation_tools.running.performance import PerformanceFigures
+    from simulation_tools.sensors.imu import ImuSample
+    from simulation_tools.sensors.lidar import Lidar
+    from simulation_tools.sensors.odometry import OdometrySample
+    from simulation_tools.transforms.edge_pairing import Edge
+    from simulation_tools.world.world import BodyState, Contact
 
 
 def stamp(time_us: int) -> Time:
