@@ -83,10 +83,10 @@ def test_a_lidar_of_short_range_stays_near_walls_and_where_it_nods_the_imu_count
 )
 def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, given, leaders):
     path = ROOT / f"src/master_thesis/launch/{file}.launch"
-    for world, radius_m, manhole_m in (
-        ("hold_3d", 0.35, math.inf),
-        ("hold_3d_cargo", 0.35, math.inf),
-        ("ballast_tank", 0.2, 0.6),
+    for world, radius_m, manhole_m, height_m in (
+        ("hold_3d", 0.35, math.inf, math.inf),
+        ("hold_3d_cargo", 0.35, math.inf, math.inf),
+        ("ballast_tank", 0.2, 0.6, 0.4),
     ):
         config = loaded(path, f"world:={world}", *given)
         params = {key: each.value for key, each in config.params.items()}
@@ -96,6 +96,7 @@ def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, given, leader
             clearance_m = radius_m + params[f"/{leader}/planner/margin"]
             assert radius_m <= clearance_m <= params["/cepa/r_lb"] < params["/cepa/r_ub"]
         assert 2.0 * params["/cepa/r_lb"] < manhole_m
+        assert params["/cepa/body_below"] + params["/cepa/body_above"] < height_m
         waits_for = set(params["/gazebo/lockstep_participants"].split())
         assert waits_for == {
             f"/{node}/processed" for node in ("experiment", *leaders, "gridslam", "slam_octomap")

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cepa.dynamic.constants.remembered import BESIDE_UP_M, PARTS_OF_A_MISS
 from cepa.dynamic.cost_to_go.kernels.slowness import best_layers
 from cepa.dynamic.free_space.kernels.clouds import free_distances, level, stamp_seen
 from cepa.dynamic.free_space.kernels.unseen import unseen_layers
@@ -204,10 +205,13 @@ class PlainMemory:
                 column = int((math.atan2(y, x) + math.pi) * nearest.shape[1] / (2.0 * math.pi))
                 columns = np.arange(column - 1, column + 2) % nearest.shape[1]
                 inside = 0 < row < nearest.shape[0] - 1
-                around = nearest[row - 1 : row + 2, columns] if inside else np.zeros((3, 3))
-                if np.isfinite(around[1]).any() and around.min() > h + gap:
-                    entry[2] += 1
-                    if entry[2] >= misses:
+                high = math.floor(BESIDE_UP_M / (h * row_tan))
+                rows = np.arange(max(0, row - high - 1), min(nearest.shape[0], row + high + 2))
+                around = nearest[np.ix_(rows, columns)] if inside else np.zeros((1, 3))
+                looked = rows[np.isfinite(around).any(axis=1)] if inside else rows[:0]
+                if (np.abs(looked - row) <= high).any() and around.min() > h + gap:
+                    entry[2] += PARTS_OF_A_MISS if row in looked else 1
+                    if entry[2] >= misses * PARTS_OF_A_MISS:
                         del self.cells[cell]
                 elif h < near:
                     entry[1] = np.nextafter(stamp, -math.inf)
@@ -240,6 +244,24 @@ def test_remembered_points_are_those_of_a_plain_dictionary(seed):
         counts += stood.sum(), len(stood)
     assert known > 50
     assert 0 < counts[0] < 0.5 * counts[1]
+
+
+def test_near_the_lidar_a_beam_beside_a_point_tells_that_it_has_gone_but_slowly():
+    # A picture with rows of 0.005; the channels are 10 rows apart, and the point is 3 rows above one: 6 mm
+    stores = np.empty((2, 3)), np.empty(2), np.empty(2), np.empty(2, np.uint8)
+    voxels = Voxels(*stores, np.full((40, 40, 48), NOBODY, np.int32), 0.15, 0.05)
+    nearest = np.full((324, 720), math.inf, np.float32)
+    nearest[2::10] = 3.0  # with a channel at row 162: the middle
+    here, reach, points = np.zeros(3), np.array([2.0, 0.8]), np.empty((2, 3))
+    known, _ = remember(np.array([[0.4, 0.0, 0.007]]), here, 0.0, reach, voxels, 0)
+    clouds = 0
+    while known:
+        clouds += 1
+        stamp_s = 0.1 * clouds
+        known = recall(
+            here, stamp_s, stamp_s - 20.0, reach, nearest, 0.005, 0.3, 1.5, 3, voxels, known, points
+        )
+    assert clouds == 3 * PARTS_OF_A_MISS
 
 
 def test_a_full_list_forgets_what_is_far_and_tells_what_found_no_room():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from cepa.dynamic.constants.distance_fields import FIELD_CELL_M, FIELD_WINDOW_M
 from cepa.dynamic.cost_to_go.course import Course, Reference
 from cepa.dynamic.cost_to_go.search import CostToGoSearch
 from cepa.dynamic.free_space.planar_sensors import LidarPlane
@@ -17,6 +16,7 @@ from cepa.dynamic.kernels.surroundings import (
     Surroundings,
 )
 from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
+from cepa.dynamic.remembered.field_grid import field_grid_of
 from cepa.dynamic.remembered.plane_memory import PlaneMemory, RecalledPlane
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.parameters import CepaParameters
@@ -33,10 +33,10 @@ class PlaneKnowledge(Knowledge):
     def __init__(self, parameters: CepaParameters, rollouts: Rollouts, search: CostToGoSearch | None):
         self._p, self._rollouts, self._search = parameters, rollouts, search
         self._memory = PlaneMemory(parameters)
-        self.far_m = parameters.r_ub + FIELD_CELL_M
+        self._grid = grid = field_grid_of(parameters)
+        self.far_m = parameters.r_ub + grid.cell_m
         """The greatest distance in the field."""
-        side = 2 * round(0.5 * FIELD_WINDOW_M / FIELD_CELL_M) + 1
-        self._distance = np.empty((1, side, side))
+        self._distance = np.empty((1, grid.side, grid.side))
 
     def reset(self) -> None:
         """Forget what was seen."""
@@ -76,7 +76,7 @@ class PlaneKnowledge(Knowledge):
         """Return the clearances, the free space and the cost-to-go around the UAV."""
         observed = snapshot.observed
         recalled = self._memory.recall(observed.standing, observed.free, observed.motion)
-        field = DistanceField(self._distances(recalled), FIELD_CELL_M, 1.0, self.far_m)
+        field = DistanceField(self._distances(recalled), self._grid.cell_m, 1.0, self.far_m)
         cost_to_go: CostToGo | None = NO_COST_TO_GO
         if self._search is not None and reference.speed >= self._p.reference_speed_min:
             cost_to_go = self._search.search(recalled.obstacles, course, observed.motion).cost_to_go
@@ -106,7 +106,7 @@ class PlaneKnowledge(Knowledge):
 
     def _distances(self, recalled: RecalledPlane) -> np.ndarray:
         """Return the field (1, n, n) of the distance to what is seen or hidden, m; it is overwritten."""
-        fill_distances(recalled.obstacles, 0.0, 0.0, self._distance[0], FIELD_CELL_M, self.far_m)
+        fill_distances(recalled.obstacles, 0.0, 0.0, self._distance[0], self._grid.cell_m, self.far_m)
         return self._distance
 
 

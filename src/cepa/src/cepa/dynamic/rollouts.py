@@ -50,7 +50,7 @@ class Rollouts:
         self.response = response_of(model, PATH_STEP_S)
         steps = _steps(LONGEST_COMMIT_S) + _steps(BRAKE_S)
         tube_m = model.tube_m(PATH_STEP_S, steps)[1:]
-        self.hull_m = float(p.body_radius + p.margin)
+        self.hull_m = float(min(p.body_radius + p.margin, p.r_lb))
         least_m = max(self.hull_m, p.r_lb - SCAN_NOISE_M)
         self._usual = Cushions(float(p.r_lb), float(p.r_ub), least_m, self.hull_m, tube_m)
         comfort_m = max(float(p.r_lb), self.hull_m + LEAST_COMFORT_M)

@@ -10,7 +10,7 @@ from cepa.dynamic.candidates import climbing
 from cepa.dynamic.cloud_watch import CloudWatch
 from cepa.dynamic.constants.choice import SCAN_NOISE_M
 from cepa.dynamic.constants.cost_to_go import HEIGHT_GAIN_S, OPEN_AHEAD_M, OPEN_AHEAD_S
-from cepa.dynamic.constants.distance_fields import FIELD_CELL_M, FIELD_WINDOW_M, LAYER_M, LAYERS
+from cepa.dynamic.constants.distance_fields import FIELD_WINDOW_M, LAYERS
 from cepa.dynamic.constants.free_space import SEEN_CELL_M
 from cepa.dynamic.constants.remembered import MOST_POINTS
 from cepa.dynamic.constants.response import CLIMB_LAG_S
@@ -29,6 +29,7 @@ from cepa.dynamic.kernels.surroundings import (
 from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
 from cepa.dynamic.obstacle_tracks.moving_obstacles import SegmentedScan
 from cepa.dynamic.plane_knowledge import PlaneKnowledge, is_leading_away
+from cepa.dynamic.remembered.field_grid import field_grid_of
 from cepa.dynamic.remembered.space_memory import NO_POINTS, RecalledSpace, SpaceMemory
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.motion import Motion
@@ -50,6 +51,7 @@ class SpaceKnowledge(Knowledge):
         plane: PlaneKnowledge,
     ):
         self._p, self._rollouts, self._search, self._plane = parameters, rollouts, search, plane
+        self._grid = field_grid_of(parameters)
         self._memory, self._heights, self._clouds = SpaceMemory(parameters), HeightSearch(), CloudWatch()
         self._full_s = -math.inf  # when there was no room left for points
 
@@ -162,7 +164,7 @@ class SpaceKnowledge(Knowledge):
     def _around(self, snapshot: Snapshot, cost_to_go: CostToGo) -> Surroundings:
         """Return what is around the UAV; what moves counts at all heights."""
         space = _space(snapshot)
-        field = DistanceField(space.distance, FIELD_CELL_M, LAYER_M, self._memory.far_m)
+        field = DistanceField(space.distance, self._grid.cell_m, self._grid.layer_m, self._memory.far_m)
         free_space = FreeSpace(space.own_reach_m, space.unseen, SEEN_CELL_M)
         return Surroundings(field, free_space, snapshot.observed.threats, cost_to_go)
 
@@ -198,8 +200,8 @@ class SpaceKnowledge(Knowledge):
         layers above and below, and a way through these would end the search, though the UAV cannot fly it.
         """
         if self._knows_one_height:
-            return Layers(space.distance[LAYERS // 2][None], FIELD_CELL_M, np.zeros(1))
-        return Layers(space.distance, FIELD_CELL_M, space.detours_m)
+            return Layers(space.distance[LAYERS // 2][None], self._grid.cell_m, np.zeros(1))
+        return Layers(space.distance, self._grid.cell_m, space.detours_m)
 
     def _next_layers_open(self, space: RecalledSpace) -> tuple[bool, bool]:
         """Return whether the UAV may move into the next layer above, and into the next one below."""

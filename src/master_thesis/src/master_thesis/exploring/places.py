@@ -47,7 +47,16 @@ class Uav:
 
 
 TANK_RADIUS_M = 0.2
-TANK_CEPA = replace(LED_CEPA, body_radius=TANK_RADIUS_M, r_lb=0.22, r_ub=0.4, emergency_lookahead=0.4)
+TANK_CEPA = replace(
+    LED_CEPA,
+    body_radius=TANK_RADIUS_M,
+    r_lb=0.22,
+    r_ub=0.4,
+    emergency_lookahead=0.4,
+    body_below=0.2,
+    body_above=0.06,
+    response_error=0.2,
+)
 """As errand.launch has it for this radius."""
 TANK_UAV = Uav("small_quad", "qt64", "improved", TANK_CEPA)
 TANK_PLANNER = PlannerParameters(

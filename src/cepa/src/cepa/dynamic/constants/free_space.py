@@ -38,6 +38,9 @@ PICTURE_ROW_TAN = 0.005
 """1: Height of a row in a cloud's picture, as tangent. Source: grid. Greater: coarser."""
 PICTURE_ROWS = 324
 """1: Rows of the picture. Source: grid. Greater: a wider view up and down."""
+HIGH_PICTURE_ROWS = 516
+"""1: Rows of the picture of a lidar that looks farther up or down than these rows. Source: grid. Greater: a
+wider view up and down."""
 PICTURE_BINS = 720
 """1: Columns of the picture. Source: grid. Greater: finer."""
 COARSE_ROWS = 27

@@ -30,6 +30,12 @@ MOST_POINTS = 100000
 SEEN_THROUGH_CLOUDS = 3
 """clouds: So many in a row must see through a point before it is forgotten. Source: chosen. Greater: ghosts
 stay."""
+BESIDE_UP_M = 0.01
+"""m: A beam that passes so near above or below a point tells that it may have gone. Source: flown. Greater:
+thin things near the UAV are forgotten."""
+PARTS_OF_A_MISS = 20
+"""1: So many clouds beside a point count as one through it. Source: flown. Greater: ghosts near the UAV stay,
+and so does what swings to and fro."""
 GREATEST_MOVE_M = 1.0
 """m: A farther move between two scans drops the memory, because its grids repeat themselves. Source: chosen.
 Greater: jumps of the odometry count as flight."""

@@ -10,6 +10,7 @@ from cepa.dynamic.constants.free_space import (
     COARSE_BINS,
     COARSE_ROWS,
     FEWEST_RETURNS,
+    HIGH_PICTURE_ROWS,
     PICTURE_BINS,
     PICTURE_ROW_TAN,
     PICTURE_ROWS,
@@ -22,14 +23,17 @@ from cepa.motion import Cloud, Motion
 class CloudPicture:
     """Takes in one cloud after the other; the next one overwrites what it shows.
 
-    nearest (PICTURE_ROWS, PICTURE_BINS): m, to the nearest point; inf: there is none. free (COARSE_ROWS,
-    COARSE_BINS): m, how far it is free.
+    nearest (rows, PICTURE_BINS): m, to the nearest point; inf: there is none. free (coarse rows,
+    COARSE_BINS): m, how far it is free. There are more rows for a lidar that looks steeply up or down.
     """
 
     def __init__(self) -> None:
-        self.nearest = np.empty((PICTURE_ROWS, PICTURE_BINS), np.float32)
-        self.free = np.empty((COARSE_ROWS, COARSE_BINS), np.float32)
+        self._resize(PICTURE_ROWS)
         self._levelled = np.empty((0, 3))
+
+    def _resize(self, rows: int) -> None:
+        self.nearest = np.empty((rows, PICTURE_BINS), np.float32)
+        self.free = np.empty((rows * COARSE_ROWS // PICTURE_ROWS, COARSE_BINS), np.float32)
 
     def take_in(self, cloud: Cloud | None, motion: Motion) -> np.ndarray:
         """Take in a cloud, or that none came; return its points (n, 3), m, along the odometry's axes."""
@@ -37,6 +41,10 @@ class CloudPicture:
             self.nearest[:] = math.inf
             self.free[:] = 0.0
             return self._levelled[:0]
+        steepest_tan = math.tan(max(map(abs, cloud.elevation_rad)))
+        is_steep = steepest_tan > 0.5 * PICTURE_ROWS * PICTURE_ROW_TAN
+        if is_steep and len(self.nearest) < HIGH_PICTURE_ROWS:
+            self._resize(HIGH_PICTURE_ROWS)
         if len(self._levelled) < len(cloud.points_m):
             self._levelled = np.empty((len(cloud.points_m), 3))
         rotation, limits = motion.rotation(), (cloud.range_min_m, cloud.range_max_m)

@@ -7,7 +7,7 @@ from typing import Sequence
 
 import numpy as np
 
-from cepa.dynamic.constants.distance_fields import LAYER_M, LAYERS
+from cepa.dynamic.constants.distance_fields import LAYERS
 from cepa.dynamic.constants.free_space import (
     BODY_SHARE_SEEN,
     COARSE_ROWS,
@@ -35,6 +35,7 @@ from cepa.dynamic.free_space.planar_sensors import (
     stamp_ranges,
 )
 from cepa.dynamic.kernels.free_space import BY_REACH
+from cepa.dynamic.remembered.field_grid import field_grid_of
 from cepa.motion import Motion, Ranging
 from cepa.parameters import CepaParameters
 
@@ -46,7 +47,7 @@ class SeenCells:
     """Keeps when each cell was seen last, fixed to the odometry's frame."""
 
     def __init__(self, parameters: CepaParameters):
-        self._p = parameters
+        self._p, self._layer_m = parameters, field_grid_of(parameters).layer_m
         self._stamps_s = np.empty((SEEN_CELLS, SEEN_CELLS, SEEN_LEVELS))
         side = 2 * round(0.5 * SEEN_WINDOW_M / SEEN_CELL_M) - 1
         self._unseen = np.empty((LAYERS, side, side), np.uint8)
@@ -90,7 +91,7 @@ class SeenCells:
         p = self._p
         body = np.array([p.body_radius, BODY_SHARE_SEEN * p.body_below, BODY_SHARE_SEEN * p.body_above])
         heights = np.array([p.height_min, p.height_max])
-        unseen_layers(self._stamps_s, origin, oldest_s, CELL, LAYER_M, body, heights, self._unseen)
+        unseen_layers(self._stamps_s, origin, oldest_s, CELL, self._layer_m, body, heights, self._unseen)
         return self._unseen
 
     def open_own_place(

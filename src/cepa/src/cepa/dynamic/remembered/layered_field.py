@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from cepa.dynamic.constants.distance_fields import (
-    FIELD_CELL_M,
-    FIELD_WINDOW_M,
-    HEIGHT_ERROR_M,
-    LAYER_M,
-    LAYERS,
-    SHADING_M,
-)
+from cepa.dynamic.constants.distance_fields import HEIGHT_ERROR_M, LAYERS, SHADING_M
 from cepa.dynamic.constants.free_space import SEEN_CELL_M
 from cepa.dynamic.free_space.planar_sensors import LidarPlane
 from cepa.dynamic.kernels.distance_field import fill_distances
 from cepa.dynamic.kernels.distance_layers import distance_layers
+from cepa.dynamic.remembered.field_grid import field_grid_of
 from cepa.parameters import CepaParameters
 
 
@@ -24,17 +18,17 @@ class LayeredField:
 
     def __init__(self, parameters: CepaParameters):
         self._p = parameters
-        self.far_m = parameters.r_ub + FIELD_CELL_M
-        side = 2 * round(0.5 * FIELD_WINDOW_M / FIELD_CELL_M) + 1
+        self.grid = field_grid_of(parameters)
+        self.far_m, side = parameters.r_ub + self.grid.cell_m, self.grid.side
         self._columns = np.empty((side, side), np.uint64)
         self._distance = np.empty((LAYERS, side, side))
 
     def of_points(self, points: np.ndarray, heights_m: np.ndarray) -> np.ndarray:
         """Return the distance to the nearest of points (m, 3), m, at heights (LAYERS,), m above the lidar."""
-        p, around = self._p, 0.5 * LAYER_M + HEIGHT_ERROR_M
+        p, around = self._p, 0.5 * self.grid.layer_m + HEIGHT_ERROR_M
         above_middle = points - (0.0, 0.0, heights_m[LAYERS // 2])
         body = p.body_below + around, p.body_above + around
-        grid = FIELD_CELL_M, LAYER_M
+        grid = self.grid.cell_m, self.grid.layer_m
         distance_layers(above_middle, *grid, *body, self.far_m, self._columns, self._distance)
         return self._distance
 
@@ -45,12 +39,12 @@ class LayeredField:
         seen. In the middle layer what the plane shows always counts.
         """
         n, k = distance.shape[1], unseen.shape[1]
-        finer = SEEN_CELL_M / FIELD_CELL_M
+        finer = SEEN_CELL_M / self.grid.cell_m
         at = np.clip(np.floor((np.arange(n) - n // 2) / finer + 0.5).astype(int) + k // 2, 0, k - 1)
         shaded = unseen[:, at[:, None], at] != 0
         near = points[np.abs(points[:, 2]) < SHADING_M, :2]
         known = np.empty(distance.shape[1:])
-        fill_distances(np.ascontiguousarray(near), 0.0, 0.0, known, FIELD_CELL_M, self.far_m)
+        fill_distances(np.ascontiguousarray(near), 0.0, 0.0, known, self.grid.cell_m, self.far_m)
         np.minimum(distance, np.minimum(plane.distance, known), out=distance, where=shaded)
         middle = distance[len(distance) // 2]
         np.minimum(middle, plane.distance[0], out=middle)

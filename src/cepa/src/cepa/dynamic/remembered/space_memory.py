@@ -8,13 +8,14 @@ from typing import NamedTuple, Sequence
 import numpy as np
 
 from cepa.dynamic.constants.cost_to_go import HEIGHT_GAIN_S, STAY_SHARE
-from cepa.dynamic.constants.distance_fields import FIELD_CELL_M, LAYER_M, LAYERS
+from cepa.dynamic.constants.distance_fields import LAYERS
 from cepa.dynamic.constants.free_space import NEAR_M, PICTURE_ROW_TAN
 from cepa.dynamic.constants.obstacle_tracks import BESIDE_DISC_M, LONG_M, STOOD_NEW_SHARE
 from cepa.dynamic.constants.remembered import GREATEST_MOVE_M, SEEN_PAST_M, SEEN_THROUGH_CLOUDS
 from cepa.dynamic.free_space.cloud_picture import CloudPicture
 from cepa.dynamic.free_space.planar_sensors import LidarPlane
 from cepa.dynamic.free_space.seen_cells import SeenCells
+from cepa.dynamic.remembered.field_grid import FieldGrid
 from cepa.dynamic.remembered.layered_field import LayeredField
 from cepa.dynamic.remembered.voxel_memory import VoxelMemory
 from cepa.motion import Cloud, Motion, Ranging
@@ -44,6 +45,8 @@ class RecalledSpace(NamedTuple):
     """(LAYERS,) m: how far each is from the height that is asked for; inf: out of the height's limits."""
     asked_m: float
     """The height that the reference asks for, above the lidar."""
+    grid: FieldGrid
+    """Of ``distance``."""
 
     @property
     def middle_m(self) -> float:
@@ -63,7 +66,8 @@ class RecalledSpace(NamedTuple):
         is open or that one is. A layer between two that are open, too, is preferred.
         """
         middle = self.distance.shape[1] // 2
-        along = np.arange(0.0, max(ahead_m, FIELD_CELL_M), FIELD_CELL_M)[:, None] * direction / FIELD_CELL_M
+        cell_m = self.grid.cell_m
+        along = np.arange(0.0, max(ahead_m, cell_m), cell_m)[:, None] * direction / cell_m
         columns, rows = np.clip(np.rint(along).astype(int) + middle, 0, 2 * middle).T
         is_open = (self.distance[:, rows, columns] >= keep_m).all(axis=1) & np.isfinite(self.detours_m)
         if not is_open.any():
@@ -71,11 +75,11 @@ class RecalledSpace(NamedTuple):
         amid = is_open & np.append(is_open[1:], True) & np.append(True, is_open[:-1])
         choice = amid if amid.any() else is_open
         asked = int(np.argmin(self.detours_m))
-        if choice[asked] and self.detours_m[asked] <= 0.5 * LAYER_M + 1e-6:
+        if choice[asked] and self.detours_m[asked] <= 0.5 * self.grid.layer_m + 1e-6:
             return self.asked_m
         cost = self.detours_m + STAY_SHARE * np.abs(self.heights_m)
         best = float(self.heights_m[np.argmin(np.where(choice, cost, math.inf))])
-        return self.asked_m if abs(best - self.asked_m) <= 0.5 * LAYER_M else best
+        return self.asked_m if abs(best - self.asked_m) <= 0.5 * self.grid.layer_m else best
 
 
 class SpaceMemory:
@@ -129,8 +133,9 @@ class SpaceMemory:
         oldest_s = motion.stamp_s - self._p.memory_s
         origin = np.array(motion.position_m)
         points, is_hidden = self._remember(cloud, motion, oldest_s, movers, rangings, beam_ends)
-        level_m = LAYER_M * round(origin[2] / LAYER_M)
-        heights_m = level_m - origin[2] + LAYER_M * (np.arange(LAYERS) - LAYERS // 2)
+        layer_m = self._field.grid.layer_m
+        level_m = layer_m * round(origin[2] / layer_m)
+        heights_m = level_m - origin[2] + layer_m * (np.arange(LAYERS) - LAYERS // 2)
         middle_m = level_m - origin[2]
         self._seen.take_in_cloud(self._picture.free, motion, oldest_s, has_own_place=plane is None)
         self._seen.take_in_plane_and_ranges(plane, rangings, motion, middle_m)
@@ -142,7 +147,8 @@ class SpaceMemory:
             self._field.shade(distance, plane, points, unseen)
         asked_m = HEIGHT_GAIN_S * motion.climb_ref_m_s
         detours_m = self._detours_m(heights_m, motion.position_m[2], asked_m)
-        return RecalledSpace(points, is_hidden, distance, unseen, own_reach_m, heights_m, detours_m, asked_m)
+        known = points, is_hidden, distance, unseen, own_reach_m, heights_m, detours_m, asked_m
+        return RecalledSpace(*known, self._field.grid)
 
     def have_stood(self, movers: np.ndarray, points: np.ndarray, motion: Motion) -> np.ndarray:
         """Return which of what seems to move (k, 6), m, has stood there, as clouds show (k,).

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from cepa.dynamic.constants.remembered import BESIDE_UP_M, PARTS_OF_A_MISS
 from kernel_cache.compiler import njit
 
 NOBODY = -1
@@ -22,7 +23,7 @@ class Voxels(NamedTuple):
     begun: np.ndarray
     """(capacity,) s: when a point first came into the cell, which has held one since then."""
     misses: np.ndarray
-    """(capacity,) uint8: clouds in a row that saw through the point."""
+    """(capacity,) uint8: clouds in a row that saw through the point, times PARTS_OF_A_MISS."""
     slots: np.ndarray
     """(n, n, levels) int32: index into the list, or NOBODY. The grid repeats itself; indices y, x, z."""
     edge_m: float
@@ -69,24 +70,28 @@ def remember(
 
 
 @njit(cache=True)
-def _is_seen_through(
-    nearest: np.ndarray, row_tan: float, x: float, y: float, z: float, h: float, gap: float
-) -> bool:
-    """Whether beams through a point end ``gap`` beyond it, and none near it before."""
+def _misses(nearest: np.ndarray, row_tan: float, x: float, y: float, z: float, h: float, gap: float) -> int:
+    """Return how much the newest cloud says that a point has gone, in parts of a miss; 0: it does not.
+
+    It is a miss if a beam through the point ends ``gap`` beyond it, and none near it before. Near the lidar,
+    the rows are closer together than its channels. There a beam within BESIDE_UP_M above or below the point
+    is a part of a miss.
+    """
     rows, bins = nearest.shape
-    row = math.floor(z / (max(h, 1e-3) * row_tan) + 0.5 * rows)
+    per_m = 1.0 / (max(h, 1e-3) * row_tan)
+    row, high = math.floor(z * per_m + 0.5 * rows), math.floor(BESIDE_UP_M * per_m)
     if not 0 < row < rows - 1:
-        return False
+        return 0
     column = int((math.atan2(y, x) + math.pi) * bins / (2.0 * math.pi)) % bins
-    looked = False
-    for k in range(row - 1, row + 2):
+    found = 0
+    for k in range(max(0, row - high - 1), min(rows, row + high + 2)):
         for m in range(column - 1, column + 2):
             least = nearest[k, m % bins]
             if least <= h + gap:
-                return False
-            if k == row and not math.isinf(least):
-                looked = True
-    return looked
+                return 0
+            if abs(k - row) <= high and not math.isinf(least):
+                found = max(found, PARTS_OF_A_MISS if k == row else 1)
+    return found
 
 
 @njit(cache=True)
@@ -135,9 +140,10 @@ def recall(
         forgotten = voxels.stamps[k] < oldest or abs(x) > reach[0] or abs(y) > reach[0] or abs(z) > reach[1]
         if not forgotten and voxels.stamps[k] < stamp:
             h = math.sqrt(x * x + y * y)
-            if _is_seen_through(nearest, row_tan, x, y, z, h, gap):
-                voxels.misses[k] += 1
-                forgotten = voxels.misses[k] >= misses
+            parts = _misses(nearest, row_tan, x, y, z, h, gap)
+            if parts:
+                voxels.misses[k] += parts
+                forgotten = voxels.misses[k] >= misses * PARTS_OF_A_MISS
             elif h < near:
                 voxels.stamps[k] = np.nextafter(stamp, -math.inf)
         if not forgotten:
