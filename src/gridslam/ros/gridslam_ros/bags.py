@@ -34,6 +34,8 @@ DAMAGE = (
     struct.error,
 )
 """The exceptions of rosbag and message classes for damaged bytes."""
+NEWEST_FORMAT = 200
+"""Bags of 2.0 have been written since 2010; some of the classic ones are of 1.2."""
 TF_TOPICS = ("/tf", "/tf_static", "tf", "tf_static")
 
 
@@ -60,13 +62,23 @@ def open_bag(path: str, mode: str = "r") -> rosbag.Bag:
         BagError: it cannot be opened.
     """
     try:
-        return rosbag.Bag(path, mode)
+        bag = rosbag.Bag(path, mode)
+        if mode == "r" and bag.version < NEWEST_FORMAT:
+            _make_readable(bag)
+        return bag
     except rosbag.ROSBagUnindexedException:
         raise BagError(
             f"The bag {path} has no index (its recording was cut off): rosbag reindex {path}"
         ) from None
     except DAMAGE as error:
         raise BagError(f"The bag {path} cannot be opened: {reason_of(error)}.") from None
+
+
+def _make_readable(bag: rosbag.Bag) -> None:
+    """Let a bag of format 1.2 be read: rosbag gives its reader an argument more than it takes."""
+    reader = bag._reader
+    read = reader.read_messages
+    reader.read_messages = lambda *arguments: read(*arguments[:5])
 
 
 def topic_of(bag: rosbag.Bag, topic: str, message_type: str = LASER_SCAN) -> str:

@@ -34,6 +34,8 @@ def read(path: Path) -> tuple[Recording, tuple[Parameter, ...]]:
     recorder, end_s = Recorder(), math.nan
     try:
         with rosbag.Bag(str(path)) as bag:
+            if bag.version < 200:
+                raise BagError(f"{path} is of bag format 1.2 (before 2010), which does not tell its nodes.")
             topics = [
                 name
                 for name, about in bag.get_type_and_topic_info().topics.items()
