@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import RaySensor
 from simulation_tools.sdf.frames import OPTICAL
-from simulation_tools.sdf.parser import load_world, parse_model
+from simulation_tools.sdf.parser import parse_model
 from simulation_tools.sensors.barometer import pressure_pa
 from simulation_tools.simulation import Simulation, SimulationParameters
-from simulation_tools.simulation.payload import PayloadError, drawn_only, further_sensors, unsimulated
+from simulation_tools.simulation.payload import PayloadError, further_sensors, unsimulated
 from simulation_tools.vehicle.uav import load_uav
 from simulation_tools.world.world import BodyState
 
@@ -251,24 +250,27 @@ def test_all_who_ask_at_one_instant_share_a_reading(make):
     assert finder.shared() != first
 
 
-def test_a_gpu_ray_that_would_see_more_in_gazebo_is_said(tmp_path):
-    look = '<visual name="v"><geometry><box><size>1 1 1</size></box></geometry></visual>'
-    touch = look.replace("visual", "collision")
+@pytest.mark.parametrize(("kind", "range_m"), [("ray", 4.5), ("gpu_ray", 2.5)])
+def test_a_gpu_ray_sees_what_is_drawn_and_a_ray_what_touches(tmp_path, kind, range_m):
+    """A bush without a collision shape 2.5 m ahead, and an invisible wall 4.5 m ahead."""
+    shape = "<geometry><box><size>1 9 9</size></box></geometry>"
+    look = f'<link name="l"><visual name="v">{shape}</visual></link>'
+    bush = f'<model name="bush"><static>1</static><pose>3 0 0 0 0 0</pose>{look}</model>'
+    wall = bush.replace("bush", "wall").replace("visual", "collision").replace("3 0 0", "5 0 0", 1)
     path = tmp_path / "w.world"
-    path.write_text(
-        f'<sdf version="1.6"><world name="w"><model name="bush"><link name="l">{look}</link></model>'
-        f'<model name="wall"><link name="l">{look}{touch}</link></model></world></sdf>'
+    path.write_text(f'<sdf version="1.6"><world name="w">{bush}{wall}</world></sdf>')
+    home = tmp_path / "lidar_own"
+    shutil.copytree(MODELS / "lidar_ust", home)
+    text = (home / "model.sdf").read_text().replace('type="ray"', f'type="{kind}"')
+    (home / "model.sdf").write_text(text)
+    simulation = Simulation(
+        SimulationParameters(
+            str(path), lidar="own", model_path=(tmp_path, MODELS), lidar_noise_factor=0.0, static_models=True
+        )
     )
-    world, uav = load_world(path, []), load_uav("iris", "ust")
-    assert drawn_only(uav, world) == ()
-    model = replace(
-        uav.model, links=tuple(replace(link, sensors=as_gpu(link.sensors)) for link in uav.model.links)
-    )
-    (said,) = drawn_only(replace(uav, model=model), world)
-    assert said.endswith("parts without a collision shape: in bush.")
-
-
-def as_gpu(sensors):
-    return tuple(
-        replace(one, sees_what_is_drawn=True) if isinstance(one, RaySensor) else one for one in sensors
-    )
+    try:
+        scan = simulation.sense().scan
+        assert scan[len(scan) // 2] == pytest.approx(range_m, abs=0.01)
+        assert simulation.warnings == ()
+    finally:
+        simulation.close()

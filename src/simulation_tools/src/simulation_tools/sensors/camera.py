@@ -1,4 +1,4 @@
-"""A camera, drawn by PyBullet's software renderer: colours, or distances along the optical axis.
+"""A camera: colours, drawn by PyBullet's software renderer, or distances along the optical axis, by rays.
 
 The camera looks along the x axis of its SDF frame with z up; the optical frame of the images has x to the
 right, y down and z ahead (REP-103), see `sdf.frames.OPTICAL`.
@@ -12,7 +12,7 @@ import numpy as np
 
 from simulation_tools.geometry import Pose, rotate
 from simulation_tools.sdf.elements import CameraSensor
-from simulation_tools.world.world import PhysicsWorld
+from simulation_tools.world.world import PhysicsWorld, WorldError
 
 
 class Camera:
@@ -33,23 +33,40 @@ class Camera:
         self._projection = _projection(
             self.focal_px, sensor.width, sensor.height, sensor.near_m, sensor.far_m
         )
+        self._beams = self._beams_of_pixels() if sensor.depth else np.empty((0, 3))
 
     def read(self, world: PhysicsWorld, pose: Pose) -> np.ndarray:
         """Return a picture: uint8 (height, width, 3), or of a depth camera float32 (height, width), metres.
 
-        Depth is along the optical axis, inf beyond the far plane. pose: of the camera in the world.
+        Depth is along the optical axis, inf beyond the far plane. pose: of the camera in the world. A world
+        for depth cameras has `visuals`, one for others is built with `drawn`.
         """
+        if self.depth:
+            return self._depths(world, pose)
         ahead, up = (rotate(pose.orientation_xyzw, axis) for axis in ((1.0, 0.0, 0.0), (0.0, 0.0, 1.0)))
-        colours, buffer = world.draw(pose.position_m, ahead, up, self._projection, (self.width, self.height))
-        return self._depth_of(buffer) if self.depth else self._noisy(colours)
+        colours, _ = world.draw(pose.position_m, ahead, up, self._projection, (self.width, self.height))
+        return self._noisy(colours)
 
-    def _depth_of(self, buffer: np.ndarray) -> np.ndarray:
-        """Undo the projection's last step: the buffer is 0 at the near plane and 1 at the far one."""
-        near, far = self._near_m, self._far_m
-        metres = far * near / (far - (far - near) * buffer.astype(np.float64))
+    def _beams_of_pixels(self) -> np.ndarray:
+        """Return (height * width, 3): from the camera to a metre ahead of it, for each pixel; axes x y z."""
+        (cx, cy), (x, y) = self.centre_px, np.meshgrid(np.arange(self.width), np.arange(self.height))
+        left, up = (cx - x.ravel()) / self.focal_px, (cy - y.ravel()) / self.focal_px
+        return np.column_stack((np.ones(left.size), left, up))
+
+    def _depths(self, world: PhysicsWorld, pose: Pose) -> np.ndarray:
+        """Return depths (height, width); nothing before the near plane is seen."""
+        if world.visuals is None:
+            raise WorldError("A depth camera needs a world that was built with `seen`.")
+        beams = self._beams @ pose.rotation.T
+        lengths = np.linalg.norm(beams, axis=1)  # how long a beam is for a metre of depth
+        origins = np.array(pose.position_m) + self._near_m * beams
+        farthest_m = (self._far_m - self._near_m) * float(lengths.max())
+        ranges_m = world.visuals.cast(origins, beams / lengths[:, None], farthest_m)
+        metres = (self._near_m + ranges_m / lengths).reshape(self.height, self.width)
+        nothing = metres >= self._far_m
         if self._noise.stddev > 0.0:
             metres += self._noise.mean + self._noise.stddev * self._rng.standard_normal(metres.shape)
-        metres[buffer >= np.float32(1.0 - 1e-6)] = np.inf  # nothing was drawn there
+        metres[nothing] = np.inf
         return np.maximum(metres, 0.0).astype(np.float32)
 
     def _noisy(self, colours: np.ndarray) -> np.ndarray:

@@ -19,7 +19,6 @@ from simulation_tools.sdf.elements import (
     Model,
     RaySensor,
     Sensor,
-    World,
 )
 from simulation_tools.sensors.barometer import Barometer
 from simulation_tools.sensors.camera import Camera
@@ -27,10 +26,9 @@ from simulation_tools.sensors.cloud import Cloud, CloudLidar
 from simulation_tools.sensors.range_finder import RangeFinder
 from simulation_tools.sensors.schedule import Schedule
 from simulation_tools.vehicle.uav import RANGE_PLUGIN, MountedSensor, Uav, mounted
+from simulation_tools.world.rays import RayScene
 from simulation_tools.world.world import PhysicsWorld
 
-NAMED = 5
-"""Number of models in a sentence."""
 Reading = float | Cloud | np.ndarray
 Device = RangeFinder | CloudLidar | Camera | Barometer
 
@@ -82,7 +80,7 @@ def payload_sensors(
             return lambda mount: device.read(world, place(mount))
         if isinstance(device, Barometer):
             return lambda mount: device.read(place(mount))
-        return lambda mount: device.read(world.rays, place(mount), uav.model.name)
+        return lambda mount: device.read(scene_of(world, mount.sensor), place(mount), uav.model.name)
 
     found = []
     for link, sensor in further_sensors(uav):
@@ -113,24 +111,6 @@ def unsimulated(uav: Uav) -> tuple[str, ...]:
     )
 
 
-def drawn_only(uav: Uav, world: World) -> tuple[str, ...]:
-    """Return a sentence if a ``gpu_ray`` would see more in Gazebo: links that are drawn and do not touch."""
-    if not any(sensor.sees_what_is_drawn for _, sensor in uav.model.sensors(RaySensor)):
-        return ()
-    names = [
-        model.name
-        for model in world.models
-        if any(link.visuals and not link.collisions for link in model.links)
-    ]
-    if not names:
-        return ()
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return (
-        "Lidars see collision shapes here, also those of type gpu_ray, which see what is drawn in Gazebo. "
-        f"So they do not see parts without a collision shape: in {', '.join(names[:NAMED])}{more}.",
-    )
-
-
 def kind_of(sensor: Sensor) -> str:
     """Return range, cloud, camera or pressure; empty for what is not a further sensor."""
     if isinstance(sensor, RaySensor):
@@ -143,8 +123,20 @@ def kind_of(sensor: Sensor) -> str:
 
 
 def has_camera(model: Model) -> bool:
-    """Whether a model carries a camera. A camera needs a world with visual shapes."""
-    return bool(model.sensors(CameraSensor))
+    """Whether a model carries a camera for colours. It needs a world with visual shapes."""
+    return any(not camera.depth for _, camera in model.sensors(CameraSensor))
+
+
+def sees_visuals(model: Model) -> bool:
+    """Whether a model carries a depth camera or a lidar that sees what is drawn."""
+    cameras, lidars = model.sensors(CameraSensor), model.sensors(RaySensor)
+    return any(one.depth for _, one in cameras) or any(one.sees_what_is_drawn for _, one in lidars)
+
+
+def scene_of(world: PhysicsWorld, sensor: Sensor) -> RayScene:
+    """Return what a lidar sees: collision shapes, or as a ``gpu_ray`` what is drawn."""
+    is_gpu_ray = isinstance(sensor, RaySensor) and sensor.sees_what_is_drawn
+    return world.visuals if is_gpu_ray and world.visuals is not None else world.rays
 
 
 def _sensors(model: Model) -> list[tuple[Link, Sensor]]:

@@ -12,7 +12,7 @@ from simulation_tools.sensors.lidar import Lidar
 from simulation_tools.sensors.odometry import DriftingOdometry, OdometryParameters, OdometrySample
 from simulation_tools.sensors.schedule import Schedule
 from simulation_tools.simulation.own_motion import OwnMotion
-from simulation_tools.simulation.payload import PayloadSensor, payload_sensors
+from simulation_tools.simulation.payload import PayloadSensor, payload_sensors, scene_of
 from simulation_tools.simulation.random_streams import RandomStreams
 from simulation_tools.vehicle.gimbal import Gimbal
 from simulation_tools.vehicle.uav import MountedSensor, Uav
@@ -60,6 +60,7 @@ class SensorSuite:
         self._gimbal = gimbal
         self._lidar_mount = uav.lidar
         lidar, imu = uav.lidar, uav.imu
+        self._scene = scene_of(world, lidar.sensor) if lidar else world.rays
         self.lidar = Lidar(lidar.sensor, lidar.pose, streams["lidar"]) if lidar else None
         self._imu = Imu(imu.sensor, imu.pose, streams["imu"]) if imu else None
         self._odometry = DriftingOdometry(*odometry, streams["odometry"])
@@ -99,7 +100,7 @@ class SensorSuite:
             self._imu_schedule.fired(time_us)
             imu = self._imu.sample(body.pose.orientation_xyzw, own.specific_force_m_s2, own.turning_rad_s)
         if self.lidar is not None and scan_now:
-            scan = self.lidar.scan(self._world.rays, body.pose, self._uav_name)
+            scan = self.lidar.scan(self._scene, body.pose, self._uav_name)
             self._scan_schedule.fired(time_us)
         contacts = self._world.contacts(self._uav_name)
         payload = self._payload_due(time_us) if self.payload else ()

@@ -29,7 +29,7 @@ from simulation_tools.simulation.parameters import (
     SimulationParameters,
     step_us_from,
 )
-from simulation_tools.simulation.payload import drawn_only, further_sensors, has_camera, unsimulated
+from simulation_tools.simulation.payload import further_sensors, has_camera, sees_visuals, unsimulated
 from simulation_tools.simulation.random_streams import RandomStreams
 from simulation_tools.simulation.sensor_suite import SensorSuite, StepOutput
 from simulation_tools.vehicle.airframe import Airframe
@@ -95,7 +95,11 @@ class Simulation:
         elif parameters.level_lidar:
             raise self._no_gimbal()
         self.world = PhysicsWorld(
-            world, parameters.time_step_s, parameters.gui, drawn=has_camera(self.uav.model)
+            world,
+            parameters.time_step_s,
+            parameters.gui,
+            drawn=has_camera(self.uav.model),
+            seen=sees_visuals(self.uav.model),
         )
         overlapping = warning_of(self.world.overlaps())
         self.warnings = (
@@ -104,7 +108,6 @@ class Simulation:
             *self.uav.model.warnings,
             *remarks_on(parameters.model, self.uav.model),
             *unsimulated(self.uav),
-            *drawn_only(self.uav, world),
             *((overlapping,) if overlapping else ()),
         )
         spawn_pose = parameters.spawn_pose @ Pose((0.0, 0.0, standing_height_m(self.uav.model)))

@@ -19,7 +19,7 @@ from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.world.assembly import Part, PlacedCollision
 from simulation_tools.world.engine import WorldError, pybullet
 from simulation_tools.world.shapes.bullet_shapes import ShapeFactory
-from simulation_tools.world.shapes.meshes import mesh_of
+from simulation_tools.world.shapes.meshes import drawn_mesh_of, mesh_of
 from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
 
@@ -193,6 +193,12 @@ class BodyFactory:
 def part_mesh(part: Part) -> TriangleMesh | None:
     """Return the mesh of a part's collision shapes in the part's frame; None when it has none."""
     meshes = [mesh_of(item.collision.geometry).transformed(item.pose) for item in part.collisions]
+    return joined(meshes) if meshes else None
+
+
+def visual_mesh(part: Part) -> TriangleMesh | None:
+    """Return the mesh of what is drawn of a part, in the part's frame; None when nothing is."""
+    meshes = [drawn_mesh_of(item.visual.geometry).transformed(item.pose) for item in part.visuals]
     return joined(meshes) if meshes else None
 
 

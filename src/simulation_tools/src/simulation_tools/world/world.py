@@ -14,8 +14,8 @@ import numpy as np
 from simulation_tools.bounds import are_sane
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.elements import Model, World
-from simulation_tools.world.assembly import assemblies, combined
-from simulation_tools.world.bodies import Body, BodyFactory, part_mesh
+from simulation_tools.world.assembly import Part, assemblies, combined
+from simulation_tools.world.bodies import Body, BodyFactory, part_mesh, visual_mesh
 from simulation_tools.world.clearance import Clearances, OwnShape
 from simulation_tools.world.contacts import Contact, contacts_of
 from simulation_tools.world.drawing import draw
@@ -46,19 +46,27 @@ class PhysicsWorld:
     """Bodies under gravity and contact, advanced by a fixed time step.
 
     Each world has its own PyBullet client, so several can live in one process. Not thread-safe. rays: the
-    scene of every collision shape, for lidars; it follows the models as they move, come and go. settings: of
-    the physics; may be changed between steps (dynamic_reconfigure does).
+    scene of every collision shape, for lidars; it follows the models as they move, come and go. visuals: the
+    same of what is drawn, None unless asked for. settings: of the physics; may be changed between steps
+    (dynamic_reconfigure does).
     """
 
     def __init__(
-        self, world: World, time_step_s: float = 0.004, gui: bool = False, drawn: bool = False
+        self,
+        world: World,
+        time_step_s: float = 0.004,
+        gui: bool = False,
+        drawn: bool = False,
+        seen: bool = False,
     ) -> None:
         """Build every model of a world. remarks: sentences on models and shapes that are not as in its file.
 
         gui: show PyBullet's window. drawn: give bodies visual shapes even without the window, for `draw`.
+        seen: make `visuals`, for depth cameras and lidars of type gpu_ray.
         """
         self.remarks: list[str] = []
         self.rays = RayScene()
+        self.visuals = RayScene() if seen else None
         self._time_us = 0  # since the start or the last reset; scripts follow it
         self._there = Population()
         self._states: dict[str, BodyState] = {}
@@ -71,13 +79,14 @@ class PhysicsWorld:
             # While a world is built, the window would draw a picture for each new body.
             pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_RENDERING, 0, physicsClientId=self._client)
             for model in world.models:
-                self._spawn_what_is_usable(model, gui or drawn)
+                self._spawn_what_is_usable(model, gui or drawn or seen)
             self.remarks += dict.fromkeys(self._factory.shapes.remarks)
             pybullet.configureDebugVisualizer(pybullet.COV_ENABLE_RENDERING, 1, physicsClientId=self._client)
         except Exception:
             self.close()
             raise
-        self.rays.commit()
+        for scene in self._scenes():
+            scene.commit()
 
     # -- models ----------------------------------------------------------------------------------------------
     def spawn(self, model: Model, name: str, pose: Pose, rigid_joints: frozenset[str] = frozenset()) -> None:
@@ -93,14 +102,14 @@ class PhysicsWorld:
             raise WorldError(f'The model "{name}" has no joint "{unknown[0]}".')
         parts = assemblies(model, rigid_joints)
         # Read the meshes first, because one may be unreadable.
-        meshes = [[part_mesh(part) for part in assembly] for assembly in parts]
+        meshes = self._meshes(parts)
         bodies = self._factory.create(name, parts, pose)
         mass = combined((link.inertial, link.pose) for link in model.links)
         motion = None if model.script is None else ScriptedMotion(model.script)
         spawned = SpawnedModel(model, rigid_joints, pose, pose, parts, bodies, mass, motion, self._time_us)
         self._there.add(name, spawned)
         self._clearances.forget()
-        self._put_into_rays(name, meshes)
+        self._put_into_scenes(name, meshes)
         self._follow_scripts(self._time_us)
 
     def delete(self, name: str) -> None:
@@ -110,7 +119,8 @@ class PhysicsWorld:
         self._there.remove(name)
         self._clearances.forget()
         self._states.pop(name, None)
-        self.rays.remove(name)
+        for scene in self._scenes():
+            scene.remove(name)
 
     def model_names(self) -> list[str]:
         """Return the names of the models, oldest first."""
@@ -138,10 +148,7 @@ class PhysicsWorld:
         state = self._states.get(name)
         if state is None:
             base = self._there.movers.get(name)
-            if base is None:
-                state = BodyState(self._there.find(name).pose)
-            else:
-                state = state_of(self._client, base)
+            state = BodyState(self._there.find(name).pose) if base is None else state_of(self._client, base)
             self._states[name] = state
         return state
 
@@ -182,7 +189,7 @@ class PhysicsWorld:
         self._states.pop(name, None)
         self._clearances.forget()
         if spawned.base is None:
-            self._put_into_rays(name, [[part_mesh(part) for part in parts] for parts in spawned.assemblies])
+            self._put_into_scenes(name, self._meshes(spawned.assemblies))
 
     def apply_wrench(self, name: str, force_n: Sequence[float], torque_nm: Sequence[float]) -> None:
         """Push and turn a model during the next step: at its base part's centre of mass, body axes (FLU)."""
@@ -270,7 +277,8 @@ class PhysicsWorld:
         self._clearances.forget()
         for name, old in spawned:
             self.spawn(old.model, name, old.initial_pose, old.rigid_joints)
-        self.rays.commit()
+        for scene in self._scenes():
+            scene.commit()
 
     def close(self) -> None:
         """End the physics; the world cannot be used afterwards. A second call does nothing."""
@@ -313,7 +321,21 @@ class PhysicsWorld:
                 place(self._client, body, state.pose, None)
             self._states[name] = state
 
-    def _put_into_rays(self, name: str, meshes: list[list[TriangleMesh | None]]) -> None:
+    def _scenes(self) -> tuple[RayScene, ...]:
+        return (self.rays,) if self.visuals is None else (self.rays, self.visuals)
+
+    def _meshes(self, assemblies: Sequence[Sequence[Part]]) -> list[list[list[TriangleMesh | None]]]:
+        """Return the mesh of each part, for each of the scenes."""
+        return [
+            [[mesh(part) for part in parts] for parts in assemblies]
+            for mesh, _ in zip((part_mesh, visual_mesh), self._scenes())
+        ]
+
+    def _put_into_scenes(self, name: str, meshes: list[list[list[TriangleMesh | None]]]) -> None:
+        for scene, groups in zip(self._scenes(), meshes):
+            self._put_into(scene, name, groups)
+
+    def _put_into(self, scene: RayScene, name: str, meshes: list[list[TriangleMesh | None]]) -> None:
         spawned = self._there.models[name]
         standing, moving = [], []
         for parts, bodies, group in zip(spawned.assemblies, spawned.bodies, meshes):
@@ -324,7 +346,7 @@ class PhysicsWorld:
                     moving.append((mesh, self._pose_source(spawned, bodies[0], index)))
                 else:
                     standing.append(mesh.transformed(spawned.pose))
-        self.rays.put(name, joined(standing) if standing else None, moving)
+        scene.put(name, joined(standing) if standing else None, moving)
 
     def _pose_source(self, spawned: SpawnedModel, body: Body, index: int) -> PoseSource:
         """Return what tells where a part of a body is; an actor's only part is where the model is."""

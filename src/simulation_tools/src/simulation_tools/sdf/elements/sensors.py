@@ -51,7 +51,7 @@ class RaySensor:
     """A lidar (``ray`` or ``gpu_ray``). pose: in the link frame; beams lie in its x-y plane.
 
     range_resolution_m: ranges are rounded to it, 0: not at all. update_rate_hz: 0 means every step.
-    sees_what_is_drawn: in Gazebo, as a ``gpu_ray``; here every lidar sees the collision shapes.
+    sees_what_is_drawn: as a ``gpu_ray``, in place of the collision shapes.
     """
 
     name: str

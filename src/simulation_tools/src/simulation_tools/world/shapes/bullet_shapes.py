@@ -14,7 +14,7 @@ from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Me
 from simulation_tools.world.assembly import PlacedCollision, PlacedVisual
 from simulation_tools.world.engine import WorldError, pybullet
 from simulation_tools.world.shapes.convex_parts import MAX_SLABS, convex_parts
-from simulation_tools.world.shapes.meshes import DRAWN_SAGITTA_M, PLANE_HALF_SIZE_M, mesh_of
+from simulation_tools.world.shapes.meshes import DRAWN_SAGITTA_M, drawn_mesh_of, mesh_of
 from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
 MAX_SHAPES_PER_PART = 16  # MAX_COMPOUND_COLLISION_SHAPES of PyBullet's command buffer
@@ -66,7 +66,8 @@ class ShapeFactory:
             colour = item.visual.rgba
             if colour not in by_colour and len(by_colour) == MAX_SHAPES_PER_PART:
                 colour = next(iter(by_colour))
-            by_colour.setdefault(colour, []).append(_drawn(item.visual.geometry).transformed(item.pose))
+            mesh = drawn_mesh_of(item.visual.geometry, DRAWN_SAGITTA_M)
+            by_colour.setdefault(colour, []).append(mesh.transformed(item.pose))
         count = len(by_colour)
         return pybullet.createVisualShapeArray(
             shapeTypes=[pybullet.GEOM_MESH] * count,
@@ -189,13 +190,6 @@ class ShapeFactory:
             self._mesh_folder = tempfile.TemporaryDirectory(prefix="simulation_tools_meshes_")
         folder = Path(self._mesh_folder.name)
         return folder / f"{len(list(folder.iterdir()))}.obj"
-
-
-def _drawn(geometry: Geometry) -> TriangleMesh:
-    mesh = mesh_of(geometry, DRAWN_SAGITTA_M)
-    if isinstance(geometry, Plane):  # infinite for collisions, but drawn in its size
-        return TriangleMesh(mesh.vertices * (0.5 * max(geometry.size_m) / PLANE_HALF_SIZE_M), mesh.triangles)
-    return mesh
 
 
 def _primitive_entry(geometry: Geometry) -> dict:

@@ -41,6 +41,14 @@ def mesh_of(geometry: Geometry, sagitta_m: float = SAGITTA_M) -> TriangleMesh:
     return _file(geometry)
 
 
+def drawn_mesh_of(geometry: Geometry, sagitta_m: float = SAGITTA_M) -> TriangleMesh:
+    """Return the mesh of a shape as it is drawn. Only a plane differs: it is drawn in its size."""
+    mesh = mesh_of(geometry, sagitta_m)
+    if not isinstance(geometry, Plane):
+        return mesh
+    return TriangleMesh(mesh.vertices * (0.5 * max(geometry.size_m) / PLANE_HALF_SIZE_M), mesh.triangles)
+
+
 def readable_mesh_of(geometry: Geometry) -> TriangleMesh | None:
     """Return the mesh of a shape as `mesh_of` does; None if its file cannot be used."""
     try:
