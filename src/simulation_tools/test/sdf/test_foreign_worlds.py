@@ -306,3 +306,14 @@ def test_attributes_of_newer_versions_that_would_change_the_model_are_said(world
     )
     assert "placement_frame" in world.warnings[0]
     assert "merge" in world.warnings[1]
+
+
+def test_what_is_left_out_for_one_reason_is_one_sentence(world_of):
+    lost = "<include><uri>model://none</uri></include>\n"
+    world = world_of(
+        lost * 3 + f'<model name="holder">{lost}</model>' + GOOD + state('<model name="none"><pose/></model>')
+    )
+    assert [model.name for model in world.models] == ["good"]
+    (sentence,) = world.warnings  # nothing more, also not of the <state> of what is not there
+    assert "w.world:2: " in sentence
+    assert sentence.endswith(" The same counts for 3 more.")

@@ -134,6 +134,10 @@ class Node:
         self.document.understand(self._element)
         return self
 
+    def passed_over(self) -> None:
+        """Note that this element is left out as a whole, and that somebody says so."""
+        self.document.understand(self._element, whole=True)
+
     def child(self, tag: str) -> Node | None:
         """Return the first child with this tag, or None. As in Gazebo, a second one has no effect."""
         found = self.children_unmarked(tag)

@@ -37,12 +37,14 @@ def read_model(node: Node, reading: Reading, static: bool = False) -> Model:
     if node.attribute("placement_frame", ""):
         node.note(f'The placement_frame of the model "{name}" is not supported: its own frame is placed')
     static = node.flag("static", False) or static
-    nested = _read_nested(node, reading, static)
+    nested, lost = _read_nested(node, reading, static)
     frames = _Frames(node, nested)
     links = [_read_link(child, frames, reading, static) for child in frames.link_nodes.values()]
     links += [link for model in nested for link in flattened_links(model)]
     if not links:
-        raise node.error(f'The model "{name}" has no <link>')
+        raise lost[0][1] if lost else node.error(f'The model "{name}" has no <link>')
+    for child, error in lost:
+        reading.omissions.leave_out(child, error)
     joints = _read_joints(node, frames, {link.name: link for link in links}, nested, reading, static)
     return Model(
         name=name,
@@ -56,9 +58,12 @@ def read_model(node: Node, reading: Reading, static: bool = False) -> Model:
     )
 
 
-def _read_nested(node: Node, reading: Reading, static: bool) -> list[Model]:
-    """Read the models inside a model."""
+def _read_nested(
+    node: Node, reading: Reading, static: bool
+) -> tuple[list[Model], list[tuple[Node, SdfError]]]:
+    """Read the models inside a model. Return them, and the includes that cannot be followed."""
     nested = [read_model(child, reading, static) for child in node.children("model")]
+    lost = []
     for child in node.children("include"):
         try:
             model = reading.include(child, static)
@@ -66,8 +71,8 @@ def _read_nested(node: Node, reading: Reading, static: bool) -> list[Model]:
                 raise child.error("A model can include models only")
             nested.append(model)
         except SdfError as error:
-            reading.omissions.leave_out("An included model", error)
-    return nested
+            lost.append((child, error))
+    return nested, lost
 
 
 class _Frames:
@@ -153,13 +158,13 @@ def _read_inertial(node: Node, static: bool) -> Inertial:
 
 def _read_sensors(node: Node, frames: _Frames, pose: Pose, reading: Reading) -> tuple[Sensor, ...]:
     found = []
-    for name, child in unique(node.children_unmarked("sensor")).items():
+    for child in unique(node.children_unmarked("sensor")).values():
         if not is_supported(child):
             continue
         try:
             found.append(read_sensor(child.understood(), frames.in_link(child, pose)))
         except SdfError as error:
-            reading.omissions.leave_out(f'The sensor "{name}"', error)
+            reading.omissions.leave_out(child, error)
     return tuple(found)
 
 
@@ -171,7 +176,7 @@ def _shapes(node: Node, tag: str, read: Callable, frames: _Frames, link: Pose, r
             geometry = read_geometry(child.required("geometry"), reading.model_path)
             shape = read(child, frames.in_link(child, link), geometry)
         except SdfError as error:
-            reading.omissions.leave_out(f"A {tag}", error)
+            reading.omissions.leave_out(child, error)
             continue
         if geometry is not None:
             found.append(shape)
@@ -206,7 +211,7 @@ def _read_joints(
             _check_tree(child, joint, parent_of)
         except SdfError as error:
             if not static:  # there no joint moves
-                reading.omissions.leave_out(f'The joint "{name}"', error)
+                reading.omissions.leave_out(child, error)
             continue
         parent_of[joint.child] = joint.parent
         joints.append(joint)

@@ -160,7 +160,7 @@ class _Reader:
                 else:
                     model = read_model(child, self._reading, static)
             except SdfError as error:
-                self.omissions.leave_out(child.label, error)
+                self.omissions.leave_out(child, error)
                 continue
             found += [] if model is None else [model]
         return found

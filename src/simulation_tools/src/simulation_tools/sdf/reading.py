@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Callable, Sequence
@@ -14,18 +15,35 @@ Include = Callable[[Node, bool], Model | None]
 """Follows an ``<include>`` inside a model that is static, or not; None for a light."""
 
 
+_PLACE = re.compile(r"^.*?:\d+: ", re.DOTALL)
+"""``PATH:LINE: `` before the sentence of an error."""
+_SUFFIX = re.compile(r" \(Included by .*?:\d+\.\)$", re.DOTALL)
+
+
 @dataclass
 class Omissions:
     """The bad parts of one request. is_lenient: they are left out and noted, as Gazebo does; else refused."""
 
     is_lenient: bool
-    sentences: list[str] = field(default_factory=list)
+    _said: dict[str, list] = field(default_factory=dict)
+    """Reason -> the first sentence with it, and how many there are."""
 
-    def leave_out(self, what: str, error: SdfError) -> None:
-        """Note that a part is left out, or raise the error. what: a name for it, ``The model "m"``."""
+    def leave_out(self, node: Node, error: SdfError) -> None:
+        """Note that an element is left out, or raise the error."""
         if not self.is_lenient:
             raise error
-        self.sentences.append(f"{what} is left out: {error}")
+        node.passed_over()
+        reason = _SUFFIX.sub("", _PLACE.sub("", str(error)))
+        first = self._said.setdefault(reason, [f"{node.label} is left out: {error}", 0])
+        first[1] += 1
+
+    @property
+    def sentences(self) -> list[str]:
+        """A sentence for each reason, in the order of the files."""
+        return [
+            sentence if count == 1 else f"{sentence} The same counts for {count - 1} more."
+            for sentence, count in self._said.values()
+        ]
 
 
 @dataclass(frozen=True)

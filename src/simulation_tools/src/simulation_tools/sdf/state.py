@@ -34,6 +34,8 @@ def apply_state(node: Node | None, models: list[Model], read: Callable[[Node], l
         models = [*models, *read(insertions)]
     gone = {name.text for deletions in node.children("deletions") for name in deletions.children("name")}
     states = {state.attribute("name"): state for state in node.children("model")}
+    for name in states.keys() - {model.name for model in models}:
+        states[name].passed_over()  # of a model that is left out
     return [
         _placed(model, states[model.name]) if model.name in states else model
         for model in models
