@@ -219,5 +219,5 @@ def test_an_untested_system_that_cannot_work_is_refused(workspace, system, known
 def test_the_lists_of_both_releases_differ_only_where_debian_does():
     lists = [(ROOT / f"scripts/packages/debian-{n}.txt").read_text().splitlines() for n in (12, 13)]
     twelve, thirteen = ({line for line in lines if not line.startswith("#")} for lines in lists)
-    assert twelve - thirteen == {"ignition-tools", "libsdformat-dev", "sdformat-sdf"}
+    assert twelve - thirteen == {"ignition-tools", "libsdformat-dev", "sdformat-sdf", "python3-rviz"}
     assert thirteen - twelve == {"ros-environment"}
