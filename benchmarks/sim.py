@@ -14,9 +14,9 @@ the flight in real time, without lockstep.
 Keys: sim.inprocess.{rtf, rtf_process, rtf_wall}, medians of five; sim.peers.NAME.{rtf, rtf_process, rtf_wall,
 ours_by_it, ours_by_it_process} or .left_out; sim.raycast.{mrays_s, embree_mrays_s, by_embree},
 sim.world_size.{scan_us_100, scan_us_10000, ratio}, sim.actors.{step_us, scan_us}, sim.graph.{rtf,
-cpu_s_per_s, lockstep_misses, latency_ms, latency_p99_ms}, sim.{launch_s, launch_cpu_s, hover_s, shutdown_s,
-cpu_cores_at_rtf1, memory_gb}; with --soak sim.soak, with --soak-graph sim.soak_graph: the same through the
-ROS graph, with nodes killed and nonsense sent.
+cpu_s_per_s, lockstep_misses, latency_ms, latency_p99_ms}, sim.{launch_s, launch_cpu_s, hover_s, hover_cpu_s,
+shutdown_s, cpu_cores_at_rtf1, memory_gb}; with --soak sim.soak, with --soak-graph sim.soak_graph: the same
+through the ROS graph, with nodes killed and nonsense sent.
 """
 
 from __future__ import annotations

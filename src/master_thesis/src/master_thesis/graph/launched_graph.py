@@ -102,8 +102,9 @@ class LaunchedGraph:
         return found
 
     def cpu_s(self) -> float:
-        """Return the CPU time of all processes so far."""
-        return sum(processes.cpu_s(pid) or 0.0 for pid in self.processes())
+        """Return the CPU time of all processes so far. The checks count that roslaunch made before the start."""
+        before_s = processes.ended_children_cpu_s(self.launch.pid) or 0.0
+        return before_s + sum(processes.cpu_s(pid) or 0.0 for pid in self.processes())
 
     def memory_gb(self) -> float:
         """Return the memory of all processes. Shared memory counts once."""

@@ -7,13 +7,19 @@ from pathlib import Path
 
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 # Places in /proc/PID/stat behind the name of the program
-_STATE, _USER, _SYSTEM, _STARTED = 0, 11, 12, 19
+_STATE, _USER, _SYSTEM, _OF_CHILDREN, _STARTED = 0, 11, 12, (13, 14), 19
 
 
 def cpu_s(pid: int) -> float | None:
     """Return the processor time so far."""
     fields = _stat(pid)
     return (int(fields[_USER]) + int(fields[_SYSTEM])) / _TICKS_PER_S if fields else None
+
+
+def ended_children_cpu_s(pid: int) -> float | None:
+    """Return the processor time of its children that have ended, with theirs."""
+    fields = _stat(pid)
+    return sum(int(fields[place]) for place in _OF_CHILDREN) / _TICKS_PER_S if fields else None
 
 
 def age_s(pid: int) -> float:
