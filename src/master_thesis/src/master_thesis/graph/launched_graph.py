@@ -102,7 +102,7 @@ class LaunchedGraph:
         return found
 
     def cpu_s(self) -> float:
-        """Return the CPU time of all processes so far. The checks count that roslaunch made before the start."""
+        """Return the CPU time of all processes so far; the checks that roslaunch made at first count, too."""
         before_s = processes.ended_children_cpu_s(self.launch.pid) or 0.0
         return before_s + sum(processes.cpu_s(pid) or 0.0 for pid in self.processes())
 

@@ -15,6 +15,8 @@ from xml.etree import ElementTree
 from simulation_tools.errors import SimulationToolsError
 
 BOOLEANS = ("true", "false")
+OWN_CHECK = "flight_check"
+"""A parameter of a launch file that is the output of a check. That check includes all of `check_launch`."""
 _FIND = re.compile(r"\$\(find ([^)]*)\)")
 
 
@@ -60,6 +62,11 @@ def check_arguments(path: Path, given: Mapping[str, str], defaults: Mapping[str,
     if missing:
         asked = " ".join(f"{name}:=..." for name in missing)
         raise LaunchError(f"{path.name} needs {asked}; roslaunch --ros-args tells what it means.")
+
+
+def has_own_check(path: Path) -> bool:
+    """Whether a launch file checks itself before it includes others; raises LaunchError."""
+    return any(each.get("name") == OWN_CHECK and each.get("command") for each in _root(path).findall("param"))
 
 
 def _unknown(path: Path, name: str, known: Iterable[str]) -> str:
