@@ -99,8 +99,6 @@ def _flown_row(
     """Judge a flight of a plan by the true poses."""
     planned = [Taken.of_view(each) for each in part.views]
     shown, by_plan = judge_on(surface, (photographed.true, planned), part.camera, FLYING)
-    areas_m2 = shown.patches.areas_m2
-    area_m2 = float(areas_m2[shown.shown].sum())
     off = [a.axes @ b.axes.T for a, b in zip(photographed.true, photographed.told)]
     turned_deg = [math.degrees(math.acos(min(1.0, 0.5 * (np.trace(each) - 1.0)))) for each in off]
     off_m = [np.linalg.norm(a.place_m - b.place_m) for a, b in zip(photographed.true, photographed.told)]
@@ -113,11 +111,11 @@ def _flown_row(
         "landed": outcome.landed,
         "flights": len(photographed.flights),
         "least_charge": min(flight.landed_at, default=math.nan),
-        "share_of_planned": area_m2 / float(areas_m2[by_plan.shown].sum()),
+        "share_of_planned": shown.shown_m2 / by_plan.shown_m2,
         "share_planned": by_plan.share(),
         "share": shown.share(),
         "shares": {name: shown.share(number) for number, name in enumerate(shown.patches.names)},
-        "m2_per_min": 60.0 * area_m2 / photographed.flight_s,
+        "m2_per_min": 60.0 * shown.shown_m2 / photographed.flight_s,
         "each_s": photographed.flight_s / len(photographed.true),
         "flight_s": photographed.flight_s,
         "off_m": float(np.median(off_m)),

@@ -17,7 +17,7 @@ from benchmarks.inspection_rows.parts import only
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.placing import MeshSurface
 from inspection_tools.findings.search import find
-from inspection_tools.photographs.folder import photographs_in
+from inspection_tools.photographs.listing import photographs_in
 from inspection_tools.survey.closer import closer_plan
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.planner import SurveyPlanner

@@ -20,11 +20,10 @@ from inspection_tools.findings.search import find
 from inspection_tools.report.grades import AreaGrade, GradeRules, areas_graded
 from inspection_tools.ship.ship import Ship
 from inspection_tools.ship.ship_file import parse_ship
-from inspection_tools.survey.coverage import Coverage, judge_on
+from inspection_tools.survey.coverage import judge_on
 from inspection_tools.survey.planner import SurveyPlanner
 from inspection_tools.survey.surface.edges import edge_places
 from inspection_tools.survey.surface.reading import read_surface
-from inspection_tools.survey.surface_record import SurfaceRecord
 from master_thesis.worlds.defects import COATINGS
 from master_thesis.worlds.writer import Box, Colour, Part, Prop, Surroundings, write_world
 from simulation_tools.camera.defects import Decals, decals_of, read_defects
@@ -69,7 +68,7 @@ def grade(seed: int, most: int) -> dict:
         taken = shoot(world, part, folder / "photographs", marks, seed, rng)
         found = find([folder / "photographs"], surface.mesh, FindingParameters())
         (coverage,) = judge_on(surface, (taken,), part.camera, asked)
-        record = _record(coverage)
+        record = coverage.record()
         edges_m = edge_places(surface.mesh.triangles_m, surface.mesh.part)
         whole = replace(record, shown=record.reachable)  # the truth counts what was not seen, too
         told, true = (
@@ -196,13 +195,6 @@ def _is_rusted(places_m: np.ndarray, decals: Decals, rows: range) -> np.ndarray:
         reach = (np.abs(along) < 1.6 * np.array((half_length, half_width))).all(axis=1)
         rusted[near] |= reach & ((1.0 - far - ROUGH * rough) * FADE > HALF)
     return rusted
-
-
-def _record(coverage: Coverage) -> SurfaceRecord:
-    p = coverage.patches
-    return SurfaceRecord(
-        p.points_m, p.normals, p.areas_m2, p.parts, p.names, coverage.shown, coverage.reachable, p.grid.side_m
-    )
 
 
 def _ship() -> Ship:

@@ -10,10 +10,12 @@ setup(
     **generate_distutils_setup(
         packages=[
             "inspection_tools",
+            "inspection_tools.camera",
             "inspection_tools.energy",
             "inspection_tools.exploration",
             "inspection_tools.exploration.kernels",
             "inspection_tools.exploration.views",
+            "inspection_tools.files",
             "inspection_tools.findings",
             "inspection_tools.findings.picture",
             "inspection_tools.inspection",
@@ -23,6 +25,7 @@ setup(
             "inspection_tools.planning.kernels",
             "inspection_tools.pose",
             "inspection_tools.report",
+            "inspection_tools.report.gauging",
             "inspection_tools.ship",
             "inspection_tools.survey",
             "inspection_tools.survey.kernels",

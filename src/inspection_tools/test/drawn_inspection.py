@@ -7,11 +7,12 @@ import trimesh
 import yaml
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.findings.findings_file import write_findings
+from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
+from inspection_tools.findings.findings_file import SearchRecord, write_findings
 from inspection_tools.findings.merging import Finding
-from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.record import PhotographRecord
 from inspection_tools.ship.ship_file import parse_ship
-from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.surface_record import SurfaceRecord, write_surface_record
 
 CAMERA = SurveyCamera(160, 120, 60.0)
@@ -55,8 +56,8 @@ def side_walls(shown):
     normals = np.repeat([(0.0, -1.0, 0.0), (0.0, 1.0, 0.0)], x.size, axis=0)
     count = len(points)
     return SurfaceRecord(
-        points, normals, np.full(count, SIDE_M**2), np.zeros(count, int), ("shell",), shown(points),
-        np.ones(count, bool), SIDE_M,
+        points, normals, np.full(count, SIDE_M**2), np.zeros(count, int), ("shell",), shown(points) * 1.0,
+        np.ones(count), SIDE_M,
     )  # fmt: skip
 
 
@@ -81,12 +82,14 @@ def folder(path):
     for stamp_s in (0.0, 1.0):
         picture = rng.integers(90, 160, (120, 160, 3)).astype(np.uint8)
         store.save(picture, PhotographRecord(stamp_s, (0.1 * stamp_s, -1.0, 1.0), turn, 0.002, 100.0, 300.0))
-    write_findings(path / "findings.json", FINDINGS)
+    searched = tuple(f"{stamp_s:.6f}.jpg" for stamp_s in (0.0, 1.0))
+    write_findings(path / "findings.json", SearchRecord(FINDINGS, searched))
     record = {
         "share_of_reachable": 0.5,
         "reachable_m2": 16.0,
         "resolution_mm_per_px": 1.0,
         "incidence_deg": 60.0,
+        "counted": list(searched),
     }
     (path / "coverage.json").write_text(json.dumps(record))
     write_surface_record(path / "coverage.npz", side_walls(lambda points: points[:, 1] > 0.0))

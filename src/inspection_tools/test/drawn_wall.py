@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.camera.survey_camera import SurveyCamera
 
 CAMERA = SurveyCamera(800, 600, 60.0)
 AWAY_M = 0.7  # 1 mm per pixel

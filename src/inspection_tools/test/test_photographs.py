@@ -10,18 +10,14 @@ import pytest
 import yaml
 from PIL import Image
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.inspection import InspectionParameters
 from inspection_tools.inspection.taken import done_in
 from inspection_tools.inspection.viewpoints import row_of
 from inspection_tools.photographs import folder as photographs
-from inspection_tools.photographs.folder import (
-    PhotographError,
-    PhotographFolder,
-    PhotographRecord,
-    read_photograph,
-    read_record,
-)
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.listing import read_photograph
+from inspection_tools.photographs.record import PhotographError, PhotographRecord, read_record
 from inspection_tools.survey.poses import read_taken
 from inspection_tools.survey.views.candidates import View
 
@@ -131,9 +127,9 @@ def test_a_record_of_a_newer_program_is_read_and_one_that_lacks_a_key_is_named(t
     values = json.loads(path.read_text())
     path.write_text(json.dumps({**values, "weather": "dusty"}))
     assert read_record(path) == record(1.0)
-    del values["lux"]
+    del values["position_m"]
     path.write_text(json.dumps(values))
-    with pytest.raises(PhotographError, match="lux"):
+    with pytest.raises(PhotographError, match="position_m"):
         read_record(path)
 
 
@@ -170,7 +166,7 @@ def test_a_damaged_record_loses_one_photograph_and_is_told(tmp_path, damage):
     bad.write_text(damage)
     store = PhotographFolder(tmp_path, CAMERA)
     (sentence,) = store.damaged
-    assert bad.name in sentence
+    assert bad.stem in sentence
     assert "left out" in sentence
     assert done_in(tmp_path, InspectionParameters(), VIEWS) == {1}
     assert (tmp_path / "rgb.txt").read_text().split("\n")[1:] == ["1.000000 1.000000.jpg", ""]
@@ -187,4 +183,4 @@ def test_coverage_is_judged_without_the_photograph_whose_record_is_damaged(tmp_p
     said = []
     taken, _ = read_taken(tmp_path, CAMERA, said.append)
     assert len(taken) == len(said) == 1
-    assert bad.name in said[0]
+    assert bad.stem in said[0]

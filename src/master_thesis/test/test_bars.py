@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from gridslam.volume import CloudNode, Pose
 from gridslam.volume.clouds import KeptCloud, rounded
 from gridslam.volume.plates import Plates
-from inspection_tools.survey.surface.of_mesh import Sight
+from inspection_tools.survey.surface.rays import Rays
 from master_thesis.photographing.bars import AT_M, BEYOND_M, FLAT, THICK, are_bars, beams_on, cubes_of
 
 SIDE_M = 0.2
@@ -29,7 +29,7 @@ WEB = trimesh.creation.box(bounds=((FACE_M - 0.02, 0.0, 0.0), (FACE_M, 0.5, 4.0)
 
 def clouds(*bodies):
     """Clouds of bodies, seen from 15 places before them by beams that are evenly around."""
-    sight, nodes = Sight(np.concatenate([each.triangles for each in bodies])), []
+    sight, nodes = Rays(np.concatenate([each.triangles for each in bodies])), []
     rng = np.random.default_rng(5)
     for number in range(15):
         here_m = np.array((rng.uniform(1.5, 5.0), rng.uniform(-2.8, 3.5), rng.uniform(0.5, 3.5)))

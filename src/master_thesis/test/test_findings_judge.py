@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
+from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
+from inspection_tools.camera.taken import Taken
 from inspection_tools.findings.merging import Finding
-from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.surface.mesh_file import Mesh
 from inspection_tools.survey.surface.patches import grouped
+from inspection_tools.survey.surface.samples import SurfacePoints
 from master_thesis.inspecting.findings_judge import disturbed, judge_findings
 from simulation_tools.camera.defects import Defect
 
@@ -23,7 +24,9 @@ def patches():
     y, z = np.meshgrid(np.arange(-1.95, 2.0, 0.1), np.arange(-1.95, 2.0, 0.1))
     points = np.column_stack((np.zeros(y.size), y.ravel(), z.ravel()))
     normals = np.tile((-1.0, 0.0, 0.0), (y.size, 1))
-    return grouped(points, normals, np.full(y.size, 0.01), np.zeros(y.size, int), ("wall",), 0.1)
+    return grouped(
+        SurfacePoints(points, normals, np.full(y.size, 0.01), np.zeros(y.size, int)), ("wall",), 0.1
+    )
 
 
 def defect(kind, y_m, z_m, width_m=0.001, length_m=0.3):

@@ -13,7 +13,7 @@ from gridslam.volume.saved.map_time import MapTime
 from gridslam.volume.saved.saved_map import state_of, write_volume
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.surface.mesh_file import MAPPED_PLATING, MAPPED_STRUCTURE
-from inspection_tools.survey.surface.of_mesh import Sight
+from inspection_tools.survey.surface.rays import Rays
 from inspection_tools.survey.surface.reading import read_surface
 from master_thesis.photographing.map_mesh import (
     FREE,
@@ -124,7 +124,7 @@ def web_in_a_room(resolution_m=0.2):
     room.invert()
     web = trimesh.creation.box(bounds=((2.95, 4.0, 0), (3.0, 5.0, 4)))
     triangles_m = np.concatenate((room.triangles, web.triangles)) @ rotation.T
-    sight = Sight(triangles_m)
+    sight = Rays(triangles_m)
     corrected = CorrectedMap(VolumeParameters(resolution_m=resolution_m, miss=FLAT_MISS))
     for number, x in enumerate(np.linspace(3.2, 5.0, 8)):
         directions = rng.normal(size=(6000, 3))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import yaml
 
-from inspection_tools.photographs.folder import read_photograph
+from inspection_tools.photographs.listing import read_photograph
 from inspection_tools.survey.plan_file import read_plan
 from master_thesis.photographing.command import photograph, poses_of
 from master_thesis.worlds import floor_plan

@@ -13,7 +13,8 @@ from inspection_tools.findings.picture.candidates import candidates_in
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.planner import SurveyPlanner
 from inspection_tools.survey.surface.mesh_file import Mesh
-from inspection_tools.survey.surface.of_mesh import Sight, patches_of_mesh, room_of_mesh
+from inspection_tools.survey.surface.of_mesh import patches_of_mesh, room_of_mesh
+from inspection_tools.survey.surface.rays import Rays
 
 
 def warm_up() -> float:
@@ -32,7 +33,7 @@ def _survey() -> None:
     asked = SurveyParameters(voxel=0.25, patch=1.0, spacing=1.5)
     room, samples, near = room_of_mesh(mesh, asked)
     patches = patches_of_mesh(mesh, room, samples, near, asked)
-    planner = SurveyPlanner(room, patches, Sight(mesh.triangles_m).ranges_m, asked=asked)
+    planner = SurveyPlanner(room, patches, Rays(mesh.triangles_m).ranges_m, asked=asked)
     for _ in planner.improve(search_s=0.0, bound=False):
         pass
 

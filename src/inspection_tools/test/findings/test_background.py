@@ -15,6 +15,7 @@ import trimesh
 from drawn_wall import CAMERA, wall_picture
 from scipy.spatial.transform import Rotation
 
+from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
 from inspection_tools.errors import SurveyError
 from inspection_tools.findings import search as searching
 from inspection_tools.findings.background import BackgroundSearch
@@ -22,8 +23,9 @@ from inspection_tools.findings.follower import follow
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.search import find
 from inspection_tools.findings.wanted import Wanted
-from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord, photographs_in
-from inspection_tools.survey.camera import SurveyCamera, optical_axes
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.listing import photographs_in
+from inspection_tools.photographs.record import PhotographRecord
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import Draft, Flight, PlannedView, SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan

@@ -12,15 +12,16 @@ from drawn_wall import AWAY_M, CAMERA, wall_picture
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
 from inspection_tools.findings.command import main
 from inspection_tools.findings.findings_file import read_findings
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate, candidates_in
 from inspection_tools.findings.remembered import write_marks
 from inspection_tools.findings.search import find
-from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.record import PhotographRecord
 from inspection_tools.report.grades import RUST_M
-from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
@@ -146,7 +147,7 @@ def test_the_marks_of_another_detector_count_in_place_of_ours(tmp_path, capsys):
     assert find([tmp_path], tmp_path / "wall.stl", FindingParameters()) == []
     (tmp_path / "0.000000.marks.json").write_text('{"candidates": [{"kind": "rust", "size_px": 3}]}')
     capsys.readouterr()
-    assert find([tmp_path], tmp_path / "wall.stl", FindingParameters()) == []
+    assert main([str(tmp_path), "--mesh", str(tmp_path / "wall.stl")]) == 1
     told = capsys.readouterr().err
     assert "0.000000.marks.json: cannot be read" in told
     assert told.count("\n") == 1

@@ -19,14 +19,15 @@ from inspecting_uav import (
 from voxel_room import SIDE_M
 
 from inspection_tools import ParameterError
+from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
 from inspection_tools.energy import EnergyParameters, EnergyWatch
 from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Task, Todo
 from inspection_tools.inspection.places import body_place_m
 from inspection_tools.inspection.taken import RecentPoses, StampedPose, done_in, record_of, shot_of
-from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord, read_record
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.record import PhotographRecord, read_record
 from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN
 from inspection_tools.pose.trust import Trust
-from inspection_tools.survey.camera import SurveyCamera, optical_axes
 from inspection_tools.survey.surface.room import room_of
 from inspection_tools.survey.views.candidates import View
 

@@ -5,12 +5,12 @@ import pytest
 from drawn_inspection import mesh
 from scipy.spatial.transform import Rotation
 
+from inspection_tools.camera.survey_camera import SurveyCamera
+from inspection_tools.camera.taken import Taken
 from inspection_tools.inspection.live_coverage import OFF_SURFACE_M, LiveCoverage
-from inspection_tools.photographs.folder import PhotographRecord
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.photographs.record import PhotographRecord
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
-from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.views.candidates import View
 
 CAMERA = SurveyCamera(800, 600, 60.0)

@@ -13,11 +13,11 @@ from inspecting_uav import (
     inspection,
 )
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.inspection import InspectionParameters, Shot, Task
 from inspection_tools.inspection.leg import PhotographLeg
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.places import body_place_m
-from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import SurveyPlan
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.inspection.slam_path import FollowedRecords, LevelPose, SlamPath, moved_record
-from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord, read_record
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.record import PhotographRecord, read_record
 
 AHEAD = (-0.5, 0.5, -0.5, 0.5)
 NOWHERE = LevelPose((0.0, 0.0, 0.0), 0.0)

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
 from inspection_tools.inspection import InspectionParameters
 from inspection_tools.inspection.taken import done_in
 from inspection_tools.inspection.viewpoints import Viewpoints, is_completed, row_of
-from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord
-from inspection_tools.survey.camera import SurveyCamera, optical_axes
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.record import PhotographRecord
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import Draft, Flight, PlannedView, SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan

@@ -7,8 +7,8 @@ import pytest
 from drawn_inspection import FINDINGS, finding, mesh, ship, side_walls
 
 from inspection_tools.findings.findings_file import DISMISSED
+from inspection_tools.report.gauging.spots import close_up_spots, gauging_spots
 from inspection_tools.report.grades import GradeRules, areas_graded, plates_seen
-from inspection_tools.report.spots import close_up_spots, gauging_spots
 from inspection_tools.survey.surface.edges import STEP_M, edge_places
 from inspection_tools.survey.surface.mesh_file import Mesh, read_mesh
 

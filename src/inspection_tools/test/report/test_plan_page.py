@@ -9,10 +9,10 @@ import yaml
 from drawn_inspection import SHIP, mesh, ship
 from page_words import words
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import ReportError
 from inspection_tools.report.command import main
 from inspection_tools.report.plan_page import flight_rows, write_plan_page
-from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import Draft, Flight, Leftover, PlannedView, SurveyPlan
 from inspection_tools.survey.plan_file import write_plan

@@ -5,6 +5,7 @@ import json
 import re
 import shutil
 import subprocess
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -12,10 +13,12 @@ from drawn_inspection import folder, mesh, side_walls
 from page_words import words
 from PIL import Image
 
+from inspection_tools.photographs.record import PhotographRecord
 from inspection_tools.report import pictures
 from inspection_tools.report.command import main
 from inspection_tools.report.page import libraries
 from inspection_tools.report.scene import SEEN, scene_of
+from inspection_tools.report.sources import Shot
 from inspection_tools.survey.surface.mesh_file import read_mesh
 from inspection_tools.survey.surface_record import read_surface_record, write_surface_record
 
@@ -39,7 +42,7 @@ def test_the_page_tells_positions_grades_and_readings(page):
     for each in (
         "Fr. 5, strake B, P", "1,000 cm², 50 cm long", "Fr. 4 to 8, strake B, P", "GOOD", "not graded",
         "side plating", "1 graded area; 1 not graded",
-        "<b>long</b>", "as before", "rust on 15 % or more", "50.0 %", "2 flights as flown", "40 %", "12.5 %",
+        "<b>long</b>", "as before", "rust on 15 % or more", "50.0 %", "2 flights as flown", "40 %", "16.7 %",
         "1,234 m³ of the space were mapped in flight, in 1.5 min", "stays unknown: 1.5 m²: too narrow",
     ):  # fmt: skip
         assert each in told, each
@@ -118,16 +121,53 @@ def test_a_surface_record_comes_back_as_it_was(tmp_path):
     assert np.allclose(back.normals, record.normals)
 
 
-def test_many_pictures_are_made_coarser_until_they_fit(monkeypatch):
-    rng = np.random.default_rng(1)
-    noise = {k: Image.fromarray(rng.integers(0, 255, (90, 120, 3)).astype(np.uint8)) for k in range(6)}
+def noise(number):
+    rng = np.random.default_rng(number)
+    return Image.fromarray(rng.integers(0, 255, (90, 120, 3)).astype(np.uint8))
+
+
+def test_many_pictures_are_made_coarser_until_they_fit_and_no_more_are_taken_then():
     levels = ((120, 80), (60, 60), (30, 40))
-    sizes = []
-    for budget in (10**6, 15_000, 1):
-        monkeypatch.setattr(pictures, "BUDGET_BYTES", budget)
-        made = pictures._within(noise, levels)
-        sizes.append(Image.open(io.BytesIO(made[0])).width)
-    assert sizes == [120, 60, 30]
+    told = []
+    for budget in (10**6, 15_000, 2_000, 1):
+        sheet = pictures.Sheet(levels, budget)
+        for number in range(6):
+            sheet.add(number, noise(number))
+        widths = {Image.open(io.BytesIO(each)).width for each in sheet.pictures.values()}
+        told.append((len(sheet.pictures), *widths))
+        assert sum(map(len, sheet.pictures.values())) <= budget
+        assert sheet.is_full == (len(sheet.pictures) < 6)
+    assert told[:2] == [(6, 120), (6, 60)]
+    assert told[2][1:] == (30,)
+    assert 0 < told[2][0] < 6
+    assert told[3] == (0,)
+
+
+def test_photographs_without_a_small_picture_are_told_and_those_with_findings_come_first(
+    tmp_path, monkeypatch
+):
+    path = folder(tmp_path)
+    names = [each.name for each in (path / "photographs").glob("*.jpg")]
+    monkeypatch.setattr(pictures.Sheet.__init__, "__defaults__", (2_500,))
+    assert main([str(path), "--mesh", str(mesh(path / "box.stl"))]) == 0
+    told = words(path / "report.html")
+    assert "1 of 2 photographs have no small picture here" in told
+    page = (path / "report.html").read_text()
+    assert all(f'href="photographs/{name}"' in page for name in names)
+
+
+def test_thousands_of_photographs_take_the_memory_of_their_small_pictures(tmp_path):
+    """1.5 MB each would be 750 MB."""
+    picture = tmp_path / "1.jpg"
+    Image.fromarray(np.random.default_rng(1).integers(90, 160, (486, 648, 3)).astype(np.uint8)).save(picture)
+    record = PhotographRecord(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
+    shots = [Shot(picture, record)] * 500
+    tracemalloc.start()
+    small = pictures.small_pictures(shots, {})
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(small.thumbs) > 300
+    assert peak < 30e6
 
 
 CLICKS = """<script>

@@ -18,12 +18,14 @@ from inspection_tools_ros.surveying.detector_link import DetectorLink
 from inspection_tools_ros.surveying.photograph_messages import photograph_message
 from scipy.spatial.transform import Rotation
 
+from inspection_tools.camera.survey_camera import optical_axes
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.remembered import read_marks
 from inspection_tools.findings.search import find
 from inspection_tools.msg import Candidate, Candidates, Photograph
-from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord, photographs_in
-from inspection_tools.survey.camera import optical_axes
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.listing import photographs_in
+from inspection_tools.photographs.record import PhotographRecord
 from node_tools.testing import wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))

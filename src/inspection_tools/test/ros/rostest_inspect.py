@@ -25,7 +25,8 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from inspection_tools.msg import SurveyActionFeedback, SurveyActionGoal, SurveyActionResult
-from inspection_tools.photographs.folder import photographs_in, read_record
+from inspection_tools.photographs.listing import photographs_in
+from inspection_tools.photographs.record import read_record
 from inspection_tools.srv import LookCloser, RoomAbove
 from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters
 from inspection_tools.survey.plan import Draft, Flight, PlannedView, SurveyPlan

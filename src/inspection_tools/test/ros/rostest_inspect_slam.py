@@ -16,7 +16,8 @@ from tf2_msgs.msg import TFMessage
 
 from inspection_tools import SlowCorrection
 from inspection_tools.msg import SurveyActionFeedback, SurveyActionGoal, SurveyActionResult
-from inspection_tools.photographs.folder import photographs_in, read_record
+from inspection_tools.photographs.listing import photographs_in
+from inspection_tools.photographs.record import read_record
 from inspection_tools.pose.trust import LOST_S
 from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters
 from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan

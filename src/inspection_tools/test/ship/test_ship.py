@@ -66,6 +66,66 @@ def test_plates_and_areas_hold_the_places_in_them():
     assert ship.areas_of(np.array(((-9.0, 1.0, 2.0), (0.0, 1.0, 2.0))), ["", ""]).tolist() == [1, -1]
 
 
+@pytest.mark.parametrize("off_m", [0.0, 0.07, -0.07, 0.14])
+def test_a_wall_of_a_map_that_lies_off_its_drawing_stays_in_its_area_and_plate(off_m):
+    """A hold of Fr. 0 to 10, 6 m long, 8 m wide, 5 m high; its six walls are moved outwards by off_m."""
+    walls = {"aft": "V", "forward": "V", "port": "A", "starboard": "A", "floor": "T", "deck": "D"}
+    ship = parse_ship(
+        {
+            "frames": [{"from": 0, "to": 10, "spacing": 600}], "plate_frames": 10,
+            "strakes": [
+                {"name": "T", "breadth": [0, 4], "height": [0, 0.5]},
+                {"name": "V", "breadth": [0, 3.5], "height": [0.5, 4.5]},
+                {"name": "A", "breadth": [3.5, 4], "height": [0.5, 4.5]},
+                {"name": "D", "breadth": [0, 4], "height": [4.5, 5]},
+            ],
+            "areas": [
+                {"name": "aft", "frames": [0, 1], "strakes": ["V"]},
+                {"name": "forward", "frames": [9, 10], "strakes": ["V"]},
+                {"name": "port", "strakes": ["A"], "sides": ["P"]},
+                {"name": "starboard", "strakes": ["A"], "sides": ["S"]},
+                {"name": "floor", "strakes": ["T"]}, {"name": "deck", "strakes": ["D"]},
+            ],
+        }
+    )  # fmt: skip
+    points = np.array(
+        [
+            (-off_m, 1.0, 2.0), (6.0 + off_m, 1.0, 2.0), (3.0, 4.0 + off_m, 2.0), (3.0, -4.0 - off_m, 2.0),
+            (3.0, 1.0, -off_m), (3.0, 1.0, 5.0 + off_m),
+        ]
+    )  # fmt: skip
+    inwards = np.array(((1, 0, 0), (-1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, 1), (0, 0, -1)), float)
+    assert ship.areas_of(points, [None] * 6, inwards).tolist() == list(range(6))
+    assert [ship.plates()[k].strake for k in ship.plates_of(points, inwards)] == list(walls.values())
+    assert [
+        "strake " + strake in ship.tell(*each) for strake, *each in zip(walls.values(), points, inwards)
+    ] == [True] * 6
+    assert ship.areas_of(points - 0.5 * inwards, [None] * 6, inwards).tolist() == [-1] * 6
+
+
+def test_what_lies_beside_a_strake_in_the_plane_of_a_wall_does_not_belong_to_it():
+    ship = parse_ship(
+        {
+            "frames": [{"from": 0, "to": 10, "spacing": 600}],
+            "strakes": [{"name": "V", "height": [0.3, 3.5]}],
+            "areas": [{"name": "wall", "strakes": ["V"]}],
+        }
+    )  # fmt: skip
+    places = np.array(((0.0, 1.0, 0.29), (0.0, 1.0, 0.31)))
+    assert ship.areas_of(places, [None] * 2, np.tile((1.0, 0.0, 0.0), (2, 1))).tolist() == [-1, 0]
+
+
+def test_a_bulkhead_on_the_centre_line_stays_on_the_side_of_its_area():
+    ship = parse_ship(
+        {
+            "frames": [{"from": 0, "to": 10, "spacing": 600}],
+            "areas": [{"name": "centre line", "sides": ["P"]}],
+        }
+    )
+    places = np.array(((3.0, -0.07, 2.0), (3.0, -0.5, 2.0)))
+    assert ship.areas_of(places, [None] * 2, np.tile((0.0, -1.0, 0.0), (2, 1))).tolist() == [0, -1]
+
+
 @pytest.mark.parametrize(
     ("path", "value", "told"),
     [

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from inspection_tools.camera.taken import Taken
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey import SurveyParameters
 from inspection_tools.survey.checking import check_plan
@@ -13,7 +14,6 @@ from inspection_tools.survey.coverage import judge_on
 from inspection_tools.survey.plan import Draft
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.planner import SurveyPlanner, completed
-from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.surface.reading import read_surface
 from inspection_tools.survey.views.candidates import near_home
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import trimesh
 
+from inspection_tools.camera.taken import Taken
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters
 from inspection_tools.survey.coverage import judge_on
 from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
 from inspection_tools.survey.planner import SurveyPlanner
-from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.supplement import Supplement
 from inspection_tools.survey.surface.reading import read_surface
 from inspection_tools.survey.views.candidates import COST_MOST, Candidates, lattice

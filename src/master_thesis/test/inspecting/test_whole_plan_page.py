@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import Draft, Flight, PlannedView, SurveyPlan
 from inspection_tools.survey.plan_file import write_plan

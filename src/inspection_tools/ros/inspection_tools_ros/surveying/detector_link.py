@@ -13,7 +13,7 @@ import rospy
 from inspection_tools.errors import InspectionToolsError
 from inspection_tools.findings.remembered import read_marks, write_marks
 from inspection_tools.msg import Candidates, Photograph
-from inspection_tools.photographs.folder import read_camera
+from inspection_tools.photographs.calibration import read_camera
 from inspection_tools_ros.surveying.photograph_messages import candidates_of, photograph_message
 
 PATIENCE_S, NO_PATIENCE_S = 60.0, 5.0

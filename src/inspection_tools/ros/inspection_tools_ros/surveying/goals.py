@@ -19,7 +19,7 @@ from inspection_tools.inspection.second_look import SearchState, SecondLook
 from inspection_tools.inspection.taken import done_in
 from inspection_tools.inspection.viewpoints import is_completed
 from inspection_tools.msg import SurveyGoal
-from inspection_tools.photographs.folder import records_in
+from inspection_tools.photographs.listing import records_in
 from inspection_tools.planning import PathPlanner
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan

@@ -13,13 +13,14 @@ from PIL import Image
 from sensor_msgs.msg import CameraInfo, CompressedImage
 from std_msgs.msg import Header
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import ParameterError
 from inspection_tools.findings.picture.candidates import Candidate
 from inspection_tools.findings.remembered import marked
 from inspection_tools.msg import Candidate as CandidateMessage
 from inspection_tools.msg import Candidates, Photograph
-from inspection_tools.photographs.folder import PhotographError, PhotographRecord, read_camera, read_record
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.photographs.calibration import read_camera
+from inspection_tools.photographs.record import PhotographError, PhotographRecord, read_record
 from inspection_tools_ros.conversions import pose_of
 
 

@@ -15,7 +15,8 @@ from inspection_tools.inspection import End, Inspection
 from inspection_tools.inspection.slam_path import FollowedRecords, LevelPose, SlamPath
 from inspection_tools.inspection.taken import RecentPoses, record_of, shot_of
 from inspection_tools.inspection.todo import Task
-from inspection_tools.photographs.folder import PhotographError, PhotographFolder, PhotographRecord
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.record import PhotographError, PhotographRecord
 from inspection_tools_ros.surveying import messages
 from inspection_tools_ros.surveying.camera_link import LAST_PICTURE_S, PICTURE_S, CameraError, CameraLink
 

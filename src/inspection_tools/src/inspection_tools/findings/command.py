@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Sequence
 
 from inspection_tools.errors import InspectionToolsError, ReportError, SurveyError
 from inspection_tools.findings.findings_file import (
     STATUSES,
+    SearchRecord,
     decide,
+    held,
     read_findings,
+    read_search,
     with_decisions,
     write_findings,
 )
 from inspection_tools.findings.merging import Finding
 from inspection_tools.findings.parameters import FindingParameters
-from inspection_tools.findings.search import find, plan_nearer
+from inspection_tools.findings.search import plan_nearer, search_folders
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.surface.reading import Surface, read_surface
@@ -50,12 +54,14 @@ def main(arguments: list[str] | None = None) -> int:
             raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
         if not target.parent.is_dir():
             raise SurveyError(f"{target} cannot be written: there is no folder {target.parent}.")
-        before = read_findings(target) if target.exists() else []
+        if target.exists():
+            read_search(target)  # refused now, and not after minutes of search
         plan = read_plan(given.plan) if given.plan else None
         surface = read_surface(given.mesh, plan.asked, plan.home_m) if plan else None
         searched = surface.mesh if surface else given.mesh
-        findings = with_decisions(before, find([given.folder, *given.closer], searched, FindingParameters()))
-        write_findings(target, findings)
+        found = search_folders([given.folder, *given.closer], searched, FindingParameters())
+        record = _kept(target, found)
+        findings = record.findings
         if plan and surface:
             print(_write_closer(plan, surface, findings, target.with_name("closer.yaml")))
     except InspectionToolsError as error:
@@ -64,16 +70,32 @@ def main(arguments: list[str] | None = None) -> int:
     except OSError as error:
         print(f"findings: {error.filename} cannot be written: {error.strerror}.", file=sys.stderr)
         return 1
+    for each in record.left_out:
+        print(f"findings: left out: {each.name}: {each.why}", file=sys.stderr)
     for kind in ("rust", "crack", *sorted({each.kind for each in findings} - {"rust", "crack"})):
         print(f"{kind}: {sum(each.kind == kind for each in findings)}")
+    searched = len(record.searched or ())
+    print(f"searched: {searched} of {searched + len(record.left_out)} photographs")
     print(f"written: {target}")
     return 0
 
 
+def _kept(path: Path, found: SearchRecord) -> SearchRecord:
+    """Write what was found, with the decisions that stand in the file now; return it."""
+    with held(path):
+        before = read_findings(path) if path.exists() else []
+        record = replace(found, findings=tuple(with_decisions(before, found.findings)))
+        write_findings(path, record)
+    return record
+
+
 def _decide(path: Path, number: str, status: str, remark: str | None) -> int:
-    if not number.isdigit():
+    if not (number.isascii() and number.isdigit()):
         raise ReportError(f'"{number}" is no number of a finding.')
-    write_findings(path, decide(read_findings(path), int(number), status, remark))
+    with held(path):
+        record = read_search(path)
+        findings = decide(record.findings, int(number), status, remark)
+        write_findings(path, replace(record, findings=tuple(findings)))
     print(f"finding {number}: {status}")
     return 0
 

@@ -2,34 +2,55 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import math
 import os
-from dataclasses import asdict, replace
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Mapping, Sequence
+from typing import Any, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from inspection_tools.errors import ReportError
+from inspection_tools.files.whole import write_whole
 from inspection_tools.findings.merging import Finding
+from inspection_tools.findings.pairing import pairs_of
+from inspection_tools.photographs.listing import LeftOut
 
 NEW, UNDER_REVIEW, CONFIRMED, DISMISSED = STATUSES = ("new", "under review", "confirmed", "dismissed")
-APART_M = 0.15
-"""Positions of one finding in two runs, or in two surveys, differ by less, besides half its length."""
+
+
+@dataclass(frozen=True)
+class SearchRecord:
+    """What findings.json holds.
+
+    searched: names of the photographs in which findings were looked for; None: an older program did not tell.
+    left_out: those that could not be searched, with the reason.
+    """
+
+    findings: tuple[Finding, ...] = ()
+    searched: tuple[str, ...] | None = None
+    left_out: tuple[LeftOut, ...] = ()
 
 
 def read_findings(path: Path) -> list[Finding]:
+    """Read the findings of a file; raises ReportError as `read_search`."""
+    return list(read_search(path).findings)
+
+
+def read_search(path: Path) -> SearchRecord:
     """Read a file of findings.
 
     Raises:
         ReportError: one sentence that names the file, the finding and the fault.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise ReportError(f"The findings {path} cannot be read: {error.strerror}.") from None
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ReportError(f"The findings {path} are not JSON ({error}).") from None
     entries = content.get("findings") if isinstance(content, Mapping) else None
     if not isinstance(entries, list):
@@ -37,7 +58,14 @@ def read_findings(path: Path) -> list[Finding]:
     found = [_finding(path, number, each) for number, each in enumerate(entries, start=1)]
     if len({each.id for each in found}) < len(found):
         raise ReportError(f"{path}: two findings have the same id. Give each its own.")
-    return found
+    try:
+        searched = None if content.get("searched") is None else tuple(map(str, content["searched"]))
+        left_out = tuple(
+            LeftOut(str(each["photograph"]), str(each["why"])) for each in content.get("left_out", ())
+        )
+    except (KeyError, TypeError) as error:
+        raise ReportError(f"{path}: searched and left_out must be lists of photographs ({error}).") from None
+    return SearchRecord(tuple(found), searched, left_out)
 
 
 def _finding(path: Path, number: int, given: Any) -> Finding:
@@ -61,36 +89,35 @@ def _finding(path: Path, number: int, given: Any) -> Finding:
     return replace(finding, remark=str(finding.remark), places_m=tuple(map(tuple, places_m.tolist())))
 
 
-def write_findings(path: Path, findings: Sequence[Finding]) -> None:
+def write_findings(path: Path, record: SearchRecord) -> None:
     """Write a file of findings, whole or not at all. Raises ReportError."""
-    rows = ",\n".join(json.dumps(asdict(each)) for each in findings)
-    partial = path.with_name(path.name + ".part")
+    rows = ",\n".join(json.dumps(asdict(each)) for each in record.findings)
+    searched = "" if record.searched is None else f'"searched": {json.dumps(record.searched)}, '
+    left_out = json.dumps([{"photograph": each.name, "why": each.why} for each in record.left_out])
+    text = f'{{"frame": "map", {searched}"left_out": {left_out}, "findings": [\n{rows}\n]}}\n'
     try:
-        partial.write_text(f'{{"frame": "map", "findings": [\n{rows}\n]}}\n', encoding="utf-8")
-        os.replace(partial, path)
+        write_whole({path: text.encode()})
     except OSError as error:
-        partial.unlink(missing_ok=True)
         raise ReportError(f"{path} cannot be written: {error.strerror}.") from None
 
 
-def pairs_of(before: Sequence[Finding], now: Sequence[Finding]) -> list[tuple[int, int]]:
-    """Return pairs (index before, index now) of one kind in one place, the nearest first; each once."""
-    if not before or not now:
-        return []
-    places = [np.array([each.position_m for each in group]) for group in (before, now)]
-    lengths = [np.array([each.length_m for each in group]) for group in (before, now)]
-    apart_m = np.linalg.norm(places[0][:, None] - places[1][None], axis=2)
-    same = np.array([[a.kind == b.kind for b in now] for a in before])
-    allowed = same & (apart_m <= APART_M + 0.5 * np.maximum(lengths[0][:, None], lengths[1][None]))
-    rows, columns = np.nonzero(allowed)
-    left, right, pairs = set(range(len(before))), set(range(len(now))), []
-    for k in np.argsort(apart_m[rows, columns], kind="stable"):
-        i, j = int(rows[k]), int(columns[k])
-        if i in left and j in right:
-            pairs.append((i, j))
-            left.remove(i)
-            right.remove(j)
-    return pairs
+@contextmanager
+def held(path: Path) -> Iterator[None]:
+    """Keep others from changing a file of findings between reading and writing it.
+
+    Raises:
+        ReportError: its folder cannot be used.
+    """
+    try:
+        descriptor = os.open(path.parent, os.O_RDONLY)
+    except OSError as error:
+        raise ReportError(f"{path} cannot be written: {error.strerror}.") from None
+    try:
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def with_decisions(before: Sequence[Finding], now: Sequence[Finding]) -> list[Finding]:

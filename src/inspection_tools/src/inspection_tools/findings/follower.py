@@ -24,7 +24,8 @@ from inspection_tools.errors import InspectionToolsError, SurveyError
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.search import PhotographSearch, plan_nearer
 from inspection_tools.findings.wanted import Wanted
-from inspection_tools.photographs.folder import PhotographError, read_record
+from inspection_tools.photographs.listing import check_picture
+from inspection_tools.photographs.record import PhotographError, read_record
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.planner import completed
@@ -61,6 +62,7 @@ class Follower:
     def add(self, photograph: Path) -> None:
         """Take a photograph. One that is damaged is left out."""
         try:
+            check_picture(photograph)
             if self._supplement is not None:
                 self._supplement.take(read_record(photograph.with_suffix(".json")).taken)
             if self._search is not None:

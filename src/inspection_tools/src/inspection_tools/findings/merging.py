@@ -6,10 +6,9 @@ from dataclasses import dataclass
 from typing import Iterator, Sequence
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from inspection_tools.findings.linking import linked
 from inspection_tools.findings.placing import Placed, extent
 
 PIECE_M = 1.0
@@ -24,7 +23,7 @@ SPARSE = 2.0
 
 @dataclass(frozen=True)
 class Finding:
-    """One finding in the map. area_m2: of rust. places_m: some of its places, (x, y, z) each; not of a crack.
+    """One finding in the map. area_m2: of rust. places_m: some of its places, (x, y, z) each.
 
     status: new, under review, confirmed or dismissed, and remark: the surveyor's. detail_mm: that a pixel
     covers in the worst direction, in the photograph that shows it best; 0: not known.
@@ -55,13 +54,8 @@ def merged(placed: Sequence[Placed], apart_m: float) -> list[Finding]:
 
 def _groups(own: Sequence[Placed], apart_m: float) -> Iterator[list[Placed]]:
     """Yield the candidates that belong together."""
-    of = np.repeat(np.arange(len(own)), [len(each.points_m) for each in own])
-    points_m = np.concatenate([each.points_m for each in own])
-    pairs = cKDTree(points_m).query_pairs(apart_m, output_type="ndarray")
-    graph = coo_matrix((np.ones(len(pairs)), (of[pairs[:, 0]], of[pairs[:, 1]])), (len(own), len(own)))
-    count, numbers = connected_components(graph, directed=False)
-    for number in range(count):
-        yield [own[k] for k in np.flatnonzero(numbers == number)]
+    for together in linked([each.points_m for each in own], apart_m):
+        yield [own[k] for k in together]
 
 
 def _pieces(group: list[Placed]) -> Iterator[list[Placed]]:
@@ -94,7 +88,7 @@ def _finding(number: int, kind: str, group: Sequence[Placed], apart_m: float) ->
     return Finding(
         number, kind, place, facing, round(length, 4), round(_area_m2(group, apart_m), 6), names,
         detail_mm=round(min(each.detail_mm for each in group), 3),
-        places_m=() if kind == "crack" else thinned(points_m),
+        places_m=thinned(points_m),
     )  # fmt: skip
 
 

@@ -6,14 +6,13 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
+from inspection_tools.camera.survey_camera import SurveyCamera
+from inspection_tools.camera.taken import Taken
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate
 from inspection_tools.findings.sight import Sight
-from inspection_tools.survey.camera import SurveyCamera
-from inspection_tools.survey.poses import Taken
+from inspection_tools.survey.surface.rays import Rays
 
 HIDDEN_M = 0.05
 """A point that is so far from where its ray ends is hidden."""
@@ -40,17 +39,13 @@ class MeshSurface:
     def __init__(self, triangles_m: np.ndarray) -> None:
         normals = np.cross(triangles_m[:, 1] - triangles_m[:, 0], triangles_m[:, 2] - triangles_m[:, 0])
         self._normals = normals / np.maximum(np.linalg.norm(normals, axis=1)[:, None], 1e-12)
-        self._scene = EmbreeScene()
-        TriangleMesh(self._scene, np.ascontiguousarray(triangles_m, np.float32))
+        self._rays = Rays(triangles_m)
 
     def hits(self, eye_m: np.ndarray, rays: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return points (n, 3), NaN where unit rays hit nothing, and normals (n, 3) to the eye."""
-        origins = np.broadcast_to(eye_m, rays.shape)
-        hit = self._scene.run(
-            np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(rays, np.float32), output=1
-        )
-        far = np.where(hit["primID"] >= 0, hit["tfar"], np.nan)
-        normals = self._normals[hit["primID"]]
+        triangles, far_m = self._rays.hits(eye_m, rays)
+        far = np.where(triangles >= 0, far_m, np.nan)
+        normals = self._normals[triangles]
         normals = np.where((normals * rays).sum(axis=1)[:, None] > 0.0, -normals, normals)
         return eye_m + far[:, None] * rays, normals
 

@@ -7,10 +7,11 @@ SHA-256 of the JPEG, the marks do not count for another photograph that has got 
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
+import io
 import json
 import math
-import os
 from dataclasses import asdict
 from functools import cache
 from pathlib import Path
@@ -19,9 +20,10 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from inspection_tools.files.whole import write_whole
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate
-from inspection_tools.photographs.folder import PhotographError
+from inspection_tools.photographs.record import PhotographError
 
 SUFFIX = ".candidates.npz"
 MARKS = ".marks.json"
@@ -56,17 +58,14 @@ def write_marks(photograph: Path, found: Sequence[Candidate], detector: str) -> 
         PhotographError: it cannot be written; the disk may be full.
     """
     path = photograph.with_suffix(MARKS)
-    partial = path.with_name(path.name + ".part")
     marks = [
         {"kind": each.kind, "size_px": each.size_px, "pixels": np.round(each.pixels, 2).tolist()}
         for each in found
     ]
     try:
         content = {"detector": detector, "photograph": _digest_of(photograph), "candidates": marks}
-        partial.write_text(json.dumps(content), encoding="utf-8")
-        os.replace(partial, path)
+        write_whole({path: json.dumps(content).encode()})
     except OSError as error:
-        partial.unlink(missing_ok=True)
         raise PhotographError(f"{path} cannot be written: {error.strerror}.") from None
 
 
@@ -119,21 +118,18 @@ class Remembered:
 
     def write(self, path: Path, found: Sequence[Candidate]) -> None:
         """Keep the candidates of a photograph."""
-        partial = path.with_suffix(SUFFIX + ".part")
         pixels = [each.pixels for each in found] or [np.zeros((0, 2))]
-        try:
-            with partial.open("wb") as stream:
-                np.savez(
-                    stream,
-                    key=self._key_of(path),
-                    kinds=np.array([each.kind for each in found], str),
-                    sizes=np.array([each.size_px for each in found], np.int64),
-                    counts=np.array([len(each.pixels) for each in found], np.int64),
-                    pixels=np.concatenate(pixels),
-                )
-            os.replace(partial, path.with_suffix(SUFFIX))
-        except OSError:
-            return
+        content = io.BytesIO()
+        with contextlib.suppress(OSError):
+            np.savez(
+                content,
+                key=self._key_of(path),
+                kinds=np.array([each.kind for each in found], str),
+                sizes=np.array([each.size_px for each in found], np.int64),
+                counts=np.array([len(each.pixels) for each in found], np.int64),
+                pixels=np.concatenate(pixels),
+            )
+            write_whole({path.with_suffix(SUFFIX): content.getvalue()})
 
     def _key_of(self, path: Path) -> str:
         key = self._key.copy()

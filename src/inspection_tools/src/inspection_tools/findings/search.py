@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 from typing import NamedTuple, Sequence
 
 import numpy as np
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import SurveyError
-from inspection_tools.findings.findings_file import DISMISSED
+from inspection_tools.findings.findings_file import DISMISSED, SearchRecord
 from inspection_tools.findings.merging import Finding, merged
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate, candidates_in
@@ -18,15 +18,9 @@ from inspection_tools.findings.placing import MeshSurface, Placed, PosedPhotogra
 from inspection_tools.findings.remembered import Remembered, read_marks
 from inspection_tools.findings.second_look import without_refuted
 from inspection_tools.findings.several_views import where_sights_cross
-from inspection_tools.photographs.folder import (
-    PhotographError,
-    PhotographRecord,
-    photographs_in,
-    read_camera,
-    read_photograph,
-    read_record,
-)
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.photographs.calibration import read_camera
+from inspection_tools.photographs.listing import LeftOut, check_picture, listed, read_photograph
+from inspection_tools.photographs.record import PhotographError, PhotographRecord, read_record
 from inspection_tools.survey.closer import Closer, closer_plan
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.surface.mesh_file import Mesh, read_mesh
@@ -58,6 +52,9 @@ class PhotographSearch:
 
     Args:
         mesh: in the map's frame. first: folder from which photographs of others are named.
+
+    Attributes:
+        searched: names of the photographs that were searched.
     """
 
     def __init__(self, mesh: Mesh, parameters: FindingParameters, first: Path) -> None:
@@ -65,6 +62,7 @@ class PhotographSearch:
         self._remembered = Remembered(mesh.triangles_m, self._p)
         self._placed: list[Placed] = []
         self._near: list[PosedPhotograph] = []
+        self.searched: list[str] = []
 
     def add(self, path: Path) -> None:
         """Search a photograph.
@@ -73,15 +71,19 @@ class PhotographSearch:
             PhotographError: it or its marks are damaged, or its folder's calibration cannot be read.
         """
         camera, record = read_camera(path.parent / "calibration.yaml"), read_record(path.with_suffix(".json"))
-        posed = self._detector.posed(camera, record, os.path.relpath(path, self._first))
+        name = _named(path, self._first)
+        posed = self._detector.posed(camera, record, name)
         found = read_marks(path)
-        if found is None:
+        if found is not None:
+            check_picture(path)
+        else:
             found = self._remembered.read(path)
         if found is None:
             picture, _ = read_photograph(path)
             found = self._detector.candidates(picture, posed)
             self._remembered.write(path, found)
         self._placed += [each for each in map(posed.place, found) if each is not None]
+        self.searched.append(name)
         if posed.sight.finest_mm <= self._p.crack_closer:
             posed.sight.forget_edges()  # or hundreds of photographs take gigabytes
             self._near.append(posed)
@@ -95,27 +97,47 @@ class PhotographSearch:
 
 
 def find(folders: Sequence[Path], mesh: Path | Mesh, parameters: FindingParameters) -> list[Finding]:
-    """Return the findings in folders of photographs. A photograph that is damaged is named and left out.
+    """Return the findings in folders of photographs; see `search_folders`."""
+    return list(search_folders(folders, mesh, parameters).findings)
+
+
+def search_folders(folders: Sequence[Path], mesh: Path | Mesh, parameters: FindingParameters) -> SearchRecord:
+    """Return the findings in folders of photographs, and which photographs were searched and left out.
 
     Photographs of other folders than the first are named by their way from there.
 
     Raises:
-        SurveyError: a folder has no photograph, or the mesh cannot be read.
+        SurveyError: a folder has no photograph, none can be searched, or the mesh cannot be read.
         PhotographError: a calibration cannot be read.
     """
-    listed = [(folder, photographs_in(folder)) for folder in folders]
-    for folder, paths in listed:
-        if not paths:
-            raise SurveyError(f"{folder}: there is no photograph with a JSON beside it.")
+    listings = [(folder, listed(folder, pixels=False)) for folder in folders]
+    for folder, listing in listings:
+        if not listing.whole:
+            why = f": {listing.left_out[0].name}: {listing.left_out[0].why}" if listing.left_out else "."
+            raise SurveyError(f"{folder}: there is no photograph with a JSON beside it{why}")
         read_camera(folder / "calibration.yaml")
     known = read_mesh(mesh) if isinstance(mesh, Path) else mesh
     search = PhotographSearch(known, parameters, folders[0])
-    for path in (each for _, paths in listed for each in paths):
-        try:
-            search.add(path)
-        except PhotographError as error:
-            print(f"findings: left out: {error}", file=sys.stderr)
-    return search.findings()
+    left_out: list[LeftOut] = []
+    for folder, listing in listings:
+        left_out += [each._replace(name=_named(folder / each.name, folders[0])) for each in listing.left_out]
+        for path, _ in listing.whole:
+            try:
+                search.add(path)
+            except PhotographError as error:
+                left_out.append(LeftOut.of(path, error)._replace(name=_named(path, folders[0])))
+    if not search.searched:
+        name, why = left_out[0]
+        raise SurveyError(
+            f"{folders[0]}: none of the {len(left_out)} photographs could be searched. The first is {name}: "
+            f"{why}"
+        )
+    return SearchRecord(tuple(search.findings()), tuple(search.searched), tuple(left_out))
+
+
+def _named(path: Path, first: Path) -> str:
+    """Return a photograph's name, from the first folder."""
+    return os.path.relpath(path, first)
 
 
 class Nearer(NamedTuple):

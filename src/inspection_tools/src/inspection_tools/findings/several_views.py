@@ -9,10 +9,9 @@ from __future__ import annotations
 from typing import Iterator, NamedTuple, Sequence
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
+from inspection_tools.findings.linking import pieces_of
 from inspection_tools.findings.placing import Placed
 
 JUMP_M = 0.15
@@ -153,12 +152,8 @@ def _closest(
 def _on_one_surface(placed: Placed) -> Iterator[Placed]:
     """Yield the parts of a candidate between which its points jump, with their shares of its area."""
     points_m, count = placed.points_m, len(placed.points_m)
-    pairs = cKDTree(points_m).query_pairs(JUMP_M, output_type="ndarray")
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), (count, count))
-    parts, of = connected_components(graph, directed=False)
-    for number in range(parts):
-        own = of == number
-        yield placed._replace(points_m=points_m[own], area_m2=float(own.mean()) * placed.area_m2)
+    for own in pieces_of(points_m, JUMP_M):
+        yield placed._replace(points_m=points_m[np.sort(own)], area_m2=len(own) / count * placed.area_m2)
 
 
 def _sights(spots: Sequence[Placed]) -> Sights:

@@ -7,8 +7,8 @@ from typing import Callable
 import numpy as np
 from scipy import ndimage
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.findings.parameters import FindingParameters
-from inspection_tools.survey.camera import SurveyCamera
 
 STEP_PX = 8
 """Between two rays."""

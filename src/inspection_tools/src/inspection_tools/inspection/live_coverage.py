@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from inspection_tools.photographs.folder import PhotographRecord
+from inspection_tools.camera.taken import Taken
+from inspection_tools.photographs.record import PhotographRecord
 from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.showing import Showing
 from inspection_tools.survey.surface.reading import read_surface
 

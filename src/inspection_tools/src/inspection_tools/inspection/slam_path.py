@@ -18,7 +18,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from inspection_tools.geometry import Vector3
-from inspection_tools.photographs.folder import PhotographRecord
+from inspection_tools.photographs.record import PhotographRecord
 
 EVERY_S = 0.1
 """So often a pose of odometry is kept. Between two, it changes evenly."""

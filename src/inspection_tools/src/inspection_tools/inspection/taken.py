@@ -16,7 +16,8 @@ from inspection_tools.inspection.parameters import InspectionParameters
 from inspection_tools.inspection.slam_path import LevelPose
 from inspection_tools.inspection.todo import Shot, Task
 from inspection_tools.inspection.viewpoints import Viewpoints, row_of
-from inspection_tools.photographs.folder import PhotographRecord, records_in
+from inspection_tools.photographs.listing import records_in
+from inspection_tools.photographs.record import PhotographRecord
 from inspection_tools.survey.views.candidates import View
 
 POSES = 100
@@ -128,7 +129,8 @@ def shot_of(record: PhotographRecord) -> Shot:
     """Return by what a photograph is judged."""
     places = np.reshape(record.covariance, (6, 6))[:3, :3]
     deviation_m = float(np.sqrt(max(np.linalg.eigvalsh(places).max(), 0.0)))
-    return Shot(record.blur_px, record.lux, record.iso, deviation_m, record.shift_m, record.turn_rad)
+    lux, iso = record.lux or 0.0, record.iso or 0.0  # where nobody told the light, it counts as dark
+    return Shot(record.blur_px, lux, iso, deviation_m, record.shift_m, record.turn_rad)
 
 
 def done_in(folder: Path, parameters: InspectionParameters, views: Sequence[View]) -> set[int]:

@@ -10,9 +10,9 @@ from typing import Sequence
 
 import numpy as np
 
-from inspection_tools.photographs.folder import PhotographRecord
+from inspection_tools.camera.taken import Taken
+from inspection_tools.photographs.record import PhotographRecord
 from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.views.candidates import View
 
 SAME_M, SAME_RAD = 0.002, math.radians(0.02)

@@ -7,71 +7,28 @@ camera_calibration_parsers. A file appears under its name only when it is whole,
 from __future__ import annotations
 
 import errno
+import io
 import json
-import math
 import os
 import threading
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import yaml
 from PIL import Image
 
-from inspection_tools.errors import InspectionToolsError, ParameterError
-from inspection_tools.survey.camera import SurveyCamera
-from inspection_tools.survey.poses import Taken
+from inspection_tools.camera.survey_camera import SurveyCamera
+from inspection_tools.files.whole import write_whole
+from inspection_tools.photographs.calibration import calibration_of, read_camera
+from inspection_tools.photographs.listing import records_in
+from inspection_tools.photographs.record import PhotographError, PhotographRecord, check_record, stamp_of
 
 JPEG_QUALITY = 92
 POSES_HEAD = "# timestamp tx ty tz qx qy qz qw of the optical frame\n"
 NAMES_HEAD = "# timestamp filename\n"
 MAKE, MODEL, EXPOSURE_TIME, ISO_SPEED, FOCAL_35MM, EXIF_BLOCK = 0x010F, 0x0110, 0x829A, 0x8827, 0xA405, 0x8769
 """Tags of EXIF 2.3."""
-
-
-class PhotographError(InspectionToolsError):
-    """A photograph cannot be stored or read."""
-
-
-@dataclass(frozen=True)
-class PhotographRecord:
-    """What is known of a photograph.
-
-    position_m, orientation_xyzw: of the optical frame (x right, y down, z ahead) in the map. covariance: 36
-    numbers, row by row, of x, y, z and the rotation about x, y, z. exposure_s, iso, lux: of the picture, lux
-    in its middle. blur_px: by motion and turning during the exposure, the longest. patches: of the surface,
-    seen in it. view: number of the photograph in the plan that it was taken for; 0: none. shift_m, turn_rad:
-    that the camera moved and turned during the exposure; None: only blur_px is known. viewpoint: for which it
-    was taken: x, y, z in m, yaw and tilt in rad, in the map; None: not known. A plan that is edited gives
-    other numbers, so this tells what a photograph was taken for. told_position_m, told_orientation_xyzw: the
-    pose as it was told first, before SLAM's path moved the photograph; None: it did not.
-    """
-
-    stamp_s: float
-    position_m: tuple[float, float, float]
-    orientation_xyzw: tuple[float, float, float, float]
-    exposure_s: float
-    iso: float
-    lux: float
-    blur_px: float = 0.0
-    covariance: tuple[float, ...] = (0.0,) * 36
-    patches: tuple[int, ...] = ()
-    view: int = 0
-    shift_m: float | None = None
-    turn_rad: float | None = None
-    viewpoint: tuple[float, float, float, float, float] | None = None
-    told_position_m: tuple[float, float, float] | None = None
-    told_orientation_xyzw: tuple[float, float, float, float] | None = None
-
-    @property
-    def taken(self) -> Taken:
-        """Where the camera was, and how the picture is blurred."""
-        taken = Taken.of_pose(self.position_m, self.orientation_xyzw, self.blur_px)
-        return taken.moved(self.shift_m, self.turn_rad)
-
-
-KEYS = frozenset(each.name for each in fields(PhotographRecord))
 
 
 class PhotographFolder:
@@ -92,7 +49,7 @@ class PhotographFolder:
             if calibration.exists():
                 self._refuse_another_camera(calibration)
             else:
-                _write(calibration, yaml.safe_dump(_calibration(camera)).encode())
+                write_whole({calibration: yaml.safe_dump(calibration_of(camera)).encode()})
             self.last_stamp_s = self._restore_lists()
         except OSError as error:
             raise self._lost(error, "The folder") from None
@@ -108,10 +65,11 @@ class PhotographFolder:
         whole, self.damaged = records_in(self.folder)
         lines = ["".join(each) for each in zip(*(_lines(path, record) for path, record in whole))]
         poses, names = lines or ("", "")
-        _write(self.folder / "groundtruth.txt", (POSES_HEAD + poses).encode())
-        _write(self.folder / "rgb.txt", (NAMES_HEAD + names).encode())
-        stamps = [float(path.stem) for path in self.folder.glob("*.jpg") if _is_number(path.stem)]
-        return max(stamps, default=None)
+        lists = {"groundtruth.txt": POSES_HEAD + poses, "rgb.txt": NAMES_HEAD + names}
+        write_whole({self.folder / name: text.encode() for name, text in lists.items()})
+        return max(
+            (s for path in self.folder.glob("*.jpg") if (s := stamp_of(path)) is not None), default=None
+        )
 
     def save(self, picture: np.ndarray, record: PhotographRecord) -> Path:
         """Store a picture, uint8 (height, width, 3), and return the JPEG's path.
@@ -125,24 +83,18 @@ class PhotographFolder:
         if path.exists():
             raise PhotographError(f"{path} is there already, and is kept. Give the photograph another stamp.")
         try:
-            _check(record)
+            check_record(record)
         except (ValueError, TypeError) as error:
             raise PhotographError(f"The photograph of {name} s is not stored: {error}.") from None
-        partial, partial_json = path.with_suffix(".part"), path.with_suffix(".json.part")
+        jpeg = io.BytesIO()
+        Image.fromarray(picture).save(jpeg, "JPEG", quality=JPEG_QUALITY, exif=self._exif(record).tobytes())
         try:
-            Image.fromarray(picture).save(
-                partial, "JPEG", quality=JPEG_QUALITY, exif=self._exif(record).tobytes()
-            )
-            partial_json.write_text(json.dumps(asdict(record), indent=1, allow_nan=False), encoding="utf-8")
             pose, line = _lines(path, record)
             with self._lists:
-                os.replace(partial, path)
-                os.replace(partial_json, path.with_suffix(".json"))
+                write_whole({path: jpeg.getvalue(), path.with_suffix(".json"): _json_of(record)})
                 _append(self.folder / "groundtruth.txt", pose)
                 _append(self.folder / "rgb.txt", line)
         except OSError as error:
-            partial.unlink(missing_ok=True)
-            partial_json.unlink(missing_ok=True)
             raise self._lost(error, f"The photograph of {name} s") from None
         self.last_stamp_s = max(record.stamp_s, self.last_stamp_s or record.stamp_s)
         return path
@@ -153,7 +105,7 @@ class PhotographFolder:
         `correct_lists` brings the lists up to date.
         """
         try:
-            _write(path.with_suffix(".json"), json.dumps(asdict(record), indent=1, allow_nan=False).encode())
+            write_whole({path.with_suffix(".json"): _json_of(record)})
         except OSError as error:
             raise self._lost(error, f"The record of {path.name}") from None
 
@@ -169,7 +121,10 @@ class PhotographFolder:
         exif = Image.Exif()
         exif[MAKE], exif[MODEL] = "inspection_tools", f"{self._camera.width} x {self._camera.height}"
         block = exif.get_ifd(EXIF_BLOCK)
-        block[EXPOSURE_TIME], block[ISO_SPEED] = record.exposure_s, min(round(record.iso), 65_535)
+        if record.exposure_s is not None:
+            block[EXPOSURE_TIME] = record.exposure_s
+        if record.iso is not None:
+            block[ISO_SPEED] = min(round(record.iso), 65_535)
         block[FOCAL_35MM] = round(36.0 * self._camera.focal_px / self._camera.width)
         return exif
 
@@ -178,129 +133,15 @@ class PhotographFolder:
         return PhotographError(f"{what} cannot be stored in {self.folder}: {why}. Earlier ones are whole.")
 
 
-def photographs_in(folder: Path) -> list[Path]:
-    """Return the JPEGs that have a JSON, by their stamps."""
-    found = [path for path in folder.glob("*.jpg") if _is_number(path.stem)]
-    return sorted((path for path in found if path.with_suffix(".json").exists()), key=lambda p: float(p.stem))
-
-
-def records_in(folder: Path) -> tuple[list[tuple[Path, PhotographRecord]], list[str]]:
-    """Return the photographs with their records, by their stamps, and a sentence for each damaged record."""
-    whole, damaged = [], []
-    for path in photographs_in(folder):
-        try:
-            whole.append((path, read_record(path.with_suffix(".json"))))
-        except PhotographError as error:
-            damaged.append(f"{error} This photograph is left out.")
-    return whole, damaged
-
-
-def read_camera(path: Path) -> SurveyCamera:
-    """Return the camera in a folder's calibration.yaml, which has no distortion.
-
-    Raises:
-        PhotographError: the file cannot be read.
-    """
-    try:
-        values = yaml.safe_load(path.read_text(encoding="utf-8"))
-        width, height = values["image_width"], values["image_height"]
-        across = 2.0 * math.degrees(math.atan(0.5 * width / values["camera_matrix"]["data"][0]))
-        return SurveyCamera(width, height, round(across, 6))
-    except OSError as error:
-        raise PhotographError(f"{path}: cannot be read: {error.strerror}.") from None
-    except (yaml.YAMLError, KeyError, IndexError, TypeError, ZeroDivisionError, ParameterError) as error:
-        raise PhotographError(f"{path}: is no camera's calibration ({error}).") from None
-
-
-def read_photograph(path: Path) -> tuple[np.ndarray, PhotographRecord]:
-    """Return a picture, uint8 (height, width, 3), and its record.
-
-    Raises:
-        PhotographError: the JPEG is cut or no picture, or its JSON is missing or damaged.
-    """
-    try:
-        with Image.open(path) as image:
-            picture = np.array(image.convert("RGB"))  # one may write to it
-    except (OSError, SyntaxError) as error:
-        raise PhotographError(f"{path}: the picture is cut or damaged ({error}). Shoot it again.") from None
-    return picture, read_record(path.with_suffix(".json"))
-
-
-def read_record(path: Path) -> PhotographRecord:
-    """Return what a photograph's JSON tells; raises PhotographError if it is missing or damaged.
-
-    Keys that are not known here are ignored: a newer program may have written the folder.
-    """
-    try:
-        values = json.loads(path.read_text(encoding="utf-8"))
-        known: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in values.items()
-            if name in KEYS
-        }
-        record = PhotographRecord(**known)
-        _check(record)
-        return record
-    except (OSError, ValueError, TypeError, AttributeError) as error:
-        raise PhotographError(f"{path}: cannot be read ({error}).") from None
-
-
-def _check(record: PhotographRecord) -> None:
-    """Raise ValueError or TypeError if the record has no pose and no numbers."""
-    sizes = [("position_m", 3), ("orientation_xyzw", 4), ("covariance", 36)]
-    if record.viewpoint is not None:
-        sizes.append(("viewpoint", 5))
-    for name, size in sizes:
-        values = np.array(getattr(record, name), float)
-        if values.shape != (size,) or not np.isfinite(values).all():
-            raise ValueError(f"{name} must be {size} finite numbers")
-    if not np.linalg.norm(record.orientation_xyzw) > 0.0:
-        raise ValueError("orientation_xyzw must not be 0")
-    for name in ("stamp_s", "exposure_s", "iso", "lux", "blur_px", "view"):
-        if not math.isfinite(float(getattr(record, name))):
-            raise ValueError(f"{name} must be a finite number")
-    for name in ("blur_px", "shift_m", "turn_rad"):
-        value = getattr(record, name)
-        if value is not None and not 0.0 <= value < math.inf:
-            raise ValueError(f"{name} must be a finite number, not negative")
-
-
-def _is_number(name: str) -> bool:
-    try:
-        return math.isfinite(float(name))
-    except ValueError:
-        return False
+def _json_of(record: PhotographRecord) -> bytes:
+    return json.dumps(asdict(record), indent=1, allow_nan=False).encode()
 
 
 def _lines(path: Path, record: PhotographRecord) -> tuple[str, str]:
     """Return a photograph's lines in groundtruth.txt and rgb.txt."""
     pose = " ".join(f"{x:.6f}" for x in (*record.position_m, *record.orientation_xyzw))
-    return f"{path.stem} {pose}\n", f"{path.stem} {path.name}\n"
-
-
-def _calibration(camera: SurveyCamera) -> dict:
-    def matrix(values: np.ndarray) -> dict:
-        return {"rows": values.shape[0], "cols": values.shape[1], "data": values.ravel().tolist()}
-
-    return {
-        "image_width": camera.width,
-        "image_height": camera.height,
-        "camera_name": "inspection_camera",
-        "camera_matrix": matrix(camera.matrix),
-        "distortion_model": "plumb_bob",
-        "distortion_coefficients": matrix(np.zeros((1, 5))),
-        "rectification_matrix": matrix(np.eye(3)),
-        "projection_matrix": matrix(np.column_stack((camera.matrix, np.zeros(3)))),
-    }
-
-
-def _write(path: Path, content: bytes) -> None:
-    partial = path.with_name(path.name + ".part")
-    try:
-        partial.write_bytes(content)
-        os.replace(partial, path)
-    finally:
-        partial.unlink(missing_ok=True)
+    stamp = f"{record.stamp_s:.6f}" if stamp_of(path) is None else path.stem
+    return f"{stamp} {pose}\n", f"{stamp} {path.name}\n"
 
 
 def _append(path: Path, line: str) -> None:

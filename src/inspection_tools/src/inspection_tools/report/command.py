@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from inspection_tools.errors import InspectionToolsError, SurveyError
+from inspection_tools.report.comparison import check_comparable
 from inspection_tools.report.content import judged, page_content
 from inspection_tools.report.grades import GradeRules
 from inspection_tools.report.page import libraries, render, write_page
@@ -68,6 +69,8 @@ def write_report(
     inspection, rules = read_inspection(folder), GradeRules()
     own = read_ship(ship) if ship else Ship()
     before = read_inspection(last) if last else None
+    if before is not None:
+        check_comparable(before, inspection)
     known = judged(inspection, own, _mesh(mesh, inspection), before, thickness, rules)
     content, view = page_content(inspection, own, known, rules, out)
     write_page(out, render(content, view))

@@ -7,14 +7,19 @@ from typing import Sequence
 
 import numpy as np
 
-from inspection_tools.findings.findings_file import DISMISSED, pairs_of
+from inspection_tools.errors import ReportError
+from inspection_tools.findings.findings_file import DISMISSED
 from inspection_tools.findings.merging import Finding
+from inspection_tools.findings.pairing import pairs_of
+from inspection_tools.report.sources import Inspection
 from inspection_tools.survey.surface_record import SurfaceRecord
 
 APPEARED, GROWN, AS_BEFORE, NOT_SEEN_BEFORE = "new", "grown", "as before", "not looked at before"
 GROWTH_AREA, GROWTH_LENGTH = 1.25, 1.2
 LEAST_GROWTH_M2, LEAST_GROWTH_M = 0.001, 0.03
 """Below these, two photographs of one place may differ."""
+LEAST_COMMON, ON_M, FEW = 0.5, 0.3, 5
+"""Two surveys of one space have so much of their surface in common; so many findings tell it, too."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +33,34 @@ class Comparison:
     last: dict[int, Finding] = field(default_factory=dict)
     gone: tuple[Finding, ...] = ()
     unseen: tuple[Finding, ...] = ()
+
+
+def check_comparable(last: Inspection, now: Inspection) -> None:
+    """Raise ReportError if the last survey has no findings, or is of another space than this one."""
+    if last.findings is None:
+        raise ReportError(
+            f"{last.folder}: the last survey has no findings to compare with. "
+            "Run findings in it, or leave out --last."
+        )
+    if now.surface is None:
+        return
+    shares = []
+    if last.surface is not None:
+        shares = [_on(last.surface, now.surface), _on(now.surface, last.surface)]
+    elif len(last.findings) >= FEW:
+        places = np.array([each.position_m for each in last.findings])
+        shares = [float((now.surface.patches_at(places, None, ON_M) >= 0).mean())]
+    if shares and max(shares) < LEAST_COMMON:
+        raise ReportError(
+            f"{last.folder}: the last survey is of another space, or in another map: {100 * max(shares):.0f} "
+            "% of its surface lies where that of this survey does. Give the last survey of this space."
+        )
+
+
+def _on(one: SurfaceRecord, other: SurfaceRecord) -> float:
+    """Return the share of a surface, by area, that lies on another one."""
+    there = other.patches_at(one.points_m, one.normals, max(one.side_m, other.side_m)) >= 0
+    return float(one.areas_m2[there].sum() / max(one.areas_m2.sum(), 1e-9))
 
 
 def compared(
@@ -64,4 +97,4 @@ def _looked_at(findings: Sequence[Finding], surface: SurfaceRecord | None) -> li
         return [False] * len(findings)
     places = np.array([each.position_m for each in findings])
     on = surface.patches_at(places, np.array([each.normal for each in findings]))
-    return [bool(k >= 0 and surface.shown[k]) for k in on]
+    return [bool(k >= 0 and surface.is_shown[k]) for k in on]

@@ -10,11 +10,12 @@ from typing import Any, Mapping, Sequence
 
 from inspection_tools.report import records, tables
 from inspection_tools.report.comparison import Comparison, compared
+from inspection_tools.report.gauging.readings import read_readings
+from inspection_tools.report.gauging.spots import Gauging, gauging_spots, with_readings
 from inspection_tools.report.grades import AreaGrade, GradeRules, PlateState, areas_graded, plates_seen
 from inspection_tools.report.pictures import data_uri, small_pictures
 from inspection_tools.report.scene import UNKNOWN, Scene, scene_of
 from inspection_tools.report.sources import Inspection
-from inspection_tools.report.spots import Gauging, gauging_spots, with_readings
 from inspection_tools.report.static_view import static_view
 from inspection_tools.report.view_data import view_data
 from inspection_tools.report.views import best_of, marks_of
@@ -22,6 +23,7 @@ from inspection_tools.ship.ship import Ship
 from inspection_tools.survey.surface.edges import edge_places
 from inspection_tools.survey.surface.mesh_file import Mesh
 
+NOT_KNOWN = "\N{EN DASH}"
 STILLS = ((-115.0, "Port side and forward end"), (65.0, "Starboard side and aft end"))
 """Directions from which the still pictures look: from aft of starboard, and from ahead of port."""
 
@@ -51,8 +53,8 @@ def judged(
     Raises:
         ReportError: the file of readings cannot be used.
     """
-    surface, findings = inspection.surface, inspection.findings
-    scene = None if mesh is None else scene_of(mesh, surface)
+    surface, findings = inspection.seen, inspection.findings
+    scene = None if mesh is None else scene_of(mesh, inspection.surface)
     grades: Sequence[AreaGrade] = ()
     plates: Sequence[PlateState] = ()
     if surface is not None and findings is not None:
@@ -60,16 +62,17 @@ def judged(
             edges = edge_places(mesh.triangles_m, mesh.joined)
             grades = areas_graded(ship, surface, edges, findings, rules)
         plates = plates_seen(ship, surface, findings)
-    gaugings = gauging_spots(plates, rules)
+    gaugings, remarks = gauging_spots(plates, rules), list[str]()
     if readings is not None:
-        gaugings = with_readings(gaugings, ship, readings)
+        table = read_readings(readings, ship)
+        gaugings = with_readings(gaugings, table.rows)
+        if table.unused:
+            remarks.append(f"Columns of {readings.name} that are not used: {', '.join(table.unused)}.")
     comparison = None
     if last is not None and last.findings is not None and findings is not None:
-        comparison = compared(last.findings, findings, last.surface, surface)
-    remarks = []
+        comparison = compared(last.findings, findings, last.seen, surface)
     if last is not None and comparison is None:
-        whose = "this" if findings is None else "the last"
-        remarks.append(f"There is no comparison: {whose} survey has no findings.")
+        remarks.append("There is no comparison: this survey has no findings.")
     return Judged(scene, grades, plates, gaugings, comparison, remarks)
 
 
@@ -84,6 +87,16 @@ def page_content(
     remarks = [*inspection.remarks, *known.remarks]
     if damaged:
         remarks.append(f"{len(damaged)} photographs are damaged, the first {damaged[0]}.")
+    lacking = len(inspection.shots) - len(thumbs) - len(damaged)
+    if lacking:
+        remarks.append(
+            f"{lacking} of {len(inspection.shots)} photographs have no small picture here: the page would "
+            "be too large. Their names open the originals."
+        )
+    if len(cuts) < len(best):
+        remarks.append(
+            f"{len(best) - len(cuts)} of {len(best)} findings have no picture here for the same reason."
+        )
     if known.scene is None:
         remarks.append("No drawing of the surface was given, so there is no view of it.")
     remarks += records.mishaps(inspection)
@@ -103,7 +116,7 @@ def page_content(
         "others": sorted({each.kind for each in findings} - set(tables.KINDS)),
         "comparison": tables.comparison_table(known.comparison, ship) if known.comparison else None,
         "close_ups": tables.close_up_rows(findings, ship),
-        "gaugings": known.gaugings,
+        "gaugings": [row for each in known.gaugings for row in each.rows()],
         "unseen": tables.unseen_tables(inspection, ship),
         "flights": records.flights(inspection),
         "quality": records.quality(inspection),
@@ -135,18 +148,21 @@ def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[d
     grade, of = tables.lowest_grade(known.grades, rules)
     coverage = inspection.coverage or {}
     share, reachable = (coverage.get(key) for key in ("share_of_reachable", "reachable_m2"))
-    seen, whole = ("\N{EN DASH}", "not determined")
-    if isinstance(share, (int, float)) and isinstance(reachable, (int, float)):
+    seen, whole = (NOT_KNOWN, "not determined")
+    if inspection.unsearched:
+        whole = "not all photographs were searched"
+    elif isinstance(share, (int, float)) and isinstance(reachable, (int, float)):
         seen, whole = f"{100 * share:.1f} %", f"of {reachable:,.0f} m² within reach"
     findings = [each for each in inspection.findings or () if each.status != "dismissed"]
     rust, cracks = (sum(each.kind == kind for each in findings) for kind in ("rust", "crack"))
     waiting = sum(each.status in ("new", "under review") for each in findings)
+    proposed = [each for each in known.gaugings if each.is_proposed]
     above = sum(each.rust_share >= rules.pitting for each in known.plates)
     if inspection.findings is None:
-        none = {"value": "\N{EN DASH}", "more": "not searched"}
+        none = {"value": NOT_KNOWN, "more": "not searched"}
         marks = [{"name": "Rust", **none}, {"name": "Possible cracks", **none}]
     else:
-        told = f"{sum(each.area_m2 for each in findings):.2f} m² in all"
+        told = f"{sum(each.area_m2 for each in findings if each.kind == 'rust'):.2f} m² in all"
         marks = [{"name": "Rust", "value": str(rust), "more": told}]
         told = f"{records.counted(waiting, 'finding')} to be decided"
         marks += [{"name": "Possible cracks", "value": str(cracks), "more": told}]
@@ -156,8 +172,8 @@ def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[d
         *marks,
         {
             "name": "Plates to gauge",
-            "value": str(above),
-            "more": f"rust on {100 * rules.pitting:.0f} % or more",
+            "value": str(len(proposed)) if known.plates else NOT_KNOWN,
+            "more": f"{above} with rust on {100 * rules.pitting:.0f} % or more",
         },
         {"name": "Photographs", "value": str(len(inspection.shots)), "more": "with position and light"},
     ]
@@ -185,10 +201,10 @@ def _thumbs(
     return [
         {
             "number": number,
-            "name": inspection.shots[number].path.name,
-            "href": _relative(inspection.shots[number].path, out.parent),
-            "src": data_uri(picture),
-            "place": ship.tell(inspection.shots[number].record.position_m),
+            "name": shot.path.name,
+            "href": _relative(shot.path, out.parent),
+            "src": data_uri(thumbs[number]) if number in thumbs else "",
+            "place": ship.tell(shot.record.position_m),
         }
-        for number, picture in thumbs.items()
+        for number, shot in enumerate(inspection.shots)
     ]

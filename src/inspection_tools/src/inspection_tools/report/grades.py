@@ -150,17 +150,19 @@ def areas_graded(
     """
     stand = Standing(findings)
     names = [surface.names[part] for part in surface.parts]
-    of_patch = ship.areas_of(surface.points_m, names)
+    of_patch = ship.areas_of(surface.points_m, names, surface.normals)
     on = surface.patches_at(stand.points_m, stand.normals, NEAR_M)
-    of_finding = np.where(on >= 0, of_patch[on], ship.areas_of(stand.points_m, [None] * len(stand.all)))
+    of_finding = np.where(
+        on >= 0, of_patch[on], ship.areas_of(stand.points_m, [None] * len(stand.all), stand.normals)
+    )
     beside = surface.patches_at(edges_m, None, NEAR_M)
     edges_m, beside = edges_m[beside >= 0], beside[beside >= 0]
-    seen_edge, of_edge = surface.shown[beside], of_patch[beside]
+    seen_edge, of_edge = surface.is_shown[beside], of_patch[beside]
     rusted = seen_edge & stand.near_rust(edges_m)
     graded = []
     for number, name in [*enumerate(area.name for area in ship.areas), (-1, ELSEWHERE)]:
         patches, marks, lines = of_patch == number, of_finding == number, of_edge == number
-        area_m2, seen_m2 = (float(surface.areas_m2[k].sum()) for k in (patches, patches & surface.shown))
+        area_m2, seen_m2 = (float(each[patches].sum()) for each in (surface.areas_m2, surface.shown_m2))
         if area_m2 == 0.0:
             continue
         each = AreaGrade(
@@ -183,11 +185,12 @@ def areas_graded(
 def plates_seen(ship: Ship, surface: SurfaceRecord, findings: Sequence[Finding]) -> list[PlateState]:
     """Return each plate of the ship that has a surface or a finding."""
     stand = Standing(findings)
-    of_patch, of_finding = ship.plates_of(surface.points_m), ship.plates_of(stand.points_m)
+    of_patch = ship.plates_of(surface.points_m, surface.normals)
+    of_finding = ship.plates_of(stand.points_m, stand.normals)
     states = []
     for number, plate in enumerate(ship.plates()):
         patches, marks = of_patch == number, of_finding == number
-        area_m2, seen_m2 = (float(surface.areas_m2[k].sum()) for k in (patches, patches & surface.shown))
+        area_m2, seen_m2 = (float(each[patches].sum()) for each in (surface.areas_m2, surface.shown_m2))
         if area_m2 > 0.0 or marks.any():
             ids = tuple(stand.all[k].id for k in np.flatnonzero(marks))
             states.append(PlateState(plate, area_m2, seen_m2, float(stand.rust_m2[marks].sum()), ids))

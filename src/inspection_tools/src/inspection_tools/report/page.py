@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from inspection_tools.errors import ReportError
+from inspection_tools.files.whole import write_whole
 
 HERE = Path(__file__).resolve().parent
 THREE = Path("/usr/share/javascript/three")
@@ -54,12 +54,9 @@ def write_page(path: Path, text: str) -> None:
     Raises:
         ReportError: it cannot be written.
     """
-    partial = path.with_name(path.name + ".part")
     try:
-        partial.write_text(text, encoding="utf-8")
-        os.replace(partial, path)
+        write_whole({path: text.encode()})
     except OSError as error:
-        partial.unlink(missing_ok=True)
         raise ReportError(f"{path} cannot be written: {error.strerror}.") from None
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
-from typing import Mapping, Sequence
+from typing import Mapping, NamedTuple, Sequence
 
 from PIL import Image, ImageDraw
 
@@ -20,28 +20,73 @@ LEAST_CUT_PX, AROUND = 240, 1.8
 """A cut-out shows at least so many pixels of the photograph, and so many radii of the finding."""
 
 
-def small_pictures(
-    shots: Sequence[Shot], best: Mapping[int, Mark]
-) -> tuple[dict[int, bytes], dict[int, bytes], list[str]]:
-    """Return JPEGs of the photographs and of the findings, by number, and the names of damaged files."""
-    thumbs: dict[int, Image.Image] = {}
-    cuts: dict[int, Image.Image] = {}
-    damaged = []
-    for number, shot in enumerate(shots):
-        own = [mark for mark in best.values() if mark.photograph == number]
+class Sheet:
+    """Small pictures within a budget, as JPEG at one level: the finest at which all that were added fit.
+
+    Pictures that come when the coarsest level is full are left out.
+
+    Attributes:
+        pictures: JPEGs by number. is_full: whether one was left out.
+    """
+
+    def __init__(self, levels: Sequence[tuple[int, int]], budget_bytes: int = BUDGET_BYTES) -> None:
+        self._levels, self._budget_bytes = levels, budget_bytes
+        self._level, self._total = 0, 0
+        self.pictures: dict[int, bytes] = {}
+        self.is_full = False
+
+    def add(self, number: int, picture: Image.Image) -> None:
+        """Take a picture, if it fits."""
+        encoded = _jpeg(picture, *self._levels[self._level])
+        while self._total + len(encoded) > self._budget_bytes:
+            if self._level == len(self._levels) - 1:
+                self.is_full = True
+                return
+            self._level += 1
+            self.pictures = {k: self._coarser(each) for k, each in self.pictures.items()}
+            self._total = sum(map(len, self.pictures.values()))
+            encoded = _jpeg(picture, *self._levels[self._level])
+        self.pictures[number] = encoded
+        self._total += len(encoded)
+
+    def _coarser(self, encoded: bytes) -> bytes:
+        with Image.open(io.BytesIO(encoded)) as image:
+            return _jpeg(image.convert("RGB"), *self._levels[self._level])
+
+
+class SmallPictures(NamedTuple):
+    """JPEGs of the photographs and of the findings, by number, and the names of damaged files."""
+
+    thumbs: dict[int, bytes]
+    cuts: dict[int, bytes]
+    damaged: list[str]
+
+
+def small_pictures(shots: Sequence[Shot], best: Mapping[int, Mark]) -> SmallPictures:
+    """Return small pictures; if not all fit, those with findings come first. One photograph is held."""
+    own: dict[int, list[Mark]] = {}
+    for mark in best.values():
+        own.setdefault(mark.photograph, []).append(mark)
+    thumbs, damaged = Sheet(LEVELS), list[str]()
+    cuts = Sheet(tuple((min(width, CUT_OUT_PX), quality) for width, quality in LEVELS))
+    for number in sorted(range(len(shots)), key=lambda k: (k not in own, k)):
+        marks = own.get(number, [])
+        if thumbs.is_full and (cuts.is_full or not marks):
+            continue
         try:
-            with Image.open(shot.path) as image:
-                if not own:
+            with Image.open(shots[number].path) as image:
+                if not marks:
                     image.draft("RGB", (LEVELS[0][0], LEVELS[0][0]))  # decodes an eighth: fast
                 whole = image.convert("RGB")
         except (OSError, SyntaxError):
-            damaged.append(shot.path.name)
+            damaged.append(shots[number].path.name)
             continue
-        cuts |= {mark.finding: _cut_out(whole, mark) for mark in own}
+        for mark in marks:
+            cuts.add(mark.finding, _cut_out(whole, mark))
         whole.thumbnail((LEVELS[0][0], 4 * LEVELS[0][0]), Image.Resampling.BICUBIC, reducing_gap=2.0)
-        thumbs[number] = whole
-    cut_levels = tuple((min(width, CUT_OUT_PX), quality) for width, quality in LEVELS)
-    return _within(thumbs, LEVELS), _within(cuts, cut_levels), damaged
+        thumbs.add(number, whole)
+    in_order = {number: thumbs.pictures[number] for number in sorted(thumbs.pictures)}
+    return SmallPictures(in_order, cuts.pictures, damaged)
 
 
 def _cut_out(whole: Image.Image, mark: Mark) -> Image.Image:
@@ -64,21 +109,6 @@ def _draw_corners(cut: Image.Image, reach: float) -> None:
             line = [(x - right * arm, y), (x, y), (x, y - down * arm)]
             draw.line(line, fill=(0, 0, 0), width=5)
             draw.line(line, fill=(255, 255, 255), width=2)
-
-
-def _within(pictures: Mapping[int, Image.Image], levels: Sequence[tuple[int, int]]) -> dict[int, bytes]:
-    """Return the pictures as JPEG, at the finest level at which all are within the budget."""
-    encoded: dict[int, bytes] = {}
-    for width, quality in levels:
-        encoded, total = {}, 0
-        for number, picture in pictures.items():
-            encoded[number] = _jpeg(picture, width, quality)
-            total += len(encoded[number])
-            if total > BUDGET_BYTES:
-                break
-        if total <= BUDGET_BYTES:
-            break
-    return encoded
 
 
 def _jpeg(picture: Image.Image, width: int, quality: int) -> bytes:

@@ -8,8 +8,8 @@ from typing import Any
 
 from inspection_tools.report.page import filled, write_page
 from inspection_tools.report.pictures import data_uri
-from inspection_tools.report.records import counted
 from inspection_tools.report.tables import left_out_rows
+from inspection_tools.report.words import counted
 from inspection_tools.ship.ship import Ship
 from inspection_tools.survey.picture import plan_png
 from inspection_tools.survey.plan import SurveyPlan

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from inspection_tools.report.sources import Inspection
+from inspection_tools.report.words import counted
 
 PACKAGES = ("numpy", "scipy", "embreex", "pillow", "trimesh")
 
@@ -90,11 +91,6 @@ def mishaps(inspection: Inspection) -> list[str]:
     return told
 
 
-def counted(number: int, what: str) -> str:
-    """Return "1 flight", "2 flights"."""
-    return f"{number} {what}" + ("s" if number != 1 else "")
-
-
 def _flight_row(number: int, given: Mapping[str, Any]) -> dict[str, Any]:
     def value(key: str, scale: float = 1.0) -> float | None:
         held = given.get(key)
@@ -118,11 +114,12 @@ def quality(inspection: Inspection) -> list[dict[str, str]]:
     records = [shot.record for shot in inspection.shots]
     if not records:
         return []
-    lux, blur = [each.lux for each in records], [each.blur_px for each in records]
-    rows = [
-        ("Light in the middle of a photograph", f"{statistics.median(lux):,.0f} lx (least {min(lux):,.0f})")
-    ]
-    rows.append(("Blur by motion, greatest", f"{max(blur):.1f} px"))
+    lux = [each.lux for each in records if each.lux is not None]
+    light = f"{statistics.median(lux):,.0f} lx (least {min(lux):,.0f})" if lux else "not given"
+    if 0 < len(lux) < len(records):
+        light += f", of {len(lux)} photographs; of the others it is not given"
+    rows = [("Light in the middle of a photograph", light)]
+    rows.append(("Blur by motion, greatest", f"{max(each.blur_px for each in records):.1f} px"))
     if inspection.camera:
         camera = inspection.camera
         rows.append(

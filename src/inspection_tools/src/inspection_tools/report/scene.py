@@ -8,8 +8,8 @@ import numpy as np
 
 from inspection_tools.survey.surface.mesh_file import Mesh
 from inspection_tools.survey.surface.of_mesh import EDGE_M
-from inspection_tools.survey.surface.samples import clipped, normals_of
-from inspection_tools.survey.surface_record import SurfaceRecord
+from inspection_tools.survey.surface.samples import clipped, halved, normals_of
+from inspection_tools.survey.surface_record import MOST, SurfaceRecord
 
 SEEN, OPEN, OUT_OF_REACH, UNKNOWN = range(4)
 """States: photographed; could be, but is not; cannot be; nothing is known."""
@@ -54,12 +54,8 @@ def subdivided(
         sides = np.linalg.norm(left[:, (1, 2, 0)] - left, axis=2)
         small = sides.max(axis=1) <= longest_m
         done.append(left[small])
-        left, sides = left[~small], sides[~small]
-        first = sides.argmax(axis=1)
-        turn = (first[:, None] + np.arange(3)) % 3
-        a, b, c = np.moveaxis(np.take_along_axis(left, turn[:, :, None], axis=1), 1, 0)
-        middle = 0.5 * (a + b)
-        left = np.concatenate((np.stack((a, middle, c), axis=1), np.stack((middle, b, c), axis=1)))
+        left = left[~small]
+        left = halved(left)
     return np.concatenate(done) if done else np.zeros((0, 3, 3))
 
 
@@ -73,5 +69,7 @@ def _with_states(triangles_m: np.ndarray, surface: SurfaceRecord, longest_m: flo
         there = patch >= 0
         kept.append(triangles_m[there][:, order])
         of = patch[there]
-        states.append(np.where(surface.shown[of], SEEN, np.where(surface.reachable[of], OPEN, OUT_OF_REACH)))
+        states.append(
+            np.where(surface.is_shown[of], SEEN, np.where(surface.reachable[of] >= MOST, OPEN, OUT_OF_REACH))
+        )
     return Scene(np.concatenate(kept), np.concatenate(states))

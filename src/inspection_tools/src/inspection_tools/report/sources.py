@@ -2,21 +2,32 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any, Callable, TypeVar
+from typing import Any, Callable, Mapping, Sequence, TypeVar
 
-from inspection_tools.errors import InspectionToolsError, ReportError
-from inspection_tools.findings.findings_file import read_findings
+from inspection_tools.camera.survey_camera import SurveyCamera
+from inspection_tools.errors import InspectionToolsError, ReportError, SurveyError
+from inspection_tools.findings.findings_file import SearchRecord, read_search
 from inspection_tools.findings.merging import Finding
-from inspection_tools.photographs.folder import PhotographRecord, photographs_in, read_camera, read_record
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.photographs.calibration import read_camera
+from inspection_tools.photographs.listing import LeftOut, listed
+from inspection_tools.photographs.record import PhotographRecord
+from inspection_tools.report.words import counted
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan
 from inspection_tools.survey.surface_record import SurfaceRecord, read_surface_record
 
 T = TypeVar("T")
+NAMED = 3
+"""Of photographs with the same fault, so many are named."""
+AGAIN = {
+    name: f"So there are no grades. Run {command} again."
+    for name, command in (("findings", "findings"), ("coverage", "survey_planner coverage"))
+}
 
 
 @dataclass(frozen=True)
@@ -31,7 +42,9 @@ class Shot:
 class Inspection:
     """What a folder holds; None: it is not there, or cannot be used. remarks: what is missing.
 
-    photographs: the folder of them. coverage, result: contents of the JSON files.
+    photographs: the folder of them. coverage, result: contents of the JSON files. unsearched: a sentence why
+    the surface that photographs show does not count as seen, as nobody has looked for rust in all of them;
+    empty: it counts.
     """
 
     folder: Path
@@ -44,6 +57,12 @@ class Inspection:
     plan: SurveyPlan | None
     result: dict[str, Any] | None
     remarks: tuple[str, ...]
+    unsearched: str = ""
+
+    @property
+    def seen(self) -> SurfaceRecord | None:
+        """The surface with what photographs show that were searched; None: it is not known."""
+        return None if self.unsearched else self.surface
 
 
 def read_inspection(folder: Path) -> Inspection:
@@ -70,7 +89,8 @@ def read_inspection(folder: Path) -> Inspection:
             return None
 
     shots = _shots(photographs, remarks)
-    findings = of("findings.json", read_findings, "The photographs were not searched for rust and cracks.")
+    search = of("findings.json", read_search, "The photographs were not searched for rust and cracks.")
+    findings = None if search is None else search.findings
     if not shots and findings is None:
         raise ReportError(f"{folder}: there are neither photographs nor findings in it.")
     camera = of("calibration.yaml", read_camera, "") if shots else None
@@ -78,35 +98,72 @@ def read_inspection(folder: Path) -> Inspection:
     surface = None
     if coverage is not None:
         told = "The record of the surface is missing; the coverage must be determined again."
-        surface = of("coverage.npz", read_surface_record, told)
+        surface = of("coverage.npz", partial(_surface, coverage), told)
     plan = of("plan.yaml", read_plan, "There is no survey plan.")
     result = of("result.json", _json, "There is no record of the flights.")
+    unsearched = "" if surface is None or search is None else _unsearched(coverage or {}, search)
+    if unsearched:
+        remarks.append(unsearched)
+    if search is not None:
+        remarks += _left_out("Not searched", search.left_out)
     return Inspection(
         folder,
         photographs,
         tuple(shots),
         camera,
-        None if findings is None else tuple(findings),
+        findings,
         surface,
         coverage,
         plan,
         result,
         tuple(remarks),
+        unsearched,
     )
 
 
 def _shots(folder: Path, remarks: list[str]) -> list[Shot]:
-    shots, damaged = [], []
-    for path in photographs_in(folder):
-        try:
-            shots.append(Shot(path, read_record(path.with_suffix(".json"))))
-        except InspectionToolsError:
-            damaged.append(path.name)
-    if damaged:
-        remarks.append(f"{len(damaged)} photographs have a damaged record, the first {damaged[0]}.")
-    if not shots:
+    listing = listed(folder, pixels=False)
+    remarks += _left_out("Left out", listing.left_out)
+    if not listing.whole:
         remarks.append("There are no photographs with their positions.")
-    return shots
+    return [Shot(path, record) for path, record in listing.whole]
+
+
+def _left_out(what: str, left_out: Sequence[LeftOut]) -> list[str]:
+    """Return in words which photographs do not count, for each reason."""
+    reasons: dict[str, list[str]] = {}
+    for each in left_out:
+        reasons.setdefault(each.why, []).append(each.name)
+    told = []
+    for why, names in reasons.items():
+        more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+        told.append(f"{what}: {counted(len(names), 'photograph')} ({', '.join(names[:NAMED])}{more}). {why}")
+    return told
+
+
+def _unsearched(coverage: Mapping[str, Any], search: SearchRecord) -> str:
+    """Return why what the coverage tells as shown does not count as seen; empty: it does."""
+    shown = coverage.get("counted")
+    if search.searched is None:
+        return f"findings.json does not tell which photographs were searched. {AGAIN['findings']}"
+    if not isinstance(shown, list) or not shown:
+        return f"coverage.json does not tell which photographs it counts. {AGAIN['coverage']}"
+    missing = sorted(set(map(str, shown)) - set(search.searched))
+    if missing:
+        return (
+            f"The coverage counts {counted(len(missing), 'photograph')} that nobody has searched, the first "
+            f"{missing[0]}. {AGAIN['coverage']}"
+        )
+    return ""
+
+
+def _surface(coverage: Mapping[str, Any], path: Path) -> SurfaceRecord:
+    """Return the record of the surface; raises SurveyError if it is damaged, or of another run."""
+    record = read_surface_record(path)
+    digest = coverage.get("record")
+    if digest is not None and digest != hashlib.sha256(path.read_bytes()).hexdigest():
+        raise SurveyError(f"{path} is not of the same run as coverage.json. {AGAIN['coverage']}")
+    return record
 
 
 def _json(path: Path) -> dict[str, Any]:

@@ -7,13 +7,12 @@ import math
 from typing import Sequence
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from PIL import Image, ImageDraw
 
 from inspection_tools.findings.findings_file import DISMISSED
 from inspection_tools.findings.merging import Finding
 from inspection_tools.report.scene import Scene
+from inspection_tools.survey.surface.rays import Rays
 from inspection_tools.survey.surface.samples import normals_of
 
 COLOURS = np.array(((143, 184, 154), (232, 163, 61), (178, 184, 192), (170, 178, 190)), float)
@@ -65,8 +64,7 @@ def static_view(
 
 def _cast(scene: Scene, origins: np.ndarray, ray: np.ndarray, closed: bool) -> tuple[np.ndarray, np.ndarray]:
     """Return colour (n, 3) uint8 and distance (n,) of the first triangle that faces the eye."""
-    embree = EmbreeScene()
-    TriangleMesh(embree, np.ascontiguousarray(scene.triangles_m, np.float32))
+    rays = Rays(scene.triangles_m)
     normals, _ = normals_of(scene.triangles_m)
     towards = -(normals @ ray)
     colour = np.full((len(origins), 3), 255, np.uint8)
@@ -74,19 +72,15 @@ def _cast(scene: Scene, origins: np.ndarray, ray: np.ndarray, closed: bool) -> t
     left, begun = np.arange(len(origins)), np.zeros(len(origins))
     for _ in range(LAYERS):
         start = origins[left] + begun[left, None] * ray
-        hits = embree.run(
-            np.ascontiguousarray(start, np.float32),
-            np.ascontiguousarray(np.broadcast_to(ray, start.shape), np.float32),
-            output=True,
-        )
-        hit = hits["primID"] >= 0
-        rays, triangles = left[hit], hits["primID"][hit]
-        begun[rays] += hits["tfar"][hit] + 2e-3
+        met, far_m = rays.hits(start, np.broadcast_to(ray, start.shape))
+        hit = met >= 0
+        meeting, triangles = left[hit], met[hit]
+        begun[meeting] += far_m[hit] + 2e-3
         faces = towards[triangles] > 0.0 if closed else np.ones(len(triangles), bool)
         shade = 0.72 + 0.28 * np.abs(normals[triangles[faces]] @ np.array((0.36, 0.48, 0.80)))
-        colour[rays[faces]] = COLOURS[scene.states[triangles[faces]]] * shade[:, None]
-        depth[rays[faces]] = begun[rays[faces]]
-        left = rays[~faces]
+        colour[meeting[faces]] = COLOURS[scene.states[triangles[faces]]] * shade[:, None]
+        depth[meeting[faces]] = begun[meeting[faces]]
+        left = meeting[~faces]
         if not len(left):
             break
     return colour, depth

@@ -8,10 +8,10 @@ import numpy as np
 
 from inspection_tools.findings.merging import Finding
 from inspection_tools.report.comparison import AS_BEFORE, GROWN, Comparison
+from inspection_tools.report.gauging.spots import close_up_spots
 from inspection_tools.report.grades import GradeRules, PlateState
 from inspection_tools.report.pictures import data_uri
 from inspection_tools.report.sources import Inspection
-from inspection_tools.report.spots import close_up_spots
 from inspection_tools.ship.ship import SIDES, Ship
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.surface_record import SurfaceRecord
@@ -43,7 +43,7 @@ def finding_rows(
     rows = []
     things = _things(findings, surface, ship)
     for each, thing in zip(findings, things):
-        place, kind = ship.tell(each.position_m), KINDS.get(each.kind, each.kind)
+        place, kind = ship.tell(each.position_m, each.normal), KINDS.get(each.kind, each.kind)
         change, was = "", ""
         if comparison:
             change = comparison.change.get(each.id, "")
@@ -91,7 +91,8 @@ def comparison_table(comparison: Comparison, ship: Ship) -> dict[str, Any]:
                 "rows": [
                     {
                         "id": each.id, "kind": KINDS.get(each.kind, each.kind), "size": size_of(each),
-                        "place": ship.tell(each.position_m), "status": each.status, "remark": each.remark,
+                        "place": ship.tell(each.position_m, each.normal), "status": each.status,
+                        "remark": each.remark,
                     }
                     for each in group
                 ],
@@ -141,7 +142,7 @@ def _cell(state: PlateState | None) -> dict[str, str] | None:
 def close_up_rows(findings: Sequence[Finding], ship: Ship) -> list[dict[str, Any]]:
     """Return the findings proposed for a close-up."""
     return [
-        {"id": each.id, "why": why, "place": ship.tell(each.position_m), "size": size_of(each)}
+        {"id": each.id, "why": why, "place": ship.tell(each.position_m, each.normal), "size": size_of(each)}
         for each, why in close_up_spots(findings)
     ]
 
@@ -158,7 +159,7 @@ def unseen_tables(inspection: Inspection, ship: Ship) -> dict[str, Any]:
         )
     opened: list[dict[str, Any]] = []
     if surface is not None:
-        beyond_m2 = float(surface.areas_m2[~surface.reachable & ~surface.shown].sum())
+        beyond_m2 = float((surface.areas_m2 * (1.0 - surface.reachable)).sum())
         words.append(f"{beyond_m2:,.0f} m² of the surface are out of reach.")
         opened = _open_rows(surface, ship)
     left_out = left_out_rows(inspection.plan, ship) if inspection.plan else []
@@ -184,9 +185,9 @@ def _not_taken(inspection: Inspection, ship: Ship) -> list[dict[str, str]]:
 
 
 def _open_rows(surface: SurfaceRecord, ship: Ship) -> list[dict[str, Any]]:
-    missing = surface.reachable & ~surface.shown
-    points, areas = surface.points_m[missing], surface.areas_m2[missing]
-    plates, of = ship.plates(), ship.plates_of(points)
+    missing = surface.open_m2 > 0.0
+    points, areas = surface.points_m[missing], surface.open_m2[missing]
+    plates, of = ship.plates(), ship.plates_of(points, surface.normals[missing])
     rows: list[dict[str, Any]] = []
     for number in np.unique(of):
         area_m2 = float(areas[of == number].sum())

@@ -8,11 +8,11 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.findings.merging import Finding
 from inspection_tools.report.scene import Scene
 from inspection_tools.report.sources import Shot
 from inspection_tools.report.views import Mark
-from inspection_tools.survey.camera import SurveyCamera
 
 STEPS = 65_000
 """Of 16 bits, along the longest side of the surface: 0.5 mm in 30 m."""

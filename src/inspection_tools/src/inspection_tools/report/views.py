@@ -8,9 +8,9 @@ from typing import Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.findings.merging import Finding
 from inspection_tools.report.sources import Shot
-from inspection_tools.survey.camera import SurveyCamera
 
 
 @dataclass(frozen=True)

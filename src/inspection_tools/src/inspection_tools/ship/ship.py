@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Mapping, NamedTuple, Sequence
+from typing import Callable, Mapping, NamedTuple, Sequence
 
 import numpy as np
 
@@ -26,6 +26,8 @@ PORT, STARBOARD = "P", "S"
 SIDES = (PORT, STARBOARD)
 ON_CENTRE_M = 0.05
 """A place so near to the centre line is told as CL."""
+OFF_DRAWING_M = (0.05, 0.1, 0.15)
+"""So far a surface of a map may lie before or behind its drawing. Beside it, no such thing is allowed for."""
 
 
 @dataclass(frozen=True)
@@ -98,8 +100,11 @@ class Ship:
         port = np.array((-math.sin(turn), math.cos(turn), 0.0))
         return np.column_stack((shifted @ ahead, shifted @ port, shifted[:, 2]))
 
-    def tell(self, point_m: Sequence[float]) -> str:
-        """Return a place of the map in the ship's frame: "Fr. 52 + 300, strake C, S"."""
+    def tell(self, point_m: Sequence[float], normal: Sequence[float] | None = None) -> str:
+        """Return a place of the map in the ship's frame: "Fr. 52 + 300, strake C, S".
+
+        normal: of the surface there.
+        """
         if not self.frames:
             return "x {:.2f}, y {:.2f}, z {:.2f} m".format(*point_m)
         place = self.coordinates_m(np.array(point_m, float))
@@ -107,10 +112,14 @@ class Ship:
         off_mm = 10 * round(100.0 * (place[0, 0] - self.frames_m[k]))
         sign = "\N{MINUS SIGN}" if off_mm < 0 else "+"
         words = [f"Fr. {self.frames[k]}" + (f" {sign} {abs(off_mm)}" if off_mm else "")]
-        number = int(self.strakes_of(place)[0])
+        normals = None if normal is None else np.array([normal], float)
+        number = int(_near(self._strakes_at, np.array([point_m], float), normals)[0])
         words += [f"strake {self.strakes[number].name}"] if number >= 0 else []
         beside = "CL" if abs(place[0, 1]) <= ON_CENTRE_M else PORT if place[0, 1] > 0.0 else STARBOARD
         return ", ".join([*words, beside])
+
+    def _strakes_at(self, points_m: np.ndarray) -> np.ndarray:
+        return self.strakes_of(self.coordinates_m(points_m))
 
     def strakes_of(self, places_m: np.ndarray) -> np.ndarray:
         """Return (n,) the index of the strake of places (n, 3) in the ship's frame; -1: none."""
@@ -133,8 +142,14 @@ class Ship:
             for side in SIDES
         ]
 
-    def plates_of(self, points_m: np.ndarray) -> np.ndarray:
-        """Return (n,) the index in plates() of places (n, 3) of the map; -1: on none."""
+    def plates_of(self, points_m: np.ndarray, normals: np.ndarray | None = None) -> np.ndarray:
+        """Return (n,) the index in plates() of places (n, 3) of the map; -1: on none.
+
+        normals: (n, 3) of the surface there. A surface may lie OFF_DRAWING_M off its drawing, along them.
+        """
+        return _near(self._plates_at, points_m, normals)
+
+    def _plates_at(self, points_m: np.ndarray) -> np.ndarray:
         places = self.coordinates_m(points_m)
         if len(self.frames) < 2 or not self.strakes:
             return np.full(len(places), -1)
@@ -148,12 +163,20 @@ class Ship:
     def _end_of(self, plate: int) -> int:
         return self.frames[min((plate + 1) * self.plate_frames, len(self.frames) - 1)]
 
-    def areas_of(self, points_m: np.ndarray, parts: Sequence[str | None]) -> np.ndarray:
-        """Return (n,) the index in areas of places (n, 3) of the map and their things; -1: in none."""
+    def areas_of(
+        self, points_m: np.ndarray, parts: Sequence[str | None], normals: np.ndarray | None = None
+    ) -> np.ndarray:
+        """Return (n,) the index in areas of places (n, 3) of the map and their things; -1: in none.
+
+        normals: as of `plates_of`.
+        """
+        things = np.array([each or "" for each in parts], dtype=object)
+        return _near(self._areas_at, points_m, normals, things)
+
+    def _areas_at(self, points_m: np.ndarray, things: np.ndarray) -> np.ndarray:
         places = self.coordinates_m(points_m)
         strakes = np.array([each.name for each in self.strakes] + [""])[self.strakes_of(places)]
         of_side = np.where(places[:, 1] < 0.0, STARBOARD, PORT)
-        things = np.array([each or "" for each in parts])
         found = np.full(len(places), -1)
         for number, area in enumerate(self.areas):
             inside = np.isin(of_side, area.sides) & (found < 0)
@@ -167,3 +190,21 @@ class Ship:
                 inside &= np.isin(things, area.parts) | (things == "")
             found[inside] = number
         return found
+
+
+def _near(
+    find: Callable[..., np.ndarray], points_m: np.ndarray, normals: np.ndarray | None, *more: np.ndarray
+) -> np.ndarray:
+    """Return (n,) what is found at points (n, 3), or else nearest before or behind them; -1: nothing.
+
+    find: takes points, and values of `more` for each.
+    """
+    found = find(points_m, *more)
+    if normals is None:
+        return found
+    for off_m in OFF_DRAWING_M:
+        for sign in (1.0, -1.0):
+            lost = np.flatnonzero(found < 0)
+            moved_m = points_m[lost] + sign * off_m * normals[lost]
+            found[lost] = find(moved_m, *(each[lost] for each in more))
+    return found

@@ -8,8 +8,8 @@ from typing import NamedTuple, Protocol, Sequence
 
 import numpy as np
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import SurveyError
-from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.surface.room import Room
 from inspection_tools.survey.tour.flown import flown

@@ -82,7 +82,7 @@ def _unit(name: str) -> str:
 
 
 def _help(name: str) -> str:
-    from inspection_tools.survey.camera import SurveyCamera
+    from inspection_tools.camera.survey_camera import SurveyCamera
     from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 
     for kind in (SurveyParameters, FlightParameters, SurveyCamera):
@@ -112,7 +112,7 @@ def _surface(given: argparse.Namespace, asked: Any) -> Any:
 
 
 def _plan(given: argparse.Namespace) -> None:
-    from inspection_tools.survey.camera import SurveyCamera
+    from inspection_tools.camera.survey_camera import SurveyCamera
     from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
     from inspection_tools.survey.plan_file import write_plan
     from inspection_tools.survey.planner import SurveyPlanner
@@ -187,17 +187,26 @@ def _warn(sentence: str) -> None:
 
 
 def _coverage(given: argparse.Namespace) -> None:
-    from inspection_tools.survey.camera import SurveyCamera
+    from inspection_tools.camera.survey_camera import SurveyCamera
+    from inspection_tools.photographs.searched import countable
     from inspection_tools.survey.coverage import judge, write_coverage
     from inspection_tools.survey.parameters import SurveyParameters
-    from inspection_tools.survey.poses import read_taken
+    from inspection_tools.survey.poses import read_taken, taken_in
 
     if given.mesh is None:
         raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
     asked = _parameters(SurveyParameters, OF_JUDGED, given)
-    taken, camera = read_taken(given.poses, _parameters(SurveyCamera, OF_CAMERA, given), _warn)
+    camera = _parameters(SurveyCamera, OF_CAMERA, given)
+    listing = countable(given.poses)
+    listing.tell(_warn)
+    if given.poses.is_dir():
+        taken, camera = taken_in(given.poses, listing, camera)
+    else:
+        taken, camera = read_taken(given.poses, camera)
     coverage = judge(given.mesh, taken, camera, asked, given.home)
-    record = write_coverage(given.out, coverage, str(given.mesh), str(given.poses), len(taken), asked)
+    record = write_coverage(
+        given.out, coverage, str(given.mesh), str(given.poses), taken, asked, listing.left_out
+    )
     share = record["share_of_reachable"]
     print(
         f"{len(taken)} photographs show {100 * (share or 0.0):.1f} % of {record['reachable_m2']:.0f} m2 that "

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.views.candidates import View
 

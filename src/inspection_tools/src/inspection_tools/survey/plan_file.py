@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, Mapping
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import InspectionToolsError, SurveyError
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.files.whole import write_whole
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import Draft, Flight, Leftover, PlannedView, SurveyPlan
 from inspection_tools.survey.views.candidates import View
@@ -64,13 +64,9 @@ def write_plan(path: Path, plan: SurveyPlan) -> None:
                 f"  - {{id: {number}, at: [{at}], yaw: {math.degrees(v.yaw_rad):.2f}, "
                 f"tilt: {math.degrees(v.tilt_rad):.2f}{way}}}\n"
             )
-    part = path.with_name(f"{path.name}.part")  # whoever reads the plan meanwhile finds a whole one
     try:
-        part.write_text("".join(lines), encoding="utf-8")
-        part.replace(path)
+        write_whole({path: "".join(lines).encode()})
     except OSError as error:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
         raise SurveyError(f"{path} cannot be written: {error.strerror}.") from None
 
 

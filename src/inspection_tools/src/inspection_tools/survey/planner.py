@@ -12,8 +12,8 @@ from typing import Iterator, Sequence
 
 import numpy as np
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import SurveyError
-from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.leftovers import leftovers_of
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import Draft, Flight, SurveyPlan

@@ -1,7 +1,8 @@
 """What photographs show from where the camera really was.
 
-It does not use the planner's geometry. Embree casts rays through pixels of each photograph. The footprint
-of a pixel comes from where its neighbours' rays meet the plane of the triangle that was hit.
+It does not use the planner's geometry. The surface is known by points that are spread evenly over it. A
+photograph shows a point if it is in the picture, near enough, not too flat, and if nothing hides it from the
+camera: Embree casts the ray. So the area that is shown is known without bias, however narrow what is hidden.
 """
 
 from __future__ import annotations
@@ -9,71 +10,87 @@ from __future__ import annotations
 from typing import Sequence
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.camera.survey_camera import SurveyCamera
+from inspection_tools.camera.taken import Taken
 from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.surface.mesh_file import Mesh
 from inspection_tools.survey.surface.patches import Patches
-from inspection_tools.survey.surface.samples import normals_of
+from inspection_tools.survey.surface.rays import Rays
+from inspection_tools.survey.surface.samples import SurfacePoints
 
-RAYS_PER_PATCH = 4
-"""Rays along the side of a patch that is as far away as the resolution allows."""
+CELL_M = 1.0
+"""Points are looked for in cubes of this side."""
+OFF_SURFACE_M = 1e-3
+"""A ray to the camera begins so far before the surface."""
 
 
 class Showing:
-    """Tells which patches photographs show.
+    """Tells which points of a surface photographs show.
 
     Args:
-        mesh: all that hides. patches: of it. camera, asked: of the photographs.
+        mesh: all that hides. points: of it; or patches, for each of which its point stands. camera, asked: of
+            the photographs.
     """
 
-    def __init__(self, mesh: Mesh, patches: Patches, camera: SurveyCamera, asked: SurveyParameters) -> None:
-        self._scene = EmbreeScene()
-        TriangleMesh(self._scene, np.ascontiguousarray(mesh.triangles_m, dtype=np.float32))
-        self._normals, _ = normals_of(mesh.triangles_m)
-        self._parts, self._patches, self._camera, self._asked = mesh.part, patches, camera, asked
-        step_px = max(1, int(1e3 * patches.grid.side_m / (RAYS_PER_PATCH * asked.resolution)))
-        self._lines = _lines_of_sight(camera, step_px)
+    def __init__(
+        self, mesh: Mesh, points: SurfacePoints | Patches, camera: SurveyCamera, asked: SurveyParameters
+    ) -> None:
+        self._rays = Rays(mesh.triangles_m)
+        self._points, self._camera, self._asked = points, camera, asked
+        self._farthest_m = camera.distance_m(asked.resolution) * camera.longest_ray
+        cells = np.floor(points.points_m / CELL_M).astype(np.int64)
+        self._order = np.lexsort(cells.T)
+        ordered = cells[self._order]
+        self._starts = np.flatnonzero(np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1)))
+        self._ends = np.append(self._starts[1:], len(ordered))
+        self._middles_m = (ordered[self._starts] + 0.5) * CELL_M
 
     def by(self, taken: Sequence[Taken]) -> np.ndarray:
-        """Return which patches (n,) some photograph shows at the asked resolution and incidence."""
-        shown = np.zeros(len(self._patches), bool)
+        """Return which points (n,) some photograph shows at the asked resolution and incidence."""
+        shown = np.zeros(len(self._points), bool)
         for each in taken:
-            found = self._in(each)
-            shown[found[found >= 0]] = True
+            self.add(each, shown)
         return shown
 
-    def _in(self, each: Taken) -> np.ndarray:
-        """Return the patches (k,) at rays that are fine and steep enough; -1: of none."""
-        rays = self._lines @ each.axes.T
-        lengths = np.linalg.norm(rays, axis=1)
-        origins = np.broadcast_to(each.place_m.astype(np.float32), rays.shape)
-        hits = self._scene.run(
-            np.ascontiguousarray(origins), (rays / lengths[:, None]).astype(np.float32), output=True
+    def add(self, each: Taken, shown: np.ndarray) -> None:
+        """Set which points (n,) a photograph shows; those that are set already stay so."""
+        near = self._near(each)
+        near = near[~shown[near]]
+        rays = self._points.points_m[near] - each.place_m
+        lengths_m = np.linalg.norm(rays, axis=1)
+        normals = self._points.normals[near]
+        steep = -(rays * normals).sum(axis=1) >= np.cos(np.radians(self._asked.incidence)) * lengths_m
+        near, rays, lengths_m, normals = (v[steep] for v in (near, rays, lengths_m, normals))
+        _, drawn = self._camera.drawn(rays @ each.axes)
+        near, rays, lengths_m, normals = (v[drawn] for v in (near, rays, lengths_m, normals))
+        depth_m = rays @ each.axes[:, 2]
+        footprint_m = _footprints_m(
+            rays / depth_m[:, None], normals, depth_m, each.axes, self._camera.focal_px
         )
-        hit = np.flatnonzero(hits["primID"] >= 0)
-        triangles = hits["primID"][hit]
-        towards = self._normals[triangles]
-        towards = towards * -np.sign((towards * rays[hit]).sum(axis=1))[:, None]
-        cosine = -(towards * rays[hit]).sum(axis=1) / lengths[hit]
-        depth_m = hits["tfar"][hit] / lengths[hit]
-        footprint_m = _footprints_m(rays[hit], towards, depth_m, each.axes, self._camera.focal_px)
-        fine = 1e3 * each.widths_m(footprint_m, depth_m, lengths[hit]) <= self._asked.resolution
-        fine &= cosine >= np.cos(np.radians(self._asked.incidence))
-        places_m = each.place_m + depth_m[fine, None] * rays[hit[fine]]
-        return self._patches.numbers(places_m, towards[fine], self._parts[triangles[fine]])
+        widths_m = each.widths_m(footprint_m, depth_m, lengths_m / depth_m)
+        fine = 1e3 * widths_m <= self._asked.resolution
+        near, rays, lengths_m, normals = (v[fine] for v in (near, rays, lengths_m, normals))
+        shown[near[self._is_free(near, each.place_m)]] = True
 
+    def _near(self, each: Taken) -> np.ndarray:
+        """Return the points in cubes that are near enough, and not behind the camera."""
+        off_m = self._middles_m - each.place_m
+        half_m = 0.5 * np.sqrt(3.0) * CELL_M
+        reaches = (off_m**2).sum(axis=1) <= (self._farthest_m + half_m) ** 2
+        reaches &= off_m @ each.axes[:, 2] >= -half_m
+        runs = [self._order[a:b] for a, b in zip(self._starts[reaches], self._ends[reaches])]
+        return np.concatenate(runs) if runs else np.zeros(0, np.int64)
 
-def _lines_of_sight(camera: SurveyCamera, step_px: int) -> np.ndarray:
-    """Return (k, 3) the lines of sight of every such pixel, at depth 1 in the optical frame."""
-    right, down = np.meshgrid(
-        np.arange(step_px // 2, camera.width, step_px), np.arange(step_px // 2, camera.height, step_px)
-    )
-    places = (np.column_stack((right.ravel(), down.ravel())) - camera.centre_px) / camera.focal_px
-    return np.column_stack((places, np.ones(len(places))))
+    def _is_free(self, near: np.ndarray, place_m: np.ndarray) -> np.ndarray:
+        """Return whether nothing stands between points (k,) and the camera."""
+        begins_m = self._points.points_m[near] + OFF_SURFACE_M * self._points.normals[near]
+        rays = place_m - begins_m
+        lengths_m = np.linalg.norm(rays, axis=1)
+        free: np.ndarray = (
+            self._rays.ranges_m(begins_m, rays / lengths_m[:, None]) >= lengths_m - OFF_SURFACE_M
+        )
+        return free
 
 
 def _footprints_m(
@@ -86,5 +103,8 @@ def _footprints_m(
     for axis in (0, 1):
         beside = rays + 1e-3 * axes[:, axis] / focal_px
         edges.append(1e3 * (beside * (reach / (beside * normals).sum(axis=1))[:, None] - points))
-    spread = np.stack(edges, axis=2)
-    return np.linalg.svd(spread, compute_uv=False)[:, 0]
+    right, down = edges
+    squares = (right**2).sum(axis=1), (down**2).sum(axis=1)
+    apart = np.hypot(0.5 * (squares[0] - squares[1]), (right * down).sum(axis=1))
+    worst_m: np.ndarray = np.sqrt(0.5 * (squares[0] + squares[1]) + apart)  # the greatest singular value
+    return worst_m

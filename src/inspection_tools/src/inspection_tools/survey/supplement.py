@@ -10,11 +10,12 @@ from typing import Sequence
 
 import numpy as np
 
+from inspection_tools.camera.taken import Taken
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey.coverage import fine_patches
 from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.showing import Showing
+from inspection_tools.survey.surface.of_mesh import sides_in_air
 from inspection_tools.survey.surface.reading import Surface
 from inspection_tools.survey.tour.flown import flown
 from inspection_tools.survey.views.candidates import Candidates, lattice
@@ -40,18 +41,18 @@ class Supplement:
         plan: that is flown. surface: of its mesh.
 
     Attributes:
-        patches: those for which coverage is judged. shown: (n,) that a photograph shows.
+        points: those at which coverage is judged. shown: (n,) that a photograph shows.
     """
 
     def __init__(self, plan: SurveyPlan, surface: Surface) -> None:
         self._plan, self._surface = plan, surface
-        self.patches = fine_patches(surface, plan.asked)
-        self.shown = np.zeros(len(self.patches), bool)
-        self._showing = Showing(surface.mesh, self.patches, plan.camera, plan.asked)
+        self.points = sides_in_air(surface.mesh, surface.room, surface.samples, surface.near)
+        self.shown = np.zeros(len(self.points), bool)
+        self._showing = Showing(surface.mesh, self.points, plan.camera, plan.asked)
 
     def take(self, taken: Taken) -> None:
         """Take a photograph, from where it was taken."""
-        self.shown |= self._showing.by([taken])
+        self._showing.add(taken, self.shown)
 
     def plan_more(self, left_out_m: Sequence[Sequence[float]], rng: np.random.Generator) -> SurveyPlan | None:
         """Return a plan that shows with all before what the first one asks for; None: none shows more.
@@ -75,11 +76,15 @@ class Supplement:
         places_m = _away_from(left_out_m, lattice(room, asked.lattice_m))
         if self.shown.all() or not len(places_m):
             return None
+        names = self._surface.mesh.names
+        open_ = fine_patches(self.points.only(~self.shown), names, asked)
         candidates = Candidates(
-            self.patches.only(~self.shown), places_m, self._plan.camera, careful, self._surface.ranges_m,
+            open_, places_m, self._plan.camera, careful, self._surface.ranges_m,
             self._plan.flying.shooting_speed,
         )  # fmt: skip
-        cover = Cover(candidates.comfortable(room), careful, self.patches.only(self.shown).by_part_m2)
+        shown = self.points.only(self.shown)
+        shown_m2 = np.bincount(shown.parts, shown.areas_m2, len(names))
+        cover = Cover(candidates.comfortable(room), careful, shown_m2)
         before = cover.share
         if before >= asked.share and (cover.class_shares() >= asked.class_share).all():
             return None

@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from inspection_tools.inspection import End
 from inspection_tools.inspection.second_look import SearchState
 from inspection_tools.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
-from inspection_tools.photographs.folder import photographs_in
+from inspection_tools.photographs.listing import photographs_in
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan
 from master_thesis.inspecting.coverage import TruePose

@@ -9,10 +9,11 @@ from typing import Mapping
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.photographs.folder import records_in
+from inspection_tools.camera.taken import Taken
+from inspection_tools.photographs.searched import countable
 from inspection_tools.survey.coverage import judge_each, write_coverage
 from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.poses import Taken, read_taken
+from inspection_tools.survey.poses import read_taken, taken_in
 
 TruePose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 """Position in the world, m, and orientation (x, y, z, w) of the optical frame."""
@@ -60,11 +61,11 @@ def judge_photographs(
     Raises:
         InspectionToolsError: one sentence.
     """
-    whole, _ = records_in(folder)
-    kept = [record for _, record in whole if round(record.stamp_s, 6) in truths]
+    listing = countable(folder)
+    kept = [record for _, record in listing.whole if round(record.stamp_s, 6) in truths]
     if not kept:
         return None
-    told, camera = read_taken(folder, plan.camera)
+    told, camera = taken_in(folder, listing, plan.camera)
     true = []
     for record in kept:
         place_m, turn = truths[round(record.stamp_s, 6)]
@@ -76,9 +77,11 @@ def judge_photographs(
         source, (told, planned, *((true,) if source == world else ())), camera, plan.asked, plan.home_m
     )
     (by_truth,) = more or judge_each(world, (true,), camera, plan.asked, plan.home_m)
-    write_coverage(folder.parent / "coverage.json", by_slam, plan.source, str(folder), len(told), plan.asked)
+    write_coverage(
+        folder.parent / "coverage.json", by_slam, plan.source, str(folder), told, plan.asked, listing.left_out
+    )
     written = write_coverage(
-        folder.parent / "coverage_truth.json", by_truth, str(world), "truth", len(true), plan.asked
+        folder.parent / "coverage_truth.json", by_truth, str(world), "truth", true, plan.asked
     )
     off_m = [float(np.linalg.norm(np.array(r.position_m) - t.place_m)) for r, t in zip(kept, true)]
     turns = [

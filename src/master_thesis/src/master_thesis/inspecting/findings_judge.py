@@ -8,11 +8,11 @@ from typing import Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from inspection_tools.camera.survey_camera import SurveyCamera
+from inspection_tools.camera.taken import Taken
 from inspection_tools.findings.merging import Finding
 from inspection_tools.findings.placing import MeshSurface
-from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.showing import Showing
 from inspection_tools.survey.surface.mesh_file import Mesh
 from inspection_tools.survey.surface.patches import Patches

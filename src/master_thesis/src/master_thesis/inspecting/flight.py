@@ -17,13 +17,13 @@ from gridslam.inputs.attitude import matrix_of_quaternion
 from gridslam.odometry import OdometryEstimate
 from gridslam.volume import VolumeParameters
 from inspection_tools import PositionControllerParameters, YawRegulatorParameters
+from inspection_tools.camera.taken import Taken
 from inspection_tools.energy import EnergyWatch
 from inspection_tools.geometry import heading_rate
 from inspection_tools.inspection import Inspection, InspectionParameters, PriorMap, Shot, Task, Todo
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.planning import PathPlanner, PlannerParameters
 from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.poses import Taken
 from inspection_tools.survey.supplement import ROUNDS, Supplement
 from master_thesis.exploring.battery_swap import BatterySwap
 from master_thesis.exploring.errand import Errand, Next

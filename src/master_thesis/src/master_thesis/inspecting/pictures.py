@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Sequence
 
 import numpy as np
 
-from inspection_tools.survey.poses import Taken
+from inspection_tools.camera.taken import Taken
 from inspection_tools.survey.surface_record import SurfaceRecord, read_surface_record
 from master_thesis.inspecting.coverage import Judged
 from master_thesis.results.picture_files import png

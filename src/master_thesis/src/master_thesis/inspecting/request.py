@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from inspection_tools import InspectionToolsError
-from inspection_tools.survey.camera import SurveyCamera
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan_file import read_plan
 from master_thesis.errors import ScenarioError

@@ -7,8 +7,9 @@ from typing import Iterator
 
 import numpy as np
 
-from inspection_tools.photographs.folder import PhotographFolder, PhotographRecord
-from inspection_tools.survey.camera import SurveyCamera, optical_axes
+from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
+from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.record import PhotographRecord
 from inspection_tools.survey.plan import SurveyPlan
 from simulation_tools.camera.defects import DefectFile, beside, decals_of, read_defects
 from simulation_tools.camera.optics import CameraOptics

@@ -33,8 +33,10 @@ def write_world_mesh(world_file: Path | str, mesh_file: Path) -> list[str]:
     meshes = {model.name: mesh for model in load_world(str(world_file)).models if (mesh := _mesh(model))}
     scene = trimesh.Scene()
     for name, mesh in meshes.items():
-        solid = trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
-        scene.add_geometry(solid, node_name=name, geom_name=name)
+        middle_m = np.rint(mesh.centre_m)  # GLB has float32, which tells places 100 km away to 8 mm only
+        solid = trimesh.Trimesh(mesh.vertices - middle_m, mesh.triangles, process=False)
+        moved = trimesh.transformations.translation_matrix(middle_m)
+        scene.add_geometry(solid, node_name=name, geom_name=name, transform=moved)
     scene.export(str(mesh_file))
     return list(meshes)
 

@@ -50,8 +50,10 @@ class Surface:
         across = np.cross(edges[:, 0], edges[:, 1])
         self._areas_m2 = 0.5 * np.linalg.norm(across, axis=1)
         self._normals = across / np.maximum(2.0 * self._areas_m2[:, None], 1e-12)
-        self._scene = EmbreeScene()
-        TriangleMesh(self._scene, np.ascontiguousarray(triangles_m, dtype=np.float32))
+        corners_m = triangles_m.reshape(-1, 3)
+        self._middle_m = np.rint(0.5 * (corners_m.min(axis=0) + corners_m.max(axis=0)))
+        self._scene = EmbreeScene()  # computes in float32, which tells places 100 km away to 8 mm only
+        TriangleMesh(self._scene, np.ascontiguousarray(triangles_m - self._middle_m, dtype=np.float32))
 
     def samples(
         self, spacing_m: float, rng: np.random.Generator, low_m: ArrayLike, high_m: ArrayLike
@@ -94,7 +96,7 @@ class Surface:
     def ranges_m(self, origins_m: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Return the distance (n,) to the first surface along rays of unit length, by Embree; inf: none."""
         hits = self._scene.run(
-            np.ascontiguousarray(origins_m, dtype=np.float32),
+            np.ascontiguousarray(origins_m - self._middle_m, dtype=np.float32),
             np.ascontiguousarray(directions, dtype=np.float32),
             query="DISTANCE",
         )
@@ -103,7 +105,7 @@ class Surface:
     def hits(self, origins_m: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the range (n,) of rays of unit length, inf: none, and the normal (n, 3) where they end."""
         found = self._scene.run(
-            np.ascontiguousarray(origins_m, dtype=np.float32),
+            np.ascontiguousarray(origins_m - self._middle_m, dtype=np.float32),
             np.ascontiguousarray(directions, dtype=np.float32),
             output=True,
         )
@@ -112,7 +114,9 @@ class Surface:
 
 
 def read_surface(path: Path) -> Surface:
-    """Read an SDF world, or a mesh that trimesh knows (STL, OBJ, PLY, GLB). Units are metres, z is up.
+    """Read an SDF world, or a mesh that trimesh knows (STL, OBJ, PLY, GLB, DAE). z is up.
+
+    COLLADA and 3MF tell their unit; others are in metres.
 
     Raises:
         EvaluationError: the file cannot be read, or has no surface.
@@ -141,6 +145,7 @@ def _mesh_of_world(world: Path, mesh: Path) -> Path:
 def _read_mesh(path: Path) -> Surface:
     try:
         scene: Any = trimesh.load_scene(path)
+        metres = trimesh.units.unit_conversion(scene.units, "meters") if scene.units else 1.0
     except Exception as error:  # trimesh's loaders raise whatever their formats' libraries raise
         raise EvaluationError(f"{path}: cannot be read as a mesh ({reason_of(error)}).") from error
     names: list[str] = []
@@ -151,7 +156,7 @@ def _read_mesh(path: Path) -> Surface:
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
             corners = trimesh.transform_points(mesh.vertices, transform)[mesh.faces]
             part.append(np.full(len(corners), len(names)))
-            triangles.append(corners)
+            triangles.append(metres * corners)
             names.append(str(node))
     if not triangles:
         raise EvaluationError(f"{path}: there is no surface in it.")

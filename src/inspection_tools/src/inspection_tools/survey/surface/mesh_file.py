@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import subprocess
 import sys
 import tempfile
@@ -13,10 +14,12 @@ import numpy as np
 import trimesh
 
 from inspection_tools.errors import SurveyError
+from inspection_tools.survey.surface.stl_file import is_text_stl, stl_triangles, whole_stl
 
 WORLD_SUFFIXES = (".world", ".sdf")
 MOST_TRIANGLES = 2_000_000
-STL_HEADER_BYTES, STL_TRIANGLE_BYTES = 84, 50
+END_OF_TEXT = 1000
+"""The last characters of an STL of the text form, among which is its end."""
 ENDLESS_M = 300.0
 """A thing this long is the ground of a world; it does not say how large the room is."""
 READING_S = 600.0
@@ -60,7 +63,9 @@ class Mesh:
 
 
 def read_mesh(path: Path) -> Mesh:
-    """Read an SDF world, or a mesh that trimesh knows (STL, OBJ, PLY, GLB). Units are metres, z is up.
+    """Read an SDF world, or a mesh that trimesh knows (STL, OBJ, PLY, GLB, DAE). z is up.
+
+    COLLADA and 3MF tell their unit; others are in metres.
 
     Raises:
         SurveyError: the file cannot be read, has no surface, or too many triangles.
@@ -71,18 +76,23 @@ def read_mesh(path: Path) -> Mesh:
         with tempfile.TemporaryDirectory() as folder:
             return _load(_mesh_of_world(path, Path(folder) / "world.glb"), path)
     if path.suffix.lower() == ".stl":
-        _refuse_many((path.stat().st_size - STL_HEADER_BYTES) // STL_TRIANGLE_BYTES, path, _is_text_stl(path))
+        return _mesh_of(path, _stl(path))
     return _load(path, path)
 
 
-def _is_text_stl(path: Path) -> bool:
-    """Return whether an STL is of the text form, whose size does not tell the number of triangles."""
-    with open(path, "rb") as stream:
-        return stream.read(5) == b"solid"
+def _stl(path: Path) -> Any:
+    """Return the scene of an STL."""
+    if not is_text_stl(path):
+        _refuse_many(stl_triangles(path), path)
+        return _scene(path, io.BytesIO(whole_stl(path)), "stl")
+    text = path.read_bytes().decode("utf-8", errors="replace")
+    if "endsolid" not in text[-END_OF_TEXT:].lower():
+        raise SurveyError(f"{path}: the STL is cut: it has no endsolid. Export it again.")
+    return _scene(path, io.StringIO(text), "stl_ascii")
 
 
-def _refuse_many(count: int, path: Path, is_unknown: bool = False) -> None:
-    if count > MOST_TRIANGLES and not is_unknown:
+def _refuse_many(count: int, path: Path) -> None:
+    if count > MOST_TRIANGLES:
         raise SurveyError(
             f"{path} has {count:,} triangles, more than the {MOST_TRIANGLES:,} that a survey is planned on: "
             "simplify it, for example in MeshLab (Quadric Edge Collapse Decimation)."
@@ -103,19 +113,42 @@ def _mesh_of_world(world: Path, mesh: Path) -> Path:
 
 
 def _load(path: Path, told: Path) -> Mesh:
+    return _mesh_of(told, _scene(told, path))
+
+
+def _scene(told: Path, given: Any, form: str | None = None) -> Any:
     try:
-        scene: Any = trimesh.load_scene(path)
+        return trimesh.load_scene(given, file_type=form)
+    except ImportError:  # trimesh would guess in which letters a text is written; numbers are the same in all
+        if not isinstance(given, Path):
+            raise SurveyError(f"{told}: is no mesh of the form that its name tells.") from None
+        text = given.read_bytes().decode("utf-8", errors="replace")
+        return _scene(told, io.BytesIO(text.encode()), given.suffix[1:].lower())
     except Exception as error:  # trimesh's loaders raise whatever their formats' libraries raise
         raise SurveyError(f"{told}: cannot be read as a mesh ({type(error).__name__}: {error}).") from None
+
+
+def _metres(told: Path, unit: str | None) -> float:
+    """Return the length, m, of a file's unit; COLLADA and 3MF tell theirs, others are in metres."""
+    if unit is None:
+        return 1.0
+    try:
+        return float(trimesh.units.unit_conversion(unit, "meters"))
+    except (KeyError, ValueError, TypeError):
+        raise SurveyError(f'{told}: its unit is "{unit}", which is unknown. Export it in metres.') from None
+
+
+def _mesh_of(told: Path, scene: Any) -> Mesh:
     names: list[str] = []
     triangles, part = [], []
+    metres = _metres(told, scene.units)
     for node in scene.graph.nodes_geometry:
         transform, geometry = scene.graph[node]
         mesh = scene.geometry[geometry]
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
             corners = trimesh.transform_points(mesh.vertices, transform)[mesh.faces]
             part.append(np.full(len(corners), len(names)))
-            triangles.append(corners)
+            triangles.append(corners * metres)
             names.append(str(node))
     if not triangles:
         raise SurveyError(f"{told}: there is no surface in it.")

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
@@ -13,32 +11,24 @@ from inspection_tools.survey.kernels.filling import mark_columns
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.surface.mesh_file import NOT_SURVEYED, Mesh, is_mapped
 from inspection_tools.survey.surface.patches import Patches, grouped
+from inspection_tools.survey.surface.rays import Rays
 from inspection_tools.survey.surface.room import MOST_VOXELS, Room, room_of
-from inspection_tools.survey.surface.samples import Samples, clipped, normals_of, samples_on
+from inspection_tools.survey.surface.samples import (
+    Samples,
+    SurfacePoints,
+    clipped,
+    normals_of,
+    samples_within,
+)
 
 EDGE_M = 0.6
 """More on each side of the box around a mesh."""
 INTO_M = 1e-3
 """Samples count to the voxel this far behind them: walls on voxels' borders do not thicken inwards."""
+SPACING = 0.4
+"""Between samples of the surface, in voxels."""
 FRONT = 1.5
 """A side of a surface is in the air if a place so many voxels before it is."""
-
-
-class Sight:
-    """Embree's rays on triangles (m, 3, 3)."""
-
-    def __init__(self, triangles_m: np.ndarray):
-        self._scene = EmbreeScene()
-        TriangleMesh(self._scene, np.ascontiguousarray(triangles_m, dtype=np.float32))
-
-    def ranges_m(self, origins_m: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Return the distance (n,) to the first surface along rays of unit length; inf: none."""
-        hits = self._scene.run(
-            np.ascontiguousarray(origins_m, dtype=np.float32),
-            np.ascontiguousarray(directions, dtype=np.float32),
-            query="DISTANCE",
-        )
-        return np.where(hits > 1e20, np.inf, hits)
 
 
 def room_of_mesh(
@@ -61,7 +51,7 @@ def room_of_mesh(
         )
     corner_m = low * p.voxel
     near = np.flatnonzero(clipped(mesh.triangles_m, corner_m, high * p.voxel))
-    samples = samples_on(mesh.triangles_m[near], 0.4 * p.voxel)
+    samples = samples_within(mesh.triangles_m[near], SPACING * p.voxel, corner_m, high * p.voxel)
     normals, _ = normals_of(mesh.triangles_m[near])
     behind = samples.points_m - INTO_M * normals[samples.triangles]
     index = np.floor((behind - corner_m) / p.voxel).astype(np.int64)[:, ::-1]
@@ -78,7 +68,12 @@ def room_of_mesh(
 def patches_of_mesh(
     mesh: Mesh, room: Room, samples: Samples, near: np.ndarray, parameters: SurveyParameters
 ) -> Patches:
-    """Return the patches of all sides of the surface that are in the UAV's air.
+    """Return the patches of all sides of the surface that are in the UAV's air; see `sides_in_air`."""
+    return grouped(sides_in_air(mesh, room, samples, near), mesh.names, parameters.patch)
+
+
+def sides_in_air(mesh: Mesh, room: Room, samples: Samples, near: np.ndarray) -> SurfacePoints:
+    """Return the samples of all sides of the surface that are in the UAV's air.
 
     A closed body shows one side: its outer one, or its inner one if the air is inside. A sheet shows both;
     one of an explored map shows its front.
@@ -89,7 +84,7 @@ def patches_of_mesh(
     triangles_m = mesh.triangles_m[near]
     normals, _ = normals_of(triangles_m)
     bodies, is_closed = _bodies(triangles_m, mesh.part[near])
-    sight = Sight(triangles_m)
+    sight = Rays(triangles_m)
     step_m = FRONT * room.voxel_m
     kept = []
     votes = []
@@ -109,13 +104,11 @@ def patches_of_mesh(
     parts = [samples.triangles[side] for side in kept]
     if not sum(map(len, parts)):
         raise SurveyError("No surface is in the air that the UAV reaches from its home.")
-    return grouped(
+    return SurfacePoints(
         np.concatenate([samples.points_m[side] for side in kept]),
         np.concatenate([normals[parts[0]], -normals[parts[1]]]),
         np.concatenate([samples.areas_m2[side] for side in kept]),
         np.concatenate([mesh.part[near][part] for part in parts]),
-        mesh.names,
-        parameters.patch,
     )
 
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from inspection_tools.survey.surface.samples import SurfacePoints
+
 INTO_AIR_M = 1e-3
 """A place counts to the cube this far before the surface, so that a wall on a border has one cube."""
 
@@ -69,18 +71,12 @@ class Patches:
         return np.where(self.keys[place] == keys, place, -1)
 
 
-def grouped(
-    points_m: np.ndarray,
-    normals: np.ndarray,
-    areas_m2: np.ndarray,
-    parts: np.ndarray,
-    names: tuple[str, ...],
-    side_m: float,
-) -> Patches:
-    """Return patches of samples (n, 3): of one thing, in one cube, that face about one way.
+def grouped(points: SurfacePoints, names: tuple[str, ...], side_m: float) -> Patches:
+    """Return patches of points of a surface: of one thing, in one cube, that face about one way.
 
-    A patch's point is the sample nearest to the middle of its samples.
+    A patch's point is the one nearest to the middle of its points.
     """
+    points_m, normals, areas_m2, parts = points.points_m, points.normals, points.areas_m2, points.parts
     cells = _cells(points_m, normals, side_m)
     low = cells.min(axis=0)
     grid = Grid(side_m, low, cells.max(axis=0) + 1 - low, len(names))

@@ -11,8 +11,9 @@ import numpy as np
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.surface.mesh_file import Mesh, read_mesh
-from inspection_tools.survey.surface.of_mesh import Sight, patches_of_mesh, room_of_mesh
+from inspection_tools.survey.surface.of_mesh import patches_of_mesh, room_of_mesh
 from inspection_tools.survey.surface.patches import Patches
+from inspection_tools.survey.surface.rays import Rays
 from inspection_tools.survey.surface.room import Room
 from inspection_tools.survey.surface.samples import Samples
 from inspection_tools.survey.views.candidates import Ranges
@@ -45,7 +46,7 @@ def read_surface(path: Path, asked: SurveyParameters, home_m: Sequence[float] | 
     mesh = read_mesh(path)
     room, samples, near = room_of_mesh(mesh, asked, home)
     patches = patches_of_mesh(mesh, room, samples, near, asked)
-    return Surface(room, patches, Sight(mesh.triangles_m[near]).ranges_m, mesh, samples, near)
+    return Surface(room, patches, Rays(mesh.triangles_m[near]).ranges_m, mesh, samples, near)
 
 
 def read_room(path: Path, asked: SurveyParameters, home_m: Sequence[float] | None = None) -> Room:

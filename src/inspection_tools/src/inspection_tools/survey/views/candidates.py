@@ -10,8 +10,8 @@ from typing import Callable
 import numpy as np
 from scipy import ndimage
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import SurveyError
-from inspection_tools.survey.camera import SurveyCamera
 from inspection_tools.survey.kernels.gains import best_views, bins_of, drawn_from, frames, likely_gains
 from inspection_tools.survey.kernels.sight import axes_of, drawn_straight, pairs_near
 from inspection_tools.survey.parameters import SurveyParameters

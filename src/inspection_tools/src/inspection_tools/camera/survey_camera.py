@@ -66,6 +66,11 @@ class SurveyCamera:
         """Tangents of the angles from the optical axis to the picture's right and lower edges."""
         return 0.5 * self.width / self.focal_px, 0.5 * self.height / self.focal_px
 
+    @property
+    def longest_ray(self) -> float:
+        """Length of the line of sight to a corner of the picture, at depth 1."""
+        return math.hypot(1.0, *self.half_extents)
+
     def drawn(self, points_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the pixels (n, 2), x and y, of points (n, 3) in the optical frame, and which are drawn (n,).
 

@@ -1,0 +1,1 @@
+"""The camera, and where it was when it took a photograph."""

@@ -1,0 +1,116 @@
+"""Reads tables that people write: CSV from a spreadsheet of any country, or from a text editor."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from pathlib import Path
+from typing import Mapping, NamedTuple, Sequence
+
+SEPARATORS = (";", "\t", "|", ",")
+"""The head of a table has the one that is meant most often; a comma may be in numbers, so it comes last."""
+BESIDE_WORDS = r"[\W_]+"
+"""Of a head: what separates its words."""
+ENCODINGS = ("utf-8-sig", "utf-16", "cp1252")
+
+
+class TableError(ValueError):
+    """A table that cannot be read; its message is one sentence that names file and row."""
+
+
+class Row(NamedTuple):
+    """A row of a table. where: file and line, for a sentence. values: by the head of their column."""
+
+    where: str
+    values: Mapping[str, str]
+
+
+class Table(NamedTuple):
+    """rows: of a table. unused: the heads that are not known, as they are written."""
+
+    rows: list[Row]
+    unused: list[str]
+
+
+def read_table(path: Path, heads: Mapping[str, Sequence[str]], needed: Sequence[str]) -> Table:
+    """Return the rows of a table, without those that are empty or begin with #.
+
+    A byte order mark, UTF-16, semicolons, tabs, spaces, brackets and capitals in the heads do no harm.
+    Columns that are not known are left out. A number may have a decimal comma if commas do not separate.
+
+    heads: names by which a column is known, in small letters, by the name that it gets. needed: columns that
+        must be there.
+
+    Raises:
+        TableError: it cannot be read, lacks a column, has one twice, or has a row that is too long.
+    """
+    text = _text_of(path)
+    lines = csv.reader(io.StringIO(text), delimiter=_separator_of(text), skipinitialspace=True)
+    columns: list[str | None] | None = None
+    rows, unused = list[Row](), list[str]()
+    try:
+        for cells in lines:
+            values = [each.strip() for each in cells]
+            if not any(values) or values[0].startswith("#"):
+                continue
+            where = f"{path}, line {lines.line_num}"
+            if columns is None:
+                columns = _columns_of(where, values, heads, needed)
+                unused = [each for each, name in zip(values, columns) if each and name is None]
+                continue
+            if any(values[len(columns) :]):
+                raise TableError(
+                    f"{where}: the row has {len(values)} values for {len(columns)} columns. A comma in a "
+                    "number needs another separator, such as a semicolon."
+                )
+            rows.append(Row(where, {name: value for name, value in zip(columns, values) if name}))
+    except csv.Error as error:
+        raise TableError(f"{path}, line {lines.line_num}: the row is no CSV ({error}).") from None
+    if columns is None:
+        raise TableError(f"{path}: the table is empty; its first row must be {', '.join(heads)}.")
+    return Table(rows, unused)
+
+
+def number_of(text: str) -> float:
+    """Return the number in a cell, which may have a decimal comma. Raises ValueError if it is none."""
+    if "_" in text:
+        raise ValueError(text)
+    return float(text.replace(",", ".") if "." not in text else text)
+
+
+def _text_of(path: Path) -> str:
+    try:
+        content = path.read_bytes()
+    except OSError as error:
+        raise TableError(f"{path}: cannot be read: {error.strerror}.") from None
+    for encoding in ENCODINGS:
+        if encoding == "utf-16" and content[:2] not in (b"\xff\xfe", b"\xfe\xff"):
+            continue
+        try:
+            text = content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text
+    raise TableError(f"{path}: is no text. Store the table as CSV in UTF-8.")
+
+
+def _separator_of(text: str) -> str:
+    head = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    return max(SEPARATORS, key=head.count)
+
+
+def _columns_of(
+    where: str, names: Sequence[str], heads: Mapping[str, Sequence[str]], needed: Sequence[str]
+) -> list[str | None]:
+    """Return what each column is known as; None: it is not known."""
+    known = {each: key for key, several in heads.items() for each in (key, *several)}
+    columns = [known.get(re.sub(BESIDE_WORDS, "_", name.lower()).strip("_")) for name in names]
+    twice = sorted({each for each in columns if each and columns.count(each) > 1})
+    if twice:
+        raise TableError(f"{where}: there are two columns for {twice[0]}.")
+    missing = [each for each in needed if each not in columns]
+    if missing:
+        raise TableError(f"{where}: there is no column {missing[0]}; the heads must be {', '.join(heads)}.")
+    return columns

@@ -1,0 +1,1 @@
+"""Thickness: the spots that are proposed, and the readings that were taken."""
