@@ -113,3 +113,11 @@ def test_a_record_has_the_same_bytes_twice():
     """Its digest ties it to coverage.json."""
     record = side_walls(lambda points: points[:, 1] > 0.0)
     assert surface_record_bytes(record) == surface_record_bytes(record)
+
+
+def test_where_the_coating_is_as_red_as_rust_the_page_says_so_and_grades_nothing(tmp_path):
+    path = folder(tmp_path)
+    changed(path, red=("0.000000.jpg", "1.000000.jpg"))
+    page = page_of(path)
+    assert "2 of 2 photographs show little but the colour of rust" in page
+    assert "GOOD" not in page.split("Proposed grades")[0]

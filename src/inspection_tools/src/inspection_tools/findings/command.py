@@ -21,6 +21,7 @@ from inspection_tools.findings.findings_file import (
 )
 from inspection_tools.findings.merging import Finding
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.picture.paint import told_of_paint
 from inspection_tools.findings.search import plan_nearer, search_folders
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
@@ -38,6 +39,10 @@ def main(arguments: list[str] | None = None) -> int:
         "--plan", type=Path, help="that was flown: write closer.yaml, a plan of nearer photographs of cracks"
     )
     parser.add_argument("--mesh", type=Path, help="STL, OBJ, PLY or GLB, or an SDF world")
+    parser.add_argument(
+        "--coating", type=_colour, action="append", default=[], metavar="R,G,B",
+        help="colour of a coating that is as red as rust, sRGB from 0 to 255; may be given several times",
+    )  # fmt: skip
     parser.add_argument("--out", type=Path, help="default: findings.json in the folder")
     parser.add_argument(
         "--decide", nargs=2, metavar=("NUMBER", "STATUS"),
@@ -56,10 +61,11 @@ def main(arguments: list[str] | None = None) -> int:
             raise SurveyError(f"{target} cannot be written: there is no folder {target.parent}.")
         if target.exists():
             read_search(target)  # refused now, and not after minutes of search
+        parameters = FindingParameters(coatings=tuple(given.coating))
         plan = read_plan(given.plan) if given.plan else None
         surface = read_surface(given.mesh, plan.asked, plan.home_m) if plan else None
         searched = surface.mesh if surface else given.mesh
-        found = search_folders([given.folder, *given.closer], searched, FindingParameters())
+        found = search_folders([given.folder, *given.closer], searched, parameters)
         record = _kept(target, found)
         findings = record.findings
         if plan and surface:
@@ -74,10 +80,18 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"findings: left out: {each.name}: {each.why}", file=sys.stderr)
     for kind in ("rust", "crack", *sorted({each.kind for each in findings} - {"rust", "crack"})):
         print(f"{kind}: {sum(each.kind == kind for each in findings)}")
+    if record.red:
+        print(f"findings: {told_of_paint(len(record.red), len(record.searched or ()))}", file=sys.stderr)
     searched = len(record.searched or ())
     print(f"searched: {searched} of {searched + len(record.left_out)} photographs")
     print(f"written: {target}")
     return 0
+
+
+def _colour(text: str) -> tuple[int, int, int]:
+    """Return the colour in "R,G,B"; argparse names the option where ValueError is raised."""
+    red, green, blue = (int(each) for each in text.split(","))
+    return red, green, blue
 
 
 def _kept(path: Path, found: SearchRecord) -> SearchRecord:

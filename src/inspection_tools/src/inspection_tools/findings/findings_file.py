@@ -27,12 +27,14 @@ class SearchRecord:
     """What findings.json holds.
 
     searched: names of the photographs in which findings were looked for; None: an older program did not tell.
-    left_out: those that could not be searched, with the reason.
+    left_out: those that could not be searched, with the reason. red: names of those whose coating is as red
+    as rust: rust of its colour is not told from it.
     """
 
     findings: tuple[Finding, ...] = ()
     searched: tuple[str, ...] | None = None
     left_out: tuple[LeftOut, ...] = ()
+    red: tuple[str, ...] = ()
 
 
 def read_findings(path: Path) -> list[Finding]:
@@ -63,9 +65,12 @@ def read_search(path: Path) -> SearchRecord:
         left_out = tuple(
             LeftOut(str(each["photograph"]), str(each["why"])) for each in content.get("left_out", ())
         )
+        red = tuple(map(str, content.get("red", ())))
     except (KeyError, TypeError) as error:
-        raise ReportError(f"{path}: searched and left_out must be lists of photographs ({error}).") from None
-    return SearchRecord(tuple(found), searched, left_out)
+        raise ReportError(
+            f"{path}: searched, left_out and red must be lists of photographs ({error})."
+        ) from None
+    return SearchRecord(tuple(found), searched, left_out, red)
 
 
 def _finding(path: Path, number: int, given: Any) -> Finding:
@@ -94,6 +99,7 @@ def write_findings(path: Path, record: SearchRecord) -> None:
     rows = ",\n".join(json.dumps(asdict(each)) for each in record.findings)
     searched = "" if record.searched is None else f'"searched": {json.dumps(record.searched)}, '
     left_out = json.dumps([{"photograph": each.name, "why": each.why} for each in record.left_out])
+    searched += f'"red": {json.dumps(record.red)}, ' if record.red else ""
     text = f'{{"frame": "map", {searched}"left_out": {left_out}, "findings": [\n{rows}\n]}}\n'
     try:
         write_whole({path: text.encode()})

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from inspection_tools.checks import check_number, check_whole
+from inspection_tools.errors import ParameterError
 from inspection_tools.survey.surface.mesh_file import Mesh, is_mapped
 
 
@@ -39,6 +40,8 @@ class FindingParameters:
         incidence: Greatest angle between the surface's normal and the line of sight, deg.
         distance: Greatest distance of the surface, m.
         apart: Candidates of one kind that are nearer to each other are one finding, m.
+        coatings: Colours (red, green, blue; sRGB, 0 to 255) of coatings that are as red as rust. What has the
+            colour of one is no rust.
 
     Raises:
         ParameterError: a value out of range.
@@ -67,6 +70,7 @@ class FindingParameters:
     incidence: float = 75.0
     distance: float = 8.0
     apart: float = 0.06
+    coatings: tuple[tuple[int, int, int], ...] = ()
 
     def for_mesh(self, mesh: Mesh) -> FindingParameters:
         """Return them for photographs of a mesh."""
@@ -99,3 +103,8 @@ class FindingParameters:
         check_number("incidence", self.incidence, 1.0, 89.0)
         check_number("distance", self.distance, 0.1, 1000.0)
         check_number("apart", self.apart, 0.001, 10.0)
+        for colour in self.coatings:
+            if len(colour) != 3:
+                raise ParameterError(f"The coating {colour!r} needs three numbers: red, green, blue.")
+            for value in colour:
+                check_whole("A colour of a coating", value, 0, 255)

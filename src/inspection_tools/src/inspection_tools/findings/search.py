@@ -14,6 +14,7 @@ from inspection_tools.findings.findings_file import DISMISSED, SearchRecord
 from inspection_tools.findings.merging import Finding, merged
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate, candidates_in
+from inspection_tools.findings.picture.paint import RED
 from inspection_tools.findings.placing import MeshSurface, Placed, PosedPhotograph
 from inspection_tools.findings.remembered import Remembered, read_marks
 from inspection_tools.findings.second_look import without_refuted
@@ -88,9 +89,26 @@ class PhotographSearch:
             posed.sight.forget_edges()  # or hundreds of photographs take gigabytes
             self._near.append(posed)
 
+    def red_photographs(self) -> list[str]:
+        """Return the photographs that show little but the colour of rust, if they are most of all.
+
+        Then it counts as the coating's, and rust of the same colour is not told from it. If they are few, the
+        coating is another one, and they show rust.
+        """
+        red = sorted({each.photograph for each in self._placed if each.kind == RED})
+        return red if 2 * len(red) > len(self.searched) else []
+
+    def _sure_of_paint(self) -> list[Placed]:
+        """Return what is placed, with rust in place of what one photograph cannot tell from paint."""
+        if self.red_photographs():
+            return [each for each in self._placed if each.kind != RED]
+        red = {each.photograph for each in self._placed if each.kind == RED}
+        kept = [each for each in self._placed if each.kind != "rust" or each.photograph not in red]
+        return [each._replace(kind="rust") if each.kind == RED else each for each in kept]
+
     def findings(self) -> list[Finding]:
         """Return what all photographs show together."""
-        placed = without_refuted(self._placed, self._near, self._p)
+        placed = without_refuted(self._sure_of_paint(), self._near, self._p)
         if self._p.crossing:
             placed = where_sights_cross(placed, self._p.crossing, self._p.distance)
         return merged(placed, self._p.apart)
@@ -132,7 +150,9 @@ def search_folders(folders: Sequence[Path], mesh: Path | Mesh, parameters: Findi
             f"{folders[0]}: none of the {len(left_out)} photographs could be searched. The first is {name}: "
             f"{why}"
         )
-    return SearchRecord(tuple(search.findings()), tuple(search.searched), tuple(left_out))
+    return SearchRecord(
+        tuple(search.findings()), tuple(search.searched), tuple(left_out), tuple(search.red_photographs())
+    )
 
 
 def _named(path: Path, first: Path) -> str:

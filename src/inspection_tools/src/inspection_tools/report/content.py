@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Mapping, Sequence
@@ -61,6 +61,8 @@ def judged(
         if mesh is not None:
             edges = edge_places(mesh.triangles_m, mesh.joined)
             grades = areas_graded(ship, surface, edges, findings, rules)
+            if inspection.red:  # rust may have the coating's colour
+                grades = [replace(each, grade=None, other_grade=None) for each in grades]
         plates = plates_seen(ship, surface, findings)
     gaugings, remarks = gauging_spots(plates, rules), list[str]()
     if readings is not None:

@@ -13,6 +13,7 @@ from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import InspectionToolsError, ReportError, SurveyError
 from inspection_tools.findings.findings_file import SearchRecord, read_search
 from inspection_tools.findings.merging import Finding
+from inspection_tools.findings.picture.paint import told_of_paint
 from inspection_tools.photographs.calibration import read_camera
 from inspection_tools.photographs.listing import LeftOut, listed
 from inspection_tools.photographs.record import PhotographRecord
@@ -44,7 +45,7 @@ class Inspection:
 
     photographs: the folder of them. coverage, result: contents of the JSON files. unsearched: a sentence why
     the surface that photographs show does not count as seen, as nobody has looked for rust in all of them;
-    empty: it counts.
+    empty: it counts. red: photographs whose coating is as red as rust.
     """
 
     folder: Path
@@ -58,6 +59,7 @@ class Inspection:
     result: dict[str, Any] | None
     remarks: tuple[str, ...]
     unsearched: str = ""
+    red: int = 0
 
     @property
     def seen(self) -> SurfaceRecord | None:
@@ -106,6 +108,9 @@ def read_inspection(folder: Path) -> Inspection:
         remarks.append(unsearched)
     if search is not None:
         remarks += _left_out("Not searched", search.left_out)
+        if search.red:
+            told = told_of_paint(len(search.red), len(search.searched or ()))
+            remarks.append(f"{told} Until then no coating is graded.")
     return Inspection(
         folder,
         photographs,
@@ -118,6 +123,7 @@ def read_inspection(folder: Path) -> Inspection:
         result,
         tuple(remarks),
         unsearched,
+        0 if search is None else len(search.red),
     )
 
 

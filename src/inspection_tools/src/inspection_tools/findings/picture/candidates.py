@@ -11,6 +11,7 @@ from scipy import ndimage
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.kernels import block_light, dark_ridges
 from inspection_tools.findings.picture.lines import Line, line_through, pieces_joined
+from inspection_tools.findings.picture.paint import RED, is_all_red, unlike_coatings, unlike_the_most
 
 BLOCK_PX = 4
 """Colour is judged in blocks: single pixels are noisy, and JPEG halves the colour's resolution."""
@@ -37,7 +38,7 @@ ALSO_CORNERS = np.ones((3, 3), bool)
 
 
 class Candidate(NamedTuple):
-    """kind: rust or crack. pixels: (n, 2) some of its places, x, y, px. size_px: number of all its pixels."""
+    """kind: rust, crack or RED. pixels: (n, 2) some of its places, x, y, px. size_px: of all of them."""
 
     kind: str
     pixels: np.ndarray
@@ -58,19 +59,29 @@ def candidates_in(
     """
     block_mm = BLOCK_PX * float(np.clip(detail_mm, 0.1, 2.0 * COARSE_MM))
     least = max(LEAST_BLOCKS, (1e3 * parameters.rust_size / block_mm) ** 2)
-    rust = _rust_blocks(picture, parameters, least, math.ceil(RIM_MM / block_mm))
+    blocks = block_light(picture, _linear(), BLOCK_PX)
+    rust = _rust_blocks(blocks, parameters, least, math.ceil(RIM_MM / block_mm))
     most_apart = max(1, int(RUST_APART_MM / block_mm))
-    found = [
-        Candidate(
-            "rust", _spread(places, most_apart) * BLOCK_PX + 0.5 * (BLOCK_PX - 1), len(places) * BLOCK_PX**2
-        )
-        for places in _groups(rust)
-    ]
+    found = []
+    if not parameters.coatings and is_all_red(rust, blocks.sum(axis=2) > 3.0 * LEAST_LIGHT):
+        found += _of_blocks(RED, rust, most_apart)
+        rust = _large(unlike_the_most(blocks, rust), least)
+    found += _of_blocks("rust", rust, most_apart)
     light = _linear()[picture[..., 1]]  # green has the least noise
     near = ndimage.binary_dilation(rust, iterations=3)  # rust has dark pits and borders
     for times in sorted({1, max(1, round(COARSE_MM / max(detail_mm, 0.1)))}):
         found += _cracks(_smaller(light, times), times, near, parameters, looked_at)
     return found
+
+
+def _of_blocks(kind: str, marked: np.ndarray, most_apart: int) -> list[Candidate]:
+    """Return a candidate for each group of marked blocks."""
+    return [
+        Candidate(
+            kind, _spread(places, most_apart) * BLOCK_PX + 0.5 * (BLOCK_PX - 1), len(places) * BLOCK_PX**2
+        )
+        for places in _groups(marked)
+    ]
 
 
 def _cracks(
@@ -141,24 +152,36 @@ def _contrasts(light: np.ndarray, least: float, looked_at: np.ndarray | None) ->
     return contrasts.astype(np.float32)
 
 
-def _rust_blocks(picture: np.ndarray, parameters: FindingParameters, least: float, rim: int) -> np.ndarray:
-    """Return which blocks are rust. Red is compared with green in all coloured blocks nearby, for noise.
+def _rust_blocks(light: np.ndarray, parameters: FindingParameters, least: float, rim: int) -> np.ndarray:
+    """Return which blocks have the colour of rust, and of none of the coatings that are given.
 
-    least: so many blocks that are surely rust must hang together. rim: blocks around them that are compared
-    with the paint.
+    Red is compared with green in all coloured blocks nearby, for noise.
+
+    light: (rows, columns, 3) of the blocks. least: so many blocks that are surely rust must hang together.
+    rim: blocks around them that are compared with the paint.
     """
-    light = block_light(picture, _linear(), BLOCK_PX)
     total = light.sum(axis=2)
     red, green, blue = np.moveaxis(light, 2, 0)
     coloured = (red - blue > parameters.rust_colour * total) & (total > 3.0 * LEAST_LIGHT)
+    is_coating = np.zeros(total.shape, bool)
+    if parameters.coatings:
+        coatings = [_linear()[np.array(each)] for each in parameters.coatings]
+        unlike = unlike_coatings(light, coloured, coatings)
+        is_coating, coloured = coloured & ~unlike, unlike
     red_near, green_near = (
         ndimage.uniform_filter(np.where(coloured, each, 0.0), NEAR_BLOCKS) for each in (red, green)
     )
-    numbers, _ = ndimage.label(coloured & (red_near > parameters.rust_red * green_near), ALSO_CORNERS)
+    sure = _large(coloured & (red_near > parameters.rust_red * green_near), least)
+    return ~is_coating & _half_covered(red - blue, total, sure, rim) if sure.any() else sure
+
+
+def _large(marked: np.ndarray, least: float) -> np.ndarray:
+    """Return the marked blocks of which at least so many hang together."""
+    numbers, _ = ndimage.label(marked, ALSO_CORNERS)
     is_large = np.bincount(numbers.ravel()) >= least
     is_large[0] = False
-    sure = is_large[numbers]
-    return _half_covered(red - blue, total, sure, rim) if sure.any() else sure
+    large: np.ndarray = is_large[numbers]
+    return large
 
 
 def _half_covered(colour: np.ndarray, total: np.ndarray, sure: np.ndarray, rim: int) -> np.ndarray:
