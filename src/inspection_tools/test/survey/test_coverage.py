@@ -75,7 +75,8 @@ def test_the_command_judges_a_folder_of_photographs(room_file, tmp_path):
     Image.new("L", (648, 486), 128).save(tmp_path / "1.jpg")
     focal = CAMERA.focal_px
     (tmp_path / "calibration.yaml").write_text(
-        f"{{image_width: 648, image_height: 486, camera_matrix: {{data: [{focal}]}}}}"
+        "{image_width: 648, image_height: 486, camera_matrix: "
+        f"{{data: [{focal}, 0, 323.5, 0, {focal}, 242.5, 0, 0, 1]}}}}"
     )
     asked = [
         "--resolution",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import math
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +12,14 @@ from PIL import Image
 from sensor_msgs.msg import CameraInfo, CompressedImage
 from std_msgs.msg import Header
 
+from inspection_tools.camera.lens import lens_of
 from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import ParameterError
 from inspection_tools.findings.picture.candidates import Candidate
 from inspection_tools.findings.remembered import marked
 from inspection_tools.msg import Candidate as CandidateMessage
 from inspection_tools.msg import Candidates, Photograph
-from inspection_tools.photographs.calibration import read_camera
+from inspection_tools.photographs.calibration import camera_with, distortion_of, read_camera
 from inspection_tools.photographs.record import PhotographError, PhotographRecord, read_record
 from inspection_tools_ros.conversions import pose_of
 
@@ -36,8 +36,9 @@ def photograph_message(path: Path, mesh: str, frame: str) -> Photograph:
     except OSError as error:
         raise PhotographError(f"{path} cannot be read: {error.strerror}.") from None
     header = Header(stamp=rospy.Time.from_sec(record.stamp_s), frame_id=frame)
-    info = CameraInfo(header=header, height=camera.height, width=camera.width, distortion_model="plumb_bob")
-    info.D, info.R, info.K = [0.0] * 5, np.eye(3).ravel().tolist(), camera.matrix.ravel().tolist()
+    model, distortion = distortion_of(camera)
+    info = CameraInfo(header=header, height=camera.height, width=camera.width, distortion_model=model)
+    info.D, info.R, info.K = distortion, np.eye(3).ravel().tolist(), camera.matrix.ravel().tolist()
     info.P = np.column_stack((camera.matrix, np.zeros(3))).ravel().tolist()
     pose = Pose(Point(*record.position_m), Quaternion(*record.orientation_xyzw))
     return Photograph(
@@ -68,10 +69,9 @@ def record_of(message: Photograph) -> tuple[SurveyCamera, PhotographRecord]:
     Raises:
         PhotographError: the camera or the pose makes no sense.
     """
-    info, focal_px = message.camera, message.camera.K[0]
+    info = message.camera
     try:
-        across = 2.0 * math.degrees(math.atan2(0.5 * info.width, focal_px))
-        camera = SurveyCamera(info.width, info.height, across)
+        camera = camera_with(info.width, info.height, lens_of(info.K, info.distortion_model, info.D))
     except ParameterError as error:
         raise PhotographError(f"{message.file}: its camera_info makes no sense: {error}") from None
     position_m, orientation = pose_of(message.pose.pose)

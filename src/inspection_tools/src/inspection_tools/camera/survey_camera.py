@@ -7,13 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from inspection_tools.camera.lens import Lens
 from inspection_tools.checks import check_number, check_whole
 from inspection_tools.errors import ParameterError
+
+BEYOND = 1.02
+"""What is so much farther from the optical axis than the picture's corners is not in it."""
 
 
 @dataclass(frozen=True)
 class SurveyCamera:
-    """A pinhole camera with square pixels on a gimbal that tilts; the yaw is free, and it does not roll.
+    """A camera on a gimbal that tilts; the yaw is free, and it does not roll.
+
+    Without a lens of its own it is a pinhole with square pixels.
 
     The optical frame has x to the right, y down and z ahead (REP-103). The optical axis meets the picture in
     its middle, ((width - 1) / 2, (height - 1) / 2); whole numbers are the middles of pixels.
@@ -23,6 +29,7 @@ class SurveyCamera:
         field_of_view: Across the width, from edge to edge, deg.
         tilt_min, tilt_max: Of the gimbal, deg; 0 looks level, 90 straight up.
         exposure: Time of one picture, s. A camera that moves meanwhile blurs.
+        lens: Of a real camera; None: a pinhole.
 
     Raises:
         ParameterError: a value out of range, or tilts the wrong way round.
@@ -34,6 +41,7 @@ class SurveyCamera:
     tilt_min: float = -90.0
     tilt_max: float = 90.0
     exposure: float = 2.5e-4
+    lens: Lens | None = None
 
     def __post_init__(self) -> None:
         check_whole("width", self.width, 16, 100_000)
@@ -42,34 +50,61 @@ class SurveyCamera:
         check_number("tilt_min", self.tilt_min, -90.0, 90.0)
         check_number("tilt_max", self.tilt_max, -90.0, 90.0)
         check_number("exposure", self.exposure, 1e-6, 10.0)
+        if self.lens is not None:
+            self.lens.check(self.width, self.height)
         if self.tilt_min > self.tilt_max:
             raise ParameterError(f"tilt_min {self.tilt_min:g} is above tilt_max {self.tilt_max:g} deg.")
 
     @property
     def focal_px(self) -> float:
-        """Focal length, px."""
+        """Focal length, px: the mean of both directions."""
+        if self.lens is not None:
+            return math.sqrt(self.lens.focal_px[0] * self.lens.focal_px[1])
         return 0.5 * self.width / math.tan(0.5 * math.radians(self.field_of_view))
 
     @property
     def centre_px(self) -> tuple[float, float]:
         """Where the optical axis meets the picture: to the right, down."""
+        if self.lens is not None:
+            return self.lens.centre_px
         return 0.5 * (self.width - 1), 0.5 * (self.height - 1)
 
     @property
     def matrix(self) -> np.ndarray:
         """(3, 3) from places in the optical frame to px, as CameraInfo's K."""
         right_px, down_px = self.centre_px
-        return np.array(((self.focal_px, 0.0, right_px), (0.0, self.focal_px, down_px), (0.0, 0.0, 1.0)))
+        fx, fy = self.lens.focal_px if self.lens is not None else (self.focal_px, self.focal_px)
+        return np.array(((fx, 0.0, right_px), (0.0, fy, down_px), (0.0, 0.0, 1.0)))
 
     @property
     def half_extents(self) -> tuple[float, float]:
-        """Tangents of the angles from the optical axis to the picture's right and lower edges."""
+        """Tangents of the angles from the optical axis to the picture's edges, to the side and down."""
+        if self.lens is not None:
+            aside = np.abs(self.rays(self._edge_px)[:, :2]).max(axis=0)
+            return float(aside[0]), float(aside[1])
         return 0.5 * self.width / self.focal_px, 0.5 * self.height / self.focal_px
 
     @property
     def longest_ray(self) -> float:
-        """Length of the line of sight to a corner of the picture, at depth 1."""
-        return math.hypot(1.0, *self.half_extents)
+        """Length of the longest line of sight of the picture, at depth 1."""
+        return float(np.linalg.norm(self.rays(self._edge_px), axis=1).max())
+
+    @property
+    def _edge_px(self) -> np.ndarray:
+        """(8, 2) corners of the picture, and the middles of its sides."""
+        x, y = (
+            (-0.5, 0.5 * (self.width - 1), self.width - 0.5),
+            (-0.5, 0.5 * (self.height - 1), self.height - 0.5),
+        )
+        return np.array([(a, b) for a in x for b in y if (a, b) != (x[1], y[1])])
+
+    def rays(self, pixels: np.ndarray) -> np.ndarray:
+        """Return the lines of sight (n, 3) of pixels (n, 2), at depth 1 in the optical frame."""
+        if self.lens is not None:
+            aside = self.lens.asides(pixels)
+        else:
+            aside = (pixels - np.array(self.centre_px)) / self.focal_px
+        return np.column_stack((aside, np.ones(len(aside))))
 
     def drawn(self, points_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the pixels (n, 2), x and y, of points (n, 3) in the optical frame, and which are drawn (n,).
@@ -78,7 +113,11 @@ class SurveyCamera:
         """
         is_ahead = points_m[:, 2] > 0.0
         aside = points_m[:, :2] / np.where(is_ahead, points_m[:, 2], 1.0)[:, None]
-        pixels = aside * self.focal_px + self.centre_px
+        if self.lens is not None:
+            is_ahead = is_ahead & (np.hypot(*aside.T) < BEYOND * math.sqrt(self.longest_ray**2 - 1.0))
+            pixels = self.lens.pixels(np.where(is_ahead[:, None], aside, 0.0))  # beyond, a model may fold
+        else:
+            pixels = aside * self.focal_px + self.centre_px
         is_drawn = is_ahead & ((pixels >= 0.0) & (pixels <= (self.width - 1, self.height - 1))).all(axis=1)
         return pixels, is_drawn
 

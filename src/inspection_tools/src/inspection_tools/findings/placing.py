@@ -70,8 +70,7 @@ class PosedPhotograph:
         return Sight(self._look, self._eye_m, self._camera, self._p)
 
     def _look(self, pixels: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        aside = (pixels - self._camera.centre_px) / self._camera.focal_px
-        rays = np.column_stack((aside, np.ones(len(aside)))) @ self._turn.T
+        rays = self._camera.rays(pixels) @ self._turn.T
         rays /= np.linalg.norm(rays, axis=1)[:, None]
         return (*self._surface.hits(self._eye_m, rays), rays)
 
@@ -86,8 +85,7 @@ class PosedPhotograph:
         good = (far < p.distance) & (steep > np.cos(np.radians(p.incidence)))  # NaN is not good
         if good.sum() < 3 or good.mean() < 0.3:
             return None
-        ahead = rays[good] @ self._turn[:, 2]  # a pixel's solid angle is ahead^3 / focal length^2
-        pixel_m2 = (far[good] / self._camera.focal_px) ** 2 * ahead**3 / steep[good]
+        pixel_m2 = self._pixels_m2(candidate.pixels[good], points[good], normals[good])
         area = float(pixel_m2.mean() * candidate.size_px * good.mean())
         detail_mm = float(np.median(1e3 * far[good] / self._camera.focal_px / steep[good]))
         normal = normals[good].mean(axis=0)
@@ -95,6 +93,19 @@ class PosedPhotograph:
         if candidate.kind == "crack":
             return placed if extent(placed.points_m)[1] >= p.crack_length else None
         return placed if area >= p.rust_size**2 else None
+
+    def _pixels_m2(self, pixels: np.ndarray, points_m: np.ndarray, normals: np.ndarray) -> np.ndarray:
+        """Return (n,) the area of the surface that pixels (n, 2) cover, by the rays at their sides."""
+        reach_m = ((points_m - self._eye_m) * normals).sum(axis=1)
+
+        def met_m(step: tuple[float, float]) -> np.ndarray:
+            rays = self._camera.rays(pixels + np.array(step)) @ self._turn.T
+            met: np.ndarray = rays * (reach_m / (rays * normals).sum(axis=1))[:, None]
+            return met
+
+        across, down = (met_m((x, y)) - met_m((-x, -y)) for x, y in ((0.5, 0.0), (0.0, 0.5)))
+        area_m2: np.ndarray = np.linalg.norm(np.cross(across, down), axis=1)
+        return area_m2
 
     def share_judged(self, points_m: np.ndarray, detail_mm: float) -> float:
         """Return the share of points (n, 3) that lie where cracks are looked for, at this detail or finer."""

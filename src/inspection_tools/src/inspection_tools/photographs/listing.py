@@ -16,7 +16,9 @@ from typing import Callable, NamedTuple
 import numpy as np
 from PIL import Image
 
+from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import InspectionToolsError
+from inspection_tools.photographs.calibration import read_camera
 from inspection_tools.photographs.record import PhotographError, PhotographRecord, read_record, stamp_of
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
@@ -61,7 +63,7 @@ def listed(folder: Path, pixels: bool = True) -> Listing:
 
     pixels: decode each picture, which takes some 2 ms a megapixel; else only its end is looked at.
     """
-    pictures = _pictures_in(folder)
+    pictures, camera = _pictures_in(folder), _camera_of(folder)
     whole, left_out, owners = [], [], dict[str, str]()
     for path in pictures:
         owner = owners.setdefault(path.stem, path.name)
@@ -70,7 +72,7 @@ def listed(folder: Path, pixels: bool = True) -> Listing:
                 raise PhotographError(f"The JSON beside it belongs to {owner}.")
             if not path.with_suffix(".json").exists():
                 raise PhotographError("There is no JSON beside it that tells its pose.")
-            check_picture(path, pixels)
+            check_picture(path, pixels, camera)
             whole.append((path, read_record(path.with_suffix(".json"))))
         except InspectionToolsError as error:
             left_out.append(LeftOut.of(path, error))
@@ -120,11 +122,16 @@ def size_of(path: Path) -> tuple[int, int]:
         raise PhotographError(_damage(error, path)) from None
 
 
-def check_picture(path: Path, pixels: bool = True) -> None:
-    """Raise PhotographError if a picture is empty, cut or damaged. pixels: see `listed`."""
+def check_picture(path: Path, pixels: bool = True, camera: SurveyCamera | None = None) -> None:
+    """Raise PhotographError if a picture is empty, cut, damaged, or of another size. pixels: see `listed`."""
     try:
         with Image.open(path) as image:
             _check_as_a_whole(image, path)
+            if camera is not None and image.size != (camera.width, camera.height):
+                raise PhotographError(
+                    f"{path}: it has {image.width} x {image.height} px, but calibration.yaml is of "
+                    f"{camera.width} x {camera.height} px. Give the original, or its own calibration."
+                )
             if pixels or image.format != "JPEG":
                 image.draft("L", (FAST_PX, FAST_PX))
                 image.load()
@@ -173,6 +180,14 @@ def _has_end(path: Path) -> bool:
     while content[place + 1 : place + 2] not in (START_OF_SCAN, b""):  # a thumbnail has an end of its own
         place += 2 + int.from_bytes(content[place + 2 : place + 4], "big")
     return content.find(END_OF_JPEG, place) >= 0
+
+
+def _camera_of(folder: Path) -> SurveyCamera | None:
+    """Return the camera of a folder; None: it has none that can be read, which its readers tell."""
+    try:
+        return read_camera(folder / "calibration.yaml")
+    except PhotographError:
+        return None
 
 
 def _pictures_in(folder: Path) -> list[Path]:

@@ -52,7 +52,7 @@ def _mark(finding: Finding, number: int, shot: Shot, camera: SurveyCamera) -> Ma
     if ahead <= 0.05:
         return None
     size = (camera.width, camera.height)
-    at = [camera.focal_px * v / ahead + c for v, c in zip((right, down), camera.centre_px)]
+    (at,), _ = camera.drawn(np.array([(right, down, ahead)]))
     x, y = (float(v / s) for v, s in zip(at, size))
     if not (-0.02 <= x <= 1.02 and -0.02 <= y <= 1.02):
         return None

@@ -34,7 +34,7 @@ def write_plan(path: Path, plan: SurveyPlan) -> None:
     content = {
         "source": plan.source,
         "home": [round(v, 3) for v in plan.home_m],
-        "camera": asdict(plan.camera),
+        "camera": {key: value for key, value in asdict(plan.camera).items() if key != "lens"},
         "asked": asdict(plan.asked),
         "flying": asdict(plan.flying),
         "figures": {key: round(value, 4) for key, value in plan.figures.items()},

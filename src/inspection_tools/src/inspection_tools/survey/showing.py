@@ -21,6 +21,8 @@ from inspection_tools.survey.surface.samples import SurfacePoints
 
 CELL_M = 1.0
 """Points are looked for in cubes of this side."""
+STEP_PX = 0.01
+"""Between two lines of sight by which the width of a pixel is known."""
 OFF_SURFACE_M = 1e-3
 """A ray to the camera begins so far before the surface."""
 
@@ -62,16 +64,19 @@ class Showing:
         normals = self._points.normals[near]
         steep = -(rays * normals).sum(axis=1) >= np.cos(np.radians(self._asked.incidence)) * lengths_m
         near, rays, lengths_m, normals = (v[steep] for v in (near, rays, lengths_m, normals))
-        _, drawn = self._camera.drawn(rays @ each.axes)
-        near, rays, lengths_m, normals = (v[drawn] for v in (near, rays, lengths_m, normals))
+        pixels, drawn = self._camera.drawn(rays @ each.axes)
+        near, rays, lengths_m, normals, pixels = (v[drawn] for v in (near, rays, lengths_m, normals, pixels))
         depth_m = rays @ each.axes[:, 2]
-        footprint_m = _footprints_m(
-            rays / depth_m[:, None], normals, depth_m, each.axes, self._camera.focal_px
-        )
+        footprint_m = _footprints_m(rays / depth_m[:, None], normals, depth_m, self._beside(pixels, each))
         widths_m = each.widths_m(footprint_m, depth_m, lengths_m / depth_m)
         fine = 1e3 * widths_m <= self._asked.resolution
         near, rays, lengths_m, normals = (v[fine] for v in (near, rays, lengths_m, normals))
         shown[near[self._is_free(near, each.place_m)]] = True
+
+    def _beside(self, pixels: np.ndarray, each: Taken) -> list[np.ndarray]:
+        """Return the lines of sight (k, 3), at depth 1, STEP_PX to the right of pixels, and below them."""
+        steps = np.eye(2) * STEP_PX
+        return [self._camera.rays(pixels + step) @ each.axes.T for step in steps]
 
     def _near(self, each: Taken) -> np.ndarray:
         """Return the points in cubes that are near enough, and not behind the camera."""
@@ -94,15 +99,17 @@ class Showing:
 
 
 def _footprints_m(
-    rays: np.ndarray, normals: np.ndarray, depth_m: np.ndarray, axes: np.ndarray, focal_px: float
+    rays: np.ndarray, normals: np.ndarray, depth_m: np.ndarray, beside: Sequence[np.ndarray]
 ) -> np.ndarray:
-    """Return (k,) how much surface a pixel covers in its worst direction, by its neighbours' rays."""
+    """Return (k,) how much surface a pixel covers in its worst direction.
+
+    beside: two of (k, 3), lines of sight STEP_PX to the right and below.
+    """
     reach = (rays * normals).sum(axis=1) * depth_m
     points = rays * depth_m[:, None]
     edges = []
-    for axis in (0, 1):
-        beside = rays + 1e-3 * axes[:, axis] / focal_px
-        edges.append(1e3 * (beside * (reach / (beside * normals).sum(axis=1))[:, None] - points))
+    for line in beside:
+        edges.append((line * (reach / (line * normals).sum(axis=1))[:, None] - points) / STEP_PX)
     right, down = edges
     squares = (right**2).sum(axis=1), (down**2).sum(axis=1)
     apart = np.hypot(0.5 * (squares[0] - squares[1]), (right * down).sum(axis=1))
