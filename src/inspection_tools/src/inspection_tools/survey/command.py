@@ -124,6 +124,7 @@ def _plan(given: argparse.Namespace) -> None:
         raise SurveyError(f"{given.out} cannot be written: there is no folder {given.out.parent}.")
     print("reads the surface", flush=True)
     surface = _surface(given, asked)
+    _tell_room(surface, given.home is not None)
     planner = SurveyPlanner(
         surface.room, surface.patches, surface.ranges_m, camera, asked, flying, str(given.mesh)
     )
@@ -139,6 +140,25 @@ def _plan(given: argparse.Namespace) -> None:
 
         draw_plan(given.picture, plan, surface.patches)
     print(f"written: {given.out}")
+
+
+def _tell_room(surface: Any, is_given: bool) -> None:
+    """Say first in which room the UAV flies, and what else there is."""
+    from inspection_tools.survey.surface.samples import normals_of
+
+    room, area_m2 = surface.room, float(normals_of(surface.mesh.triangles_m)[1].sum())
+    x, y, z = room.home_m
+    how = "of --home" if is_given else "that surfaces enclose most; --home chooses another one"
+    print(f"room: the one {how}. The UAV takes off at x {x:.1f}, y {y:.1f}, z {z:.1f} m")
+    for number, each in enumerate(room.regions):
+        name = "this room" if number == 0 else "another room"
+        kind = "open to the outside" if each.is_open else "closed"
+        print(
+            f"  {name}: {kind}, {each.flyable_m3:.1f} m3 in which the UAV fits, "
+            f"{each.sheltered_m3:.1f} m3 of it within walls"
+        )
+    sides_m2 = float(surface.patches.areas_m2.sum())
+    print(f"  its walls: {sides_m2:.0f} m2; all faces of the mesh: {area_m2:.0f} m2", flush=True)
 
 
 def _summary(plan: Any) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy import ndimage
@@ -14,6 +15,21 @@ from inspection_tools.planning.space import LEAST_NEED
 
 AIR, OTHER = 1, 0
 MOST_VOXELS = 120_000_000
+LEAST_SIDES = 5
+"""A place is sheltered if something blocks so many of its six sides; an open-topped tank has no lid."""
+MOST_REGIONS, LEAST_M3 = 6, 0.5
+"""So many rooms are told, if the UAV's centre has so much space in them."""
+
+
+class Region(NamedTuple):
+    """A room in which the UAV fits. flyable_m3: where its centre may be. is_open: it reaches the outside.
+
+    sheltered_m3: of that, what surfaces enclose to five of the six sides at least.
+    """
+
+    flyable_m3: float
+    sheltered_m3: float
+    is_open: bool
 
 
 @dataclass(frozen=True)
@@ -26,6 +42,7 @@ class Room:
         flyable: (d, h, w) bool, where the UAV's centre may be and gets to from its home.
         squares: (d, h, w) uint16, squared clearance in voxels, cut beyond what the UAV needs.
         need: least of them that the UAV keeps. home_m: (3,) where it takes off.
+        regions: the largest rooms of the mesh in which the UAV fits, this one first.
     """
 
     voxel_m: float
@@ -35,6 +52,7 @@ class Room:
     squares: np.ndarray
     need: int
     home_m: np.ndarray
+    regions: tuple[Region, ...] = ()
 
     def inner(self, places_m: np.ndarray) -> np.ndarray:
         """Return places (..., 3), x, y, z, as z, y, x in voxels."""
@@ -60,7 +78,10 @@ class Room:
 def room_of(
     blocked: np.ndarray, corner_m: np.ndarray, voxel_m: float, clearance_m: float, home_m: np.ndarray | None
 ) -> Room:
-    """Return the room of a UAV among blocked voxels (d, h, w). home_m: None: in the largest closed one.
+    """Return the room of a UAV among blocked voxels (d, h, w).
+
+    home_m: None: in the room of which surfaces enclose most, open to the outside or not. If they enclose
+    nothing, as of a pillar on a field, in the largest.
 
     Raises:
         SurveyError: the UAV fits nowhere, or not at its home.
@@ -74,15 +95,13 @@ def room_of(
         raise SurveyError(
             f"A UAV that needs {clearance_m:.2f} m to each side fits nowhere: give another radius or margin."
         )
+    is_sheltered = fits & _is_sheltered(blocked)
+    sizes, sheltered = (_sizes(numbers, count, which) for which in (fits, is_sheltered))
     if home_m is None:
-        sizes = np.bincount(numbers.ravel())
-        sizes[0] = 0
-        closed = sizes.copy()
-        closed[_at_borders(numbers)] = 0
-        sizes = closed if closed.any() else sizes
-        number = int(sizes.argmax())
+        number = int((sheltered if sheltered.any() else sizes).argmax())
         flyable = numbers == number
-        home_m = _lowest_middle(flyable) * voxel_m + corner_m
+        within = flyable & is_sheltered
+        home_m = _lowest_middle(within if within.any() else flyable) * voxel_m + corner_m
     else:
         home_m = np.asarray(home_m, float)
         index = np.floor(((home_m - corner_m) / voxel_m)[::-1]).astype(np.int64)
@@ -94,7 +113,40 @@ def room_of(
     airs, _ = ndimage.label(~blocked)
     inner = np.floor(((home_m - corner_m) / voxel_m)[::-1]).astype(np.int64)
     air = (airs == airs[tuple(inner)]).astype(np.uint8)
-    return Room(voxel_m, np.asarray(corner_m, float), air, flyable, squares, need, home_m)
+    regions = _regions(number, sizes, sheltered, _at_borders(numbers), voxel_m**3)
+    return Room(voxel_m, np.asarray(corner_m, float), air, flyable, squares, need, home_m, regions)
+
+
+def _sizes(numbers: np.ndarray, count: int, which: np.ndarray) -> np.ndarray:
+    """Return (count + 1,) voxels of each room that are meant; 0 of what is none."""
+    sizes = np.bincount(numbers[which], minlength=count + 1)
+    sizes[0] = 0
+    return sizes
+
+
+def _is_sheltered(blocked: np.ndarray) -> np.ndarray:
+    """Return which voxels (d, h, w) have something blocked to five of their six sides at least."""
+    sides = np.zeros(blocked.shape, np.uint8)
+    for axis in range(3):
+        for order in (slice(None), slice(None, None, -1)):
+            along = tuple(order if k == axis else slice(None) for k in range(3))
+            sides[along] += np.logical_or.accumulate(blocked[along], axis=axis)
+    sheltered: np.ndarray = sides >= LEAST_SIDES
+    return sheltered
+
+
+def _regions(
+    number: int, sizes: np.ndarray, sheltered: np.ndarray, at_borders: np.ndarray, voxel_m3: float
+) -> tuple[Region, ...]:
+    """Return the room with this number, and then the other ones that are large, the largest first."""
+    others = np.argsort(-np.maximum(sheltered, 0.01 * sizes), kind="stable")
+    large = [k for k in others.tolist() if k != number and sizes[k] * voxel_m3 >= LEAST_M3][
+        : MOST_REGIONS - 1
+    ]
+    return tuple(
+        Region(float(sizes[k] * voxel_m3), float(sheltered[k] * voxel_m3), bool(np.isin(k, at_borders)))
+        for k in (number, *large[: MOST_REGIONS - 1])
+    )
 
 
 def _at_borders(numbers: np.ndarray) -> np.ndarray:

@@ -1,0 +1,87 @@
+"""Given meshes with several rooms, the UAV begins in the one that walls enclose most, and all are told."""
+
+import numpy as np
+import pytest
+import trimesh
+
+from inspection_tools.survey.command import main
+from inspection_tools.survey.surface.room import room_of
+
+VOXEL_M = 0.25
+
+
+def boxes(*parts):
+    """Blocked voxels of 12 x 10 x 5 m: hollow boxes (x, y, z from, to, m), each without some of its sides."""
+    blocked = np.zeros((20, 40, 48), bool)
+    for low, high, without in parts:
+        a, b = (np.rint(np.array(v)[::-1] / VOXEL_M).astype(int) for v in (low, high))
+        inside = tuple(slice(i, j) for i, j in zip(a, b))
+        shell = np.zeros_like(blocked)
+        shell[inside] = True
+        shell[tuple(slice(i + 1, j - 1) for i, j in zip(a, b))] = False
+        for axis, end in without:
+            cut = [slice(i + 1, j - 1) for i, j in zip(a, b)]
+            cut[axis] = slice(b[axis] - 1, b[axis]) if end else slice(a[axis], a[axis] + 1)
+            shell[tuple(cut)] = False
+        blocked |= shell
+    return blocked
+
+
+TOP, SIDE = (0, 1), (2, 1)
+TANK = ((1.0, 1.0, 0.5), (8.0, 8.0, 4.5))
+CELL = ((9.0, 2.0, 0.5), (11.5, 6.0, 3.5))
+
+
+def home_in(blocked, box):
+    room = room_of(blocked, np.zeros(3), VOXEL_M, 0.5, None)
+    return room, bool(((room.home_m > box[0]) & (room.home_m < box[1])).all())
+
+
+@pytest.mark.parametrize("without", [(), (TOP,), (SIDE,)], ids=["closed", "open top", "open side"])
+def test_a_large_room_wins_over_a_sealed_cell_be_it_open_or_not(without):
+    room, is_there = home_in(boxes((*TANK, without), (*CELL, ())), TANK)
+    assert is_there
+    assert room.regions[0].is_open == bool(without)
+    # the cell is 2 x 3.5 x 2.5 m within its walls, and the UAV's centre keeps a voxel from them
+    (cell,) = (each for each in room.regions[1:] if not each.is_open)
+    assert cell.sheltered_m3 == pytest.approx(1.5 * 3.0 * 2.0)
+
+
+def test_the_room_around_a_closed_one_does_not_win():
+    room, is_there = home_in(boxes((*CELL, ())), CELL)
+    assert is_there
+    assert [each.is_open for each in room.regions] == [False, True]
+    assert room.regions[1].flyable_m3 > 10 * room.regions[0].flyable_m3
+
+
+def test_where_nothing_is_enclosed_the_uav_begins_outside():
+    blocked = np.zeros((20, 40, 48), bool)
+    blocked[:16, 18:22, 22:26] = True
+    room = room_of(blocked, np.zeros(3), VOXEL_M, 0.5, None)
+    assert room.regions[0].is_open
+    assert room.regions[0].sheltered_m3 == 0.0
+
+
+def test_the_command_says_first_which_room_it_plans_and_how_much_of_the_mesh_it_is(tmp_path, capsys):
+    """An open-topped tank of 7 x 7 x 4 m, and a sealed cell beside it."""
+    tank, cell = trimesh.creation.box((7.0, 7.0, 4.0)), trimesh.creation.box((2.5, 4.0, 3.0))
+    tank.update_faces(tank.face_normals[:, 2] < 0.5)
+    cell.apply_translation((6.0, 0.0, 0.0))
+    trimesh.util.concatenate([tank, cell]).export(tmp_path / "both.stl")
+    given = [
+        "--mesh",
+        tmp_path / "both.stl",
+        "--out",
+        tmp_path / "plan.yaml",
+        "--resolution",
+        "10",
+        "--voxel",
+        "0.2",
+    ]
+    assert main(["plan", *map(str, given), "--search", "0", "--no-bound", "--patch", "1.0"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1].startswith("room: the one that surfaces enclose most")
+    assert "this room: open to the outside" in lines[2]
+    assert "another room: closed" in lines[3]
+    faces_m2 = 49.0 + 4 * 28.0 + 2 * (2.5 * 4.0 + 2.5 * 3.0 + 4.0 * 3.0)
+    assert lines[4].endswith(f"all faces of the mesh: {faces_m2:.0f} m2")
