@@ -139,3 +139,13 @@ def test_the_intel_log():
     assert all(scan.ranges_m.size == 180 for scan in scans)
     stamps_s = [scan.stamp_s for scan in scans]
     assert (stamps_s[0], stamps_s[-1]) == (976052890.244111, 976055541.103089)
+
+
+@pytest.mark.parametrize("farthest_m", [5.0, 100.0])
+def test_a_lidar_without_a_greatest_range_is_written_in_numbers(tmp_path, farthest_m):
+    ranges_m = np.array([farthest_m, np.inf, 1.0, np.nan])
+    scan = CarmenScan(1.0, ranges_m, -1.0, 0.1, np.inf, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    line = format_scan(scan)
+    assert "inf" not in line
+    (back,) = read_log(log(tmp_path, line))
+    np.testing.assert_allclose(back.ranges_m, [farthest_m, np.inf, 1.0, 0.0])

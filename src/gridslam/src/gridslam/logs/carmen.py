@@ -134,7 +134,8 @@ def planar_scans(
 
 def format_scan(scan: CarmenScan) -> str:
     """Return the scan as a line: FLASER if its convention fits, else ROBOTLASER1."""
-    far_m = scan.range_max_m + NO_RETURN_BEYOND_M
+    range_max_m = scan.range_max_m if math.isfinite(scan.range_max_m) else _greatest_m(scan.ranges_m)
+    far_m = range_max_m + NO_RETURN_BEYOND_M
     invalid = np.isnan(scan.ranges_m) | np.isneginf(scan.ranges_m)
     readings = np.where(invalid, 0.0, np.minimum(scan.ranges_m, far_m))
     ranges = " ".join(f"{reading:.3f}" for reading in readings)
@@ -143,11 +144,16 @@ def format_scan(scan: CarmenScan) -> str:
     if np.allclose((scan.angle_min_rad, scan.angle_increment_rad), convention, atol=1e-5, rtol=0.0):
         return f"FLASER {readings.size} {ranges} {poses} {_ending(scan.stamp_s)}"
     span_rad = scan.angle_increment_rad * (readings.size - 1)
-    facts = _numbers(scan.angle_min_rad, span_rad, scan.angle_increment_rad, scan.range_max_m, 0.01)
+    facts = _numbers(scan.angle_min_rad, span_rad, scan.angle_increment_rad, range_max_m, 0.01)
     return (
         f"ROBOTLASER1 0 {facts} 0 {readings.size} {ranges} 0 {poses} {_numbers(0, 0, 0, 0, 0)} "
         f"{_ending(scan.stamp_s)}"
     )
+
+
+def _greatest_m(ranges_m: np.ndarray) -> float:
+    """Return a greatest range for a lidar that has none: the SICK's, or that of its farthest return."""
+    return max(RANGE_MAX_M, float(np.max(ranges_m, initial=0.0, where=np.isfinite(ranges_m))))
 
 
 def format_odometry(odometry: CarmenOdometry) -> str:
