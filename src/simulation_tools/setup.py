@@ -26,6 +26,7 @@ setup(
             "simulation_tools.running",
             "simulation_tools.sdf",
             "simulation_tools.sdf.elements",
+            "simulation_tools.sdf.urdf",
             "simulation_tools.sensors",
             "simulation_tools.simulation",
             "simulation_tools.transforms",
