@@ -104,28 +104,36 @@ class LidarMedianFilter:
         if geometry != self._geometry:
             self.reset()
             self._geometry = geometry
-        self._history.append(_clean(ranges, range_min_m, range_max_m))
-        return _lower_median(self._history, self._parameters.window, geometry.closes_circle)
+        cleaned, is_plain = _clean(ranges, range_min_m, range_max_m)
+        self._history.append(cleaned)
+        window, wraps = self._parameters.window, geometry.closes_circle
+        if is_plain and window == 3 and len(self._history) == 1 and cleaned.size > 2:
+            return _median_of_three(cleaned, wraps)
+        return _lower_median(self._history, window, wraps)
 
 
-def _clean(ranges: np.ndarray, range_min_m: float, range_max_m: float) -> np.ndarray:
-    """Bring finite readings outside the limits into REP-117's terms; returns a float32 copy."""
+def _clean(ranges: np.ndarray, range_min_m: float, range_max_m: float) -> tuple[np.ndarray, bool]:
+    """Bring finite readings outside the limits into REP-117's terms.
+
+    Return a float32 copy, and whether all of it are ranges from range_min on, without NaN.
+    """
     cleaned = np.array(ranges, dtype=np.float32)
-    np.copyto(cleaned, np.inf, where=cleaned > np.float32(range_max_m))
+    cleaned[cleaned > np.float32(range_max_m)] = np.inf
+    least_m = np.minimum.reduce(cleaned)
+    if least_m >= np.float32(range_min_m):  # false for NaN
+        return cleaned, True
     too_small = cleaned < np.float32(range_min_m)
     if too_small.any():
         error_code = too_small & (cleaned <= 0.0) & np.isfinite(cleaned)
         cleaned[too_small] = -np.inf
         cleaned[error_code] = np.nan
-    return cleaned
+    return cleaned, False
 
 
 def _lower_median(scans: Sequence[np.ndarray], window: int, wraps: bool) -> np.ndarray:
     """Median of each beam's window over all `scans` ((beams,) each, the newest last)."""
     newest = scans[-1]
     beams = newest.size
-    if window == 3 and len(scans) == 1 and beams > 2 and not np.isnan(newest).any():
-        return _median_of_three(newest, wraps)
     half = window // 2
     if wraps:
         half = min(half, (beams - 1) // 2)  # so that no beam votes twice

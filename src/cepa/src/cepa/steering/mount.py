@@ -74,6 +74,8 @@ def out_of_body(points_m: np.ndarray, mount: Mount) -> np.ndarray:
 
 def in_lidar_frame(rangings: Sequence[Ranging], mount: Mount) -> list[Ranging]:
     """Return ranges of the body's frame in that of a lidar with this mounting."""
+    if not rangings:
+        return []
     turn = rotation_matrix(mount.orientation_xyzw)
     return [
         Ranging(

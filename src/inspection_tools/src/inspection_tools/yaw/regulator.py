@@ -84,7 +84,7 @@ class YawRegulator:
         Raises:
             VelocityError: a component is not finite; the state is then as before.
         """
-        if not all(math.isfinite(value) for value in (*velocity_m_s, *reference_m_s)):
+        if not all(map(math.isfinite, (*velocity_m_s, *reference_m_s))):
             raise VelocityError("The velocity has a component that is not finite.")
         self._moving = self._passes(math.hypot(*velocity_m_s), self._moving)
         self._looking = self._passes(math.hypot(*reference_m_s), self._looking)

@@ -29,7 +29,7 @@ class Phase(Enum):
     DONE = "done"
 
     __hash__ = object.__hash__
-    """Members are looked up at every pose; an enumeration's own hash, of the name, takes five times as long."""
+    """Each pose looks members up. An enumeration's own hash, of the name, takes five times as long."""
 
 
 class Action(Enum):

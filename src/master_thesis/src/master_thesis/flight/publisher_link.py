@@ -102,7 +102,7 @@ class PublisherLink:
         return self._publisher.on_clock(now_ns)
 
     def _tell_pose(self, stamp_ns: int) -> list:
-        if not self._px4.status.position_valid:
+        if not self._px4.estimate_valid:
             return []
         estimate = self._px4.estimate[0]
         position = enu_to_ned(estimate["position"].tolist())  # its own inverse

@@ -38,13 +38,9 @@ class Heard:
     def known(self, now_ns: int, p: PublisherParameters) -> Known:
         """Return the newest messages that have surely arrived by now."""
         then_ns = now_ns - p.decision_delay_s / _NS
-        return Known(
-            self.poses.at(then_ns),
-            self.states.at(then_ns),
-            self.landed.at(then_ns),
-            self.homes.at(then_ns),
-            self.states.stamp_at(then_ns) or 0,
-        )
+        kinds = self.poses, self.states, self.landed, self.homes
+        (_, pose), (told_ns, state), (_, landed), (_, home) = [kind.item_at(then_ns) for kind in kinds]
+        return Known(pose, state, landed, home, told_ns or 0)
 
     def state_newer_than(self, stamp_ns: int, now_ns: int, p: PublisherParameters) -> bool:
         """Whether the newest state that has surely arrived by now was sent after a time."""

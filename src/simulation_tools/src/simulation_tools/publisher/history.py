@@ -23,18 +23,19 @@ class History:
 
     def at(self, stamp_ns: float) -> Any:
         """Return the newest value that is not newer than a stamp, or None."""
-        return self._item_at(stamp_ns)[1]
+        return self.item_at(stamp_ns)[1]
 
     def at_or_oldest(self, stamp_ns: float) -> Any:
         """Return the value that `at` returns; the oldest if all are newer, None if there is none."""
-        stamp, value = self._item_at(stamp_ns)
+        stamp, value = self.item_at(stamp_ns)
         return value if stamp is not None or not self._items else self._items[0][1]
 
     def stamp_at(self, stamp_ns: float) -> int | None:
         """Return the stamp of the value that `at` returns."""
-        return self._item_at(stamp_ns)[0]
+        return self.item_at(stamp_ns)[0]
 
-    def _item_at(self, stamp_ns: float) -> tuple[int | None, Any]:
+    def item_at(self, stamp_ns: float) -> tuple[int | None, Any]:
+        """Return the value that `at` returns, with its stamp before it."""
         for stamp, value in reversed(self._items):
             if stamp <= stamp_ns:
                 return stamp, value
@@ -44,7 +45,7 @@ class History:
         """Return the stamp and the value that `at` returns for each of some rising stamps, none twice."""
         found: list[tuple[int, Any]] = []
         for stamp_ns in stamps_ns:
-            stamp, value = self._item_at(stamp_ns)
+            stamp, value = self.item_at(stamp_ns)
             if stamp is not None and (not found or stamp > found[-1][0]):
                 found.append((stamp, value))
         return found

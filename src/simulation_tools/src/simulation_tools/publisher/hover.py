@@ -37,13 +37,17 @@ class Hover:
 
     def __init__(self, poses: History) -> None:
         self._poses = poses
-        self.release()
+        self._hold_nothing()
 
-    def release(self) -> None:
-        """Give up the hover point."""
+    def _hold_nothing(self) -> None:
         self.point: tuple[Vector3, float] | None = None
         self._aims_above = False
         self._close, self._settled = _Lasting(), _Lasting()
+
+    def release(self) -> None:
+        """Give up the hover point."""
+        if self.point is not None:  # each command to fly comes here
+            self._hold_nothing()
 
     def hold(self, pose: Pose) -> None:
         """Hold the position of a pose from now on."""

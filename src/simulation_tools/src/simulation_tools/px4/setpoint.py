@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Sequence
+from typing import NamedTuple, Sequence
 
 from simulation_tools.geometry import Quaternion, Vector3, rotate
 from simulation_tools.ned_frames import enu_to_ned, flu_to_frd, yaw_to_ned
@@ -13,8 +13,7 @@ NAN = math.nan
 UNSET: Vector3 = (NAN, NAN, NAN)
 
 
-@dataclass(frozen=True)
-class Setpoint:
+class Setpoint(NamedTuple):
     """A local setpoint in NED, or, with `body`, its velocity and acceleration in the body's FRD.
 
     NaN stands for "not asked for". Body velocities are levelled: turned by yaw only, with the heading at

@@ -34,6 +34,8 @@ class Takeoff:
 
     def update(self, armed: bool, landed: bool, wanted: bool, skip: bool, dt_s: float) -> None:
         """wanted: the setpoint asks to leave the ground. skip: a mode that does not control the climb."""
+        if self.state is TakeoffState.FLIGHT and armed and not landed:
+            return
         self._armed_for_s = self._armed_for_s + dt_s if armed else 0.0
         if self.state is TakeoffState.DISARMED and armed:
             self.state = TakeoffState.SPOOLUP
@@ -56,6 +58,8 @@ class Takeoff:
 
         At the ramp's start the velocity controller's proportional part just cancels one gravity.
         """
+        if self.state is TakeoffState.FLIGHT:
+            return wanted_m_s
         start = -_GRAVITY / max(self._parameters["MPC_Z_VEL_P_ACC"], 0.01)
         if self.state < TakeoffState.RAMPUP:
             return start
