@@ -225,3 +225,20 @@ def test_measured_ranges_are_those_of_the_rules_one_by_one(mean, stddev, resolut
         normals = np.random.default_rng(5).standard_normal(true.size, np.float32)
     expected = reference_measured(true, device, normals)
     np.testing.assert_array_equal(measured(true, device, np.random.default_rng(5)), expected)
+
+
+def test_it_looks_from_where_body_and_mount_put_it():
+    class Asked:
+        """Keeps what it is asked for."""
+
+        def cast(self, origins, directions, max_range_m, ignore_model):
+            self.origins, self.directions = origins, directions
+            return np.full(len(directions), np.inf, np.float32)
+
+    body, mount = Pose.from_xyz_rpy(1, -2, 3, 0.3, -0.2, 2.5), Pose.from_xyz_rpy(0.1, 0.02, -0.1, 0.1, 0.4, 3.0)
+    asked, device = Asked(), lidar(mount)
+    device.scan(asked, body)
+    lidar_in_world = body @ mount
+    np.testing.assert_array_equal(asked.origins, lidar_in_world.position_m)
+    expected = device.directions @ lidar_in_world.rotation.astype(np.float32).T
+    np.testing.assert_array_equal(asked.directions, expected)

@@ -161,7 +161,7 @@ class ClosedLoop:
             output = self._levelled(self._spoiled(output))
         has_reached_goal = False
         for estimated in self._odometry_known(output):
-            has_reached_goal |= self._on_odometry(*estimated)
+            has_reached_goal |= self._on_odometry(estimated)
         if output.ground_truth is not None:
             self._on_truth(1e-6 * output.time_us, self._truth)
         if has_reached_goal:
@@ -202,8 +202,9 @@ class ClosedLoop:
             self.publisher.on_vision(output.time_us)
         return estimated
 
-    def _on_odometry(self, time_us: int, odometry: OdometrySample) -> bool:
+    def _on_odometry(self, estimated: Estimated) -> bool:
         """Fly by a new pose. Return whether the goal is reached."""
+        time_us, odometry = estimated
         t_s = 1e-6 * time_us
         age_s, arrived = self._delivery.odometry(t_s, odometry)
         self.log.odometry.add(t_s, *odometry.pose.position_m, *odometry.pose.orientation_xyzw)
@@ -222,7 +223,7 @@ class ClosedLoop:
             v_ref = self._pilot(t_s, self._truth)
         self.log.v_ref.add(t_s, *v_ref, 0.0)
         self._fly(self._steering.on_reference(time_us if by_truth else arrived_us, v_ref))
-        self._newest_odometry = Estimated(time_us, odometry)
+        self._newest_odometry = estimated
         if self._untold:
             self._tell_listeners()
         if reached is not None:

@@ -13,7 +13,8 @@ from typing import Protocol
 import numpy as np
 
 from kernel_cache.compiler import njit
-from simulation_tools.geometry import Pose
+from simulation_tools.compiled_geometry import quaternion_multiply, rotate
+from simulation_tools.geometry import Pose, Quaternion, Vector3
 from simulation_tools.sdf.elements import RaySensor, ScanAxis
 
 
@@ -57,10 +58,27 @@ class Lidar:
         rays: the world's shapes. body_pose: of the body in the world. own_model: the model that carries the
         lidar, which its beams do not see.
         """
-        pose = body_pose @ self.pose_in_body
-        directions = self.directions @ pose.rotation.astype(np.float32).T
-        true = rays.cast(np.array(pose.position_m), directions, reach_m(self._sensor), own_model)
+        mount = self.pose_in_body
+        place = body_pose.position_m, body_pose.orientation_xyzw
+        origin, turn = _aim(*place, mount.position_m, mount.orientation_xyzw)
+        true = rays.cast(origin, self.directions @ turn.T, reach_m(self._sensor), own_model)
         return measured(true, self._sensor, self._rng)
+
+
+@njit(cache=True)
+def _aim(at: Vector3, q: Quaternion, mount_at: Vector3, mount_q: Quaternion) -> tuple[np.ndarray, np.ndarray]:
+    """Return where a lidar is (3,), and its rotation matrix (3, 3), float32, in the world.
+
+    at, q: of the body in the world. mount_at, mount_q: of the lidar on the body.
+    """
+    (x, y, z), (dx, dy, dz) = at, rotate(q, mount_at)
+    origin = np.array((x + dx, y + dy, z + dz))
+    (x, y, z, w) = quaternion_multiply(q, mount_q)
+    turn = np.empty((3, 3), np.float32)  # as `geometry.rotation_matrix`
+    turn[0] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
+    turn[1] = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
+    turn[2] = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
+    return origin, turn
 
 
 def reach_m(sensor: RaySensor) -> float:
