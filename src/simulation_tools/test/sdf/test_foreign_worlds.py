@@ -149,6 +149,7 @@ def test_before_sdf_1_5_an_axis_is_in_the_frame_of_the_model(version, axis):
         '<?xml version="1.0"?>\n<!-- \xe4 -->\n<sdf>',
         '<sdf><x:y xmlns="a"/>',
         "<sdf><author>A & B</author>",
+        '<sdf><author a=1 b=x/><author c = y d="e=f g">h=i</author>',
     ],
 )
 def test_xml_that_tinyxml_takes(tmp_path, text):
@@ -317,3 +318,11 @@ def test_what_is_left_out_for_one_reason_is_one_sentence(world_of):
     (sentence,) = world.warnings  # nothing more, also not of the <state> of what is not there
     assert "w.world:2: " in sentence
     assert sentence.endswith(" The same counts for 3 more.")
+
+
+def test_a_bad_friction_does_not_take_the_shape_away(world_of):
+    surface = "<surface><friction><ode><mu>-1</mu><mu2>-1</mu2></ode></friction></surface>"
+    world = world_of(GOOD.replace("</collision>", surface + "</collision>"))
+    (collision,) = world.models[0].links[0].collisions
+    assert collision.surface.friction == 1.0
+    assert "<mu> must be zero or positive, not -1; 1 counts" in world.warnings[0]

@@ -15,6 +15,8 @@ MAX_FILE_BYTES = 16 * 1024 * 1024
 _COMMENT = re.compile(r"(<!\[CDATA\[.*?\]\]>)|<!--.*?-->", re.DOTALL)
 _DECLARATION = re.compile(r"\s*<\?xml.*?\?>", re.DOTALL)
 _BARE_AMPERSAND = re.compile(r"&(?!#?\w+;)")
+_TAG = re.compile(r"<[^<>]*>")
+_UNQUOTED = re.compile(r"""("[^"]*"|'[^']*')|=\s*([^\s"'<>/]+)""")
 _PREFIX = re.compile(r"(</?[A-Za-z_][\w.-]*):(?=[A-Za-z_])")
 _DOCTYPE = re.compile(rb"<!DOCTYPE", re.IGNORECASE)
 _BYTES_OF_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
@@ -70,7 +72,7 @@ def _standard_xml(text: bytes) -> bytes:
     """Return the same elements as standard XML, each in its line.
 
     TinyXML takes blank lines before the declaration and any encoding, ``--`` in a comment, a bare ``&``, a
-    prefix without its namespace, and text after the last element.
+    value without quotes, a prefix without its namespace, and text after the last element.
     """
     try:
         plain = text.decode("utf-8-sig")
@@ -79,9 +81,14 @@ def _standard_xml(text: bytes) -> bytes:
     plain = _DECLARATION.sub(_lines_only, plain, count=1)
     plain = _COMMENT.sub(lambda found: found[1] or _lines_only(found), plain)
     plain = _BARE_AMPERSAND.sub("&amp;", plain)
+    plain = _TAG.sub(lambda tag: _UNQUOTED.sub(_quoted, tag[0]), plain)
     plain = _PREFIX.sub(r"\1_", plain)
     last_end = plain.rfind("</")
     return plain[: plain.find(">", last_end) + 1].encode() if last_end >= 0 else plain.encode()
+
+
+def _quoted(found: re.Match[str]) -> str:
+    return found[0] if found[2] is None else f'="{found[2]}"'
 
 
 def _lines_only(found: re.Match[str]) -> str:

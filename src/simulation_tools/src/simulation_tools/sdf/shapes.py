@@ -136,10 +136,13 @@ def read_surface(node: Node | None) -> Surface:
     outer = node.child("friction")
     ode = outer.child("ode") if outer is not None else None
     if ode is not None:
-        friction = ode.value("mu", friction, NOT_NEGATIVE)
+        friction = ode.value("mu", friction)
+        if friction < 0.0:
+            ode.note(f"<mu> must be zero or positive, not {friction:g}; {DEFAULT_SURFACE.friction:g} counts")
+            friction = DEFAULT_SURFACE.friction
         # PyBullet has one coefficient. If a second one differs, the warning names it.
         for second in ode.children_unmarked("mu2"):
-            if second.checked_number(NOT_NEGATIVE) == friction:
+            if second.checked_number() == friction:
                 second.understood()
     bounce = node.child("bounce")
     if bounce is not None:
