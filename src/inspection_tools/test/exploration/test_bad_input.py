@@ -305,3 +305,14 @@ def test_nan_counts_as_silence_and_a_charge_that_jumps_up_does_not_count(reading
     led.fly_home()
     assert led.told.end is end or (end is End.EXPLORED and led.told.end is End.BATTERY)
     assert led.exploration.is_home
+
+
+def test_what_the_time_did_not_suffice_for_is_told_with_this_reason():
+    """A room behind a door, and a flight that turns home before it has looked through."""
+    led = Led(room((6.4, 4.6, 2.4), DOOR), time_max=4.0)
+    for _ in range(200):
+        led.step()
+        if led.exploration.is_home:
+            break
+    assert (led.told.end, led.exploration.is_home) == (End.TIME, True)
+    assert led.told.left_m2(Why.NOT_YET) > 1.0

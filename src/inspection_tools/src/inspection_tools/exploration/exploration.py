@@ -76,7 +76,9 @@ class Exploration:
         self._shut_in_s: float | None = None
         """Since when; None: it is not."""
         self._explored_at: tuple[float, np.ndarray] | None = None
-        """When and where it found nothing more to see, until it has told what stays unknown."""
+        """When and where it found nothing more to see or turned home, until it has told what is left."""
+        self._turned_home = False
+        """For want of time or energy."""
         self.told = Explored()
 
     def begin(
@@ -101,6 +103,7 @@ class Exploration:
         if is_first:
             self._planner.lower_ceiling(self.home_m[2] + self._p.first_sink + self._p.climb_max)
         self.told.end, self.told.reason, self._explored_at = None, "", None
+        self.told.leftovers, self._turned_home = (), False
         self._guide.begin(self.home_m if home_m is None else here_m)
         self._stay = Stay()
 
@@ -327,7 +330,9 @@ class Exploration:
             self._planner.space(stamp_s, place_m, *wider)
             for wider in ((True, True), (False, True), (False, False))
         )
-        self.told.leftovers = self._explorer.left_over(space, opened, anywhere, place_m)
+        self.told.leftovers = self._explorer.left_over(
+            space, opened, anywhere, place_m, ended_early=self._turned_home
+        )
         if self.told.left_m2(Why.REFUSED) > 0.0:
             self.told.reason += f" CEPA refused {TRIES} times to fly to more."
 
@@ -341,6 +346,8 @@ class Exploration:
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         if self.is_paused:  # since this look began
             return
+        if self.told.end in (End.TIME, End.BATTERY) and not self._turned_home and self._planner.has_map:
+            self._turned_home, self._explored_at = True, (stamp_s, here_m)
         self._stay.note(stamp_s, here_m)
         is_near = math.dist(here_m, self.home_m) < HELD_OFF * self._p.arrived
         if self._back.may_land(stamp_s, here_m) or (self._is_held_off and is_near):

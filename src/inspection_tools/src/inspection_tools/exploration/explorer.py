@@ -124,11 +124,17 @@ class Explorer:
         return Decision((x, y, z), chosen.way_m, column_m=chosen.column_m)
 
     def left_over(
-        self, space: Space, opened: Space, anywhere: Space, place_m: np.ndarray
+        self,
+        space: Space,
+        opened: Space,
+        anywhere: Space,
+        place_m: np.ndarray,
+        ended_early: bool = False,
     ) -> tuple[Leftover, ...]:
         """Return what stays unknown and why, when a decision at a place (x, y, z) has found nothing to see.
 
         opened: the space without what is closed. anywhere: also far from what tells the lidar its place.
+        ended_early: there was more to see, but the time or the battery was over.
         """
         nodes = self._roadmap(space, place_m).nodes
         if not len(nodes):
@@ -136,7 +142,8 @@ class Explorer:
         scene = Scene.of(space, self._p)
         cells = scene.cells(self._p.cell)
         is_left = self._worthy.is_left(scene, cells)
-        left = leftovers_of(space, scene.kinds, nodes, cells, is_left, scene.sight)
+        worth = Why.NOT_YET if ended_early else Why.SMALL
+        left = leftovers_of(space, scene.kinds, nodes, cells, is_left, scene.sight, worth)
         refused = [opened.grid.index_of(view_m) for view_m in self._refused_m]
         views = np.array([voxel for voxel in refused if voxel is not None])
         if len(views):  # what was looked at from where CEPA held the UAV, and not from the view itself

@@ -19,6 +19,7 @@ class Why(Enum):
     """Why a part of the border stays unknown."""
 
     SMALL = "too small to matter for its way"
+    NOT_YET = "the exploration ended before it was looked at"
     IN_VAIN = "looked at, but no beam told what is there"
     NO_BEAM = "no beam of the lidar points there from where the UAV fits"
     NO_ROOM = "no place with enough room for the UAV sees it"
@@ -46,7 +47,13 @@ class Sight(NamedTuple):
 
 
 def leftovers_of(
-    space: Space, kinds: np.ndarray, nodes: np.ndarray, cells: Frontiers, is_left: np.ndarray, sight: Sight
+    space: Space,
+    kinds: np.ndarray,
+    nodes: np.ndarray,
+    cells: Frontiers,
+    is_left: np.ndarray,
+    sight: Sight,
+    worth: Why = Why.SMALL,
 ) -> tuple[Leftover, ...]:
     """Return what cells of the border stay unknown, the largest first.
 
@@ -57,6 +64,7 @@ def leftovers_of(
         cells: of the border.
         is_left: (m,) whether each was looked at often enough.
         sight: of the lidar.
+        worth: why a cell that a beam would show was not looked at.
     """
     by_beam, in_sight = np.zeros(len(cells.counts), bool), np.zeros(len(cells.counts), bool)
     mark_seen(kinds, nodes + 1, cells.places, sight.slopes, sight.reaches, by_beam)
@@ -72,7 +80,7 @@ def leftovers_of(
     ):
         why = Why.NO_BEAM if is_seen else Why.NO_ROOM
         if beam:
-            why = Why.IN_VAIN if left else Why.SMALL
+            why = Why.IN_VAIN if left else worth
         found.append(Leftover(tuple(place), area_m2, why))
     return tuple(sorted(found, key=lambda leftover: -leftover.area_m2))
 
