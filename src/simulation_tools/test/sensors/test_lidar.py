@@ -235,7 +235,10 @@ def test_it_looks_from_where_body_and_mount_put_it():
             self.origins, self.directions = origins, directions
             return np.full(len(directions), np.inf, np.float32)
 
-    body, mount = Pose.from_xyz_rpy(1, -2, 3, 0.3, -0.2, 2.5), Pose.from_xyz_rpy(0.1, 0.02, -0.1, 0.1, 0.4, 3.0)
+    body, mount = (
+        Pose.from_xyz_rpy(1, -2, 3, 0.3, -0.2, 2.5),
+        Pose.from_xyz_rpy(0.1, 0.02, -0.1, 0.1, 0.4, 3.0),
+    )
     asked, device = Asked(), lidar(mount)
     device.scan(asked, body)
     lidar_in_world = body @ mount
