@@ -104,7 +104,8 @@ class Px4:
         """Look up the records' fields once: in a step that would take longer than to use their numbers."""
         newest, known = self._estimator.estimate, self._known
         self._newest_numbers, self._known_numbers = newest.view(float), known.view(float)
-        self._newest_rates = newest["rates"][0]
+        self._newest_rates, self._newest_attitude = newest["rates"][0], newest["attitude"][0]
+        self._newest_yaw = newest["yaw"]
         self._known_attitude, self._known_position = known["attitude"][0], known["position"][0]
         self._known_yaw = known["yaw"]
 
@@ -148,8 +149,7 @@ class Px4:
         if self.estimate_valid or isinstance(setpoint, AttitudeSetpoint):
             self._commander.setpoint_received(self._time_us)
         if isinstance(setpoint, Setpoint) and setpoint.body:
-            estimate = self.estimate[0]
-            setpoint = setpoint.in_local_frame(float(estimate["yaw"]), estimate["attitude"].tolist())
+            setpoint = setpoint.in_local_frame(self._newest_yaw.item(), self._newest_attitude.tolist())
         self._offboard = setpoint
         return True
 

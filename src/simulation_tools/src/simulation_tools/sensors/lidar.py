@@ -50,6 +50,7 @@ class Lidar:
         self.range_max = sensor.range_max_m
         self._sensor = sensor
         self._rng = rng
+        self._origin, self._turn = np.zeros(3), np.zeros((3, 3), np.float32)  # in the world, see `_aim`
         self.directions = _beam_directions(axis, _level_elevation(sensor.vertical))
 
     def scan(self, rays: Rays, body_pose: Pose, own_model: str | None = None) -> np.ndarray:
@@ -60,25 +61,32 @@ class Lidar:
         """
         mount = self.pose_in_body
         place = body_pose.position_m, body_pose.orientation_xyzw
-        origin, turn = _aim(*place, mount.position_m, mount.orientation_xyzw)
-        true = rays.cast(origin, self.directions @ turn.T, reach_m(self._sensor), own_model)
+        _aim(*place, mount.position_m, mount.orientation_xyzw, self._origin, self._turn)
+        directions = self.directions @ self._turn.T
+        true = rays.cast(self._origin, directions, reach_m(self._sensor), own_model)
         return measured(true, self._sensor, self._rng)
 
 
 @njit(cache=True)
-def _aim(at: Vector3, q: Quaternion, mount_at: Vector3, mount_q: Quaternion) -> tuple[np.ndarray, np.ndarray]:
-    """Return where a lidar is (3,), and its rotation matrix (3, 3), float32, in the world.
+def _aim(
+    at: Vector3,
+    q: Quaternion,
+    mount_at: Vector3,
+    mount_q: Quaternion,
+    origin: np.ndarray,
+    turn: np.ndarray,
+) -> None:
+    """Fill in where a lidar is (3,), and its rotation matrix (3, 3), float32, in the world.
 
     at, q: of the body in the world. mount_at, mount_q: of the lidar on the body.
     """
     (x, y, z), (dx, dy, dz) = at, rotate(q, mount_at)
-    origin = np.array((x + dx, y + dy, z + dz))
+    origin[0], origin[1], origin[2] = x + dx, y + dy, z + dz
     (x, y, z, w) = quaternion_multiply(q, mount_q)
-    turn = np.empty((3, 3), np.float32)  # as `geometry.rotation_matrix`
+    # As `geometry.rotation_matrix`
     turn[0] = 1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)
     turn[1] = 2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)
     turn[2] = 2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)
-    return origin, turn
 
 
 def reach_m(sensor: RaySensor) -> float:
