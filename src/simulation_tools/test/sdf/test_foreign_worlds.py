@@ -326,3 +326,15 @@ def test_a_bad_friction_does_not_take_the_shape_away(world_of):
     (collision,) = world.models[0].links[0].collisions
     assert collision.surface.friction == 1.0
     assert "<mu> must be zero or positive, not -1; 1 counts" in world.warnings[0]
+
+
+@pytest.mark.parametrize("moments", ["<ixx>0</ixx><iyy>0</iyy><izz>0</izz>", "<ixx>1</ixx><ixy>9</ixy>"])
+def test_moments_that_no_body_can_have_are_replaced_and_this_is_said(world_of, tmp_path, moments):
+    body = f'<link name="l"><inertial><mass>2</mass><inertia>{moments}</inertia></inertial></link>'
+    (found,) = world_of(f'<model name="m">{body}</model>').models
+    # A ball: 2/5 m r^2 = 0.4 * 2 kg * 0.01 m2
+    assert found.links[0].inertial.moments_kg_m2 == pytest.approx((0.008, 0.008, 0.008, 0, 0, 0))
+    assert "a ball with a radius of 0.1 m" in world_of(f'<model name="m">{body}</model>').warnings[0]
+    put_model(tmp_path, "alone", body)
+    with pytest.raises(SdfError):
+        load_model("model://alone", [tmp_path])

@@ -140,7 +140,7 @@ def _read_link(node: Node, frames: _Frames, reading: Reading, static: bool) -> L
     return Link(
         name=name,
         pose=pose,
-        inertial=_read_inertial(node, static),
+        inertial=_read_inertial(node, static, reading),
         collisions=_shapes(node, "collision", _read_collision, frames, pose, reading),
         visuals=_shapes(node, "visual", _read_visual, frames, pose, reading),
         gravity=node.flag("gravity", True),
@@ -148,12 +148,12 @@ def _read_link(node: Node, frames: _Frames, reading: Reading, static: bool) -> L
     )
 
 
-def _read_inertial(node: Node, static: bool) -> Inertial:
+def _read_inertial(node: Node, static: bool, reading: Reading) -> Inertial:
     """Read a link's inertia. A static model has no use for it, so any is taken there."""
     if static:
         node.accept("inertial")
         return read_inertial(None)
-    return read_inertial(node.child("inertial"))
+    return read_inertial(node.child("inertial"), replaces_bad_moments=reading.omissions.is_lenient)
 
 
 def _read_sensors(node: Node, frames: _Frames, pose: Pose, reading: Reading) -> tuple[Sensor, ...]:

@@ -26,9 +26,12 @@ from simulation_tools.sdf.elements import (
     Sphere,
     Surface,
 )
+from simulation_tools.sdf.safe_xml import SdfError
 
 KINDS = ("box", "cylinder", "sphere", "plane", "mesh", "heightmap")
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
+BALL_RADIUS_M = 0.1
+"""Of a ball that stands for a body whose moments make no sense."""
 WHOLE_MESH = "__default__"
 """Gazebo's name for no submesh."""
 MESH_SUFFIXES = (".stl", ".obj", ".dae")
@@ -103,8 +106,11 @@ def _read_mesh(node: Node, model_path: Sequence[Path]) -> Mesh:
     return Mesh(path, location, factors, name.text, part.flag("center", False))
 
 
-def read_inertial(node: Node | None) -> Inertial:
-    """Read ``<inertial>``; SDF's default is one kilogram and unit moments."""
+def read_inertial(node: Node | None, replaces_bad_moments: bool = False) -> Inertial:
+    """Read ``<inertial>``; SDF's default is one kilogram and unit moments.
+
+    replaces_bad_moments: moments that no body can have are replaced, and a note says so; else refused.
+    """
     if node is None:
         return DEFAULT_INERTIAL
     pose, frame = node.pose()
@@ -114,11 +120,24 @@ def read_inertial(node: Node | None) -> Inertial:
     inertia = node.child("inertia")
     if inertia is None:
         return replace(DEFAULT_INERTIAL, mass_kg=mass, pose=pose)
+    try:
+        return Inertial(mass, pose, _read_moments(inertia))
+    except SdfError as error:
+        if not replaces_bad_moments:
+            raise
+        inertia.passed_over()
+        node.document.note(f"{error} The moments of a ball with a radius of {BALL_RADIUS_M:g} m count.")
+        moment = 0.4 * mass * BALL_RADIUS_M**2
+        return Inertial(mass, pose, (moment, moment, moment, 0.0, 0.0, 0.0))
+
+
+def _read_moments(inertia: Node) -> tuple[float, float, float, float, float, float]:
+    """Return ixx, iyy, izz, ixy, ixz, iyz in kg m2."""
     xx, yy, zz = (inertia.value(tag, 1.0, POSITIVE) for tag in ("ixx", "iyy", "izz"))
     xy, xz, yz = (inertia.value(tag, 0.0) for tag in ("ixy", "ixz", "iyz"))
     if not _positive_definite(xx, yy, zz, xy, xz, yz):
         raise inertia.error("The inertia matrix is not positive definite, so no body can have it")
-    return Inertial(mass, pose, (xx, yy, zz, xy, xz, yz))
+    return xx, yy, zz, xy, xz, yz
 
 
 def _positive_definite(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> bool:
