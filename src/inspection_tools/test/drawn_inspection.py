@@ -33,6 +33,7 @@ SHIP = {
         {"name": "Starboard", "sides": ["S"], "strakes": ["A", "B"]},
     ],
     "parts": {"shell": "side plating"},
+    "particulars": {"imo": 9074729, "surveyor": "A. Inspector", "pilot": None},
 }
 
 

@@ -49,6 +49,15 @@ def test_the_page_tells_flights_and_what_is_left_out(tmp_path):
     assert "there is no picture" in text
 
 
+def test_what_is_not_surveyed_has_no_share_to_be_seen(tmp_path):
+    """What an explored map does not know is no surface: its share would be 100 % of nothing."""
+    mapped = replace(PLAN, shares={"mapped_plating": 0.98, "unknown": 1.0})
+    write_plan_page(tmp_path / "plan.html", mapped, None, ship())
+    text = words(tmp_path / "plan.html")
+    assert "plating 98.0 %" in text
+    assert "not surveyed" not in text
+
+
 def test_a_plan_without_figures_or_leftovers_has_a_page_too(tmp_path):
     edited = replace(PLAN, figures={}, shares={}, leftovers=(), flights=())
     write_plan_page(tmp_path / "plan.html", edited, None)

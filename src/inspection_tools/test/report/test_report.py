@@ -19,6 +19,7 @@ from inspection_tools.report.command import main
 from inspection_tools.report.page import libraries
 from inspection_tools.report.scene import SEEN, scene_of
 from inspection_tools.report.sources import Shot
+from inspection_tools.report.views import Mark
 from inspection_tools.survey.surface.mesh_file import read_mesh
 from inspection_tools.survey.surface_record import read_surface_record, write_surface_record
 
@@ -214,3 +215,61 @@ def test_a_browser_shows_the_photograph_of_a_finding_that_is_clicked(page, tmp_p
     assert by_mark in ("1", "2")
     if libraries() and "with-3d" in done.stdout:
         assert in_view == "2"
+
+
+WIDTH = """<script>
+const page = document.scrollingElement;
+document.body.dataset.width = JSON.stringify([page.scrollWidth, window.innerWidth]);
+</script>"""
+
+
+@pytest.mark.skipif(
+    BROWSER is None, reason="no chromium is installed (apt-get install chromium-headless-shell)"
+)
+def test_the_page_is_as_wide_as_a_telephone(page, tmp_path):
+    """What is wider, such as a table, moves by itself."""
+    text = page.read_text(encoding="utf-8")
+    (tmp_path / "page.html").write_text(text.replace("</body>", WIDTH + "</body>"), encoding="utf-8")
+    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--window-size=390,844", "--dump-dom"]
+    done = subprocess.run(
+        [*command, f"--user-data-dir={tmp_path / 'profile'}", f"file://{tmp_path}/page.html"],
+        capture_output=True, text=True, timeout=60,
+    )  # fmt: skip
+    told = re.search(r'data-width="([^"]*)"', done.stdout)
+    assert told, done.stderr[-2000:]
+    whole, window = json.loads(told[1])
+    assert window <= 500  # the least that a headless window may have
+    assert whole <= window
+
+
+def test_particulars_that_nobody_gave_say_so(page):
+    told = words(page)
+    assert "IMO number 9074729" in told
+    assert "Surveyor A. Inspector" in told
+    assert "Pilot not given" in told
+
+
+@pytest.mark.parametrize(
+    ("per_m", "length_m", "told"),
+    [
+        (1000.0, 0.1, "100 mm"),
+        (290.0, 0.2, "200 mm"),
+        (100.0, 1.0, "1 m"),
+        (5e4, 0.002, "2 mm"),
+        (1e6, 0.001, "1 mm"),
+    ],
+)
+def test_a_scale_bar_has_the_longest_usual_length_that_fits(per_m, length_m, told):
+    assert pictures.bar_of(per_m, 144.0) == (length_m, told)
+
+
+def test_a_cut_out_tells_its_scale():
+    """20 cm in a photograph of 1000 px, of which a metre takes half: the cut-out's 360 px are 0.48 m."""
+    whole = Image.new("RGB", (1000, 800), (120, 120, 120))
+    mark = Mark(1, 0, (0.5, 0.5), 0.05, 1.0, 0.5)
+    cut = np.array(pictures._cut_out(whole, mark).convert("L"), int)
+    row = cut[pictures.CUT_OUT_PX - 14]
+    bar = np.flatnonzero(row > 230)
+    assert np.ptp(bar) == pytest.approx(
+        0.1 * 500 * 360 / 240, abs=3
+    )  # 100 mm; 200 mm would be more than 144 px

@@ -145,6 +145,8 @@ def test_a_bulkhead_on_the_centre_line_stays_on_the_side_of_its_area():
         (("ap",), [1.0, 2.0], "three numbers"),
         (("plate_frames",), 0, "plate_frames"),
         (("colour",), "red", '"colour", which is unknown'),
+        (("particulars",), {"flag": "Malta"}, '"flag", which is unknown'),
+        (("particulars",), ["imo"], "it needs the keys imo, class_number"),
     ],
 )
 def test_a_ship_that_makes_no_sense_is_refused_in_one_sentence(path, value, told):

@@ -108,6 +108,7 @@ def page_content(
         "figures": _figures(inspection, known, rules),
         "remarks": remarks,
         "stills": _stills(inspection, known.scene, ship),
+        "particulars": ship.told_particulars(),
         "has_surface": inspection.surface is not None,
         "has_ship": bool(ship.frames),
         "grades": known.grades,

@@ -6,7 +6,7 @@ import base64
 import io
 from typing import Mapping, NamedTuple, Sequence
 
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageFont
 
 from inspection_tools.report.sources import Shot
 from inspection_tools.report.views import Mark
@@ -97,7 +97,27 @@ def _cut_out(whole: Image.Image, mark: Mark) -> Image.Image:
     cut = cut.resize((CUT_OUT_PX, CUT_OUT_PX), Image.Resampling.BICUBIC)
     scale = 0.5 * CUT_OUT_PX / half
     _draw_corners(cut, min(1.2 * radius * scale, 0.47 * CUT_OUT_PX))
+    _draw_scale(cut, mark.per_m * whole.width * scale)
     return cut
+
+
+def bar_of(per_m: float, most_px: float) -> tuple[float, str]:
+    """Return the longest of the usual lengths, m, that takes at most so many px, and what it is called."""
+    lengths_mm = [step * 10**power for power in range(4) for step in (1, 2, 5)]
+    fitting = [each for each in lengths_mm if 1e-3 * each * per_m <= most_px] or lengths_mm[:1]
+    longest = fitting[-1]
+    return 1e-3 * longest, f"{longest / 1000:g} m" if longest >= 1000 else f"{longest} mm"
+
+
+def _draw_scale(cut: Image.Image, per_m: float) -> None:
+    """Draw a bar of a known length at the lower left. per_m: px of a metre across the line of sight."""
+    length_m, told = bar_of(per_m, 0.4 * CUT_OUT_PX)
+    draw, x, y = ImageDraw.Draw(cut), 14.0, CUT_OUT_PX - 14.0
+    line = [(x, y), (x + length_m * per_m, y)]
+    draw.line(line, fill=(0, 0, 0), width=7)
+    draw.line(line, fill=(255, 255, 255), width=3)
+    font = ImageFont.load_default(18)
+    draw.text((x, y - 26.0), told, fill=(255, 255, 255), font=font, stroke_width=2, stroke_fill=(0, 0, 0))
 
 
 def _draw_corners(cut: Image.Image, reach: float) -> None:

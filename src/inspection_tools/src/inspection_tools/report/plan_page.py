@@ -13,6 +13,7 @@ from inspection_tools.report.words import counted
 from inspection_tools.ship.ship import Ship
 from inspection_tools.survey.picture import plan_png
 from inspection_tools.survey.plan import SurveyPlan
+from inspection_tools.survey.surface.mesh_file import NOT_SURVEYED
 from inspection_tools.survey.surface.patches import Patches
 
 DPI = 130
@@ -37,9 +38,14 @@ def plan_content(plan: SurveyPlan, patches: Patches | None, ship: Ship) -> dict[
         "figures": _figures(plan, rows, left_out),
         "picture": data_uri(plan_png(plan, patches, DPI), "image/png") if patches is not None else "",
         "asked": _asked(plan),
+        "particulars": ship.told_particulars(),
         "flights": rows,
         "reserve": plan.flying.reserve,
-        "shares": [{"part": ship.part(name), "share": share} for name, share in plan.shares.items()],
+        "shares": [
+            {"part": ship.part(name), "share": share}
+            for name, share in plan.shares.items()
+            if name != NOT_SURVEYED
+        ],
         "left_out": left_out,
         "is_draft": plan.draft is not None,
         "written": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC"),

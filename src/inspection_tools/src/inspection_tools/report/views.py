@@ -15,13 +15,17 @@ from inspection_tools.report.sources import Shot
 
 @dataclass(frozen=True)
 class Mark:
-    """A finding in a photograph. centre: its place as shares 0..1 of width and height. radius: of width."""
+    """A finding in a photograph. centre: its place as shares 0..1 of width and height. radius: of width.
+
+    per_m: widths of the photograph that a metre across the line of sight takes there.
+    """
 
     finding: int
     photograph: int
     centre: tuple[float, float]
     radius: float
     worth: float
+    per_m: float
 
 
 def marks_of(findings: Sequence[Finding], shots: Sequence[Shot], camera: SurveyCamera) -> list[Mark]:
@@ -61,5 +65,10 @@ def _mark(finding: Finding, number: int, shot: Shot, camera: SurveyCamera) -> Ma
     inside = min(x, y, 1.0 - x, 1.0 - y) > 0.04
     radius_px = max(0.6 * finding.length_m * camera.focal_px / ahead, 20.0)
     return Mark(
-        finding.id, number, (x, y), radius_px / camera.width, facing / away_m * (1.0 if inside else 0.3)
+        finding.id,
+        number,
+        (x, y),
+        radius_px / camera.width,
+        facing / away_m * (1.0 if inside else 0.3),
+        camera.focal_px / ahead / camera.width,
     )

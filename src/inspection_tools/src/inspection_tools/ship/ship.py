@@ -22,6 +22,19 @@ OF_MAPS = {
     NOT_SURVEYED: "not surveyed",
 }
 """What a surveyor calls the things that the mesh of an explored map has."""
+PARTICULARS = {
+    "imo": "IMO number",
+    "class_number": "Class number",
+    "survey": "Type of survey",
+    "supplier": "Service supplier",
+    "approval": "Approval of the supplier",
+    "surveyor": "Surveyor",
+    "pilot": "Pilot",
+    "uav": "UAV and its serial number",
+    "camera": "Camera and its serial number",
+}
+"""What a surveyor's page tells of ship and survey, by the keys of `particulars` in the ship's file."""
+NOT_GIVEN = "not given"
 PORT, STARBOARD = "P", "S"
 SIDES = (PORT, STARBOARD)
 ON_CENTRE_M = 0.05
@@ -75,6 +88,7 @@ class Ship:
         frames: numbers, ascending. frames_m: (n,) their distances forward of the AP.
         strakes, areas: of which no two overlap. plate_frames: frames along one plate.
         parts: words of surveyors for the names of the mesh's things.
+        particulars: of ship and survey, by the keys of PARTICULARS.
     """
 
     name: str = ""
@@ -87,6 +101,13 @@ class Ship:
     areas: tuple[Area, ...] = ()
     plate_frames: int = 1
     parts: Mapping[str, str] = field(default_factory=dict)
+    particulars: Mapping[str, str] = field(default_factory=dict)
+
+    def told_particulars(self) -> list[dict[str, str]]:
+        """Return all particulars, for a page: those that nobody gave say so."""
+        return [
+            {"name": name, "value": self.particulars.get(key, NOT_GIVEN)} for key, name in PARTICULARS.items()
+        ]
 
     def part(self, name: str) -> str:
         """Return the name of a thing of the mesh as words."""

@@ -9,9 +9,20 @@ from typing import Any, Mapping
 import yaml
 
 from inspection_tools.errors import ShipError
-from inspection_tools.ship.ship import SIDES, Area, Ship, Strake
+from inspection_tools.ship.ship import PARTICULARS, SIDES, Area, Ship, Strake
 
-KEYS = ("name", "space", "ap", "heading", "frames", "plate_frames", "strakes", "areas", "parts")
+KEYS = (
+    "name",
+    "space",
+    "ap",
+    "heading",
+    "frames",
+    "plate_frames",
+    "strakes",
+    "areas",
+    "parts",
+    "particulars",
+)
 MOST_FRAMES = 2000
 
 
@@ -68,7 +79,11 @@ def parse_ship(content: object) -> Ship:
     if not isinstance(parts, Mapping):
         raise ShipError(f"parts is {parts!r}; give words for things of the mesh: {{ground_plane: tank top}}.")
     words = {str(key): str(value) for key, value in parts.items()}
-    return Ship(*names, (x, y, z), heading, frames, frames_m, strakes, areas, plate, words)
+    given_particulars = given.get("particulars") or {}
+    if given_particulars:
+        _mapping("particulars", given_particulars, tuple(PARTICULARS))
+    particulars = {str(key): str(value) for key, value in given_particulars.items() if value is not None}
+    return Ship(*names, (x, y, z), heading, frames, frames_m, strakes, areas, plate, words, particulars)
 
 
 def _frames(given: object) -> tuple[tuple[int, ...], tuple[float, ...]]:

@@ -179,7 +179,9 @@ class SurveyPlanner:
             "reachable_m2": float(cover.by_class_m2.sum()),
             "share": cover.share,
         }
-        shares = dict(zip(candidates.patches.names, cover.class_shares().tolist()))
+        there = cover.by_class_m2 > 0.0  # a thing of which nothing is within reach has no share
+        names, told = np.array(candidates.patches.names)[there], cover.class_shares()[there]
+        shares = dict(zip(names.tolist(), told.tolist()))
         return self._plan_of(flights, {**areas, **figures}, shares)
 
     def _flown(
