@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Protocol, Sequence
 
 import numpy as np
@@ -34,8 +35,9 @@ class Viewpoint(Protocol):
 class Taken:
     """A photograph: place_m (3,) of the camera; axes (3, 3), the optical frame's in its columns; its blur.
 
-    blur_px: where the motion is not known. shift_m, turn_rad: of the camera during the exposure. name: of the
-    photograph's file; empty: there is none, as of a plan.
+    blur_px: where the motion is not known. shift_m, turn_rad: of the camera during the exposure. name: of
+    the photograph's file; empty: there is none, as of a plan. path: of its picture, whose white and black
+    parts show nothing; None: there is no picture.
     """
 
     place_m: np.ndarray
@@ -44,6 +46,7 @@ class Taken:
     shift_m: float = 0.0
     turn_rad: float = 0.0
     name: str = ""
+    path: Path | None = None
 
     @classmethod
     def of_view(cls, view: Viewpoint) -> Taken:

@@ -15,6 +15,7 @@ import os
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Iterable, Iterator
 
@@ -64,7 +65,8 @@ class Follower:
         try:
             check_picture(photograph)
             if self._supplement is not None:
-                self._supplement.take(read_record(photograph.with_suffix(".json")).taken)
+                taken = read_record(photograph.with_suffix(".json")).taken
+                self._supplement.take(replace(taken, path=photograph))
             if self._search is not None:
                 self._search.add(photograph)
         except PhotographError:

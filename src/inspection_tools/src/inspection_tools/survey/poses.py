@@ -62,7 +62,7 @@ def taken_in(folder: Path, listing: Listing, camera: SurveyCamera) -> tuple[list
     """
     if not listing.whole:
         raise SurveyError(f"{folder}: there is no photograph in it that counts.")
-    taken = [replace(record.taken, name=path.name) for path, record in listing.whole]
+    taken = [replace(record.taken, name=path.name, path=path) for path, record in listing.whole]
     return taken, _camera_of(folder / "calibration.yaml", camera)
 
 

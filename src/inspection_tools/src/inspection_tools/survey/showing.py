@@ -1,8 +1,9 @@
 """What photographs show from where the camera really was.
 
 It does not use the planner's geometry. The surface is known by points that are spread evenly over it. A
-photograph shows a point if it is in the picture, near enough, not too flat, and if nothing hides it from the
-camera: Embree casts the ray. So the area that is shown is known without bias, however narrow what is hidden.
+photograph shows a point if it is in the picture, near enough, not too flat, if the picture is neither white
+nor black there, and if nothing hides it from the camera: Embree casts the ray. So the area that is shown is
+known without bias, however narrow what is hidden.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import numpy as np
 
 from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.camera.taken import Taken
+from inspection_tools.photographs.exposure import at, exposed
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.surface.mesh_file import Mesh
 from inspection_tools.survey.surface.patches import Patches
@@ -71,6 +73,9 @@ class Showing:
         widths_m = each.widths_m(footprint_m, depth_m, lengths_m / depth_m)
         fine = 1e3 * widths_m <= self._asked.resolution
         near, rays, lengths_m, normals = (v[fine] for v in (near, rays, lengths_m, normals))
+        if each.path is not None:
+            told = at(exposed(each.path), pixels[fine])
+            near = near[told]
         shown[near[self._is_free(near, each.place_m)]] = True
 
     def _beside(self, pixels: np.ndarray, each: Taken) -> list[np.ndarray]:

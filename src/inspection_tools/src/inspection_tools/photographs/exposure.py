@@ -1,0 +1,37 @@
+"""Where a photograph shows anything: neither blown out nor black."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+BLOCK = 8
+"""Side of the blocks, px, that are looked at; a JPEG's decoder gives their means fast."""
+WHITE, BLACK = 250, 4
+"""sRGB values of a block from which, and up to which, nothing is told from its surroundings."""
+
+
+def exposed(path: Path) -> np.ndarray:
+    """Return (rows, columns), blocks of 8 px: whether they are neither white nor black.
+
+    A block counts by its brightest channel: a red wall that is well lit has hardly any blue.
+
+    Raises:
+        OSError: it is no picture; see `listing.check_picture`.
+    """
+    with Image.open(path) as image:
+        size = -(-image.width // BLOCK), -(-image.height // BLOCK)
+        image.draft("RGB", size)
+        light = np.array(image.convert("RGB").resize(size, Image.Resampling.BOX))
+    darkest, brightest = light.min(axis=2), light.max(axis=2)
+    told: np.ndarray = (darkest < WHITE) & (brightest > BLACK)
+    return told
+
+
+def at(blocks: np.ndarray, pixels: np.ndarray) -> np.ndarray:
+    """Return the values (n,) of blocks (rows, columns) at pixels (n, 2)."""
+    column, row = np.clip(pixels // BLOCK, 0, np.array(blocks.shape[::-1]) - 1).astype(int).T
+    values: np.ndarray = blocks[row, column]
+    return values
