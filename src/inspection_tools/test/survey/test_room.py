@@ -5,6 +5,9 @@ import pytest
 import trimesh
 
 from inspection_tools.survey.command import main
+from inspection_tools.survey.parameters import SurveyParameters
+from inspection_tools.survey.plan_file import read_plan
+from inspection_tools.survey.surface.reading import read_surface
 from inspection_tools.survey.surface.room import room_of
 
 VOXEL_M = 0.25
@@ -85,3 +88,66 @@ def test_the_command_says_first_which_room_it_plans_and_how_much_of_the_mesh_it_
     assert "another room: closed" in lines[3]
     faces_m2 = 49.0 + 4 * 28.0 + 2 * (2.5 * 4.0 + 2.5 * 3.0 + 4.0 * 3.0)
     assert lines[4].endswith(f"all faces of the mesh: {faces_m2:.0f} m2")
+
+
+def tower(path, has_door):
+    """A hollow tower of 4 x 4 x 12 m with walls of 0.2 m, and a door of 1.6 x 2.4 m towards x."""
+    outer, inner = trimesh.creation.box((4.0, 4.0, 12.0)), trimesh.creation.box((3.6, 3.6, 11.6))
+    inner.invert()
+    solid = trimesh.util.concatenate([outer, inner])
+    solid.apply_translation((0.0, 0.0, 6.0))
+    if has_door:
+        solid = solid.subdivide_to_size(0.4)
+        middles = solid.triangles_center
+        is_door = (middles[:, 0] > 1.5) & (np.abs(middles[:, 1]) < 0.8) & (middles[:, 2] < 2.4)
+        solid.update_faces(~is_door)
+    solid.export(path)
+    return path
+
+
+@pytest.mark.parametrize("has_door", [False, True], ids=["closed", "with a door"])
+def test_from_outside_nothing_in_a_tower_is_flown_or_photographed(tmp_path, has_door):
+    asked = SurveyParameters(outside=True, voxel=0.2, patch=1.0)
+    surface = read_surface(tower(tmp_path / "tower.stl", has_door), asked)
+    room, points = surface.room, surface.patches.points_m
+    places_m = room.outer(np.argwhere(room.flyable) + 0.5)
+    is_within = (np.abs(places_m[:, :2]) < 2.0).all(axis=1) & (places_m[:, 2] < 12.0)
+    assert len(places_m)
+    assert not is_within.any()
+    assert (np.abs(places_m).max(axis=0)[:2] > 6.0).all()  # all around it
+    assert places_m[:, 2].min() > 0.0  # not below its base
+    assert room.home_m[2] < 1.0
+    # Its faces are those outside: no inner wall, and no underside
+    outside = (np.abs(np.abs(points[:, :2]) - 2.0) < 0.05).any(axis=1) | (points[:, 2] > 11.9)
+    assert outside.mean() > 0.94  # through the door, its jambs are outside, too
+    patches = surface.patches
+    leads_out = (points[:, :2] * patches.normals[:, :2]).sum(axis=1) > 1.0
+    walls_m2 = patches.areas_m2[leads_out & (np.abs(patches.normals[:, 2]) < 0.5)].sum()
+    assert walls_m2 == pytest.approx(4 * 48.0 - has_door * 1.6 * 2.4, rel=0.02)
+
+
+def test_without_the_flag_the_inside_of_a_closed_tower_is_planned(tmp_path):
+    surface = read_surface(tower(tmp_path / "tower.stl", False), SurveyParameters(voxel=0.2, patch=1.0))
+    assert (np.abs(surface.room.home_m[:2]) < 1.8).all()
+
+
+def test_a_plan_from_outside_comes_back_and_its_views_lie_outside(tmp_path):
+    given = [
+        "--mesh",
+        str(tower(tmp_path / "tower.stl", True)),
+        "--out",
+        str(tmp_path / "plan.yaml"),
+        "--outside",
+    ]
+    given += ["--resolution", "10", "--voxel", "0.2", "--search", "0", "--no-bound", "--patch", "1.0"]
+    assert main(["plan", *given, "--spacing", "2"]) == 0
+    plan = read_plan(tmp_path / "plan.yaml")
+    assert plan.asked.outside
+    stops_m = [
+        place_m
+        for flight in plan.flights
+        for each in flight.views
+        for place_m in (*each.way_m, each.view.place_m)
+    ]
+    assert all(max(abs(x), abs(y)) > 2.4 or z > 12.4 for x, y, z in stops_m)
+    assert main(["check", str(tmp_path / "plan.yaml")]) == 0

@@ -16,6 +16,9 @@ OF_ASKED = (
 )  # fmt: skip
 OF_JUDGED = tuple(name for name in OF_ASKED if name != "finer")
 """What was photographed is judged by the resolution itself."""
+OUTSIDE = (
+    "the mesh is surveyed from outside: nothing that surfaces enclose is flown into; --around is 6 m then"
+)
 OF_FLYING = ("speed", "passing_speed", "settle", "mass", "battery", "electronics", "endurance")
 OF_CAMERA = ("width", "height", "field_of_view", "tilt_min", "tilt_max", "exposure")
 
@@ -49,6 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     plan.add_argument("--search", type=float, default=20.0, metavar="S", help="CPU time of the search (20)")
     plan.add_argument("--no-bound", action="store_true", help="do not compute the bound of the photographs")
     plan.add_argument("--seed", type=int, default=1)
+    plan.add_argument("--outside", action="store_true", help=OUTSIDE)
     for name in OF_ASKED + OF_FLYING + OF_CAMERA:
         plan.add_argument(_option(name), type=float, metavar=_unit(name), help=_help(name))
     plan.set_defaults(run=_plan)
@@ -62,6 +66,7 @@ def _parser() -> argparse.ArgumentParser:
         "--poses", type=Path, required=True, help="folder of photographs, CSV of poses, or a plan"
     )
     coverage.add_argument("--out", type=Path, default=Path("coverage.json"))
+    coverage.add_argument("--outside", action="store_true", help=OUTSIDE)
     for name in OF_JUDGED + OF_CAMERA:
         coverage.add_argument(_option(name), type=float, metavar=_unit(name), help=_help(name))
     coverage.set_defaults(run=_coverage)
@@ -117,14 +122,14 @@ def _plan(given: argparse.Namespace) -> None:
     from inspection_tools.survey.plan_file import write_plan
     from inspection_tools.survey.planner import SurveyPlanner
 
-    asked = _parameters(SurveyParameters, OF_ASKED, given)
+    asked = replace(_parameters(SurveyParameters, OF_ASKED, given), outside=given.outside)
     flying = replace(_parameters(FlightParameters, OF_FLYING, given), passing=given.passing)
     camera = _parameters(SurveyCamera, OF_CAMERA, given)
     if not given.out.parent.is_dir():
         raise SurveyError(f"{given.out} cannot be written: there is no folder {given.out.parent}.")
     print("reads the surface", flush=True)
     surface = _surface(given, asked)
-    _tell_room(surface, given.home is not None)
+    _tell_room(surface, given.home is not None, asked.outside)
     planner = SurveyPlanner(
         surface.room, surface.patches, surface.ranges_m, camera, asked, flying, str(given.mesh)
     )
@@ -142,13 +147,15 @@ def _plan(given: argparse.Namespace) -> None:
     print(f"written: {given.out}")
 
 
-def _tell_room(surface: Any, is_given: bool) -> None:
+def _tell_room(surface: Any, is_given: bool, outside: bool) -> None:
     """Say first in which room the UAV flies, and what else there is."""
     from inspection_tools.survey.surface.samples import normals_of
 
     room, area_m2 = surface.room, float(normals_of(surface.mesh.triangles_m)[1].sum())
     x, y, z = room.home_m
-    how = "of --home" if is_given else "that surfaces enclose most; --home chooses another one"
+    how = "that surfaces enclose most; --home chooses another one"
+    if is_given or outside:
+        how = "of --home" if is_given else "outside"
     print(f"room: the one {how}. The UAV takes off at x {x:.1f}, y {y:.1f}, z {z:.1f} m")
     for number, each in enumerate(room.regions):
         name = "this room" if number == 0 else "another room"
@@ -215,7 +222,7 @@ def _coverage(given: argparse.Namespace) -> None:
 
     if given.mesh is None:
         raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
-    asked = _parameters(SurveyParameters, OF_JUDGED, given)
+    asked = replace(_parameters(SurveyParameters, OF_JUDGED, given), outside=given.outside)
     camera = _parameters(SurveyCamera, OF_CAMERA, given)
     listing = countable(given.poses)
     listing.tell(_warn)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from inspection_tools.checks import check_flag, check_number
 
 HOVER_W, GRAVITY_M_S2 = 3.12, 9.81
+OUTSIDE_M = 6.0
+"""Around a mesh that is surveyed from outside; a photograph of 1 mm per pixel is taken from 4.5 m."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,8 @@ class SurveyParameters:
         finer: Photographs are planned for a resolution that is finer by this share, as the UAV is never quite
             at its place.
         around: The UAV may fly so far outside the box around a mesh, m.
+        outside: The mesh is surveyed from outside: the UAV flies into nothing that surfaces enclose, and not
+            below the mesh. `around` is 6 m then, unless it is given.
 
     Raises:
         ParameterError: a value out of range.
@@ -46,6 +50,7 @@ class SurveyParameters:
     pointing_error: float = 0.5
     finer: float = 0.0
     around: float = 0.0
+    outside: bool = False
 
     def __post_init__(self) -> None:
         check_number("resolution", self.resolution, 0.01, 100.0)
@@ -62,6 +67,12 @@ class SurveyParameters:
         check_number("pointing_error", self.pointing_error, 0.0, 10.0)
         check_number("finer", self.finer, 0.0, 0.5)
         check_number("around", self.around, 0.0, 100.0)
+        check_flag("outside", self.outside)
+
+    @property
+    def around_m(self) -> float:
+        """How far the UAV may fly outside the box around a mesh."""
+        return self.around or (OUTSIDE_M if self.outside else 0.0)
 
     @property
     def lattice_m(self) -> float:

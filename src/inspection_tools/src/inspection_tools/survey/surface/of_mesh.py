@@ -12,7 +12,7 @@ from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.surface.mesh_file import NOT_SURVEYED, Mesh, is_mapped
 from inspection_tools.survey.surface.patches import Patches, grouped
 from inspection_tools.survey.surface.rays import Rays
-from inspection_tools.survey.surface.room import MOST_VOXELS, Room, room_of
+from inspection_tools.survey.surface.room import MOST_VOXELS, Room, is_sheltered, room_of
 from inspection_tools.survey.surface.samples import (
     Samples,
     SurfacePoints,
@@ -41,8 +41,8 @@ def room_of_mesh(
     """
     p = parameters
     low_m, high_m = mesh.bounds_m()
-    low = np.floor((low_m - EDGE_M - p.around) / p.voxel).astype(np.int64)
-    high = np.ceil((high_m + EDGE_M + p.around) / p.voxel).astype(np.int64)
+    low = np.floor((low_m - EDGE_M - p.around_m) / p.voxel).astype(np.int64)
+    high = np.ceil((high_m + EDGE_M + p.around_m) / p.voxel).astype(np.int64)
     size = (high - low)[::-1]
     if np.prod(size.astype(float)) > MOST_VOXELS:
         raise SurveyError(
@@ -60,7 +60,10 @@ def room_of_mesh(
     blocked[tuple(index[inside].T)] = True
     into = mesh.triangles_m[near] - INTO_M * normals[:, None]
     mark_columns(np.ascontiguousarray(((into - corner_m) / p.voxel)[:, :, ::-1]), blocked)
-    room = room_of(blocked, corner_m, p.voxel, p.clearance_m, home_m)
+    if p.outside:
+        blocked |= is_sheltered(blocked)
+        blocked[: int(np.floor((low_m - corner_m)[2] / p.voxel))] = True
+    room = room_of(blocked, corner_m, p.voxel, p.clearance_m, home_m, p.outside)
     kept = Samples(samples.points_m[inside], samples.triangles[inside], samples.areas_m2[inside])
     return room, kept, near
 

@@ -76,12 +76,17 @@ class Room:
 
 
 def room_of(
-    blocked: np.ndarray, corner_m: np.ndarray, voxel_m: float, clearance_m: float, home_m: np.ndarray | None
+    blocked: np.ndarray,
+    corner_m: np.ndarray,
+    voxel_m: float,
+    clearance_m: float,
+    home_m: np.ndarray | None,
+    outside: bool = False,
 ) -> Room:
     """Return the room of a UAV among blocked voxels (d, h, w).
 
     home_m: None: in the room of which surfaces enclose most, open to the outside or not. If they enclose
-    nothing, as of a pillar on a field, in the largest.
+    nothing, as of a pillar on a field, in the largest. outside: in the largest that reaches the outside.
 
     Raises:
         SurveyError: the UAV fits nowhere, or not at its home.
@@ -95,12 +100,18 @@ def room_of(
         raise SurveyError(
             f"A UAV that needs {clearance_m:.2f} m to each side fits nowhere: give another radius or margin."
         )
-    is_sheltered = fits & _is_sheltered(blocked)
-    sizes, sheltered = (_sizes(numbers, count, which) for which in (fits, is_sheltered))
-    if home_m is None:
+    within_walls = fits & is_sheltered(blocked)
+    sizes, sheltered = (_sizes(numbers, count, which) for which in (fits, within_walls))
+    if home_m is None and outside:
+        reaches = np.zeros_like(sizes)
+        reaches[_at_borders(numbers)] = 1
+        number = int((sizes * reaches).argmax())
+        flyable = numbers == number
+        home_m = _lowest_middle(flyable) * voxel_m + corner_m
+    elif home_m is None:
         number = int((sheltered if sheltered.any() else sizes).argmax())
         flyable = numbers == number
-        within = flyable & is_sheltered
+        within = flyable & within_walls
         home_m = _lowest_middle(within if within.any() else flyable) * voxel_m + corner_m
     else:
         home_m = np.asarray(home_m, float)
@@ -124,7 +135,7 @@ def _sizes(numbers: np.ndarray, count: int, which: np.ndarray) -> np.ndarray:
     return sizes
 
 
-def _is_sheltered(blocked: np.ndarray) -> np.ndarray:
+def is_sheltered(blocked: np.ndarray) -> np.ndarray:
     """Return which voxels (d, h, w) have something blocked to five of their six sides at least."""
     sides = np.zeros(blocked.shape, np.uint8)
     for axis in range(3):
