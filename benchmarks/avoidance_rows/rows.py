@@ -117,6 +117,12 @@ ROWS = (
         (Goal((2.0,), reached=0.95),),
         worse={f"doors_{door:g}_m": ("door_m", door) for door in (0.9, 1.0, 1.2)},
     ),
+    Row(
+        "manholes",
+        "manholes of 0.6 x 0.8 m, the small airframe, QT64; something may be behind the first one",
+        (Goal((0.8,), reached=1.0),),
+        worse={"person_behind": ("behind", "person"), "hose_behind": ("behind", "hose")},
+    ),
     REAL_TIME,
     Row("clear", "nothing is near", (Goal((2.0, 4.0), reached=1.0),), p99_ms=0.05),
     Row(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from xml.etree import ElementTree as ET
+
 import numpy as np
 import pytest
 
@@ -124,6 +126,26 @@ def test_doors_are_as_wide_as_asked_for_and_the_only_way(door_m, tmp_path):
     assert sum("left_of_door" in shape.name for shape in shapes) >= 3
     assert way_exists(shapes, 26.0, 2.94, FLAT, door_m / 2 - 0.06)
     assert not way_exists(shapes, 26.0, 2.94, FLAT, door_m / 2 + 0.01)
+
+
+@pytest.mark.parametrize("behind", ["nothing", "person", "hose"])
+def test_each_manhole_is_near_the_straight_way_and_what_is_behind_one_leaves_it(behind, tmp_path):
+    settings = campaign_of({"trials": {"world": "manholes", "behind": behind}}, "x").combinations[0]
+    for seed in range(4):
+        path = place_of(settings, seed).world_file(tmp_path)
+        beside = [s.outline_xy for s in outlines_of_file(path) if "_beside" in s.name or "_end" in s.name]
+        assert len(beside) >= 4  # two of each bulkhead
+        for x in {round(float(outline[:, 0].min()), 3) for outline in beside}:
+            edges = [outline[:, 1] for outline in beside if abs(outline[:, 0].min() - x) < 1e-3]
+            low, high = (
+                max(e.max() for e in edges if e.max() < 0.0),
+                min(e.min() for e in edges if e.min() > 0.0),
+            )
+            assert 0.6 <= high - low <= 0.66
+            assert abs(low + high) / 2 <= 0.05
+        walk = ET.parse(path).findall(".//waypoint/pose")
+        assert bool(walk) == (behind != "nothing")
+        assert not walk or float(walk[-1].text.split()[1]) >= 1.1
 
 
 def test_no_uav_passes_between_the_wires_of_a_fence(tmp_path):

@@ -13,10 +13,11 @@ from master_thesis.errors import CampaignError
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.flight.conditions import BOUNDS, Conditions
 from master_thesis.worlds.drawn.barriers import FENCE, GLASS
+from master_thesis.worlds.drawn.manholes import HOSE, MANHOLES, NOTHING, PERSON
 from master_thesis.worlds.drawn.movers import CROSSING, HEAD_ON
 from master_thesis.worlds.drawn.overhead import OBSTACLES
 from master_thesis.worlds.experiment_1 import GOAL_X_M
-from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, LIDARS
+from master_thesis.worlds.scenario import CLOUD_LIDARS, FLIGHT_HEIGHT_M, LIDARS
 from master_thesis.worlds.scenario import SCENARIOS as EXPERIMENT_WORLDS
 
 Value = bool | int | float | str
@@ -35,10 +36,12 @@ DRAWN_DISTANCES_M = {
     **dict.fromkeys(_26_M_WORLDS, 26.0),
     DEAD_ENDS: 34.0,
     DEEP_DEAD_END: 30.0,
+    MANHOLES: 9.0,
     THICK_FOREST: 54.0,
 }
 """From start to goal in a world drawn at random; in the experiments' own as there."""
 FLIGHT_WORLDS = (*DRAWN_DISTANCES_M, *EXPERIMENT_WORLDS)
+MODELS = "iris", "small_quad"
 STEERING = (*ALGORITHMS, *BASELINES)
 CEPA_PREFIX, SLAM_PREFIX = "cepa.", "slam."
 
@@ -76,7 +79,7 @@ class Axis:
 
 
 _COMMON = (
-    Axis("lidar", str, "ust", choices=LIDARS),
+    Axis("lidar", str, "ust", choices=tuple(dict.fromkeys((*LIDARS, *CLOUD_LIDARS)))),
     Axis("lidar_range_m", float, bounds=(1.0, 200.0)),
     Axis("height_m", float, FLIGHT_HEIGHT_M, bounds=(0.5, 3.0)),
 )
@@ -87,7 +90,9 @@ _FLIGHT = (
     Axis("mover_speed_m_s", float, 1.0, bounds=(0.0, 5.0), worlds=MEETINGS),
     Axis("depth_m", float, 12.0, bounds=(3.0, 20.0), worlds=(DEEP_DEAD_END,)),
     Axis("door_m", float, 1.0, bounds=(0.8, 3.0), worlds=(DOORS,)),
+    Axis("behind", str, NOTHING, choices=(NOTHING, PERSON, HOSE), worlds=(MANHOLES,)),
     Axis("distance_m", float, bounds=(6.5, 60.0)),
+    Axis("model", str, "iris", choices=MODELS),
     Axis("algorithm", str, "improved", choices=STEERING),
     Axis("speed_m_s", float, 2.0, bounds=(0.2, 8.0)),
     *(Axis(name, float, getattr(Conditions(), name), bounds) for name, bounds in BOUNDS.items()),

@@ -15,6 +15,7 @@ from master_thesis.campaign.axes import (
     FOREST,
     HALLWAY,
     HOLD,
+    MANHOLES,
     MIXED_FOREST,
     OFFICE,
     SPACED_FOREST,
@@ -36,6 +37,7 @@ from master_thesis.worlds.drawn.forests import (
     plant_thick,
 )
 from master_thesis.worlds.drawn.hallway import hallway_sdf
+from master_thesis.worlds.drawn.manholes import manholes_sdf
 from master_thesis.worlds.drawn.materials import CLEAR_M
 from master_thesis.worlds.drawn.movers import CROSSING, HEAD_ON, meeting_sdf
 from master_thesis.worlds.drawn.office import office_sdf
@@ -89,6 +91,9 @@ def place_of(settings: Settings, seed: int) -> Place:
         return Place(dead_ends_sdf(rng, distance_m), distance_m, ASTRAY_S)
     if world == DEEP_DEAD_END:
         return Place(deep_dead_end_sdf(rng, settings["depth_m"]), distance_m, DEEP_ASTRAY_S)
+    if world == MANHOLES:
+        sdf = manholes_sdf(rng, distance_m, settings["height_m"], settings["behind"])
+        return Place(sdf, distance_m, ASTRAY_S)
     if world == DOORS:
         return Place(doors_sdf(rng, settings["door_m"], distance_m), distance_m, ASTRAY_S)
     if world in BARRIERS:

@@ -85,6 +85,7 @@ def _simulation(case: Case, world: Path) -> SimulationParameters:
     return SimulationParameters(
         world=str(world),
         lidar=settings["lidar"],
+        model=settings.get("model", "iris"),
         lidar_range_max_m=settings["lidar_range_m"] or 0.0,
         seed=case.noise_seed,
     )

@@ -53,8 +53,8 @@ TANK_CEPA = replace(
     r_lb=0.22,
     r_ub=0.4,
     emergency_lookahead=0.4,
-    body_below=0.2,
-    body_above=0.06,
+    body_below=0.17,
+    body_above=0.05,
     response_error=0.2,
 )
 """As errand.launch has it for this radius."""

@@ -75,11 +75,13 @@ class RecalledSpace(NamedTuple):
         amid = is_open & np.append(is_open[1:], True) & np.append(True, is_open[:-1])
         choice = amid if amid.any() else is_open
         asked = int(np.argmin(self.detours_m))
-        if choice[asked] and self.detours_m[asked] <= 0.5 * self.grid.layer_m + 1e-6:
+        low_m, high_m = float(self.heights_m[0]), float(self.heights_m[-1])
+        within_m = min(max(self.asked_m, low_m), high_m)  # the outermost layer stands for all beyond it
+        if choice[asked] and abs(self.heights_m[asked] - within_m) <= 0.5 * self.grid.layer_m + 1e-6:
             return self.asked_m
         cost = self.detours_m + STAY_SHARE * np.abs(self.heights_m)
         best = float(self.heights_m[np.argmin(np.where(choice, cost, math.inf))])
-        return self.asked_m if abs(best - self.asked_m) <= 0.5 * self.grid.layer_m else best
+        return self.asked_m if abs(best - within_m) <= 0.5 * self.grid.layer_m else best
 
 
 class SpaceMemory:
