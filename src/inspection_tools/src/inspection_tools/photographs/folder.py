@@ -12,6 +12,7 @@ import json
 import os
 import threading
 from dataclasses import asdict, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -21,14 +22,17 @@ from PIL import Image
 from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.files.whole import write_whole
 from inspection_tools.photographs.calibration import calibration_of, read_camera
-from inspection_tools.photographs.listing import records_in
+from inspection_tools.photographs.listing import ORIENTATION, UPRIGHT, records_in
 from inspection_tools.photographs.record import PhotographError, PhotographRecord, check_record, stamp_of
 
 JPEG_QUALITY = 92
 POSES_HEAD = "# timestamp tx ty tz qx qy qz qw of the optical frame\n"
 NAMES_HEAD = "# timestamp filename\n"
 MAKE, MODEL, EXPOSURE_TIME, ISO_SPEED, FOCAL_35MM, EXIF_BLOCK = 0x010F, 0x0110, 0x829A, 0x8827, 0xA405, 0x8769
-"""Tags of EXIF 2.3."""
+FOCAL_LENGTH, DATE, SUBSECONDS, OFFSET = 0x920A, 0x9003, 0x9291, 0x9011
+"""Tags of EXIF 2.31."""
+FULL_FRAME_MM = 36.0
+"""Width of the sensor for which the focal length is told."""
 
 
 class PhotographFolder:
@@ -119,13 +123,18 @@ class PhotographFolder:
 
     def _exif(self, record: PhotographRecord) -> Image.Exif:
         exif = Image.Exif()
+        exif[ORIENTATION] = UPRIGHT
         exif[MAKE], exif[MODEL] = "inspection_tools", f"{self._camera.width} x {self._camera.height}"
         block = exif.get_ifd(EXIF_BLOCK)
         if record.exposure_s is not None:
             block[EXPOSURE_TIME] = record.exposure_s
         if record.iso is not None:
             block[ISO_SPEED] = min(round(record.iso), 65_535)
-        block[FOCAL_35MM] = round(36.0 * self._camera.focal_px / self._camera.width)
+        focal_mm = FULL_FRAME_MM * self._camera.focal_px / self._camera.width
+        block[FOCAL_LENGTH], block[FOCAL_35MM] = focal_mm, round(focal_mm)
+        taken = datetime.fromtimestamp(max(record.stamp_s, 0.0), UTC)
+        block[DATE], block[SUBSECONDS] = f"{taken:%Y:%m:%d %H:%M:%S}", f"{taken:%f}"
+        block[OFFSET] = "+00:00"
         return exif
 
     def _lost(self, error: OSError, what: str) -> PhotographError:
