@@ -110,6 +110,9 @@ def test_the_scene_shows_the_sides_in_the_air_with_their_area_and_state(tmp_path
     areas = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=1)
     assert areas.sum() == 16.0
     assert areas[scene.states == SEEN].sum() == pytest.approx(8.0, abs=0.5)
+    # and its twelve edges, of 4, 3 and 2 m
+    lengths = np.linalg.norm(scene.edges_m[:, 1] - scene.edges_m[:, 0], axis=1)
+    assert sorted(np.round(lengths, 6).tolist()) == [2.0] * 4 + [3.0] * 4 + [4.0] * 4
 
 
 def test_a_surface_record_comes_back_as_it_was(tmp_path):

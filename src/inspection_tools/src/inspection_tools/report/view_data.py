@@ -75,6 +75,7 @@ def _surface(scene: Scene) -> dict[str, Any]:
         "places": _text(places),
         "corners": _text(numbers.ravel().astype("<u4")),
         "states": _text(scene.states.astype(np.uint8)),
+        "edges": _text((scene.edges_m - low).astype("<f4")),
     }
 
 

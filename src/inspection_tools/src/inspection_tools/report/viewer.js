@@ -105,6 +105,14 @@
     return new THREE.Mesh(geometry, material);
   }
 
+  function edgeLines(surface) {
+    const at = new Float32Array(bytes(surface.edges));
+    for (let k = 0; k < at.length; k++) at[k] += surface.low[k % 3];
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(at, 3));
+    return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color: 0x33414f, transparent: true, opacity: 0.45 }));
+  }
+
   function frustumLines(shots, reach) {
     const [right, down] = data.extents;
     const at = [];
@@ -146,7 +154,7 @@
       this.shots = new THREE.LineSegments(frustumLines(data.photographs, 0.35),
         new THREE.LineBasicMaterial({ color: 0x2f5fa8, transparent: true, opacity: 0.55 }));
       this.chosenShot = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xd11149 }));
-      this.scene.add(surfaceMesh(data.surface), this.shots, this.chosenShot);
+      this.scene.add(surfaceMesh(data.surface), edgeLines(data.surface), this.shots, this.chosenShot);
       this.addMarks();
       canvas.addEventListener("pointerdown", (event) => { this.pressed = [event.clientX, event.clientY]; });
       canvas.addEventListener("pointerup", (event) => this.onRelease(event));

@@ -12,8 +12,8 @@ STEP_M = 0.05
 """Between places on an edge; two edges nearer than this are one."""
 
 
-def edge_places(triangles_m: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """Return places (k, 3), STEP_M apart, on all edges of triangles (m, 3, 3) of things (m,)."""
+def edge_lines(triangles_m: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Return the ends (k, 2, 3) of all edges of triangles (m, 3, 3) of things (m,)."""
     normals, _ = normals_of(triangles_m)
     corners = np.column_stack(
         (np.rint(triangles_m.reshape(-1, 3) * 1e4).astype(np.int64), np.repeat(parts, 3))
@@ -30,7 +30,13 @@ def edge_places(triangles_m: np.ndarray, parts: np.ndarray) -> np.ndarray:
     pairs = begins[counts == 2]
     cosine = np.abs((normals[of_face[pairs]] * normals[of_face[pairs + 1]]).sum(axis=1))
     is_edge[counts == 2] = cosine < SHARP
-    ends = places[sides[begins[is_edge]], :3] * 1e-4
+    ends: np.ndarray = places[sides[begins[is_edge]], :3] * 1e-4
+    return ends
+
+
+def edge_places(triangles_m: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Return places (k, 3), STEP_M apart, on all edges of triangles (m, 3, 3) of things (m,)."""
+    ends = edge_lines(triangles_m, parts)
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     numbers = np.maximum(np.rint(lengths / STEP_M).astype(int), 1)
     of = np.repeat(np.arange(len(ends)), numbers)
