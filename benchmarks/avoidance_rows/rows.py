@@ -80,6 +80,15 @@ ROWS = (
     ),
     Row("dead_ends", "dead ends and offices", (Goal((2.0,), reached=0.90),)),
     Row("moving", "something crosses or comes head-on", (Goal((2.0, 4.0), reached=0.95),)),
+    Row("abreast", "two to eight people abreast come head-on", (Goal((2.0, 4.0), reached=0.90),)),
+    Row(
+        "sinking",
+        "a load comes down; range finders",
+        (Goal((1.0,), reached=0.90),),
+        worse={"ust": ("lidar", "ust"), "puck": ("lidar", "puck")},
+    ),
+    Row("small_uav", "a small UAV from any quarter, Puck", (Goal((2.0,), reached=0.95),), p99_ms=10.0),
+    Row("keep_out", "forests with keep-out boxes", (Goal((2.0, 4.0), reached=0.90),)),
     Row("overhead", "over and under things, Puck", (Goal((2.0, 4.0), reached=0.95),), p99_ms=10.0),
     Row(
         "adverse",

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from cepa import MountError
+from cepa.keep_out import MapPose
+from cepa.motion import rotation_matrix
 from cepa.steering.mount import Mount, PlaneTurn
 from node_tools.newest_transforms import FrameError, NewestTransforms
 
@@ -57,6 +61,18 @@ class Frames:
             MountError: TF does not know it (yet).
         """
         return self._look_up(frame).turn
+
+    def map_pose(self, map_frame: str, odometry_frame: str) -> MapPose:
+        """Return the pose of the odometry's frame in the map, by the newest transforms.
+
+        Raises:
+            MountError: TF does not know it (yet).
+        """
+        try:
+            found = self._transforms.look_up(map_frame, odometry_frame)
+        except FrameError as error:
+            raise MountError(str(error)) from None
+        return MapPose(rotation_matrix(found.rotation_xyzw), np.array(found.translation_m))
 
     def _look_up(self, frame: str) -> Mount:
         try:

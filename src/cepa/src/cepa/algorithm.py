@@ -11,6 +11,7 @@ import numpy as np
 
 from cepa.decision import Decision, Reason, Vector2
 from cepa.errors import VelocityError
+from cepa.keep_out import KeepOut
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, Grid, LaserScan2D
@@ -80,6 +81,10 @@ class Algorithm(ABC):
     def take_ranges(self, rangings: Sequence[Ranging]) -> None:
         """Take in what range finders measured when the next scan was taken; who cannot climb ignores it."""
         del rangings
+
+    def take_keep_out(self, keep_out: KeepOut) -> None:
+        """Keep out of these boxes from now on; who remembers nothing ignores them."""
+        del keep_out
 
     def on_next_scan(self, gap_s: float, turn_rad: float) -> None:
         """Take in how long ago the last scan was, and how far the lidar has turned about its z axis since.

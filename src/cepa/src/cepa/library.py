@@ -12,6 +12,7 @@ from cepa.errors import (
     ScanError,
     VelocityError,
 )
+from cepa.keep_out import KeepOut, KeepOutBox
 from cepa.levelling import LidarAttitude, levelled
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import SLOW_DETOURS, STEADY_SIDE, CepaParameters
@@ -34,6 +35,8 @@ __all__ = [
     "Decision",
     "Dynamic",
     "Improved",
+    "KeepOut",
+    "KeepOutBox",
     "LaserScan2D",
     "LidarAttitude",
     "Motion",

@@ -89,6 +89,8 @@ class CepaParameters:
     """m, dynamic only: least z of the lidar in the odometry's frame that it descends to."""
     height_max: float = 1000.0
     """m, dynamic only: greatest z of the lidar that it climbs to."""
+    planar_speed_max: float = 1000.0
+    """m/s, dynamic only: greatest speed while no cloud shows what is over and under the scan's plane."""
     body_below: float = 0.3
     """m, dynamic only: how far the UAV reaches below the lidar, also when it leans."""
     body_above: float = 0.15
@@ -167,6 +169,7 @@ class CepaParameters:
             "emergency_gain",
             "braking_deceleration",
             "commit_s",
+            "planar_speed_max",
             "body_below",
             "body_above",
         )

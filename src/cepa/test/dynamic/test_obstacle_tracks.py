@@ -122,6 +122,21 @@ def test_a_person_is_found_within_half_a_second_with_its_velocity(speed, start, 
     assert max(errors) < 0.8
 
 
+@pytest.mark.parametrize("velocity", [(-1.4, 0.0), (-0.7, 0.0), (-1.2, 0.5)])
+@pytest.mark.parametrize(("persons", "standing"), [(4, 0), (8, 0), (6, 3)])
+def test_people_abreast_are_no_drift_of_the_odometry(persons, standing, velocity):
+    # They come 1.1 m apart to a field where less stands than moves: an odometry that is off by as much
+    # would look the same
+    places = [(7.0, 1.1 * (k - 0.5 * (persons - 1))) for k in range(persons)]
+    world = World(
+        Scene(FEW_TRUNKS.circles[:standing]), [(place, np.array(velocity), 0.3) for place in places]
+    )
+    sets = [moving for t, _, _, moving in watch(world, 1.2, seed=1) if t > 0.8]
+    assert min(len(moving.positions) for moving in sets) >= persons - 1
+    velocities = np.array([np.median(moving.velocities, axis=0) for moving in sets])
+    assert np.median(velocities, axis=0) == pytest.approx(velocity, abs=0.4)
+
+
 @pytest.mark.parametrize("edge", [1.0, 2.0])
 def test_a_vehicle_is_found_from_a_uav_in_flight(edge):
     world = World(FEW_TRUNKS, boxes=[((9.0, -5.0), (0.0, 2.0), edge)])

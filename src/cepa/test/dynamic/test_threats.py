@@ -15,7 +15,7 @@ from cepa.dynamic.cost import Cost, progress_as_asked
 from cepa.dynamic.kernels.rollout import PROGRESS
 from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, DistanceField, FreeSpace, Surroundings
 from cepa.dynamic.rollouts import Rollouts
-from cepa.dynamic.threats import threats
+from cepa.dynamic.threats import fronts, is_within, threats
 
 PARAMETERS = CepaParameters()
 OPEN_FIELD = DistanceField(np.full((1, 151, 151), 1.3), 0.1, 1.0, 1.3)
@@ -79,3 +79,41 @@ def test_beside_what_moves_the_uav_does_not_hurry(last_m_s):
     best = commands[np.argmin(np.where(assessed.is_admissible, cost, math.inf))]
     # Then it does not fly past the place that it is led to, though it might fly so fast to evade
     assert np.hypot(*best[:2]) <= 0.6 * EVASION_M_S
+
+
+def person(x, y, vx=-1.4, vy=0.0):
+    return (x, y, vx, vy, 0.4, 0.3)
+
+
+def test_a_group_closes_what_is_between_and_the_way_that_it_comes():
+    # Given three people abreast, 1.1 m apart, 6 m ahead
+    points = fronts(np.array([person(6.0, y) for y in (-1.1, 0.0, 1.1)]))
+    # Then no body fits between the points, from where the people are until 1.2 m before the UAV
+    for x in np.arange(6.0 - 3.0 * 1.4, 6.0, 0.2):
+        for y in np.arange(-1.1, 1.2, 0.1):
+            assert np.hypot(*(points - (x, y)).T).min() < 0.35
+    assert points[:, 0].min() > 1.2 - 0.3 - 1e-6
+    assert np.abs(points[:, 1]).max() == pytest.approx(1.1)
+
+
+@pytest.mark.parametrize(
+    "movers",
+    [
+        [person(6.0, 0.0)],
+        [person(6.0, -2.0), person(6.0, 2.0)],  # a gap of 3.2 m
+        [person(6.0, -0.6), person(6.0, 0.6, vx=1.4)],  # they pass each other
+    ],
+)
+def test_who_moves_alone_closes_no_way(movers):
+    assert not len(fronts(np.array(movers)))
+
+
+def test_a_group_that_has_passed_closes_only_its_place():
+    points = fronts(np.array([person(-2.0, 0.0), person(-2.0, 1.1)]))
+    assert points[:, 0].min() > -2.0 - 0.31
+
+
+def test_the_uav_is_within_a_disc_that_holds_its_place():
+    assert is_within(np.array([[1.0, 0.0, 0.0, 0.0, 1.1, 0.0]]))
+    assert not is_within(np.array([[1.0, 0.0, 0.0, 0.0, 0.9, 0.0]]))
+    assert not is_within(NO_MOVERS)

@@ -14,6 +14,7 @@ from cepa.dynamic.obstacle_tracks.kernels.evidence import HEADING_ERROR_RAD, _is
 from cepa.dynamic.obstacle_tracks.kernels.sides import SIDES_DAMPING, SIDES_OUTLIER_M, shift_of
 from cepa.dynamic.obstacle_tracks.kernels.tracks import _hold, are_fast, associate, correct, predict, weigh
 
+ANY = np.array([[-math.inf] * 3, [math.inf] * 3])
 AT_ORIGIN = np.zeros(3)
 ENDS = [columns.CUT_FIRST, columns.CUT_LAST]
 
@@ -195,7 +196,7 @@ def test_the_alignment_finds_the_drift_in_spite_of_one_that_moves():
     clusters[:, [columns.MIDDLE_X, columns.MIDDLE_Y]] = points
     motion, before, lidar = np.empty(3), points.copy(), pose[:2].copy()
     known = np.arange(12), np.zeros(12, bool), points, pose
-    assert align(clusters, tracks, *known, 0.025, 4, motion)
+    assert align(clusters, tracks, *known, 0.025, 4, ANY, motion)
     assert motion == pytest.approx([*shift, turn], abs=0.005)
     placed = rotated(before - lidar, motion[2]) + lidar + motion[:2]
     np.testing.assert_allclose(points, placed, atol=1e-12)
@@ -208,5 +209,5 @@ def test_too_few_standing_things_tell_no_drift():
     points[:, 0] += 0.1
     motion = np.empty(3)
     known = np.arange(3), np.zeros(3, bool), points, AT_ORIGIN
-    assert not align(clusters, tracks, *known, 0.025, 4, motion)
+    assert not align(clusters, tracks, *known, 0.025, 4, ANY, motion)
     assert (motion == 0.0).all()

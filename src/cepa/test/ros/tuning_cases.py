@@ -137,6 +137,7 @@ CASES = (
     Case("response_acceleration_max", 1.0, around((0.0, 20.0, 2.0)), **FAST, given=DYNAMIC),
     Case("response_delay", 0.4, around((0.0, 60.0, 1.6)), **FAST, given=DYNAMIC),
     Case("response_jerk_max", 2.0, around((0.0, 20.0, 2.0)), **FAST, given=DYNAMIC),
+    Case("planar_speed_max", 1.0, around((0.0, 20.0, 2.0)), **FAST, given=DYNAMIC),
     Case("response_error", 3.0, around((0.0, 60.0, 2.4)), **FAST, given=DYNAMIC),
     Case("levelling", True, LOW_FLOOR, v_ref=(2.0, 0.0), **LOW),
     Case("floor_height", -1.0, LOW_FLOOR, v_ref=(2.0, 0.0), **LOW, given=LEVELS),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple, Sequence
 
 import numpy as np
@@ -11,30 +12,36 @@ from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason, Vector2
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, leads_back
 from cepa.dynamic.constants.choice import EVASION_M_S, SPOT_CLIMBS, STANDS_M_S
+from cepa.dynamic.constants.free_space import SLAB_RANGE_M
+from cepa.dynamic.constants.obstacle_tracks import LATE_S
 from cepa.dynamic.constants.response import MEETING_S
 from cepa.dynamic.cost import Cost, progress_as_asked
 from cepa.dynamic.cost_to_go.course import Course, Reference, course_of, reference_of
 from cepa.dynamic.cost_to_go.search import CostToGoSearch
 from cepa.dynamic.destination import Destination
 from cepa.dynamic.emergency import Emergency
+from cepa.dynamic.free_space.slab import Slab
 from cepa.dynamic.heading import Heading
 from cepa.dynamic.kernels.rollout import DISCOMFORT, LOSS, PROGRESS
 from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, Surroundings
 from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
 from cepa.dynamic.observer import Observer
-from cepa.dynamic.obstacle_tracks.moving_obstacles import MovingObstacles
+from cepa.dynamic.obstacle_tracks.moving_obstacles import MovingObstacles, SegmentedScan
+from cepa.dynamic.obstacle_tracks.sinking import Sinking
 from cepa.dynamic.plane_knowledge import PlaneKnowledge
 from cepa.dynamic.remembered.single_beams import SingleBeams
 from cepa.dynamic.report import Considered, Explanation, Report, View, report_of, view_of
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.dynamic.space_knowledge import SpaceKnowledge
-from cepa.dynamic.threats import threats
+from cepa.dynamic.threats import is_within, threats
 from cepa.dynamic.timing import ScanTiming
+from cepa.keep_out import KeepOut
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, LaserScan2D
 
 NOTHING = np.empty((0, 3))
+LEVEL = (0.0, 0.0, 0.0, 1.0)
 
 
 class Step(NamedTuple):
@@ -66,20 +73,21 @@ class Dynamic(Algorithm):
         self._observer = Observer(p.response)
         self._timing = ScanTiming(p.commit_s)
         self._single_beams = SingleBeams()
-        self._moving = MovingObstacles(p)
-        self._destination = Destination()
+        self._moving, self._sinking = MovingObstacles(p), Sinking(p.body_below, p.body_above)
+        self._slab, self._destination = Slab(p), Destination()
         self._rollouts = Rollouts(p)
         self._search = CostToGoSearch(p) if p.window_m > 0.0 else None
         self._plane = PlaneKnowledge(p, self._rollouts, self._search)
         self._cost = Cost(p)
         self._emergency = Emergency(p, self._rollouts.hull_m)
         self.wants_cloud = p.climb_max > 0.0
+        self._keep_out = KeepOut()
         super().__init__(p)
 
     def reset(self) -> None:
         """Forget what was seen, what moves and what was commanded."""
         super().reset()
-        for part in (self._observer, self._timing, self._single_beams, self._moving):
+        for part in (self._observer, self._timing, self._single_beams, self._moving, self._sinking):
             part.reset()
         for part_of_choice in (self._destination, self._plane, self._emergency):
             part_of_choice.reset()
@@ -97,7 +105,8 @@ class Dynamic(Algorithm):
         self._timing.take_over(earlier._timing)
         self._single_beams = earlier._single_beams
         self._moving.take_over(earlier._moving)
-        self._destination = earlier._destination
+        self._sinking.take_over(earlier._sinking)
+        self._destination, self._keep_out = earlier._destination, earlier._keep_out
         self._plane.take_over(earlier._plane)
         self._command = earlier._command.copy()
         if self._search is not None and earlier._search is not None:
@@ -117,6 +126,10 @@ class Dynamic(Algorithm):
         From the first on the UAV climbs and sinks into what they or a cloud have seen.
         """
         self._rangings = rangings if self.wants_cloud else ()
+
+    def take_keep_out(self, keep_out: KeepOut) -> None:
+        """Keep out of these boxes from now on: their walls count as obstacles."""
+        self._keep_out = keep_out
 
     def report(self) -> Report | None:
         """Return the reasons of the last answer; None: there was none yet."""
@@ -143,7 +156,7 @@ class Dynamic(Algorithm):
         if motion is not None:
             beams = self._single_beams.confirmed(beams, now, self._timing.period_s)  # 2 what stands
         heading = Heading(now.yaw_rad)
-        reference = reference_of(heading.into_odometry(v_ref, now.climb_ref_m_s))
+        reference = reference_of(heading.into_odometry(self._allowed(v_ref), now.climb_ref_m_s))
         self._destination.update(now.position_m, reference.velocity.tolist())
         seen = beams, scan.range_max, now, told.age_s, state, cloud
         observed = self._observe(*seen, reference.speed)  # 2 what moves
@@ -157,6 +170,13 @@ class Dynamic(Algorithm):
         if outlook.search_climb:
             return self._climb_on_the_spot(step, outlook)
         return self._least_costly(step, outlook, course)  # 5 to 8
+
+    def _allowed(self, v_ref: Vector2) -> Vector2:
+        """Return the reference, slower where nobody can see what is over and under the scan's plane."""
+        most_m_s, speed = self.parameters.planar_speed_max, math.hypot(*v_ref)
+        if speed <= most_m_s or (self._space is not None and self._space.has_clouds):
+            return v_ref
+        return v_ref[0] * most_m_s / speed, v_ref[1] * most_m_s / speed
 
     def _guessed_motion(self, v_uav: tuple[float, float]) -> Motion:
         """Return the motion of a UAV whose odometry is not known: only its velocity counts."""
@@ -187,14 +207,20 @@ class Dynamic(Algorithm):
         reference_speed: float,
     ) -> Observation:
         """Tell what moves from what stands; return it with all that came with the scan."""
-        are_upright = self._space is None or not self._space.has_clouds
-        scan = self._moving.take_in(beams, now, age_s, range_max, are_upright)
+        scan = self._scan_of(beams, range_max, now, age_s, cloud)
         if self._space is not None and len(scan.movers) and self._space.has_clouds:
             scan = scan.without(self._space.have_stood(scan, now))
         standing = NOTHING
         if len(scan.points):
             standing = scan.points[~scan.is_moving] if len(scan.movers) else scan.points.copy()
+        walls = self._keep_out.walls(now.position_m)
+        if len(walls):
+            heights_m, p = walls[:, 2], self.parameters
+            at_body = walls[(-p.body_below <= heights_m) & (heights_m <= p.body_above)]
+            standing = np.concatenate((standing, at_body))
         rangings, self._rangings = self._rangings, ()
+        columns = self._sinking.take_in(rangings, now)
+        met = np.concatenate((scan.movers, columns)) if len(columns) else scan.movers
         fastest = max(EVASION_M_S, reference_speed, math.hypot(state[0, 1], state[1, 1]))
         return Observation(
             motion=now,
@@ -206,10 +232,29 @@ class Dynamic(Algorithm):
             standing=standing,
             free=scan.free,
             movers=scan.movers,
-            threats=threats(scan.movers, fastest, self.parameters.r_ub),
+            columns=columns,
+            walls=walls,
+            threats=threats(met, fastest, self.parameters.r_ub),
             cloud=cloud,
             rangings=rangings,
         )
+
+    def _scan_of(
+        self, beams: Beams, range_max: float, now: Motion, age_s: float, cloud: Cloud | None
+    ) -> SegmentedScan:
+        """Return what moves and what stands in a scan.
+
+        While clouds come that look all around, they tell what moves, for a planar scan passes over and under
+        things. With late odometry the scan does: its pose is known later.
+        """
+        has_clouds = self._space is not None and self._space.has_clouds
+        reads_clouds = self.wants_cloud and age_s <= LATE_S
+        if cloud is not None and cloud.looks_all_around and reads_clouds:
+            level = replace(now, orientation_xyzw=LEVEL)
+            slab = self._slab.beams(cloud, beams, now), level, age_s, SLAB_RANGE_M
+            return self._moving.take_in(*slab, False)
+        counts = not (has_clouds and reads_clouds)
+        return self._moving.take_in(beams, now, age_s, range_max, not has_clouds, counts)
 
     def _knowledge_of(self, observed: Observation) -> Knowledge:
         """Return what takes in an observation: from the first cloud or range on that in space."""
@@ -256,6 +301,8 @@ class Dynamic(Algorithm):
         p, speed = self.parameters, max(step.reference.speed, self.parameters.v_max)
         around = outlook.around._replace(cost_to_go=NO_COST_TO_GO)
         way_out, climb_m = self._emergency.way_out(around), self._emergency.climb_m(around)
+        if is_within(step.snapshot.observed.columns):
+            climb_m = math.inf  # out to the side, never between a load and the floor
         if abs(climb_m) * p.v_max < (way_out.length_m if way_out else math.inf) * p.climb_max:
             climb = self._spot_climb(step, around, climb_m, is_emergency=True)
             if climb is not None:

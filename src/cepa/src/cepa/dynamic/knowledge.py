@@ -19,6 +19,7 @@ from cepa.motion import Cloud, Motion, Ranging
 from cepa.scan import Beams
 
 ANYWHERE = np.zeros(2)
+NO_COLUMNS, NO_WALLS = np.empty((0, 6)), np.empty((0, 3))
 
 
 class Observation(NamedTuple):
@@ -36,13 +37,17 @@ class Observation(NamedTuple):
     is_moving: np.ndarray
     """(n,) bool: which of them belong to what moves."""
     standing: np.ndarray
-    """(m, 3) m: the others."""
+    """(m, 3) m: the others, and the walls at the height of the body."""
     free: FreeRanges
     """How far each direction is free."""
     movers: np.ndarray
     """(k, 6): what moves, see `Surroundings`."""
     threats: np.ndarray
-    """(j, 6): those of the movers that the UAV may meet."""
+    """(j, 6): those of the movers and columns that the UAV may meet."""
+    walls: np.ndarray = NO_WALLS
+    """(w, 3) m: points on the walls of keep-out boxes."""
+    columns: np.ndarray = NO_COLUMNS
+    """(c, 6): discs that something sinks or rises into, as movers that stand."""
     cloud: Cloud | None = None
     rangings: Sequence[Ranging] = ()
 

@@ -19,6 +19,7 @@ from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
 from cepa.dynamic.remembered.field_grid import field_grid_of
 from cepa.dynamic.remembered.plane_memory import PlaneMemory, RecalledPlane
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
+from cepa.dynamic.threats import fronts
 from cepa.parameters import CepaParameters
 
 NOTHING_UNSEEN = np.empty((0, 0, 0), np.uint8)
@@ -79,7 +80,10 @@ class PlaneKnowledge(Knowledge):
         field = DistanceField(self._distances(recalled), self._grid.cell_m, 1.0, self.far_m)
         cost_to_go: CostToGo | None = NO_COST_TO_GO
         if self._search is not None and reference.speed >= self._p.reference_speed_min:
-            cost_to_go = self._search.search(recalled.obstacles, course, observed.motion).cost_to_go
+            obstacles = recalled.obstacles
+            if len(observed.threats) > 1:
+                obstacles = np.concatenate((obstacles, fronts(observed.threats)))
+            cost_to_go = self._search.search(obstacles, course, observed.motion).cost_to_go
         free_space = FreeSpace(recalled.reach_m, NOTHING_UNSEEN, 1.0)
         around = Surroundings(field, free_space, observed.threats, cost_to_go or NO_COST_TO_GO)
         return Outlook(

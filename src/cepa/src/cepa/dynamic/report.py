@@ -93,7 +93,8 @@ def view_of(explanation: Explanation, response: np.ndarray, horizon: Horizon) ->
     into_scan = _turned_back(motion, is_level=snapshot.space is None)
     remembered, hidden = considered[:2] if considered else knowledge.remembered(snapshot)
     remembered = np.pad(remembered, ((0, 0), (0, 3 - remembered.shape[1])))
-    flat, movers = into_scan[:2, :2], snapshot.observed.movers
+    flat, observed = into_scan[:2, :2], snapshot.observed
+    movers = np.concatenate((observed.movers, observed.columns))
     return View(
         np.concatenate((HERE, predicted @ into_scan)),
         np.concatenate((HERE, braking @ into_scan)),

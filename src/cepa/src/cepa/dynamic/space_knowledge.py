@@ -32,6 +32,7 @@ from cepa.dynamic.plane_knowledge import PlaneKnowledge, is_leading_away
 from cepa.dynamic.remembered.field_grid import field_grid_of
 from cepa.dynamic.remembered.space_memory import NO_POINTS, RecalledSpace, SpaceMemory
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
+from cepa.dynamic.threats import is_within
 from cepa.motion import Motion
 from cepa.parameters import CepaParameters
 
@@ -67,6 +68,8 @@ class SpaceKnowledge(Knowledge):
         plane = self._plane.lidar_plane(observed) if self._needs_plane else None
         counts = self._needs_plane or cloud is None
         beam_ends = observed.points[~observed.is_moving] if counts else NO_POINTS
+        if len(observed.walls):
+            beam_ends = np.concatenate((beam_ends, observed.walls))
         space = self._memory.take_in(cloud, motion, observed.movers, plane, observed.rangings, beam_ends)
         heights_m = space.points[:, 2]
         near = space.points[(-p.body_below <= heights_m) & (heights_m <= p.body_above), :2]
@@ -130,11 +133,12 @@ class SpaceKnowledge(Knowledge):
         heights.
         """
         space, motion = _space(snapshot), snapshot.observed.motion
-        height_m = self._open_height_m(space, reference)
+        is_under = is_within(snapshot.observed.columns)  # it leaves to the side, at its height
+        height_m = 0.0 if is_under else self._open_height_m(space, reference)
         found, climb = Found(NO_COST_TO_GO, False), 0.0
         if self._search is not None and reference.speed >= self._p.reference_speed_min:
             found = self._search.search_layers(self._layers(space), course, motion)
-            if not self._needs_plane or (found.cost_to_go is not None and not found.leads_back):
+            if is_under or not self._needs_plane or (found.cost_to_go is not None and not found.leads_back):
                 self._heights.reset()
             else:
                 climb = self._heights.climb(motion.position_m[2], self._next_layers_open(space)) or 0.0

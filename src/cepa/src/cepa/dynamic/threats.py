@@ -1,4 +1,4 @@
-"""Which of what moves the UAV may meet."""
+"""Which of what moves the UAV may meet, and whether it is within it."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ import math
 
 import numpy as np
 
+from cepa.dynamic.constants.choice import FRONT_APART_M, FRONT_M, FRONT_S, FRONT_STEP_M, SAME_WAY_M_S
 from cepa.dynamic.constants.response import BRAKE_S, LONGEST_COMMIT_S, MEETING_S, PATH_STEP_S
 
 FORESEEN_S = max(MEETING_S, LONGEST_COMMIT_S + BRAKE_S)
+FRONT_SHARES = np.linspace(0.0, 1.0, 5)
+"""Where, between two of a group, points are."""
 TIMES_S = PATH_STEP_S * np.arange(1, math.ceil(FORESEEN_S / PATH_STEP_S) + 1)
 
 
@@ -23,3 +26,36 @@ def threats(movers: np.ndarray, speed: float, near_m: float) -> np.ndarray:
     x, y, vx, vy, radius_m, growth = (column[:, None] for column in movers.T)
     apart_m = np.hypot(x + vx * TIMES_S, y + vy * TIMES_S) - radius_m - (growth + speed) * TIMES_S
     return movers[apart_m.min(axis=1) <= near_m]
+
+
+def is_within(discs: np.ndarray) -> bool:
+    """Return whether the UAV is in one of the discs (k, 6), which count from it as movers do."""
+    return bool(len(discs)) and bool(np.any(np.hypot(discs[:, 0], discs[:, 1]) < discs[:, 4]))
+
+
+def fronts(movers: np.ndarray) -> np.ndarray:
+    """Return points (n, 2), m, that close the ways which a group of ``movers`` (k, 6) will close.
+
+    A group moves alike and leaves no room in between, as people abreast. A UAV that flies up to it, to see
+    whether a gap is left, has no time to go around. So its way out leads around the group from the start: the
+    points are where the group is, and where it comes until FRONT_M before the UAV.
+    """
+    x, y, vx, vy, radius = movers[:, :5].T
+    apart_m = np.hypot(x[:, None] - x, y[:, None] - y) - radius[:, None] - radius
+    alike = np.hypot(vx[:, None] - vx, vy[:, None] - vy) < SAME_WAY_M_S
+    first, second = np.nonzero(np.triu(alike & (apart_m < FRONT_APART_M), k=1))
+    if not len(first):
+        return np.empty((0, 2))
+    between = [
+        movers[i] + share * (movers[j] - movers[i]) for i, j in zip(first, second) for share in FRONT_SHARES
+    ]
+    return np.concatenate([_sweep(mover) for mover in between])
+
+
+def _sweep(mover: np.ndarray) -> np.ndarray:
+    """Return points (n, 2) along the way of a mover (6,), until it is before the UAV."""
+    place, velocity = mover[:2], mover[2:4]
+    speed = max(float(np.hypot(*velocity)), 1e-6)
+    ahead_m = -float(place @ velocity) / speed - FRONT_M
+    length_m = min(max(ahead_m, 0.0), FRONT_S * speed)
+    return place + np.arange(0.0, length_m + FRONT_STEP_M, FRONT_STEP_M)[:, None] * velocity / speed

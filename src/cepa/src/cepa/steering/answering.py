@@ -11,6 +11,7 @@ from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Vector2
 from cepa.dynamic.dynamic import Dynamic
 from cepa.errors import AttitudeError
+from cepa.keep_out import KeepOut
 from cepa.levelling import LidarAttitude, levelled
 from cepa.motion import Cloud, Ranging, Vector3
 from cepa.scan import LaserScan2D
@@ -60,7 +61,7 @@ class Answering:
         self._warn = warn
         self._limits = limits
         self._motion = OwnMotion(warn)
-        self.algorithm = algorithm
+        self.algorithm, self._keep_out = algorithm, KeepOut()
         self._last_xy = (0.0, 0.0)
         self._last_scan: tuple[int, float | None] | None = None  # its stamp, and the body's yaw
         self._matched_ns: int | None = None  # when a cloud came with a scan, or the first one came at all
@@ -69,7 +70,13 @@ class Answering:
         """Steer by another algorithm, or by one with other parameters; it keeps what is remembered."""
         if isinstance(algorithm, Dynamic) and isinstance(self.algorithm, Dynamic):
             algorithm.take_over(self.algorithm)
+        algorithm.take_keep_out(self._keep_out)
         self.algorithm = algorithm
+
+    def take_keep_out(self, keep_out: KeepOut) -> None:
+        """Let this algorithm, and those that follow it, keep out of boxes."""
+        self._keep_out = keep_out
+        self.algorithm.take_keep_out(keep_out)
 
     def restart(self) -> None:
         """Forget everything, as after a clock that jumped back."""

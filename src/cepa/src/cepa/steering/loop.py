@@ -7,6 +7,7 @@ from typing import Callable, NamedTuple
 
 from cepa.algorithm import Algorithm
 from cepa.errors import MountError
+from cepa.keep_out import KeepOut
 from cepa.motion import Ranging, Vector3
 from cepa.scan import LaserScan2D
 from cepa.steering.answering import RANGE_FINDERS, STANDSTILL, Answer, Answering
@@ -87,6 +88,10 @@ class SteeringLoop:
     def take(self, algorithm: Algorithm) -> None:
         """Steer by another algorithm, or by one with other parameters; it keeps what is remembered."""
         self._answering.take(algorithm)
+
+    def take_keep_out(self, keep_out: KeepOut) -> None:
+        """Keep out of these boxes from now on, whatever algorithm steers."""
+        self._answering.take_keep_out(keep_out)
 
     def on_reference(self, stamp_ns: int, velocity_m_s: Vector3) -> list[Command]:
         """Take in the wanted velocity, along the axes of the levelled body."""

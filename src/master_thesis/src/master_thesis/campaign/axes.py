@@ -13,8 +13,9 @@ from master_thesis.errors import CampaignError
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
 from master_thesis.flight.conditions import BOUNDS, Conditions
 from master_thesis.worlds.drawn.barriers import FENCE, GLASS
+from master_thesis.worlds.drawn.kept_out import KEEP_OUT
 from master_thesis.worlds.drawn.manholes import HOSE, MANHOLES, NOTHING, PERSON
-from master_thesis.worlds.drawn.movers import CROSSING, HEAD_ON
+from master_thesis.worlds.drawn.movers import ABREAST, CROSSING, HEAD_ON, SINKING, SMALL_UAV
 from master_thesis.worlds.drawn.overhead import OBSTACLES
 from master_thesis.worlds.experiment_1 import GOAL_X_M
 from master_thesis.worlds.scenario import CLOUD_LIDARS, FLIGHT_HEIGHT_M, LIDARS
@@ -31,7 +32,10 @@ DEEP_DEAD_END, DOORS = "deep_dead_end", "doors"
 BARRIERS = (FENCE, GLASS)
 MAPPING_WORLDS = (HOLD, "room", "hold", "hold_middle")
 MEETINGS = (CROSSING, HEAD_ON)
-_26_M_WORLDS = (FOREST, MIXED_FOREST, HALLWAY, SPACED_FOREST, OFFICE, DOORS, *BARRIERS, *MEETINGS, *OBSTACLES)
+DRAWN_MEETINGS = (ABREAST, SINKING, SMALL_UAV)
+"""What meets the UAV there is drawn with its speed."""
+_26_M_FORESTS = (FOREST, MIXED_FOREST, SPACED_FOREST, KEEP_OUT)
+_26_M_WORLDS = (*_26_M_FORESTS, HALLWAY, OFFICE, DOORS, *BARRIERS, *MEETINGS, *DRAWN_MEETINGS, *OBSTACLES)
 DRAWN_DISTANCES_M = {
     **dict.fromkeys(_26_M_WORLDS, 26.0),
     DEAD_ENDS: 34.0,
@@ -95,6 +99,7 @@ _FLIGHT = (
     Axis("model", str, "iris", choices=MODELS),
     Axis("algorithm", str, "improved", choices=STEERING),
     Axis("speed_m_s", float, 2.0, bounds=(0.2, 8.0)),
+    Axis("range_finders", bool, False),
     *(Axis(name, float, getattr(Conditions(), name), bounds) for name, bounds in BOUNDS.items()),
     *_COMMON,
 )

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from cepa import KeepOutBox
 from master_thesis.campaign.axes import (
     BARRIERS,
     DEAD_ENDS,
@@ -37,9 +38,20 @@ from master_thesis.worlds.drawn.forests import (
     plant_thick,
 )
 from master_thesis.worlds.drawn.hallway import hallway_sdf
+from master_thesis.worlds.drawn.kept_out import KEEP_OUT, draw_boxes
 from master_thesis.worlds.drawn.manholes import manholes_sdf
 from master_thesis.worlds.drawn.materials import CLEAR_M
-from master_thesis.worlds.drawn.movers import CROSSING, HEAD_ON, meeting_sdf
+from master_thesis.worlds.drawn.movers import (
+    ABREAST,
+    CROSSING,
+    HEAD_ON,
+    SINKING,
+    SMALL_UAV,
+    abreast_sdf,
+    meeting_sdf,
+    sinking_sdf,
+    small_uav_sdf,
+)
 from master_thesis.worlds.drawn.office import office_sdf
 from master_thesis.worlds.drawn.overhead import OBSTACLES, overhead_sdf
 from master_thesis.worlds.experiments_3_4 import hold_with_beams
@@ -55,12 +67,13 @@ class Place:
     """A world, as SDF text or as a file.
 
     distance_m: how far ahead along x the goal lies; 0 if none. stuck_s: a flight that comes no nearer to the
-    goal for so long is stuck.
+    goal for so long is stuck. keep_out: boxes that the UAV is to stay out of.
     """
 
     world: str | Path
     distance_m: float
     stuck_s: float = STUCK_S
+    keep_out: tuple[KeepOutBox, ...] = ()
 
     def world_file(self, folder: Path) -> Path:
         """Return the world's file; a text is written into the folder."""
@@ -83,6 +96,9 @@ def place_of(settings: Settings, seed: int) -> Place:
         return Place(forest_sdf(plant(rng, rng.uniform(*MIXED_SPACINGS_M), distance_m)), distance_m)
     if world == SPACED_FOREST:
         return Place(forest_sdf(plant(rng, SPACING_M, distance_m)), distance_m)
+    if world == KEEP_OUT:
+        boxes = draw_boxes(rng, distance_m)
+        return Place(forest_sdf(plant(rng, SPACING_M, distance_m)), distance_m, keep_out=boxes)
     if world == THICK_FOREST:
         return Place(forest_sdf(plant_thick(rng, distance_m), THICK_HEIGHT_M), distance_m)
     if world == HALLWAY:
@@ -103,6 +119,12 @@ def place_of(settings: Settings, seed: int) -> Place:
     if world in (CROSSING, HEAD_ON):
         speeds = settings["speed_m_s"], settings["mover_speed_m_s"]
         return Place(meeting_sdf(rng, world, distance_m, *speeds), distance_m)
+    if world == ABREAST:
+        return Place(abreast_sdf(rng, distance_m, settings["speed_m_s"]), distance_m, ASTRAY_S)
+    if world in (SINKING, SMALL_UAV):
+        sdf = sinking_sdf if world == SINKING else small_uav_sdf
+        flight = distance_m, settings["speed_m_s"], settings["height_m"]
+        return Place(sdf(rng, *flight), distance_m, ASTRAY_S)
     if world in OBSTACLES:
         return Place(overhead_sdf(rng, world, distance_m, settings["height_m"]), distance_m)
     if world == HOLD:

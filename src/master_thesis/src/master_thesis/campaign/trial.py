@@ -11,8 +11,9 @@ from typing import Any, Callable, Sequence
 
 import numpy as np
 
-from cepa import ALGORITHMS, CepaParameters
+from cepa import ALGORITHMS, CepaParameters, KeepOut, KeepOutBox
 from cepa.algorithm import Algorithm
+from cepa.steering.answering import RANGE_FINDERS
 from inspection_tools import PositionControllerParameters
 from master_thesis.baselines import BASELINES
 from master_thesis.campaign.axes import CEPA_PREFIX, parameters_in
@@ -69,9 +70,24 @@ def _flown(case: Case) -> dict[str, Any]:
             position_controller=PositionControllerParameters(max_speed=speed_m_s),
             limits=PhaseLimits(flight_timeout_s=PATIENCE * straight_s),
             conditions=Conditions(**{name: settings[name] for name in BOUNDS}),
+            range_finders=settings["range_finders"],
         )
-        flight = fly_to_goal(parameters, steering(settings["algorithm"], cepa), place.stuck_s)
+        algorithm = steering(settings["algorithm"], cepa)
+        algorithm.take_keep_out(KeepOut(place.keep_out))
+        flight = fly_to_goal(parameters, algorithm, place.stuck_s)
+    if entered(flight.poses, place.keep_out, cepa.body_radius):
+        flight = replace(flight, end="collision")
     return outcome_of(flight, straight_s)
+
+
+def entered(poses: np.ndarray, boxes: Sequence[KeepOutBox], radius_m: float) -> bool:
+    """Return whether a body on poses (n, 8: t, position, quaternion) was in a box in the plan."""
+    for box in boxes:
+        low, high = np.array(box.low_m[:2]), np.array(box.high_m[:2])
+        apart_m = np.maximum(0.0, np.maximum(low - poses[:, 1:3], poses[:, 1:3] - high))
+        if np.hypot(*apart_m.T).min() < radius_m:
+            return True
+    return False
 
 
 def _mapped(case: Case) -> dict[str, Any]:
@@ -87,6 +103,7 @@ def _simulation(case: Case, world: Path) -> SimulationParameters:
         lidar=settings["lidar"],
         model=settings.get("model", "iris"),
         lidar_range_max_m=settings["lidar_range_m"] or 0.0,
+        sensors=RANGE_FINDERS if settings.get("range_finders") else (),
         seed=case.noise_seed,
     )
 

@@ -57,7 +57,7 @@ class Prop:
 
 @dataclass(frozen=True)
 class Walk:
-    """A thing that goes its way once. waypoints: (time in s from the start, x, y in m, yaw in rad)."""
+    """A thing that goes its way once. waypoints: (time in s from the start, x, y, z in m, yaw in rad)."""
 
     name: str
     parts: tuple[Part, ...]
@@ -110,7 +110,7 @@ def _model(prop: Prop) -> str:
 
 def _actor(walk: Walk) -> str:
     parts = "".join(_part(part) for part in walk.parts)
-    places = ((_numbers(t), _numbers(x, y, 0, 0, 0, yaw)) for t, x, y, yaw in walk.waypoints)
+    places = ((_numbers(t), _numbers(x, y, z, 0, 0, yaw)) for t, x, y, z, yaw in walk.waypoints)
     waypoints = "".join(
         f"          <waypoint><time>{time}</time><pose>{pose}</pose></waypoint>\n" for time, pose in places
     )

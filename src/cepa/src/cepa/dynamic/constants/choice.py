@@ -30,6 +30,21 @@ STANDS_M_S = 0.1
 """m/s: A UAV that may not climb, and is slower, gives up this direction. Source: chosen. Greater: it gives up
 earlier."""
 
+# -- groups of things that move ----------------------------------------------------------------------------
+FRONT_APART_M = 1.6
+"""m: Two things that leave less room between them are a group: twice r_LB and the growth of both discs.
+Source: chosen. Greater: it goes around groups that it could pass through."""
+SAME_WAY_M_S = 0.7
+"""m/s: And their velocities differ by less. Source: chosen. Greater: people who meet are a group."""
+FRONT_S = 3.0
+"""s: A group closes the ways that it reaches within so much, as MEETING_S. Source: chosen. Greater: it goes
+around from farther away."""
+FRONT_M = 1.2
+"""m: And no nearer to the UAV than this, as r_UB, or there would be no way out. Source: chosen. Greater: it
+goes around nearer to the group."""
+FRONT_STEP_M = 0.3
+"""m: Points along the way of a group are so far apart. Source: grid. Greater: faster, until gaps open."""
+
 # -- distances to keep -------------------------------------------------------------------------------------
 SCAN_NOISE_M = 0.06
 """m: The nearest of a thing's points is nearer than the thing; r_LB is kept within this. Source: chosen.

@@ -71,3 +71,11 @@ near is trusted for longer."""
 OWN_REACH_M = 1.0
 """m: Around the body, for all that it could reach from its own place. Source: chosen. Greater: no
 difference."""
+SLAB_MORE_M = 0.3
+"""m: What moves is tracked so far above and below the body, and so far from floor and ceiling. Source:
+chosen. Greater: it evades what passes over it."""
+SLAB_BINS = 720
+"""1: Directions in which a cloud's nearest point is tracked. Source: grid. Greater: finer."""
+SLAB_RANGE_M = 20.0
+"""m: It is tracked up to here; farther away the channels are too far apart. Source: chosen. Greater: things
+flicker between channels."""

@@ -50,6 +50,12 @@ TRACKS_MAX = 192
 """1: Tracks. Source: grid. Greater: more time where many things stand."""
 STANDING_FORGET_S = 0.3
 """s: What stands is kept so long unseen. Source: chosen. Greater: more tracks."""
+FORGET_BEHIND_S = 4.0
+"""s: What moves is predicted so long where no beam looks, as behind a UAV that flies away from it. Source:
+flown. Greater: it evades what has turned off."""
+SPREAD_MOST_M = 0.5
+"""m: The error of a place makes a disc no larger than by this. Source: chosen. Greater: what is out of sight
+closes more ways."""
 MISSED_S = 0.15
 """s: Anything is kept so long where the scan sees past its place. Source: chosen. Greater: it evades what is
 gone."""
@@ -72,6 +78,17 @@ DRIFT_SHIFT_M = 0.05
 corrected."""
 DRIFT_TURN_RAD = 0.02
 """rad: Standard deviation of its heading. Source: chosen. Greater: more is corrected."""
+
+DRIFT_SLACK_M = 0.1
+"""m: All corrections of the last scans move a scan no farther: three standard deviations of an odometry's
+noise. Source: chosen. Greater: people abreast are found later."""
+DRIFT_SLACK_RAD = 0.03
+"""rad: Nor do they turn it farther. Source: chosen. Greater: the same."""
+DRIFT_RATE_M_S = 0.1
+"""m/s: Besides, the corrections follow a drift of this rate. Source: chosen. Greater: slow things that move
+alike stand."""
+DRIFT_RATE_RAD_S = 0.03
+"""rad/s: The same of the heading; 0.24 m/s at 8 m. Source: chosen. Greater: the same."""
 
 # -- evidence ----------------------------------------------------------------------------------------------
 EVIDENCE_SCANS = 12
@@ -111,3 +128,33 @@ STOOD_UP_M = 0.6
 STOOD_NEW_SHARE = 0.4
 """1: A thing moves if this does not hold for such a share of its points; less of a thing that is longer than
 LONG_M, as its front only comes to free places. Source: chosen. Greater: slow things stand."""
+
+# -- what sinks or rises, by range finders -----------------------------------------------------------------
+ARRIVES_S = 6.0
+"""s: What would be at the body's height within so much closes its column; from under the middle of a load of
+2 m the UAV needs 2.5 s. Source: chosen. Greater: it makes way for loads that are still far up."""
+SINKING_FORGET_S = 2.0
+"""s: The column stays closed for so long after it. Source: chosen. Greater: it waits longer beside a load."""
+SINKING_RADIUS_M = 1.5
+"""m: A load may reach so far from the spot that the beam meets: half the diagonal of 2 m by 2 m. Source:
+chosen. Greater: it leaves farther."""
+SINKING_GAP_M = 0.4
+"""m: Heights that jump by more belong to different things. Source: chosen. Greater: steps look like
+motion."""
+SINKING_LEAST_M_S = 0.1
+"""m/s: What is slower stands. Source: chosen. Greater: slow loads are found by the lidar only."""
+SINKING_SLOPE = 0.5
+"""1: And what is slower than such a share of the UAV's own speed may be a slope. Source: chosen. Greater:
+loads are found later while the UAV flies fast."""
+SINKING_RESIDUAL_M = 0.05
+"""m: Heights that are farther off a straight line are no even motion. Source: chosen. Greater: rough ceilings
+move."""
+SINKING_SPANS_S = (0.25, 0.5, 1.0)
+"""s: The speed is taken over the first of these times in which it is significant. Source: chosen. Greater:
+slower loads are found, later."""
+SINKING_MISS_S = 1.0
+"""s: A spot that the beam has passed freely so short ago is beside the load. Source: chosen. Greater: older
+spots count."""
+UPRIGHT_COSINE = 0.9
+"""1: A range finder that leans farther tells no height. Source: chosen. Greater: none while the UAV
+accelerates."""

@@ -24,6 +24,18 @@ PROGRESS, DISCOMFORT, LOSS, HEIGHT, HIT, OUTCOME_COLUMNS = range(6)
 """Columns of the outcomes, which `cepa.dynamic.cost` weighs."""
 
 
+@njit(cache=True, inline="always")
+def contact_of_moving(least: float, here: float) -> float:
+    """Return how near what moves may come before it counts as a contact, m; ``here``: how near it is.
+
+    If it is too near already, a contact is far nearer, or inside. So of all flights away the fastest is the
+    best. Would it be a contact at once, all flights would be as bad, and the UAV would stop.
+    """
+    if here >= least:
+        return least
+    return 0.5 * here if here > 0.0 else here - least
+
+
 @njit(cache=True)
 def fly_on(
     state: State,
@@ -52,7 +64,7 @@ def fly_on(
     length, way_cell_m, offset_x, offset_y, slowing = around.cost_to_go
     inner, outer = cushions.inner, cushions.outer
     least = min(cushions.least, clearance_of_standing(distance, cell_m, layer_m, far, state) - DEEPER_M)
-    least_of_movers = min(cushions.least, clearance_of_moving(movers, state, 0.0) - DEEPER_M)
+    least_of_movers = contact_of_moving(cushions.least, clearance_of_moving(movers, state, 0.0))
     discomfort = extra_m = 0.0
     outcome[LOSS] = outcome[HIT] = 0.0
     speed = math.sqrt(ux * ux + uy * uy)

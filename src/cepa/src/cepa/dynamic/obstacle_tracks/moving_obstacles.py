@@ -63,28 +63,37 @@ class MovingObstacles:
         return self._late.tell(motion)
 
     def take_in(
-        self, beams: Beams, motion: Motion, age_s: float, range_max: float, are_upright: bool = True
+        self,
+        beams: Beams,
+        motion: Motion,
+        age_s: float,
+        range_max: float,
+        are_upright: bool = True,
+        counts: bool = True,
     ) -> SegmentedScan:
         """Return what a scan shows.
 
         motion: at the scan's stamp, as far as it is known. age_s: how much older odometry is. If odometry is
         late, what moves is that of the newest scan that was ready, moved on. While odometry tells nothing,
         it moves on until it would be forgotten out of sight. So a thing that moves stays one, and nothing
-        that stands seems to move. are_upright: see `ObstacleTracker.update`.
+        that stands seems to move. are_upright: see `ObstacleTracker.update`. counts: whether the tracks take
+        in the scan; else what moves moves on.
         """
         for held, then in self._late.ready():
             self._follow(*self._beam_ends.of(held, then, range_max), then, are_upright)
         points, free = self._beam_ends.of(beams, motion, range_max)
         in_time = age_s <= LATE_S
-        if in_time:
+        if in_time and counts:
             self._follow(points, free, motion, are_upright)
-        else:
+        elif counts:
             self._late.hold(beams, motion.stamp_s)
         since_s = motion.stamp_s - self._moving_s
         if not len(self._moving.radii) or since_s > self._tracker.parameters.forget_s:
             return SegmentedScan(points, free, nothing_moves(len(points)).is_moving, NO_MOVERS)
         movers = self._moving.movers(np.array(motion.position_m[:2]))
-        is_moving = self._moving.is_moving if in_time else _are_in(_moved_on(movers, since_s), points)
+        is_moving = (
+            self._moving.is_moving if in_time and counts else _are_in(_moved_on(movers, since_s), points)
+        )
         return SegmentedScan(points, free, is_moving, _moved_on(movers, since_s + self._p.response.delay_s))
 
     def _follow(self, points: np.ndarray, free: FreeRanges, motion: Motion, are_upright: bool) -> None:

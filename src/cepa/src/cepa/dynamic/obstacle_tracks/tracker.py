@@ -17,6 +17,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
     EVIDENCE_SAMPLES,
     EVIDENCE_SCANS,
     EVIDENCE_YOUNGEST_S,
+    FORGET_BEHIND_S,
     LONG_M,
     LONGEST_SCAN_GAP_S,
     MISSED_S,
@@ -28,11 +29,12 @@ from cepa.dynamic.constants.obstacle_tracks import (
 )
 from cepa.dynamic.free_space.free_ranges import FreeRanges
 from cepa.dynamic.free_space.kernels.beams import clear_of
+from cepa.dynamic.obstacle_tracks.drift import RecentDrift
 from cepa.dynamic.obstacle_tracks.frames import Frames, plane_of
 from cepa.dynamic.obstacle_tracks.kernels import columns
 from cepa.dynamic.obstacle_tracks.kernels.clusters import placed, segment
 from cepa.dynamic.obstacle_tracks.kernels.drift import align
-from cepa.dynamic.obstacle_tracks.kernels.evidence import are_free, have_moved
+from cepa.dynamic.obstacle_tracks.kernels.evidence import are_behind, are_free, have_moved
 from cepa.dynamic.obstacle_tracks.kernels.tracks import are_fast, associate, correct, predict, weigh
 from cepa.dynamic.obstacle_tracks.tracks import MovingTracks, TrackerParameters, nothing_moves
 
@@ -61,6 +63,7 @@ class ObstacleTracker:
         self._stamp_s = math.nan
         self._frames = Frames()
         self._turn, self._shift = 0.0, (0.0, 0.0)  # the odometry's drift: rad and m
+        self._drift = RecentDrift()
 
     def clear_of_floor(self, points: np.ndarray, floor_m: float, ceiling_m: float) -> np.ndarray:
         """Return which ``points`` (n, 3), m, from the lidar, belong neither to floor nor ceiling (n,).
@@ -141,8 +144,9 @@ class ObstacleTracker:
         motion = np.empty(3)
         x, y, _ = pose.tolist()
         standing = clusters, self._tracks, owners, self._moving, points, pose
-        if not align(*standing, dt_s, STANDING_MIN, motion):
+        if not align(*standing, dt_s, STANDING_MIN, self._drift.limits_after(dt_s), motion):
             return
+        self._drift.take_in(motion)
         along_x, along_y, turn = motion.tolist()
         from_lidar = self._shift[0] - x, self._shift[1] - y
         self._shift = _moved(from_lidar, turn, (x + along_x, y + along_y))
@@ -195,7 +199,10 @@ class ObstacleTracker:
         """
         unseen_s, free = self._tracks[:, columns.UNSEEN], np.empty(len(owners), bool)
         are_free(self._tracks[:, : columns.VX], pose, sight_m, self.parameters.free_gap_m, free)
-        allowed_s = np.where(self._moving, self.parameters.forget_s, STANDING_FORGET_S)
+        behind = np.empty(len(owners), bool)
+        are_behind(self._tracks[:, : columns.VX], pose, sight_m, behind)
+        moving_s = np.where(behind, FORGET_BEHIND_S, self.parameters.forget_s)
+        allowed_s = np.where(self._moving, moving_s, STANDING_FORGET_S)
         stays = unseen_s <= np.where(free, MISSED_S, allowed_s)
         if stays.all():
             return owners

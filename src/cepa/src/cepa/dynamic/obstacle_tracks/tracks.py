@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from cepa.dynamic.constants.obstacle_tracks import SPREAD_MOST_M
 from cepa.errors import ParameterError
 
 NO_VECTORS, NO_RADII, NO_COVARIANCES = np.empty((0, 2)), np.empty(0), np.empty((0, 2, 2))
@@ -84,9 +85,11 @@ class MovingTracks:
     def movers(self, origin_xy: np.ndarray, deviations: float = 2.0) -> np.ndarray:
         """Return what moves, as growing discs (k, 6): x, y, vx, vy, radius, growth of the radius in m/s.
 
-        The positions count from ``origin_xy``. A disc holds the thing with so many standard deviations.
+        The positions count from ``origin_xy``. A disc holds the thing with so many standard deviations, but
+        at most SPREAD_MOST_M: a thing that is long out of sight would else close all ways.
         """
         spread = deviations * np.sqrt(self.covariances[:, [0, 1], [0, 1]])
+        np.minimum(spread[:, 0], SPREAD_MOST_M, out=spread[:, 0])
         return np.column_stack(
             (self.positions - origin_xy, self.velocities, self.radii + spread[:, 0], spread[:, 1])
         )

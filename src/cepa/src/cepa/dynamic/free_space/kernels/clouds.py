@@ -57,6 +57,36 @@ def level(
 
 
 @njit(cache=True)
+def slab_ranges(
+    points: np.ndarray,
+    rotation: np.ndarray,
+    range_min: float,
+    range_max: float,
+    low: float,
+    high: float,
+    ranges: np.ndarray,
+) -> None:
+    """Shorten ``ranges`` (bins,), m, to the least distance in a plan of points between two heights.
+
+    points (n, 3), rotation (3, 3): as in ``level``. low, high: m above the lidar.
+    """
+    bins = ranges.size
+    per_rad = bins / (2.0 * math.pi)
+    for k in range(points.shape[0]):
+        a, b, c = float(points[k, 0]), float(points[k, 1]), float(points[k, 2])
+        z = rotation[2, 0] * a + rotation[2, 1] * b + rotation[2, 2] * c
+        if not low <= z <= high:  # NaN fails, too
+            continue
+        x = rotation[0, 0] * a + rotation[0, 1] * b + rotation[0, 2] * c
+        y = rotation[1, 0] * a + rotation[1, 1] * b + rotation[1, 2] * c
+        h = math.sqrt(x * x + y * y)
+        if range_min <= h < range_max:
+            column = column_of(x, y, per_rad, bins)
+            if h < ranges[column]:
+                ranges[column] = h
+
+
+@njit(cache=True)
 def free_distances(
     nearest: np.ndarray,
     row_tan: float,

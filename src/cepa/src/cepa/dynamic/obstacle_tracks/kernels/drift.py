@@ -33,16 +33,24 @@ def align(
     pose: np.ndarray,
     dt: float,
     least: int,
+    limits: np.ndarray,
     motion: np.ndarray,
 ) -> bool:
     """Fill ``motion`` (3: x, y in m, turn in rad about the lidar) with what lays a scan on standing things.
 
     They are the tracks that are not ``moving`` (t,) and were seen in the last scan, with known sides and all
-    of their clusters in sight. Outliers count little. Returns whether there are at least ``least`` of them.
-    With fewer, one that moves could not be told from an error of the odometry. If there are, the points, the
-    clusters and the pose are moved by it.
+    of their clusters in sight. Outliers count little. Returns whether there are at least ``least`` of them,
+    and more than tracks in sight that move. With fewer, what moves could not be told from an error of the
+    odometry. If there are, the points, the clusters and the pose are moved by it.
+
+    limits (2, 3): the least and the greatest ``motion``. Many things that move alike look as an error of the
+    odometry does, but no odometry is so bad.
     """
     motion[:] = 0.0
+    moves = 0
+    for t in range(tracks.shape[0]):
+        if owners[t] >= 0 and moving[t]:
+            moves += 1
     shifts, reaches = np.full((tracks.shape[0], 2), math.nan), np.empty(NORMALS.shape[0])
     for t in range(tracks.shape[0]):
         if owners[t] < 0 or moving[t] or tracks[t, UNSEEN] > 1.5 * dt:
@@ -73,11 +81,13 @@ def align(
             right[0] += w * rx
             right[1] += w * ry
             right[2] += w * (ax * ry - ay * rx)
-        if count < least:
+        if count < max(least, moves + 1):
             motion[:] = 0.0
             return False
         matrix[2, 0], matrix[2, 1] = matrix[0, 2], matrix[1, 2]
         motion[:] = np.linalg.solve(matrix, right)
+    for k in range(3):
+        motion[k] = min(max(motion[k], limits[0, k]), limits[1, k])
     _move_scan(clusters, points, pose, motion)
     return True
 

@@ -41,6 +41,15 @@ def are_free(places: np.ndarray, pose: np.ndarray, bins: np.ndarray, gap: float,
 
 
 @njit(cache=True)
+def are_behind(places: np.ndarray, pose: np.ndarray, bins: np.ndarray, behind: np.ndarray) -> None:
+    """Fill ``behind`` (t,) with whether each of ``places`` (t, 2) is where no beam of the scan looks."""
+    per_rad = bins.size / (2.0 * math.pi)
+    for t in range(places.shape[0]):
+        direction = math.atan2(places[t, 1] - pose[1], places[t, 0] - pose[0]) - pose[2]
+        behind[t] = bins[math.floor(direction * per_rad + 0.5) % bins.size] < 0.0
+
+
+@njit(cache=True)
 def _height(x: float, y: float, pose: np.ndarray, plane: np.ndarray) -> float:
     """Return the height of a scan's plane at (x, y), m. plane (3,): the lidar's height, and its falls."""
     return plane[0] - plane[1] * (x - pose[0]) - plane[2] * (y - pose[1])

@@ -32,10 +32,13 @@ from kernel_cache.compiler import njit
 
 @njit(cache=True)
 def predict(tracks: np.ndarray, dt: float, acceleration: float) -> None:
-    """Move tracks on by ``dt`` s at constant velocity; acceleration: m/s2, its standard deviation for 1 s."""
-    q = acceleration * acceleration * dt
+    """Move tracks on by ``dt`` s at constant velocity; acceleration: m/s2, its standard deviation for 1 s.
+
+    Out of sight a thing is taken to go on as it did. Else its disc would soon fill every way past it.
+    """
     for k in range(tracks.shape[0]):
         track = tracks[k]
+        q = acceleration * acceleration * dt if track[UNSEEN] == 0.0 else 0.0
         track[X] += dt * track[VX]
         track[Y] += dt * track[VY]
         track[PP] += dt * (2.0 * track[PV] + dt * track[VV]) + q * dt * dt / 3.0

@@ -1,0 +1,155 @@
+"""Finds what comes down on the UAV, or comes up to it, by its range finders."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+from cepa.dynamic.constants.obstacle_tracks import (
+    ARRIVES_S,
+    SINKING_FORGET_S,
+    SINKING_GAP_M,
+    SINKING_LEAST_M_S,
+    SINKING_MISS_S,
+    SINKING_RADIUS_M,
+    SINKING_RESIDUAL_M,
+    SINKING_SLOPE,
+    SINKING_SPANS_S,
+    UPRIGHT_COSINE,
+)
+from cepa.motion import Motion, Ranging
+
+NO_MOVERS = np.empty((0, 6))
+FEWEST_HEIGHTS = 5
+SIGNIFICANCE = 3.0
+
+
+class _Height(NamedTuple):
+    """Where a beam ended, in the odometry's frame; z_m is inf where it met nothing."""
+
+    stamp_s: float
+    x_m: float
+    y_m: float
+    z_m: float
+
+
+class _Column(NamedTuple):
+    """A disc that something comes down into, or up."""
+
+    x_m: float
+    y_m: float
+    from_s: float
+    until_s: float
+
+
+class Sinking:
+    """Keeps the heights that range finders have met, and tells which of them come nearer.
+
+    What comes down closes its whole column: the UAV leaves it to the side, never between it and the floor. A
+    beam shows one spot of a thing. So the disc is as wide as a load may be, and ends where the beam met
+    nothing so near just before.
+    """
+
+    def __init__(self, body_below_m: float, body_above_m: float) -> None:
+        self._ends_m = {1.0: body_above_m, -1.0: body_below_m}
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all heights."""
+        self._heights: dict[float, deque[_Height]] = {1.0: deque(maxlen=100), -1.0: deque(maxlen=100)}
+        self._columns: dict[float, _Column] = {}
+        self._last_m: dict[float, float] = {}
+
+    def take_over(self, earlier: Sinking) -> None:
+        """Take over what one with other parameters knows; it must not be used any longer."""
+        self._heights, self._columns = earlier._heights, earlier._columns
+        self._last_m = earlier._last_m
+
+    def take_in(self, rangings: Sequence[Ranging], motion: Motion) -> np.ndarray:
+        """Take in ranges in the lidar's frame; return what comes near as discs (k, 6), as `movers` are."""
+        for ranging in rangings:
+            self._keep(ranging, motion)
+        now_s, (x, y, _) = motion.stamp_s, motion.position_m
+        columns = [c for c in self._columns.values() if c.from_s <= now_s <= c.until_s]
+        if not columns:
+            return NO_MOVERS
+        return np.array([(c.x_m - x, c.y_m - y, 0.0, 0.0, SINKING_RADIUS_M, 0.0) for c in columns])
+
+    def _keep(self, ranging: Ranging, motion: Motion) -> None:
+        rotation = motion.rotation()
+        direction = rotation @ ranging.direction
+        way = math.copysign(1.0, float(direction[2]))
+        if abs(direction[2]) < UPRIGHT_COSINE or math.isnan(ranging.range_m) or ranging.range_m < 0.0:
+            return
+        if self._last_m.get(way) == ranging.range_m < math.inf:
+            return  # slower than the lidar: it is the same measurement again
+        self._last_m[way] = ranging.range_m
+        start = np.array(motion.position_m) + rotation @ ranging.origin_m
+        end = start + ranging.free_m * direction
+        height_m = float(end[2]) if ranging.range_m <= ranging.range_max_m else way * math.inf
+        heights = self._heights[way]
+        heights.append(_Height(motion.stamp_s, float(end[0]), float(end[1]), height_m))
+        rises_m_s = _speed_m_s(heights)
+        speed = way * rises_m_s
+        gap_m = way * (height_m - motion.position_m[2]) - self._ends_m[way]
+        if speed < 0.0:  # it comes, also if the beam should miss it from now on
+            x_m, y_m = _middle_of(heights, way, rises_m_s)
+            arrives_s = motion.stamp_s + max(0.0, gap_m) / -speed
+            self._columns[way] = _Column(x_m, y_m, arrives_s - ARRIVES_S, arrives_s + SINKING_FORGET_S)
+
+
+def _speed_m_s(heights: deque[_Height]) -> float:
+    """Return how fast the newest heights rise, m/s; 0.0: they stand, or belong to several things.
+
+    A ceiling that slopes comes nearer as well while the UAV flies along it. So the speed must be greater than
+    a share of the UAV's own.
+    """
+    newest = heights[-1]
+    if not math.isfinite(newest.z_m):
+        return 0.0
+    run = [newest]
+    for height in reversed(list(heights)[:-1]):
+        if not abs(height.z_m - run[-1].z_m) <= SINKING_GAP_M:  # another thing, or none
+            break
+        run.append(height)
+    found = np.array(run)
+    for span_s in SINKING_SPANS_S:
+        part = found[newest.stamp_s - found[:, 0] <= span_s + 1e-6]
+        lasted_s = newest.stamp_s - part[-1, 0]
+        if len(part) < FEWEST_HEIGHTS or lasted_s < 0.8 * span_s:
+            continue
+        times_s, z_m = part[:, 0] - part[:, 0].mean(), part[:, 3] - part[:, 3].mean()
+        spread = float(times_s @ times_s)
+        speed = float(times_s @ z_m) / spread
+        residual_m = math.sqrt(float(np.mean((z_m - speed * times_s) ** 2)))
+        flown_m_s = math.dist(part[0, 1:3], part[-1, 1:3]) / lasted_s
+        noise = max(residual_m, 0.5 * SINKING_RESIDUAL_M) / math.sqrt(spread)
+        least = max(SINKING_LEAST_M_S + SINKING_SLOPE * flown_m_s, SIGNIFICANCE * noise)
+        if residual_m < SINKING_RESIDUAL_M and abs(speed) > least:
+            return speed
+    return 0.0
+
+
+def _middle_of(heights: deque[_Height], way: float, rises_m_s: float) -> tuple[float, float]:
+    """Return where the disc's middle is (x, y), m: a miss of the beam just before is on its rim.
+
+    rises_m_s: speed of what comes, so that its own earlier heights are no misses.
+    """
+    newest = heights[-1]
+    for height in reversed(heights):
+        age_s = newest.stamp_s - height.stamp_s
+        if age_s > SINKING_MISS_S:
+            break
+        if way * (height.z_m - newest.z_m + rises_m_s * age_s) > SINKING_GAP_M:
+            apart_m = math.dist(newest[1:3], height[1:3])
+            if apart_m < 0.01:
+                break
+            share = SINKING_RADIUS_M / apart_m
+            return (
+                height.x_m + share * (newest.x_m - height.x_m),
+                height.y_m + share * (newest.y_m - height.y_m),
+            )
+    return newest.x_m, newest.y_m

@@ -1,0 +1,109 @@
+"""What comes down on the UAV, or up to it, is found by range finders and left to the side."""
+
+import math
+
+import numpy as np
+import pytest
+from spatial_flight import LEVEL, STEP_S, Boxes
+
+from cepa import Dynamic, LaserScan2D, Motion, Ranging
+from cepa.dynamic.kernels.response import fly
+from cepa.dynamic.observer import response_of
+from cepa.dynamic.obstacle_tracks.sinking import Sinking
+
+PERIOD_S, HEIGHT_M, RANGE_MAX_M = 0.1, 2.0, 40.0
+BEAMS = 360
+ANGLES = -math.pi + np.arange(BEAMS) * 2.0 * math.pi / BEAMS
+AROUND = np.stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros(BEAMS)], axis=1)
+UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
+
+
+def found_at(height_of, rng, way=UP, speed=0.0, until_s=30.0):
+    """Return when a UAV that flies along x at 2 m/s or hovers finds that something comes, or None."""
+    sinking = Sinking(0.3, 0.15)
+    for number in range(round(until_s / PERIOD_S)):
+        t = number * PERIOD_S
+        x = speed * t
+        range_m = way[2] * (height_of(t, x) - HEIGHT_M) + rng.normal(0.0, 0.01)
+        motion = Motion(t, (x, 0.0, HEIGHT_M), LEVEL, (speed, 0.0, 0.0))
+        if len(sinking.take_in([Ranging((0.0, 0.0, 0.0), way, range_m, 0.05, RANGE_MAX_M)], motion)):
+            return t
+    return None
+
+
+@pytest.mark.parametrize("speed", [0.2, 0.5, 1.0, 2.0])
+@pytest.mark.parametrize(("way", "start_m"), [(UP, 8.0), (DOWN, -4.0)])
+def test_what_comes_is_found_in_time_to_leave_and_not_long_before(speed, way, start_m):
+    end_m = 0.15 if way is UP else 0.3  # of the body
+    arrives_s = (abs(start_m - HEIGHT_M) - end_m) / speed
+    found_s = found_at(lambda t, x: start_m - way[2] * speed * t, np.random.default_rng(1), way)
+    # A UAV leaves the middle of a load of 2 m within 2.5 s
+    assert 2.5 < arrives_s - found_s < 7.0 or (arrives_s < 3.5 and found_s < 0.6)
+
+
+@pytest.mark.parametrize(
+    ("height_of", "speed"),
+    [
+        (lambda t, x: 5.0, 0.0),  # a ceiling
+        (lambda t, x: 8.0 - 0.3 * x, 2.0),  # one that slopes
+        (lambda t, x: 5.0 if x < 3.0 else 3.5, 2.0),  # a beam under it
+        (lambda t, x: 4.0 + 0.5 * t, 0.0),  # a load that is lifted
+        (lambda t, x: 30.0 - 0.5 * t, 0.0),  # one that is far up
+    ],
+)
+def test_what_stands_or_is_lifted_or_far_up_closes_nothing(height_of, speed):
+    assert found_at(height_of, np.random.default_rng(2), UP, speed, until_s=8.0) is None
+
+
+def test_the_disc_ends_where_the_beam_passed_just_before():
+    # Given a load whose edge the UAV flies under at 0.5 m/s
+    sinking, found = Sinking(0.3, 0.15), np.empty((0, 6))
+    for number in range(30):
+        t = number * PERIOD_S
+        x = 0.5 * t - 1.0
+        range_m = 4.0 - 0.8 * t if x > 0.0 else 20.0
+        motion = Motion(t, (x, 0.0, HEIGHT_M), LEVEL, (0.5, 0.0, 0.0))
+        found = sinking.take_in([Ranging((0.0, 0.0, 0.0), UP, range_m + 1e-3 * number, 0.05, 40.0)], motion)
+        if len(found):
+            break
+    # Then the way back is open, and the way ahead is not
+    ((ahead, aside, _, _, radius, _),) = found
+    assert aside == pytest.approx(0.0, abs=1e-9)
+    assert x + ahead - radius == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.parametrize("is_led", [False, True])
+@pytest.mark.parametrize(("edge_m", "speed"), [(0.3, 0.2), (0.3, 2.0), (1.0, 0.5), (2.0, 0.2), (2.0, 1.0)])
+def test_a_load_comes_down_beside_the_uav_and_never_onto_it(edge_m, speed, is_led):
+    """The UAV hovers, or is led on and on; it has a planar lidar and range finders."""
+    steering, position, state = Dynamic(), np.array([0.0, 0.0, HEIGHT_M]), np.zeros((3, 4))
+    model = steering.parameters.response
+    response, command, clearance_m, lowest_m = response_of(model, STEP_S), np.zeros(3), math.inf, HEIGHT_M
+    half = 0.5 * edge_m
+    for number in range(round(4.0 / speed / PERIOD_S)):
+        bottom_m = max(5.0 - speed * number * PERIOD_S, 0.01)
+        load = Boxes(np.array([[(-half, -half, bottom_m), (half, half, bottom_m + edge_m)]]))
+        ranges = load.ranges(position, AROUND)
+        ranges = np.where(ranges <= 10.0, ranges, math.inf)
+        scan = LaserScan2D(ranges, -math.pi, 2 * math.pi / BEAMS, 0.06, 10.0)
+        steering.take_ranges(
+            [
+                Ranging(
+                    (0.0, 0.0, 0.0), way, float(load.ranges(position, np.array([way]) + 1e-9)[0]), 0.05, 40.0
+                )
+                for way in (UP, DOWN)
+            ]
+        )
+        climb_ref = float(np.clip(HEIGHT_M - position[2], -1.0, 1.0))
+        motion = Motion(number * PERIOD_S, tuple(position), LEVEL, tuple(state[:, 1]), climb_ref)
+        reference = (0.3, 0.0) if is_led and position[0] < 0.1 else (0.0, 0.0)
+        decision = steering.steer(scan, reference, tuple(state[:2, 1]), motion)
+        late, command = command, np.array([*decision.velocity_xy, decision.climb_m_s or 0.0])
+        state[:, 0] = 0.0
+        commands = np.array([[0.0, 9.0, *late], [model.delay_s, 9.0, *command]])
+        fly(state, commands, 0, 2, 0.0, PERIOD_S, response)
+        position = position + state[:, 0]
+        clearance_m = min(clearance_m, load.clearance(position, 0.35, 0.25, 0.1))
+        lowest_m = min(lowest_m, position[2])
+    assert clearance_m > 0.0
+    assert lowest_m > HEIGHT_M - 0.3

@@ -1,0 +1,100 @@
+"""The UAV keeps out of keep-out boxes as it keeps off obstacles."""
+
+import math
+
+import numpy as np
+import pytest
+from planar_flight import Scene, Uav, fly, to_goal
+
+from cepa import Dynamic, KeepOut, KeepOutBox, ParameterError
+from cepa.keep_out import WALL_STEP_M, MapPose, boxes_of, ceiling_m
+
+BOX = KeepOutBox((3.0, 0.2, 0.0), (8.0, 4.0, 5.0), "hatch")
+
+
+def distance_m(box, x, y):
+    """From a place to a box in the plan; 0 inside."""
+    return math.hypot(
+        max(box.low_m[0] - x, x - box.high_m[0], 0.0), max(box.low_m[1] - y, y - box.high_m[1], 0.0)
+    )
+
+
+@pytest.mark.parametrize("trunk_y", [-0.3, 0.0])
+def test_a_uav_that_evades_a_trunk_does_not_cross_a_box(trunk_y):
+    # Given a trunk on the way, and a box on the side on which it is nearer to pass
+    steering, scene = Dynamic(), Scene(circles=np.array([(5.0, trunk_y, 0.3)]))
+    steering.take_keep_out(KeepOut([BOX]))
+    uav = Uav()
+    flight = fly(steering, scene, to_goal((12.0, 0.0)), uav, np.random.default_rng(1), 25.0)
+    # Then the UAV passes on the other side
+    assert flight.reached
+    assert not flight.contact
+    assert min(distance_m(BOX, x, y) for x, y in flight.path) > steering.parameters.body_radius
+
+
+def test_a_uav_that_is_led_into_a_box_stops_before_it():
+    steering = Dynamic()
+    steering.take_keep_out(KeepOut([KeepOutBox((4.0, -20.0, -9.0), (9.0, 20.0, 9.0))]))
+    flight = fly(steering, Scene(), to_goal((6.0, 0.0)), Uav(), np.random.default_rng(2), 8.0)
+    assert max(x for x, _ in flight.path) < 4.0 - steering.parameters.body_radius
+
+
+def test_walls_are_closed_near_the_uav_and_none_for_a_uav_inside():
+    walls = KeepOut([BOX]).walls((0.0, 0.0, 2.0))
+    face = walls[np.abs(walls[:, 0] - 3.0) < 1e-9]
+    for y, z in np.random.default_rng(3).uniform((0.2, -1.5), (4.0, 1.5), (50, 2)):
+        assert np.hypot(*(face[:, 1:] - (y, z)).T).min() <= WALL_STEP_M
+    assert np.abs(walls[:, 2]).max() <= 1.8 + 1e-9
+    assert not len(KeepOut([BOX]).walls((4.0, 1.0, 2.0)))
+    assert not len(KeepOut([BOX]).walls((30.0, 0.0, 2.0)))
+
+
+def test_walls_stand_in_the_map_however_the_odometry_has_drifted():
+    # Given an odometry that is turned by 90 degrees and shifted by (1, 2, 0) m in the map
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    keep_out = KeepOut([BOX], MapPose(turn, np.array([1.0, 2.0, 0.0])))
+    position = np.array([0.5, 0.2, 2.0])
+    in_map = (keep_out.walls(position) + position) @ turn.T + (1.0, 2.0, 0.0)
+    on_face = np.abs(in_map[:, None, :] - (BOX.low_m, BOX.high_m)).min(axis=(1, 2)) < 1e-9
+    assert len(in_map)
+    assert on_face.all()
+
+
+def test_the_file_of_path_planner_is_read():
+    limits = {
+        "ceiling": 8,
+        "keep_out": [{"name": "hatch", "low": [3.0, 0.2, 0], "high": [8, 4, 5]}],
+        "keep_in": {"low": [-2, -3, -4], "high": [2, 3, 4]},
+    }
+    boxes = boxes_of(limits)
+    assert boxes[0] == BOX
+    assert len(boxes) == 7
+    assert ceiling_m(limits) == 8.0
+    assert ceiling_m({}) == math.inf
+    # And all around keep_in is kept out
+    near = KeepOut(boxes[1:]).walls((0.0, 0.0, 0.0))
+    for axis, end in ((0, 2.0), (0, -2.0), (1, 3.0), (1, -3.0)):
+        assert np.isclose(near[:, axis], end).any()
+
+
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [
+        (5, "limits must hold"),
+        ({"floor": 1}, "limits must hold"),
+        ({"keep_out": {"low": 1}}, "no list"),
+        ({"keep_out": [{"low": [0, 0, 0]}]}, "box 1 is"),
+        ({"keep_out": [{"low": 0, "high": 1}]}, "as lists"),
+        ({"keep_out": [{"low": [0, 0], "high": [1, 1]}]}, "corner"),
+        ({"keep_out": [{"low": [0, 0, math.nan], "high": [1, 1, 1]}]}, "corner"),
+        ({"keep_out": [{"name": "tank", "low": [0, 0, 2], "high": [1, 1, 1]}]}, "tank has z from 2 to 1 m"),
+    ],
+)
+def test_limits_that_make_no_sense_are_refused_with_a_sentence(limits, words):
+    with pytest.raises(ParameterError, match=words):
+        boxes_of(limits)
+
+
+def test_a_ceiling_that_is_no_height_is_refused():
+    with pytest.raises(ParameterError, match="ceiling is 'high'"):
+        ceiling_m({"ceiling": "high"})
