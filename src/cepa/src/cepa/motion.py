@@ -12,6 +12,8 @@ from cepa.errors import MotionError
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)
+"""Of a frame whose axes are those of the odometry's."""
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ import pytest
 
 from master_thesis.campaign.places import place_of
 from master_thesis.campaign.reading import campaign_of
+from master_thesis.campaign.trial import entered
 from master_thesis.worlds.drawn.barriers import WIRES_M
 from master_thesis.worlds.drawn.dead_ends import DEPTHS_M, dead_ends_sdf
 from master_thesis.worlds.drawn.forests import (
@@ -31,6 +32,8 @@ from simulation_tools.sdf.parser import load_world
 FLAT = (FLIGHT_HEIGHT_M,)
 HEIGHTS = np.arange(0.6, 3.5, 0.1)
 """At which a UAV may fly over and under things; FLIGHT_HEIGHT_M is the middle."""
+MEET = ("abreast", "sinking", "small_uav", "keep_out")
+"""What is drawn with its speed, and boxes."""
 HALF_WIDTHS_M = {
     "spaced_forest": 10.0,
     "thick_forest": THICK_HALF_WIDTH_M,
@@ -57,7 +60,16 @@ def shapes_in(place, folder):
 
 @pytest.mark.parametrize(
     "world",
-    ["random_forest", "mixed_forest", "random_hallway", "crossing", "head_on", "doors", *HALF_WIDTHS_M],
+    [
+        "random_forest",
+        "mixed_forest",
+        "random_hallway",
+        "crossing",
+        "head_on",
+        "doors",
+        *MEET,
+        *HALF_WIDTHS_M,
+    ],
 )
 def test_the_same_seed_gives_the_same_place(world):
     settings = settings_of(world)
@@ -189,6 +201,39 @@ def test_a_mover_meets_a_uav_that_flies_straight(world, mover_speed_m_s, seed, t
     assert gap.min() < 0.6  # of the middles: less than the radii of a person and a UAV
     before = times < 8.7
     assert np.hypot(x[before], y[before]).min() > 4.0
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("world", ["abreast", "sinking", "small_uav"])
+def test_what_is_drawn_meets_a_uav_at_its_height_or_comes_down_to_the_floor(world, seed, tmp_path):
+    trials = {"world": world, "speed_m_s": 2}
+    place = place_of(campaign_of({"trials": trials}, "x").combinations[0], seed)
+    things = [m for m in load_world(place.world_file(tmp_path)).models if m.script is not None]
+    gaps, fine = [], np.linspace(8.7, 8.7 + 13.0, 4000)
+    for thing in things:
+        (way,) = thing.script.trajectories
+        times = np.array([w.time_s for w in way.waypoints])
+        x, y, z = np.array([w.pose.position_m for w in way.waypoints]).T
+        assert z.min() >= 0.0
+        if world == "sinking":
+            assert z[0] > FLIGHT_HEIGHT_M
+            assert z[-1] == 0.0
+        gaps.append(np.hypot(np.interp(fine, times, x) - 2.0 * (fine - 8.7), np.interp(fine, times, y)).min())
+    assert len(things) >= (2 if world == "abreast" else 1)
+    assert min(gaps) < 1.6  # half the greatest gap between two people, and what a UAV keeps
+
+
+def test_keep_out_boxes_stand_beside_the_way_and_a_body_in_one_is_found():
+    place = place_of(settings_of("keep_out"), 3)
+    assert len(place.keep_out) == 3
+    for box in place.keep_out:
+        assert min(abs(box.low_m[1]), abs(box.high_m[1])) >= 0.3
+        assert 0.0 < box.low_m[0] < box.high_m[0] < place.distance_m
+    box = place.keep_out[0]
+    beside = np.zeros((1, 8))
+    beside[0, 1:3] = box.high_m[0] + 0.3, box.low_m[1]
+    assert entered(beside, place.keep_out, 0.35)
+    assert not entered(beside, place.keep_out, 0.25)
 
 
 # -- ways ---------------------------------------------------------------------------------------------------

@@ -36,12 +36,11 @@ from cepa.dynamic.space_knowledge import SpaceKnowledge
 from cepa.dynamic.threats import is_within, threats
 from cepa.dynamic.timing import ScanTiming
 from cepa.keep_out import KeepOut
-from cepa.motion import Cloud, Motion, Ranging
+from cepa.motion import LEVEL, Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, LaserScan2D
 
 NOTHING = np.empty((0, 3))
-LEVEL = (0.0, 0.0, 0.0, 1.0)
 
 
 class Step(NamedTuple):

@@ -6,11 +6,18 @@ import math
 
 import numpy as np
 
-from cepa.dynamic.constants.choice import FRONT_APART_M, FRONT_M, FRONT_S, FRONT_STEP_M, SAME_WAY_M_S
+from cepa.dynamic.constants.choice import (
+    FRONT_APART_M,
+    FRONT_FILES,
+    FRONT_M,
+    FRONT_S,
+    FRONT_STEP_M,
+    SAME_WAY_M_S,
+)
 from cepa.dynamic.constants.response import BRAKE_S, LONGEST_COMMIT_S, MEETING_S, PATH_STEP_S
 
 FORESEEN_S = max(MEETING_S, LONGEST_COMMIT_S + BRAKE_S)
-FRONT_SHARES = np.linspace(0.0, 1.0, 5)
+FRONT_SHARES = np.linspace(0.0, 1.0, FRONT_FILES)
 """Where, between two of a group, points are."""
 TIMES_S = PATH_STEP_S * np.arange(1, math.ceil(FORESEEN_S / PATH_STEP_S) + 1)
 

@@ -42,6 +42,8 @@ around from farther away."""
 FRONT_M = 1.2
 """m: And no nearer to the UAV than this, as r_UB, or there would be no way out. Source: chosen. Greater: it
 goes around nearer to the group."""
+FRONT_FILES = 5
+"""1: Rows of points from one of a group to its neighbour. Source: grid. Greater: slower, until gaps open."""
 FRONT_STEP_M = 0.3
 """m: Points along the way of a group are so far apart. Source: grid. Greater: faster, until gaps open."""
 

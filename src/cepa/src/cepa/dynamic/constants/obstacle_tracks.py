@@ -152,6 +152,12 @@ move."""
 SINKING_SPANS_S = (0.25, 0.5, 1.0)
 """s: The speed is taken over the first of these times in which it is significant. Source: chosen. Greater:
 slower loads are found, later."""
+SINKING_FEWEST = 5
+"""1: Heights that tell a speed. Source: chosen. Greater: found later by slow range finders."""
+SINKING_KEPT = 100
+"""1: Heights that are kept. Source: grid. Greater: no difference."""
+SINKING_SIGNIFICANCE = 3.0
+"""1: The speed counts if it is so many times its standard deviation. Source: chosen. Greater: found later."""
 SINKING_MISS_S = 1.0
 """s: A spot that the beam has passed freely so short ago is beside the load. Source: chosen. Greater: older
 spots count."""

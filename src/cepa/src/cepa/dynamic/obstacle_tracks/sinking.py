@@ -10,12 +10,15 @@ import numpy as np
 
 from cepa.dynamic.constants.obstacle_tracks import (
     ARRIVES_S,
+    SINKING_FEWEST,
     SINKING_FORGET_S,
     SINKING_GAP_M,
+    SINKING_KEPT,
     SINKING_LEAST_M_S,
     SINKING_MISS_S,
     SINKING_RADIUS_M,
     SINKING_RESIDUAL_M,
+    SINKING_SIGNIFICANCE,
     SINKING_SLOPE,
     SINKING_SPANS_S,
     UPRIGHT_COSINE,
@@ -23,8 +26,6 @@ from cepa.dynamic.constants.obstacle_tracks import (
 from cepa.motion import Motion, Ranging
 
 NO_MOVERS = np.empty((0, 6))
-FEWEST_HEIGHTS = 5
-SIGNIFICANCE = 3.0
 
 
 class _Height(NamedTuple):
@@ -59,7 +60,7 @@ class Sinking:
 
     def reset(self) -> None:
         """Forget all heights."""
-        self._heights: dict[float, deque[_Height]] = {1.0: deque(maxlen=100), -1.0: deque(maxlen=100)}
+        self._heights: dict[float, deque[_Height]] = {way: deque(maxlen=SINKING_KEPT) for way in (1.0, -1.0)}
         self._columns: dict[float, _Column] = {}
         self._last_m: dict[float, float] = {}
 
@@ -119,7 +120,7 @@ def _speed_m_s(heights: deque[_Height]) -> float:
     for span_s in SINKING_SPANS_S:
         part = found[newest.stamp_s - found[:, 0] <= span_s + 1e-6]
         lasted_s = newest.stamp_s - part[-1, 0]
-        if len(part) < FEWEST_HEIGHTS or lasted_s < 0.8 * span_s:
+        if len(part) < SINKING_FEWEST or lasted_s < 0.8 * span_s:
             continue
         times_s, z_m = part[:, 0] - part[:, 0].mean(), part[:, 3] - part[:, 3].mean()
         spread = float(times_s @ times_s)
@@ -127,7 +128,7 @@ def _speed_m_s(heights: deque[_Height]) -> float:
         residual_m = math.sqrt(float(np.mean((z_m - speed * times_s) ** 2)))
         flown_m_s = math.dist(part[0, 1:3], part[-1, 1:3]) / lasted_s
         noise = max(residual_m, 0.5 * SINKING_RESIDUAL_M) / math.sqrt(spread)
-        least = max(SINKING_LEAST_M_S + SINKING_SLOPE * flown_m_s, SIGNIFICANCE * noise)
+        least = max(SINKING_LEAST_M_S + SINKING_SLOPE * flown_m_s, SINKING_SIGNIFICANCE * noise)
         if residual_m < SINKING_RESIDUAL_M and abs(speed) > least:
             return speed
     return 0.0
