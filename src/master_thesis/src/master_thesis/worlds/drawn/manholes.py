@@ -69,6 +69,6 @@ def _walk(rng: np.random.Generator, plate_x: float, behind: str) -> Walk:
     aside_m = _WALK_M_S * np.maximum(0.0, times_s - leaves_s)
     y = np.minimum(begins_y + aside_m, np.maximum(_ASIDE_M, begins_y))
     x = np.full_like(times_s, plate_x + _PLATE_M + _BEHIND_M[behind])
-    waypoints = np.column_stack((times_s, x, y, np.zeros_like(x)))
+    waypoints = np.column_stack((times_s, x, y, np.zeros_like(x), np.zeros_like(x)))
     part = Part("body", _SHAPES[behind], STEEL)
     return Walk("behind", (part,), tuple(map(tuple, waypoints.tolist())))
