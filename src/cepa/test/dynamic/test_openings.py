@@ -172,4 +172,15 @@ def test_a_height_beyond_the_layers_is_open_if_the_outermost_layer_is():
     space = RecalledSpace(*known, *rest, grid)
     assert space.open_height_m(np.array([1.0, 0.0]), 0.0, 0.22) == 1.0
     space.distance[-1] = 0.0
-    assert space.open_height_m(np.array([1.0, 0.0]), 0.0, 0.22) == pytest.approx(0.5)  # amid open ones
+    assert 0.45 < space.open_height_m(np.array([1.0, 0.0]), 0.0, 0.22) < 0.55  # the layer amid open ones
+
+
+def test_in_an_opening_it_flies_within_the_open_layer_towards_the_height_asked_for():
+    # One layer is open, at 0.1 m; the reference asks for -0.1 m
+    grid, heights_m = field_grid_of(SMALL), 0.1 * (np.arange(15) - 7)
+    known = np.empty((0, 3)), np.empty(0, np.bool_), np.zeros((15, grid.side, grid.side))
+    rest = np.zeros((15, 75, 75), np.uint8), np.empty(0), heights_m, np.abs(heights_m + 0.1), -0.1
+    space = RecalledSpace(*known, *rest, grid)
+    space.distance[8] = 0.25
+    height_m = space.open_height_m(np.array([1.0, 0.0]), 0.0, 0.22)
+    assert 0.05 < height_m < 0.1  # a layer is 0.1 m thick

@@ -96,6 +96,9 @@ measured. Greater: slower climbs."""
 STAY_SHARE = 0.3
 """1: A metre off the own height counts so much of one off the height asked for. Source: chosen. Greater: it
 stays."""
+WITHIN_LAYER = 0.3
+"""1: In fine layers it flies so much of a layer off the middle of the open one, towards the height asked for.
+Source: flown. Greater: nearer to that height, and to the layer that is closed."""
 OPEN_AHEAD_M = 2.0
 """m: A height is open if so much straight ahead is. Source: chosen. Greater: it climbs earlier."""
 OPEN_AHEAD_S = 1.6

@@ -23,6 +23,11 @@ class FieldGrid(NamedTuple):
     layer_m: float
     """From layer to layer."""
 
+    @property
+    def is_fine(self) -> bool:
+        """Whether it is finer than for most UAVs."""
+        return self.cell_m < FIELD_CELL_M
+
 
 def field_grid_of(parameters: CepaParameters) -> FieldGrid:
     """Return the grid for a UAV.

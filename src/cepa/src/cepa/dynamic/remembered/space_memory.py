@@ -7,7 +7,7 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
-from cepa.dynamic.constants.cost_to_go import HEIGHT_GAIN_S, STAY_SHARE
+from cepa.dynamic.constants.cost_to_go import HEIGHT_GAIN_S, STAY_SHARE, WITHIN_LAYER
 from cepa.dynamic.constants.distance_fields import LAYERS
 from cepa.dynamic.constants.free_space import NEAR_M, PICTURE_ROW_TAN
 from cepa.dynamic.constants.obstacle_tracks import BESIDE_DISC_M, LONG_M, STOOD_NEW_SHARE
@@ -81,7 +81,12 @@ class RecalledSpace(NamedTuple):
             return self.asked_m
         cost = self.detours_m + STAY_SHARE * np.abs(self.heights_m)
         best = float(self.heights_m[np.argmin(np.where(choice, cost, math.inf))])
-        return self.asked_m if abs(best - within_m) <= 0.5 * self.grid.layer_m else best
+        if abs(best - within_m) <= 0.5 * self.grid.layer_m:
+            return self.asked_m
+        if not self.grid.is_fine:
+            return best
+        within_layer_m = WITHIN_LAYER * self.grid.layer_m
+        return best + min(max(self.asked_m - best, -within_layer_m), within_layer_m)
 
 
 class SpaceMemory:
