@@ -108,8 +108,8 @@ def place_of(settings: Settings, seed: int) -> Place:
     if world == DEEP_DEAD_END:
         return Place(deep_dead_end_sdf(rng, settings["depth_m"]), distance_m, DEEP_ASTRAY_S)
     if world == MANHOLES:
-        sdf = manholes_sdf(rng, distance_m, settings["height_m"], settings["behind"])
-        return Place(sdf, distance_m, ASTRAY_S)
+        passage = manholes_sdf(rng, distance_m, settings["height_m"], settings["behind"])
+        return Place(passage, distance_m, ASTRAY_S)
     if world == DOORS:
         return Place(doors_sdf(rng, settings["door_m"], distance_m), distance_m, ASTRAY_S)
     if world in BARRIERS:
