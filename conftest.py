@@ -247,11 +247,11 @@ def start_master(processes: Processes) -> Processes:
     (port,) = free_ports(1)
     processes.environment["ROS_MASTER_URI"] = f"http://localhost:{port}"
     master = processes.start("rosmaster", "--core", "-p", str(port), stdout=subprocess.DEVNULL)
-    end = time.monotonic() + 20.0
+    end = time.monotonic() + 60.0
     while time.monotonic() < end:
         with socket.socket() as sock:
             if sock.connect_ex(("127.0.0.1", port)) == 0:
                 return processes
         assert master.poll() is None, "rosmaster ended"
         time.sleep(0.05)
-    raise TimeoutError("rosmaster did not answer within 20 s")
+    raise TimeoutError("rosmaster did not answer within 60 s")

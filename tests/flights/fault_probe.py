@@ -54,7 +54,7 @@ class FlightWatch:
         with self._changed:
             end_s = self.truth[-1][0] + patience_s if self.truth else float("inf")
             while not condition():
-                if (self.truth and self.truth[-1][0] > end_s) or not self._changed.wait(20.0):
+                if (self.truth and self.truth[-1][0] > end_s) or not self._changed.wait(60.0):
                     return False
             return True
 

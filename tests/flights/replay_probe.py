@@ -83,7 +83,7 @@ def main(bag: str) -> int:
             probe.tell(topic, message)
             continue
         expected += 1
-        wait_until(lambda: len(probe.commands) >= expected, 20.0)  # noqa: B023
+        wait_until(lambda: len(probe.commands) >= expected)  # noqa: B023
         if len(probe.commands) < expected:
             break
     print(json.dumps(probe.commands), flush=True)

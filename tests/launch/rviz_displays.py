@@ -23,7 +23,7 @@ from simulation_tools.vehicle.uav import load_uav
 
 FRAMES = [("map", "odom"), ("odom", "base_frame"), ("base_frame", "world")]
 LEAST_S = 1.0  # in which a display finds what it complains of
-PATIENCE_S = 10.0  # for the frames and the model to arrive
+PATIENCE_S = 60.0  # for the frames and the model to arrive
 
 
 def publish_frames() -> StaticTransformBroadcaster:

@@ -103,7 +103,7 @@ def main(nodes: list[str]) -> None:
         told[node] = {}
         for topic, kind in heard_by(node).items():
             publisher = rospy.Publisher(topic, roslib.message.get_message_class(kind), queue_size=1000)
-            end_s = time.monotonic() + 10.0
+            end_s = time.monotonic() + 60.0
             while not publisher.get_num_connections() and time.monotonic() < end_s:
                 time.sleep(0.02)
             base = sane(kind)

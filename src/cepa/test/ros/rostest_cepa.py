@@ -40,7 +40,7 @@ class CepaTest(DynamicCases, unittest.TestCase):
         cls.references = Input("vel_setpoint_in", TwistStamped)
         cls.odometry = Input("odometry", Odometry)
         cls.warned = Warned(NODE)
-        cls.client = Client(NODE, timeout=10)
+        cls.client = Client(NODE, timeout=60.0)
         cls.mounts = Mounts()
         cls.starts = itertools.count(100, 100)
 

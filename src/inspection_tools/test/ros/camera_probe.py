@@ -57,7 +57,7 @@ def shoot(_):
 
 
 def wait_for(condition):
-    end_s = time.monotonic() + 20.0
+    end_s = time.monotonic() + 60.0
     while not condition() and time.monotonic() < end_s:
         time.sleep(0.02)
 

@@ -89,7 +89,7 @@ class DetectorTest(unittest.TestCase):
             self.assertIn("2 of 2 photographs are marked", ask(folder, "/page"))
         finally:
             node.terminate()
-            node.wait(10.0)
+            node.wait(60.0)
         (found,) = find([folder], folder / "wall.stl", FindingParameters())
         self.assertEqual(found.kind, "dark")
         # Darker than 80 of 255 is the line of 2 x 200 px alone, from x 500 and y 200 on
@@ -108,15 +108,15 @@ class DetectorTest(unittest.TestCase):
         link._photographs.unregister()  # alone: nobody hears it
         link._photographs = rospy.Publisher("/nobody", Photograph, queue_size=1)
         link.give(first, "wall.stl", marked.append)
-        wait_until(lambda: marked == [first], "the end of its patience", 10.0)
+        wait_until(lambda: marked == [first], "the end of its patience", 60.0)
         self.assertIn("0.000000.jpg: no candidates came on /candidates", told[0])
         # When another node answers with a pixel outside, then its answer is refused
         answers = rospy.Publisher("/candidates", Candidates, queue_size=1)
         bad = Candidates(file=str(second), candidates=[Candidate("rust", [9000.0], [1.0], 1)])
         rospy.Subscriber("/nobody", Photograph, lambda _: answers.publish(bad))
-        wait_until(lambda: answers.get_num_connections() > 0, "the link", 10.0)
+        wait_until(lambda: answers.get_num_connections() > 0, "the link", 60.0)
         link.give(second, "wall.stl", marked.append)
-        wait_until(lambda: marked == [first, second], "the refusal", 10.0)
+        wait_until(lambda: marked == [first, second], "the refusal", 60.0)
         self.assertIn("a pixel of the rust is outside the photograph", told[1])
         self.assertEqual([read_marks(path) for path in (first, second)], [None, None])
         kinds = [each.kind for each in find([folder], folder / "wall.stl", FindingParameters())]

@@ -91,7 +91,7 @@ class ExploreTest(unittest.TestCase):
         message.tiles, message.voxels = tiles.ravel().tolist(), voxels.tobytes()
         self.maps.send(message)
 
-    def fly(self, until, charge=0.9, seconds=40.0, has_map=True):
+    def fly(self, until, charge=0.9, seconds=60.0, has_map=True):
         """Let a UAV be where the node sends it, until something is true. has_map: whether the map comes."""
 
         def flown():

@@ -283,7 +283,7 @@ class InspectTest(unittest.TestCase):
             uav.tell()
             return self.ended("killed")
 
-        wait_until(ended, "the end", 40.0)
+        wait_until(ended, "the end", 60.0)
         result = self.results.last.result
         self.assertEqual(result.left_out_reasons, [])
         self.assertEqual((result.end, result.is_home, result.taken), ("done", True, 3))

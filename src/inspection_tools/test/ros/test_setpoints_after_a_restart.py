@@ -57,9 +57,8 @@ def test_it_obeys_the_node_in_charge_and_not_the_one_before(ros_master, controll
     before = Node(ros_master, old)
     assert before.ask("1") == "sent"
     assert controller.flies_to("1") == "1"
-    now = Node(
-        ros_master, "sends"
-    )  # not earlier: to one that starts meanwhile, a first message is an old one
+    # Not earlier: to a node that starts meanwhile, a first message is an old one
+    now = Node(ros_master, "sends")
     assert now.ask("2") == "sent"
     assert controller.flies_to("2") == "2"
     # When the controller starts again, then it flies to the newer one each time

@@ -13,7 +13,7 @@ from inspection_tools.survey.views.candidates import View
 from master_thesis.inspecting import whole_plan
 from master_thesis.inspecting.whole_plan import WholePlanPage
 
-WAIT_S = 10.0
+WAIT_S = 60.0
 VIEW = PlannedView(View((1.0, 2.0, 1.5), 0.0, 0.0))
 WHOLE = SurveyPlan(
     "hold.stl", (0.0, 0.0, 1.5), SurveyCamera(), SurveyParameters(), FlightParameters(),

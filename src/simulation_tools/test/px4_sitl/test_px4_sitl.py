@@ -99,7 +99,7 @@ def test_a_reset_parts_with_px4_and_a_strict_peer_then_hovers_at_2_m(simulation,
         assert simulation.time_us < 20e6, "the peer does not fly"
     simulation.reset()
     assert "start it again" in said[0]
-    peer.wait(10.0)
+    peer.wait(60.0)
     assert simulation.world.get_state("iris").pose.position_m[2] < 0.3
     report = run_until_ended(simulation, start_peer(14.0))
     assert report["violations"] == []

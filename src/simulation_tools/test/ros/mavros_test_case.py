@@ -31,7 +31,7 @@ class MavrosTestCase(unittest.TestCase):
         set_parameter = cls.service("param/set", ParamSet)
         value = ParamValue(real=without_setpoints_s)
         taken = cls.eventually(lambda: set_parameter("COM_OF_LOSS_T", value).success)
-        assert taken, "PX4 did not take COM_OF_LOSS_T within 20 s; read the log of the node mavros"
+        assert taken, "PX4 did not take COM_OF_LOSS_T within 60 s; read the log of the node mavros"
 
     @classmethod
     def land_soon(cls):
@@ -69,11 +69,11 @@ class MavrosTestCase(unittest.TestCase):
 
     @staticmethod
     def service(name, service_class):
-        rospy.wait_for_service(f"/mavros/{name}", timeout=20.0)
+        rospy.wait_for_service(f"/mavros/{name}", timeout=60.0)
         return rospy.ServiceProxy(f"/mavros/{name}", service_class)
 
     @staticmethod
-    def eventually(condition, timeout_s=20.0, act=lambda: None, period_s=0.02):
+    def eventually(condition, timeout_s=60.0, act=lambda: None, period_s=0.02):
         """Wait, in wall time, until a condition holds; returns whether it did."""
         end = time.monotonic() + timeout_s
         while time.monotonic() < end and not rospy.is_shutdown():

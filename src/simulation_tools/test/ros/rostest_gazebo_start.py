@@ -61,7 +61,7 @@ class TestStart(unittest.TestCase):
 
     def assert_ends_quietly(self, process):
         os.killpg(process.pid, signal.SIGINT)
-        output, _ = process.communicate(timeout=30.0)
+        output, _ = process.communicate(timeout=60.0)
         self.assertNotIn("Traceback", output)
 
     def test_what_cannot_be_simulated_is_refused_in_one_sentence(self):

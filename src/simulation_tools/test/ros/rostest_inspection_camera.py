@@ -92,7 +92,7 @@ class TestInspectionCamera(unittest.TestCase):
         rospy.sleep(0.5)
         self.assertFalse(told)
         self.fly(STEP_S)
-        asking.join(30.0)
+        asking.join(60.0)
         self.assertTrue(told[0].success)
         self.assertEqual(told[0].stamp, later)
 

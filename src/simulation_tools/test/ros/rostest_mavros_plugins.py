@@ -101,7 +101,7 @@ class TestMavrosPlugins(MavrosTestCase):
         return p.x, p.y, p.z
 
     def flies_to(self, place, act, delta=0.15):
-        return self.eventually(lambda: math.dist(self.where(), place) < delta, 40.0, act)
+        return self.eventually(lambda: math.dist(self.where(), place) < delta, 60.0, act)
 
     # The names sort the flight to the end: the other tests want it on the ground.
 
@@ -259,9 +259,9 @@ class TestMavrosPlugins(MavrosTestCase):
         push = Vector3Stamped()
         push.vector.y = 1.0
         north = lambda: self.publish("setpoint_accel/accel", push)  # noqa: E731
-        self.assertTrue(self.eventually(lambda: self.where()[1] > began + 0.5, 20.0, north))
+        self.assertTrue(self.eventually(lambda: self.where()[1] > began + 0.5, 60.0, north))
         mask = lambda: self.last("setpoint_raw/target_local").type_mask & 0b11_1111  # noqa: E731
-        self.assertTrue(self.eventually(lambda: mask() == 0b11_1111, 20.0, north), mask())
+        self.assertTrue(self.eventually(lambda: mask() == 0b11_1111, 60.0, north), mask())
 
         # An attitude, FLU in ENU: nose down by ten degrees
         def lean():
@@ -272,11 +272,11 @@ class TestMavrosPlugins(MavrosTestCase):
             self.publish("setpoint_attitude/thrust", Thrust(thrust=thrust))
 
         pitch = lambda: 2.0 * math.asin(self.last("imu/data").orientation.y)  # noqa: E731
-        leaning = self.eventually(lambda: abs(pitch() - math.radians(10.0)) < 0.03, 20.0, lean)
+        leaning = self.eventually(lambda: abs(pitch() - math.radians(10.0)) < 0.03, 60.0, lean)
         self.assertTrue(leaning, pitch())
         target = lambda: self.last("setpoint_raw/target_attitude")  # noqa: E731
         told = lambda: abs(target().orientation.y - math.sin(math.radians(5.0))) < 0.005  # noqa: E731
-        self.assertTrue(self.eventually(told, 20.0, lean), target())
+        self.assertTrue(self.eventually(told, 60.0, lean), target())
         self.assertAlmostEqual(target().thrust, thrust, places=3)
         self.assertGreater(self.last("vfr_hud").throttle, 0.3)
         self.assertGreater(min(self.last("rc/out").channels[:4]), 1000)

@@ -29,7 +29,7 @@ def test_a_call_that_hangs_is_waited_for_once_and_nothing_queues_up():
         assert not requests.ask(lambda: made.append(1), 0.2)
     assert time.monotonic() - began < 10.0  # not 100 times 0.2 s
     release.set()
-    end = time.monotonic() + 20.0
+    end = time.monotonic() + 60.0
     while not requests.ask(lambda: made.append(2), 0.2) and time.monotonic() < end:
         time.sleep(0.01)
     assert made == [2]

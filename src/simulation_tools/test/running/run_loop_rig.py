@@ -43,7 +43,7 @@ class Client(threading.Thread):
         super().__init__(daemon=True)
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", port))
-        self._socket.settimeout(5.0)
+        self._socket.settimeout(60.0)
         self._scans, self._delay_s, self._answers = scans, delay_s, answers
         self._mavlink = mavlink.MAVLink(None, srcSystem=255, srcComponent=190)
         self.stopped = threading.Event()
@@ -113,7 +113,7 @@ class Rig:
         self.client = Client(self.port, self.recorder.scans, **how)
         self.client.start()
 
-    def run_until(self, simulated_s, wall_s=10.0):
+    def run_until(self, simulated_s, wall_s=60.0):
         """Returns the wall time that it took."""
         began = self.clock.now()
         self.loop.run(
@@ -133,4 +133,4 @@ def in_background(function):
     """Runs a function of another thread's; returns a function that gives its result."""
     results = queue.Queue()
     threading.Thread(target=lambda: results.put(function()), daemon=True).start()
-    return lambda: results.get(timeout=10.0)
+    return lambda: results.get(timeout=60.0)

@@ -12,7 +12,7 @@ from simulation_tools.running.lockstep import Barrier
 
 
 def test_time_waits_for_the_setpoint_of_each_scan(rig):
-    rig = rig(real_time_factor=0.0, lockstep=True)
+    rig = rig(real_time_factor=0.0, lockstep=True, lockstep_timeout_s=60.0)
     rig.answer(delay_s=0.02)
     took_s = rig.run_until(0.5)
     scans = sum(output.scan is not None for output in rig.recorder.outputs)
@@ -22,7 +22,7 @@ def test_time_waits_for_the_setpoint_of_each_scan(rig):
 
 
 def test_before_anybody_answers_the_first_scan_is_repeated(rig):
-    rig = rig(real_time_factor=0.0, lockstep=True)
+    rig = rig(exact=True, real_time_factor=0.0, lockstep=True)
     rig.run_until(0.1, wall_s=1.0)
     assert rig.simulation.time_us == 0
     assert len(rig.recorder.outputs) >= 4
@@ -49,7 +49,7 @@ def test_a_setpoint_of_another_stamp_opens_nothing(rig):
 
 
 def test_every_participant_is_waited_for(rig):
-    rig = rig(real_time_factor=0.0, lockstep=True, participants=frozenset({"slam"}))
+    rig = rig(real_time_factor=0.0, lockstep=True, lockstep_timeout_s=60.0, participants=frozenset({"slam"}))
     rig.answer()
     stop = threading.Event()
 
@@ -126,7 +126,7 @@ def test_a_reset_begins_again_at_zero(rig):
         rig.loop.restart()
 
     in_background(lambda: (time.sleep(0.2), rig.loop.call(reset)))
-    rig.run_until(0.5, wall_s=3.0)
+    rig.run_until(0.5)
     times = [output.time_us for output in rig.recorder.outputs]
     (back,) = (k for k in range(1, len(times)) if times[k] < times[k - 1])
     assert times[back] == 0
