@@ -55,10 +55,10 @@ def fault_of(call):
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
 def test_every_question_has_a_time_limit(package):
     faults = [
-        f"{path}:{node.lineno}: {fault_of(node)}"
+        f"{path}:{node.lineno}: {fault}"
         for path, tree in trees(package)
         for node in ast.walk(tree)
-        if isinstance(node, ast.Call) and fault_of(node) and path.name not in UNLIMITED
+        if isinstance(node, ast.Call) and (fault := fault_of(node)) and path.name not in UNLIMITED
     ]
     assert faults == []
 

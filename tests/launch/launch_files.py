@@ -1,7 +1,11 @@
-"""Launch files as roslaunch itself loads them. A command whose output becomes a parameter runs once."""
+"""Launch files as roslaunch itself loads them. A command whose output becomes a parameter runs once.
+
+The checks among these commands end at once, as for bringup.sh: they only look at a calling roslaunch.
+"""
 
 from __future__ import annotations
 
+import os
 from functools import cache
 from pathlib import Path
 from unittest import mock
@@ -26,7 +30,8 @@ def load(path: str | Path, *given: str) -> roslaunch.config.ROSLaunchConfig:
     Raises:
         AssertionError: roslaunch refuses the file.
     """
-    with mock.patch.object(_LOADER, "param_value", lambda _, *what: _param_value(*what)):
+    runs_once = mock.patch.object(_LOADER, "param_value", lambda _, *what: _param_value(*what))
+    with runs_once, mock.patch.dict(os.environ, LAUNCH_CHECKED="1"):
         try:
             return roslaunch.config.load_config_default([(str(path), given)], None, verbose=False)
         except roslaunch.RLException as error:

@@ -75,7 +75,7 @@ def test_who_sets_a_parameter_hears_that_the_node_refuses_it(ros_master):
 
     def set_parameters(*words: str, of: str = "/position_controller") -> tuple[int, str]:
         command = str(ROOT / "devel/lib/node_tools/set_parameter")
-        done = ros_master.run(command, of, *words, timeout_s=60.0)
+        done = ros_master.run(command, of, *words, timeout_s=200.0)
         return done.returncode, done.stdout
 
     assert set_parameters("max_speed", "1.5", "gain", "1") == (0, "")

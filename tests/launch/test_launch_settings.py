@@ -61,6 +61,27 @@ def test_only_the_thesis_s_experiments_let_improved_change_sides(file, given, k_
 
 
 @pytest.mark.ros
+@pytest.mark.parametrize("given", [(), ("lockstep:=true", "gnss:=false", "lidar:=puck", "record:=true")])
+def test_experiment_1_is_a_flight_to_a_goal_in_its_world(given):
+    """tests/flights/test_experiment_1.py flies the second in place of the first."""
+    folder, worlds = ROOT / "src/master_thesis/launch", ROOT / "src/master_thesis/worlds"
+    there = (f"world:={worlds}/forest.world", "goal:=40 0 2", "algorithm:=improved")
+    experiment = loaded(folder / "experiment_1.launch", *given)
+    flight = loaded(folder / "fly_to_goal.launch", *there, *given)
+    files = (experiment, flight)
+    told, told_there = ({key: each.value for key, each in file.params.items()} for file in files)
+    own = {"experiment/experiment": "experiment_1", "experiment/scenario": "forest", "cepa/k_previous": 0.0}
+    worlds_told = {os.path.normpath(each.pop("/experiment/world")) for each in (told, told_there)}
+    assert worlds_told == {str(worlds / "forest.world")}
+    assert told == {**told_there, **{f"/{key}": value for key, value in own.items()}}
+    nodes, nodes_there = (
+        [(each.namespace, each.package, each.type, each.name, each.remap_args) for each in file.nodes]
+        for file in files
+    )
+    assert nodes == nodes_there
+
+
+@pytest.mark.ros
 @pytest.mark.parametrize(
     ("lidar", "nod", "reach_m"), [("ust", True, 7.0), ("utm", True, 0.0), ("puck", False, 0.0)]
 )

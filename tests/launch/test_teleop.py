@@ -11,7 +11,7 @@ import time
 import pytest
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(250)]
-PATIENCE_S = 60.0
+PATIENCE_S = 200.0
 
 
 @pytest.fixture

@@ -54,9 +54,8 @@ class CepaVisualiserTest(unittest.TestCase):
     def picture(self, ranges=None, v_ref=(2.0, 0.0, 0.0)):
         """The visible markers of one scan, by namespace."""
         stamp = self.stamps.next()
-        self.references.send(velocity_of(stamp, v_ref))
-        self.odometry.send(odometry_of(stamp))
-        rospy.rostime.wallsleep(0.15)  # references have no order with scans here
+        self.references.deliver(velocity_of(stamp, v_ref))  # it has no order with scans here
+        self.odometry.deliver(odometry_of(stamp))
         self.scans.send(scan_of(stamp, ranges))
         message = of_stamp(self.pictures, stamp)
         names = [(marker.header.frame_id, marker.ns, marker.id) for marker in message.markers]

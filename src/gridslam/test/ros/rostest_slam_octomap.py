@@ -173,8 +173,7 @@ class OctomapTest(unittest.TestCase):
         self.static.send(up)
         told = Range(range=2.0, min_range=0.1, max_range=10.0)
         told.header.frame_id, told.header.stamp = "range_up", type(self).stamp + rospy.Duration(2.0)
-        self.ranges_up.send(told)
-        rospy.rostime.wallsleep(0.3)  # ranges and clouds come by different ways
+        self.ranges_up.deliver(told)  # ranges and clouds come by different ways
         self.send()
         seen = {tuple(np.round(centre, 3).tolist()) for centre in (*WALL, (0.1, 0.1, 2.1))}
         wait_until(lambda: occupied(self.call("/octomap_binary").map) == seen, "wall and ceiling")

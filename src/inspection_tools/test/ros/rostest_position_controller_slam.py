@@ -59,8 +59,7 @@ class SlamTest(unittest.TestCase):
 
         # When SLAM says that odom lies 10 m ahead in the map and is turned left by 90 degrees,
         # and a UAV at (-3, 40) in odom faces along odom's x
-        tf.send(correction(stamps.next(0.01), 10.0, 0.0, math.pi / 2.0))
-        rospy.sleep(0.3)
+        tf.deliver(correction(stamps.next(0.01), 10.0, 0.0, math.pi / 2.0))
         stamps.next(0.2)  # a correction counts so long after its stamp
         for _ in range(200):
             stamp = stamps.next(0.01)
@@ -75,8 +74,7 @@ class SlamTest(unittest.TestCase):
         self.assertAlmostEqual(math.atan2(linear.y, linear.x), math.atan2(-77.0, 3.0), places=6)
 
         # And a later correction by 0.02 rad, which moves the UAV by 0.74 m, moves the goal slowly
-        tf.send(correction(stamps.next(0.01), 10.0, 0.0, math.pi / 2.0 - 0.02))
-        rospy.sleep(0.3)
+        tf.deliver(correction(stamps.next(0.01), 10.0, 0.0, math.pi / 2.0 - 0.02))
         headings = []
         for _ in range(800):
             poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))
@@ -90,8 +88,7 @@ class SlamTest(unittest.TestCase):
         self.assertAlmostEqual(headings[-1], bearing, places=6)
 
         # And a correction does not count before 0.2 s have passed since its stamp
-        tf.send(correction(stamps.next(0.01) + rospy.Duration(0.05), 0.0, 0.0, 0.0))
-        rospy.sleep(0.3)
+        tf.deliver(correction(stamps.next(0.01) + rospy.Duration(0.05), 0.0, 0.0, 0.0))
         for _ in range(20):
             poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))
             linear = commands.next().twist.linear
@@ -109,8 +106,7 @@ class SlamTest(unittest.TestCase):
         self.assertEqual((linear.x, linear.y, linear.z), (0.0, 0.0, 0.0))
 
         # Then it stops, until the pose is good again
-        states.send(String("good"))
-        rospy.sleep(0.3)
+        states.deliver(String("good"))
         poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))
         poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))
         commands.next()

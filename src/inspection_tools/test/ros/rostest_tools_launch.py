@@ -53,8 +53,7 @@ class ToolsLaunchTest(unittest.TestCase):
         raw = Output("/UAV/vel_setpoint/raw/body", TwistStamped)
         setpoint = Pose()
         setpoint.position.y, setpoint.position.z = -30.0, 2.0
-        setpoints.send(setpoint)
-        rospy.sleep(0.5)
+        setpoints.deliver(setpoint)
         stamps = Stamps()
         for _ in range(150):
             poses.send(odometry_of(stamps.next(0.01)))

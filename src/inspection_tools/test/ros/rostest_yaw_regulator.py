@@ -20,8 +20,6 @@ from ros_probe import velocity_of
 
 NODE = "/yaw_regulator"
 DEFAULTS = {"gain": 1.5, "max_yaw_rate": 1.0, "speed_on": 0.25, "speed_off": 0.15}
-ARRIVAL_S = 0.3
-"""Wall time after which a message has arrived. Another one, over its own connection, would overtake it."""
 ANSWER_S = 0.5
 
 
@@ -77,29 +75,25 @@ class YawRegulatorTest(unittest.TestCase):
 
     def test_turns_towards_the_reference_when_held_back(self):
         stamp = self.stamps.next()
-        self.references.send(velocity_of(stamp, (0.0, -1.0, 0.0)))
-        rospy.sleep(ARRIVAL_S)
+        self.references.deliver(velocity_of(stamp, (0.0, -1.0, 0.0)))
         self.commands.send(velocity_of(stamp, (0.0, 0.0, 0.0)))
         self.assertEqual(self.final.next().twist.angular.z, -1.0)
 
     def test_an_old_reference_counts_as_none(self):
-        self.references.send(velocity_of(self.stamps.next(), (0.0, -1.0, 0.0)))
-        rospy.sleep(ARRIVAL_S)
+        self.references.deliver(velocity_of(self.stamps.next(), (0.0, -1.0, 0.0)))
         self.assertEqual(self.answer((0.0, 0.0, 0.0)).twist.angular.z, -1.0)  # 25 ms old
         self.stamps.next(step_s=0.5)
         self.assertEqual(self.answer((0.0, 0.0, 0.0)).twist.angular.z, 0.0)
 
     def test_a_reference_without_a_stamp_is_as_new_as_it_came(self):
-        self.references.send(velocity_of(rospy.Time(0), (0.0, -1.0, 0.0)))
-        rospy.sleep(ARRIVAL_S)
+        self.references.deliver(velocity_of(rospy.Time(0), (0.0, -1.0, 0.0)))
         stamps = Stamps(start_s=rospy.get_time())
         self.commands.send(velocity_of(stamps.next(), (0.0, 0.0, 0.0)))
         self.assertEqual(self.final.next().twist.angular.z, -1.0)
 
     def test_waits_for_the_reference_that_belongs_to_the_command(self):
         first = self.stamps.next()
-        self.references.send(velocity_of(first, (0.0, -1.0, 0.0)))
-        rospy.sleep(ARRIVAL_S)
+        self.references.deliver(velocity_of(first, (0.0, -1.0, 0.0)))
         self.commands.send(velocity_of(first, (0.0, 0.0, 0.0)))
         self.assertEqual(self.final.next().twist.angular.z, -1.0)
         second = self.stamps.next()
@@ -152,8 +146,7 @@ class YawRegulatorTest(unittest.TestCase):
 
         def yaw_rate():
             stamp = self.stamps.next()
-            self.references.send(velocity_of(stamp, (0.6, 0.6, 0.0), "world"))
-            rospy.sleep(ARRIVAL_S)
+            self.references.deliver(velocity_of(stamp, (0.6, 0.6, 0.0), "world"))
             self.commands.send(velocity_of(stamp, (0.0, 0.0, 0.0)))
             rospy.sleep(0.05)
             return self.final.messages.pop().twist.angular.z if self.final.messages else 0.0

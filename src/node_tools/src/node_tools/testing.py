@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from functools import partial
 from typing import Any, Callable
+from xmlrpc.client import ServerProxy
 
 import rosgraph
 import rosnode
@@ -42,6 +44,30 @@ class Input:
     def send(self, message: Any) -> None:
         """Publish a message."""
         self._publisher.publish(message)
+
+    def deliver(self, message: Any) -> None:
+        """Publish a message, and return when every subscriber has taken it. Those before are taken already.
+
+        Messages of two topics have no order. Who needs one delivers the first before the second is sent.
+        """
+        nodes = {connection.endpoint_id for connection in self._publisher.impl.connections}
+        before = {node: self._taken_by(node) for node in nodes}
+        self.send(message)
+        for node in nodes:
+            for _ in range(2):  # between two answers of the node, its callback runs
+                wait_until(partial(self._has_more, node, before[node]), f"{node} to take a message")
+
+    def _has_more(self, node: str, before: int) -> bool:
+        return self._taken_by(node) > before
+
+    def _taken_by(self, node: str) -> int:
+        """Return how many messages of this topic a node has read."""
+        address = address_of(node)
+        if address is None:
+            return 0
+        _, _, (_, subscribed, _) = ServerProxy(address).getBusStats(rospy.get_name())
+        counts = [counts for topic, counts in subscribed if topic == self._publisher.resolved_name]
+        return sum(read for connections in counts for _, _, read, *_ in connections)
 
 
 class Output:
