@@ -12,18 +12,29 @@ import numpy as np
 from master_thesis.graph.free_ports import free_ports
 
 ROOT = Path(__file__).resolve().parents[2]
-READY_PATIENCE_S = 150.0  # quiet machines need 12 s
+READY_PATIENCE_S = 200.0  # quiet machines need 12 s
 
 
 class Flight:
     """One flight with ports and a results folder of its own.
 
     by_bringup: start `bringup.sh` in the folder, with a relative path for the results; else `roslaunch`.
+    is_checked: leave out the checks of roslaunch's arguments, as for bringup.sh, which has made them.
     """
 
-    def __init__(self, processes, folder: Path, launch_file: str, by_bringup: bool = False, **args) -> None:
+    def __init__(
+        self,
+        processes,
+        folder: Path,
+        launch_file: str,
+        by_bringup: bool = False,
+        is_checked: bool = True,
+        **args,
+    ) -> None:
         master, offboard, ground = free_ports(3)
         processes.environment["ROS_MASTER_URI"] = f"http://localhost:{master}"
+        if is_checked and not by_bringup:
+            processes.environment["LAUNCH_CHECKED"] = "1"
         self.folder = folder
         results = "results" if by_bringup else folder / "results"
         ports = {"offboard_port": offboard, "gcs_port": ground, "results": results}
@@ -55,7 +66,7 @@ class Flight:
             assert time.monotonic() < end_s, f"no numbers were written within {patience_s} s:\n{self.said}"
             time.sleep(0.05)
         self.interrupt()
-        self.wait(60.0)
+        self.wait(200.0)
 
     def interrupt(self) -> None:
         self._process.send_signal(signal.SIGINT)

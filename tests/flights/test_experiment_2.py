@@ -58,7 +58,7 @@ def test_obstacles_appear_in_stopped_time_and_the_original_hits_one(launch):
 
 
 def test_what_cannot_be_flown_ends_the_launch_with_a_sentence(launch):
-    said, folder = launch(scenario="maze")
+    said, folder = launch(scenario="maze", is_checked=False)
     assert "There is no scenario 'maze'; choose scenario:=columns|wall_one_column|" in said
     assert "Traceback" not in said
     assert folder is None

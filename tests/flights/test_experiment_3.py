@@ -51,7 +51,7 @@ def test_the_mission_begins_when_slam_does_and_the_map_is_true(processes, tmp_pa
     flight.wait_until_said("begins its mission", READY_PATIENCE_S)
     flight.wait_until_said("Measuring the clearance", READY_PATIENCE_S)  # SLAM's files and numbers are there
     flight.interrupt()
-    flight.wait(60.0)
+    flight.wait(200.0)
     # then the mission is flown for as long as was asked for, and the map is that of the room
     result = flight.result
     assert result["success"], result["failure"]

@@ -17,6 +17,7 @@ pytest.importorskip("rosbag", reason="needs ROS, which is not installed: ./bring
 pytest.importorskip("cepa_ros.conversions", reason="needs the built workspace: ./bringup.sh setup")
 
 import rosbag
+import rosgraph
 import rospy
 from cepa_ros.conversions import scan_of
 from geometry_msgs.msg import TransformStamped, TwistStamped
@@ -203,7 +204,8 @@ def test_the_node_commands_what_the_loop_has_flown(
     ]
     assert sum(any(command[1:]) for command in expected) > 20  # it flies
 
-    ros_master.run("rosparam", "set", "/use_sim_time", "true", timeout_s=30.0)
+    master = rosgraph.Master("/test", ros_master.environment["ROS_MASTER_URI"])
+    master.setParam("/use_sim_time", True)
     words = "algorithm:=dynamic", "visualiser:=false", f"lidar:={lidar}"
     ros_master.start("roslaunch", "cepa", "cepa.launch", *words)
     probe = str(ROOT / "tests/flights/replay_probe.py")

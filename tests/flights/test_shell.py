@@ -143,7 +143,7 @@ def test_bringup_tells_of_its_own_flight_although_another_ended_later(processes,
         time.sleep(0.05)
     shutil.copy(own / "result.json", other)
     os.utime(other / "result.json", (time.time() + 60.0,) * 2)
-    assert flight.wait(60.0) == 1
+    assert flight.wait(200.0) == 1
     summary = (tmp_path / "said").read_text().rpartition("Results in ")[2]
     assert summary.startswith(f"{own}:\n")
     assert "The run was interrupted before its end." in summary

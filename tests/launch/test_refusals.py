@@ -23,8 +23,8 @@ pytestmark = pytest.mark.ros
 def test_a_world_that_cannot_be_read_ends_the_launch_with_a_sentence(processes, tmp_path):
     world = tmp_path / "broken.world"
     world.write_text('<?xml version="1.0"?>\n<sdf version="1.6"><world')
-    flight = Flight(processes, tmp_path, "fly_to_goal.launch", world=world, goal="9 0 2")
-    flight.wait(100.0)
+    flight = Flight(processes, tmp_path, "fly_to_goal.launch", is_checked=False, world=world, goal="9 0 2")
+    flight.wait(200.0)
     assert "broken.world:2: " in flight.said
     assert "Traceback" not in flight.said
 
@@ -49,7 +49,7 @@ def refusals(master_of_module):
         started[case] = master_of_module.start_node(
             "master_thesis", "experiment_1", *words, stdout=PIPE, stderr=STDOUT, text=True
         )
-    said = {case: process.communicate(timeout=100.0)[0] for case, process in started.items()}
+    said = {case: process.communicate(timeout=200.0)[0] for case, process in started.items()}
     return {case: (started[case].returncode, said[case]) for case in REFUSED}
 
 
@@ -103,13 +103,12 @@ def wait_for(condition, otherwise: str) -> None:
 
 def test_a_node_that_cannot_start_ends_the_launch_with_its_sentence(processes, tmp_path):
     """MAVROS's port is taken since the check; it would be tried for ever, and the UAV never ready."""
-    processes.environment["LAUNCH_CHECKED"] = "1"
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
         port = other.getsockname()[1]
         args = {"world": WORLDS / "empty.world", "goal": "9 0 2", "offboard_port": port}
         flight = Flight(processes, tmp_path, "fly_to_goal.launch", **args)
-        flight.wait(100.0)
+        flight.wait(200.0)
     failure = flight.result["failure"]
     assert failure == (
         f"Cannot bind UDP 127.0.0.1:{port} for MAVROS: Address already in use; "
