@@ -24,7 +24,7 @@ def sourced(command: str, first_on_path: Path) -> subprocess.CompletedProcess:
     environment = {"HOME": os.environ.get("HOME", "/"), "PATH": f"{first_on_path}:/usr/bin:/bin"}
     script = f"source {ROOT}/devel/setup.bash && {command}"
     return subprocess.run(
-        ["bash", "-c", script], env=environment, capture_output=True, text=True, timeout=60.0, check=False
+        ["bash", "-c", script], env=environment, capture_output=True, text=True, timeout=200.0, check=False
     )
 
 

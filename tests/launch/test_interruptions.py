@@ -38,7 +38,7 @@ def test_the_summary_is_interrupted_without_a_traceback(processes, tmp_path, del
     child.stdout.readline()  # while Python itself starts, it answers an interrupt in its own way
     time.sleep(delay_s)
     child.send_signal(signal.SIGINT)
-    _, said = child.communicate(timeout=60.0)
+    _, said = child.communicate(timeout=200.0)
     assert child.returncode == -signal.SIGINT
     assert "Traceback" not in said
 
@@ -55,7 +55,7 @@ def test_a_node_that_works_takes_leave_of_the_master(ros_master):
         assert time.monotonic() < deadline, "it never came up"
         time.sleep(0.1)
     node.send_signal(signal.SIGINT)
-    _, said = node.communicate(timeout=60.0)
+    _, said = node.communicate(timeout=200.0)
     assert node.returncode == 0, said
     assert "Traceback" not in said
     assert not services()
@@ -101,7 +101,7 @@ def test_map_saver_without_a_master_says_so(processes):
     saver = processes.start_node(
         "gridslam", "map_saver", stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
     )
-    said, _ = saver.communicate(timeout=60.0)
+    said, _ = saver.communicate(timeout=200.0)
     assert saver.returncode == 1
     assert said == f"map_saver: no ROS master answers at {uri}; start one, or set ROS_MASTER_URI.\n"
 
@@ -110,5 +110,5 @@ def test_map_saver_is_interrupted_without_a_traceback(ros_master):
     child = ros_master.start_node("gridslam", "map_saver", stderr=subprocess.PIPE, text=True)
     time.sleep(4.0)
     child.send_signal(signal.SIGINT)
-    _, said = child.communicate(timeout=60.0)
+    _, said = child.communicate(timeout=200.0)
     assert "Traceback" not in said

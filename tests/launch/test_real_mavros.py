@@ -83,7 +83,7 @@ def test_without_gnss_the_missing_plugins_are_named(environment, words):
         stderr=subprocess.STDOUT,
         text=True,
         check=False,
-        timeout=60.0,
+        timeout=200.0,
     )
     assert done.returncode == 1
     assert "needs, for external poses, the package mavros_extras, and ROS does not find it." in done.stdout

@@ -124,7 +124,7 @@ def is_there(package: str) -> bool:
 
 @cache
 def help_of(*words: str) -> str:
-    done = subprocess.run([*words, "--help"], capture_output=True, text=True, timeout=60)
+    done = subprocess.run([*words, "--help"], capture_output=True, text=True, timeout=200.0)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -56,7 +56,7 @@ def end(arguments, number=signal.SIGINT, after_s=0.0, line=None, **environment):
         time.sleep(after_s)
         began = time.monotonic()
         process.send_signal(number)
-        output, _ = process.communicate(timeout=60.0)
+        output, _ = process.communicate(timeout=200.0)
         return process.returncode, output, time.monotonic() - began
     finally:
         process.kill()

@@ -25,7 +25,7 @@ os._exit(0)
 def test_a_full_disk_is_told_once_and_other_faults_as_always():
     done = subprocess.run(
         [sys.executable, "-c", PROGRAM],
-        capture_output=True, text=True, check=True, env={"PYTHONPATH": str(SOURCES)}, timeout=60.0,
+        capture_output=True, text=True, check=True, env={"PYTHONPATH": str(SOURCES)}, timeout=200.0,
     )  # fmt: skip
     assert done.stdout == "works on\n"
     assert done.stderr.count("/dev/full cannot be written: No space left on device. Free some space.\n") == 1

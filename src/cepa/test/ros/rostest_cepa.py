@@ -40,7 +40,7 @@ class CepaTest(DynamicCases, unittest.TestCase):
         cls.references = Input("vel_setpoint_in", TwistStamped)
         cls.odometry = Input("odometry", Odometry)
         cls.warned = Warned(NODE)
-        cls.client = Client(NODE, timeout=60.0)
+        cls.client = Client(NODE, timeout=200.0)
         cls.mounts = Mounts()
         cls.starts = itertools.count(100, 100)
 
@@ -284,7 +284,7 @@ class CepaTest(DynamicCases, unittest.TestCase):
     def test_an_unknown_algorithm_at_the_start_is_a_sentence_and_exit_code_1(self):
         cepa = Path(sys.argv[0]).with_name("cepa")  # rosrun takes long to find it
         command = [str(cepa), "__name:=cepa_wrong", "_algorithm:=magic"]
-        ended = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=200.0, check=False)
         self.assertEqual(ended.returncode, 1)
         said = ended.stdout + ended.stderr
         self.assertIn("algorithm is 'magic'; it must be one of improved, original, dynamic.", said)

@@ -31,7 +31,7 @@ class CepaVisualiserTest(unittest.TestCase):
         cls.references = Input("vel_setpoint_in", TwistStamped)
         cls.odometry = Input("odometry", Odometry)
         cls.warned = Warned("/cepa_visualiser")
-        cls.client = Client("/cepa", timeout=60.0)
+        cls.client = Client("/cepa", timeout=200.0)
         cls.stamps = Stamps(100.0)
         wait_until(lambda: cls.scans._publisher.get_num_connections() == 2, "cepa and its visualiser")
         cls.settle()

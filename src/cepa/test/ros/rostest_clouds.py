@@ -191,7 +191,7 @@ class CloudsTest(unittest.TestCase):
         wait_until(lambda: self.fly(low_wall())[2] > 0.2, "the next climb")
 
     def test_6_an_algorithm_that_stays_level_comes_no_nearer_to_the_ceiling_than_r_lb(self):
-        client = dynamic_reconfigure.client.Client("/cepa", timeout=60.0)
+        client = dynamic_reconfigure.client.Client("/cepa", timeout=200.0)
         client.update_configuration({"algorithm": "improved", "r_lb": 0.5})
         self.assertEqual(self.climb(0.45), 0.0)
         self.assertEqual(self.climb(8.0), 0.5)

@@ -33,7 +33,7 @@ class TuningTest(unittest.TestCase):
         cls.references = Input("vel_setpoint_in", TwistStamped)
         cls.odometry = Input("odometry", Odometry)
         cls.warned = Warned(NODE)
-        cls.client = Client(NODE, timeout=60.0)
+        cls.client = Client(NODE, timeout=200.0)
         cls.stamps = Stamps(1000.0)  # after those of rostest_cepa.py, whose clock jumps
 
     def configure(self, **changes):

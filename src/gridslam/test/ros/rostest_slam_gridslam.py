@@ -257,7 +257,7 @@ class SlamGridslamTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             saver = find_node("gridslam", "map_saver")[0]
             command = [saver, "--occ=60", "-f", f"{folder}/room", "map:=/map"]
-            said = subprocess.run(command, capture_output=True, text=True, timeout=60.0)
+            said = subprocess.run(command, capture_output=True, text=True, timeout=200.0)
             self.assertEqual(said.returncode, 0, said.stderr)
             grid = read_map(f"{folder}/room.yaml")
         same = [one for one in self.maps.messages if np.array_equal(grid.cells.ravel(), one.data)]
@@ -290,7 +290,7 @@ class SlamGridslamTest(unittest.TestCase):
             for index, argument in enumerate(cases)
         }
         for argument, process in running.items():
-            said, _ = process.communicate(timeout=60.0)
+            said, _ = process.communicate(timeout=200.0)
             self.assertEqual(process.returncode, 1, said)
             self.assertIn(cases[argument], said)
             self.assertNotIn("Traceback", said)

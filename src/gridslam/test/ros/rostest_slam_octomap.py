@@ -340,7 +340,7 @@ class OctomapTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             for name in ("map.bt", "map.ot"):
                 path = f"{folder}/{name}"
-                subprocess.run(["rosrun", "gridslam", "octomap_saver", path], check=True, timeout=60)
+                subprocess.run(["rosrun", "gridslam", "octomap_saver", path], check=True, timeout=200.0)
                 voxels = read_octree(path)
                 self.assertEqual(np.count_nonzero(voxels.values(voxels.box()) >= 0.0), len(WALL))
 

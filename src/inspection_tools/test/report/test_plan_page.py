@@ -93,7 +93,7 @@ def test_the_command_draws_the_picture_and_the_page_prints(tmp_path, capsys):
         pytest.skip("no chromium is installed (apt-get install chromium-headless-shell)")
     command = [BROWSER, "--headless", "--no-sandbox", f"--user-data-dir={tmp_path / 'profile'}"]
     command += [f"--print-to-pdf={tmp_path / 'plan.pdf'}", f"file://{page}"]
-    subprocess.run(command, capture_output=True, timeout=60, check=True)
+    subprocess.run(command, capture_output=True, timeout=200.0, check=True)
     printed = (tmp_path / "plan.pdf").read_bytes()
     assert printed.startswith(b"%PDF")
     assert len(printed) < 2e6

@@ -207,7 +207,7 @@ def test_a_browser_shows_the_photograph_of_a_finding_that_is_clicked(page, tmp_p
     ]
     command += ["--enable-logging=stderr", "--dump-dom", f"--user-data-dir={tmp_path / 'profile'}"]
     done = subprocess.run(
-        [*command, f"file://{tmp_path}/page.html"], capture_output=True, text=True, timeout=60
+        [*command, f"file://{tmp_path}/page.html"], capture_output=True, text=True, timeout=200.0
     )
     console = [line for line in done.stderr.splitlines() if "CONSOLE" in line and "GL Driver" not in line]
     assert not console

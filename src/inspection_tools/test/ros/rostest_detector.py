@@ -60,7 +60,7 @@ def ask(folder, space):
         f"_mesh:={folder}/wall.stl",
     ]
     done = subprocess.run(
-        command, env={**os.environ, "ROS_NAMESPACE": space}, capture_output=True, text=True, timeout=60
+        command, env={**os.environ, "ROS_NAMESPACE": space}, capture_output=True, text=True, timeout=200.0
     )
     assert done.returncode == 0, done.stderr
     return done.stdout + done.stderr

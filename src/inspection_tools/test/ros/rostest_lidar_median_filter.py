@@ -26,7 +26,7 @@ class LidarMedianFilterTest(unittest.TestCase):
         cls.scans = Input("scan_in", LaserScan)
         cls.filtered = Output("scan_out", LaserScan)
         cls.warned = Warned(NODE)
-        cls.client = Client(NODE, timeout=60.0)
+        cls.client = Client(NODE, timeout=200.0)
         cls.stamps = Stamps()
 
     def setUp(self):

@@ -37,7 +37,7 @@ class PositionControllerTest(unittest.TestCase):
         cls.reached = Output("goal_reached", Bool)
         cls.goals = Output(NODE + "/goal", PoseStamped)
         cls.warned = Warned(NODE)
-        cls.client = Client(NODE, timeout=60.0)
+        cls.client = Client(NODE, timeout=200.0)
         cls.stamps = Stamps()
         cls.without_setpoint = cls.answer(cls)
         cls.reached_at_first = cls.reached.next().data

@@ -123,7 +123,7 @@ class ToolsLaunchTest(unittest.TestCase):
         ]
         for (_, parameter, complaint), process in zip(cases, started):
             with self.subTest(parameter):
-                said, _ = process.communicate(timeout=60)
+                said, _ = process.communicate(timeout=200.0)
                 self.assertEqual(process.returncode, 1, said)
                 self.assertIn(complaint, said)
                 self.assertNotIn("Traceback", said)

@@ -30,7 +30,7 @@ class YawRegulatorTest(unittest.TestCase):
         cls.references = Input("vel_reference", TwistStamped)
         cls.final = Output("vel_setpoint_out", TwistStamped)
         cls.warned = Warned(NODE)
-        cls.client = Client(NODE, timeout=60.0)
+        cls.client = Client(NODE, timeout=200.0)
         cls.stamps = Stamps()
 
     def setUp(self):

@@ -16,7 +16,7 @@ pytest.importorskip("rosgraph", reason="needs ROS")
 FOLDER = Path(__file__).resolve().parent
 START = "0 0 2"
 FIRST, SECOND = "10 0 2", "10 5 2"  # of mission.yaml
-PATIENCE_S = 60.0
+PATIENCE_S = 200.0
 
 pytestmark = pytest.mark.ros
 

@@ -12,7 +12,7 @@ pytest.importorskip("rosgraph", reason="needs ROS")
 pytestmark = pytest.mark.ros
 
 PROBE = Path(__file__).with_name("setpoint_probe.py")
-PATIENCE_S = 60.0
+PATIENCE_S = 200.0
 STARTS = 3
 
 

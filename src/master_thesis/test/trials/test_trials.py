@@ -212,7 +212,7 @@ end(code)
 def test_what_ctrl_c_leaves_half_made_says_nothing():
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, ROOT.glob("src/*/src")))}
     command = [sys.executable, "-c", HALF_MADE]
-    told = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
+    told = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=200.0)
     assert (told.returncode, told.stderr) == (INTERRUPTED, "Interrupted.\n")
 
 
@@ -234,7 +234,7 @@ def test_semaphores_of_workers_are_freed_after_ctrl_c(tmp_path):
     (tmp_path / "held.py").write_text(HELD)
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, ROOT.glob("src/*/src")))}
     command = [sys.executable, str(tmp_path / "held.py")]
-    told = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=60)
+    told = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=200.0)
     assert (told.returncode, told.stderr) == (INTERRUPTED, "Interrupted.\n")
 
 

@@ -18,7 +18,7 @@ FILES = dict(re.findall(r"^`(\S+)`\n\n```\w+\n(.*?)^```$", PAGE.read_text(encodi
 MODELS = Path(__file__).parents[3] / "simulation_tools/models"
 WORLD, LIDAR = "~/tutorial/yard.world", "~/tutorial/models/lidar_mine/model.sdf"
 NODE = "src/my_avoidance/nodes/potential_field"
-PATIENCE_S = 60.0
+PATIENCE_S = 200.0
 
 
 @pytest.fixture

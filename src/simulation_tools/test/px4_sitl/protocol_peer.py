@@ -184,7 +184,7 @@ def _connect(port: int) -> socket.socket:
     """Connect, and try again until somebody listens, as PX4 does."""
     while True:
         try:
-            peer = socket.create_connection(("127.0.0.1", port), timeout=60.0)
+            peer = socket.create_connection(("127.0.0.1", port), timeout=200.0)
         except ConnectionRefusedError:
             time.sleep(0.05)
             continue

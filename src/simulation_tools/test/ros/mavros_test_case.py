@@ -69,7 +69,7 @@ class MavrosTestCase(unittest.TestCase):
 
     @staticmethod
     def service(name, service_class):
-        rospy.wait_for_service(f"/mavros/{name}", timeout=60.0)
+        rospy.wait_for_service(f"/mavros/{name}", timeout=200.0)
         return rospy.ServiceProxy(f"/mavros/{name}", service_class)
 
     @staticmethod

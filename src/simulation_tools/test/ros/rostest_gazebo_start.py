@@ -61,7 +61,7 @@ class TestStart(unittest.TestCase):
 
     def assert_ends_quietly(self, process):
         os.killpg(process.pid, signal.SIGINT)
-        output, _ = process.communicate(timeout=60.0)
+        output, _ = process.communicate(timeout=200.0)
         self.assertNotIn("Traceback", output)
 
     def test_what_cannot_be_simulated_is_refused_in_one_sentence(self):
@@ -69,7 +69,7 @@ class TestStart(unittest.TestCase):
         started = {what: self.start(names[what], *REFUSED[what][1:]) for what in REFUSED}
         for what, process in started.items():
             with self.subTest(what):
-                output, _ = process.communicate(timeout=60.0)
+                output, _ = process.communicate(timeout=200.0)
                 self.assertEqual(process.returncode, 1, output)
                 self.assertNotIn("Traceback", output)
                 fatal = [line for line in output.splitlines() if "[FATAL]" in line]

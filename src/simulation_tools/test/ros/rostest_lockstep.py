@@ -59,7 +59,7 @@ class TestLockstep(unittest.TestCase):
         reset = rospy.ServiceProxy("/gazebo/reset_simulation", Empty)
         reset.wait_for_service(60.0)
         self.fly(0)
-        performance = rospy.wait_for_message("/gazebo/performance", DiagnosticArray, timeout=60.0)
+        performance = rospy.wait_for_message("/gazebo/performance", DiagnosticArray, timeout=200.0)
         values = {item.key: float(item.value) for item in performance.status[0].values}
         self.assertEqual(values["lockstep_misses"], 0.0)
         self.assertGreater(values["real_time_factor_mean"], 0.0)

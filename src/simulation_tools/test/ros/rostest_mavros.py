@@ -240,7 +240,7 @@ class TestMavros(MavrosTestCase):
         example = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.addCleanup(example.kill)
         self.eventually(lambda: heights.append(z()) or example.poll() is not None, 90.0)
-        said = example.communicate(timeout=60.0)[0]
+        said = example.communicate(timeout=200.0)[0]
         self.assertEqual(example.returncode, 0, said)
         self.assertAlmostEqual(max(heights) - ground, 1.0, delta=0.15)
         self.assertAlmostEqual(z(), ground, delta=0.05)

@@ -92,7 +92,7 @@ class TestMavrosPublisher(MavrosTestCase):
     @contextlib.contextmanager
     def in_real_time(self):
         """PX4 waits in simulated time for nodes that start in wall time."""
-        client = Client("/gazebo", timeout=60.0)
+        client = Client("/gazebo", timeout=200.0)
         usual = client.get_configuration()["real_time_factor"]
         client.update_configuration({"real_time_factor": 1.0})
         try:
@@ -215,7 +215,7 @@ class TestMavrosPublisher(MavrosTestCase):
         self.use_position.publish(True)
         there = (x - 2.0, y + 1.0, z + HIGH_M)
         self.assertTrue(self.eventually(lambda: math.dist(self.place, there) < 0.15, 60.0, both))
-        client = Client("/mavros_publisher", timeout=60.0)
+        client = Client("/mavros_publisher", timeout=200.0)
         self.assertTrue(client.get_configuration()["use_pos_setpoint"])
         client.update_configuration({"use_pos_setpoint": False})
         v = lambda: self.truth.twist.twist.linear  # noqa: E731
@@ -273,7 +273,7 @@ class TestMavrosPublisher(MavrosTestCase):
         return xmlrpc.client.ServerProxy(uri).getPid("/test")[2]
 
     def test_gb_wind_tilts_the_hovering_uav_and_can_be_tuned(self):
-        client = Client("/gazebo", timeout=60.0)
+        client = Client("/gazebo", timeout=200.0)
         client.update_configuration({"wind_x": 6.0})
         self.addCleanup(client.update_configuration, {"wind_x": 0.0})
         self.for_simulated(8.0, lambda: self.fly(forward=0.0))

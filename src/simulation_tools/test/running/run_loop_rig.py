@@ -133,4 +133,4 @@ def in_background(function):
     """Runs a function of another thread's; returns a function that gives its result."""
     results = queue.Queue()
     threading.Thread(target=lambda: results.put(function()), daemon=True).start()
-    return lambda: results.get(timeout=60.0)
+    return lambda: results.get(timeout=200.0)
