@@ -31,7 +31,7 @@ def main(bag: str) -> int:
         answers[message.header.stamp.to_nsec()] = velocity(message)
 
     rospy.Subscriber(ANSWER, TwistStamped, on_answer, queue_size=None)
-    Client("/cepa", timeout=30)  # it is there, and ready
+    Client("/cepa", timeout=120)  # it is there, and ready
     with rosbag.Bag(bag) as recorded:
         flown = {m.header.stamp.to_nsec(): velocity(m) for _, m, _ in recorded.read_messages([ANSWER])}
     subprocess.run([*PLAY, bag, "--topics", *HEARD], check=True)
