@@ -32,6 +32,8 @@ PATH_PERIOD_S = 0.5
 LAND_ATTEMPTS = 5
 ANSWER_PATIENCE_S = 0.5
 """Wall time for the stamped messages of an instant."""
+ORDER_PATIENCE_S = 30.0
+"""Wall time for an order in lockstep. MAVROS answers within milliseconds, and later on a busy machine."""
 UNSTAMPED_S = 0.02
 """Wall time after which messages without a stamp (ready, goal_reached) have also arrived."""
 
@@ -52,6 +54,7 @@ class FlightNode(ExperimentNode):
         self._path_publisher = rospy.Publisher("~path", PathMessage, queue_size=1, latch=True)
         self._landing = family_of(str(rospy.get_param("/gazebo/autopilot", "standin"))).landing
         self._set_mode = ServiceCall("mavros/set_mode", SetMode)
+        self._carried_out = threading.Semaphore(0)
         super().__init__(monitor, lockstep, cepa)
         log = monitor.log
         self.subscribe("odometry", Odometry, self._on_odometry)
@@ -67,9 +70,14 @@ class FlightNode(ExperimentNode):
     def _carry_out(self, action: Enum) -> None:
         if action is Action.SEND_GOAL:
             self.send_goal()
+            self._carried_out.release()
         elif action is Action.LAND:
             # In a separate thread, because a MAVROS that hangs answers late
-            threading.Thread(target=self._land, daemon=True).start()
+            threading.Thread(target=self._carry_out_landing, daemon=True).start()
+
+    def _carry_out_landing(self) -> None:
+        self._land()
+        self._carried_out.release()
 
     def _land(self) -> None:
         for _ in range(LAND_ATTEMPTS):
@@ -102,6 +110,9 @@ class FlightNode(ExperimentNode):
         with self._lock:
             actions = self._decisions()
             self._take(actions)
+        for action in actions:
+            if action in (Action.SEND_GOAL, Action.LAND):
+                self._carried_out.acquire(timeout=ORDER_PATIENCE_S)
         if actions:
             time.sleep(SETTLE_S)
         return True
