@@ -65,7 +65,8 @@ class Input:
         address = address_of(node)
         if address is None:
             return 0
-        _, _, (_, subscribed, _) = ServerProxy(address).getBusStats(rospy.get_name())
+        answer: Any = ServerProxy(address).getBusStats(rospy.get_name())
+        _, _, (_, subscribed, _) = answer
         counts = [counts for topic, counts in subscribed if topic == self._publisher.resolved_name]
         return sum(read for connections in counts for _, _, read, *_ in connections)
 
