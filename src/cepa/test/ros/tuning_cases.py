@@ -126,7 +126,7 @@ CASES = (
     Case("velocity_aware_emergency", True, around((0.0, 20.0, 1.3)), **FAST),
     Case("braking_deceleration", 1.0, around((0.0, 20.0, 2.0)), **FAST, given=BRAKES),
     Case("braking_latency", 1.0, around((0.0, 20.0, 2.0)), **FAST, given=BRAKES),
-    Case("margin", 0.8, around((0.0, 20.0, 2.6)), **FAST, given=DYNAMIC),
+    Case("margin", 0.8, around((0.0, 20.0, 2.2)), **FAST, given=DYNAMIC),
     Case("commit_s", 0.4, around((0.0, 60.0, 2.2)), **FAST, given=DYNAMIC),
     Case("memory_s", 0.0, around(), **FAST, given=DYNAMIC, unseen=AHEAD, before=around()),
     Case("window_m", 0.0, around((10.0, 100.0, 2.0)), **FAST, given=DYNAMIC),
