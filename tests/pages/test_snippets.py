@@ -38,6 +38,8 @@ def place(tmp_path_factory):
         made / "src/my_avoidance/nodes/potential_field": "#!/usr/bin/env python3\n",
         home / "tutorial/yard.world": (ROOT / "my.world").read_text(),
         home / "tutorial/models/lidar_mine/model.sdf": "",
+        home / "tutorial/limits.yaml": fenced("src/master_thesis/doc/tutorial.md", "yaml")[0],
+        made / "limits.yaml": fenced("src/inspection_tools/doc/path_planner.md", "yaml")[0],
     }
     for path, content in before.items():
         path.parent.mkdir(parents=True, exist_ok=True)
