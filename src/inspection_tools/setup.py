@@ -34,6 +34,7 @@ setup(
             "inspection_tools.survey.views",
             "inspection_tools.yaw",
             "inspection_tools_ros",
+            "inspection_tools_ros.energy",
             "inspection_tools_ros.surveying",
         ],
         package_dir={"": "src", "inspection_tools_ros": "ros/inspection_tools_ros"},

@@ -44,6 +44,17 @@ def test_a_frozen_charge_drains_on_at_no_less_than_half_the_supposed_rate():
     assert charge.at(398.0) <= 0.8 - 398.0 * 0.5 / 600.0
 
 
+def test_a_simulated_battery_that_stays_at_a_known_charge_is_not_frozen():
+    """PX4 SITL sinks to SIM_BAT_MIN_PCT and stays there for ever; elsewhere it may be frozen as any other."""
+    charge = Charge(EnergyParameters(held_at=0.5))
+    for i in range(400):
+        charge.offer(2.0 * i, max(1.0 - 2.0 * i / 60.0, 0.5))
+    assert charge.at(798.0) == 0.5
+    assert charge.rate_per_s == 1.0 / 600.0
+    charge.held_at = 0.3
+    assert charge.at(798.0) < 0.1
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -0.01, 1.2])
 def test_what_is_no_charge_is_told_and_does_not_count(value):
     charge, sentences = told((0.0, 0.9), (2.0, value))

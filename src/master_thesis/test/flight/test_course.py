@@ -235,3 +235,60 @@ def test_a_far_or_slow_flight_may_last_three_times_its_way(way_m, speed_m_s, exp
 
 def test_the_time_at_waypoints_does_not_count_as_flight():
     assert PhaseLimits().for_way(60.0, 0.5, hold_s=200.0).flight_timeout_s == 360.0 + 200.0
+
+
+WHY = "The UAV came down in AUTO.LAND, which this run had not ordered; its battery was at 5%."
+
+
+def test_where_the_flight_controller_lands_by_itself_the_ground_is_no_collision_and_the_cause_is_told(run):
+    run.on_ready(True)
+    run.on_time(10.0)
+    run.on_own_descent(20.0, WHY)
+    run.on_contact(23.0, UAV, "ground_plane::link::c", 1.0)
+    assert run.on_time(24.0) == []
+    assert run.on_armed(25.0, False) == [Action.FINISH]
+    outcome = run.outcome
+    assert (outcome.failure, outcome.collision, outcome.landed) == (WHY, False, True)
+    assert not outcome.success
+
+
+def test_what_it_hits_while_it_comes_down_by_itself_is_a_collision(run):
+    run.on_ready(True)
+    run.on_time(10.0)
+    run.on_own_descent(20.0, WHY)
+    run.on_contact(21.0, UAV, TREE, 0.1)
+    assert run.outcome.collision
+
+
+def test_a_failsafe_that_ends_in_the_air_is_forgotten(run):
+    run.on_ready(True)
+    run.on_time(10.0)
+    run.on_own_descent(20.0, WHY)
+    run.on_own_descent(21.0, "")
+    run.on_contact(22.0, UAV, "ground_plane::link::c", 1.0)
+    assert run.outcome.collision
+    assert run.on_armed(25.0, False) == [Action.FINISH]
+    assert run.outcome.failure == "The flight controller disarmed while flying to the goal, at 25.0 s."
+
+
+def test_a_uav_that_stays_on_the_ground_in_its_flight_has_landed_though_its_motors_turn(run):
+    run.on_landed(8.0, False)
+    run.on_ready(True)
+    run.on_time(10.0)
+    run.on_landed(20.0, True)
+    run.on_landed(24.0, False)
+    run.on_landed(24.1, True)
+    run.on_landed(25.0, True)
+    assert run.on_time(29.0) == []
+    assert run.on_time(29.2) == [Action.LAND]
+    assert run.outcome.failure == "The UAV stood on the ground while flying to the goal."
+
+
+def test_a_uav_that_lands_before_its_errand_ends_the_run_and_else_may_try_again():
+    for once, actions in ((True, [Action.FINISH]), (False, [])):
+        course = Course(PhaseLimits(takes_off_once=once), IRIS, at_rest())
+        course.on_time(0.0)
+        assert course.on_armed(1.0, False) == []  # it has not taken off yet
+        course.on_landed(5.0, False)
+        assert course.on_armed(9.0, False) == actions
+        assert (course.outcome.failure or "").startswith("The flight controller landed") is once

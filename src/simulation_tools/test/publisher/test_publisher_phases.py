@@ -60,6 +60,27 @@ def test_somebody_elses_landing_is_left_alone_to_the_end(bench):
     assert bench.of(RequestArm)
 
 
+@pytest.mark.parametrize("mode", ["AUTO.LAND", "AUTO.RTL"])
+def test_what_the_flight_controller_says_of_its_own_mode_is_told(bench, mode):
+    bench.fly()
+    bench.publisher.on_text(bench.now, 0, "Dangerous battery level!, landing")
+    bench.set(mode, landed=LANDING).run(1.0)
+    assert bench.publisher.phase is Phase.YIELDED
+    assert bench.of(Log)[-1].text == (
+        f'the mode is {mode} now, and the flight controller says "Dangerous battery level!, landing": '
+        "leaving the UAV to it until it is OFFBOARD."
+    )
+
+
+@pytest.mark.parametrize(("severity", "before_s"), [(6, 0.0), (2, 6.0)])
+def test_what_is_no_warning_or_was_said_long_before_explains_no_mode(bench, severity, before_s):
+    bench.fly()
+    bench.publisher.on_text(bench.now, severity, "Takeoff detected")
+    bench.run(before_s)
+    bench.set("AUTO.RTL", landed=LANDING).run(1.0)
+    assert bench.of(Log)[-1].text.startswith("somebody else has set the mode AUTO.RTL")
+
+
 def test_offboard_given_back_is_taken_up_where_the_uav_is(bench):
     bench.fly()
     bench.set("AUTO.LOITER").run(1.0)

@@ -122,8 +122,22 @@ def test_a_battery_is_swapped_on_the_ground_only(make):
     assert simulation.power.battery.remaining == 0.5
     simulation.swap_battery()
     assert simulation.power.battery.remaining == 1.0
-    with pytest.raises(SimulationError, match='"reference_quad" flies without a battery'):
-        make(model="reference_quad").swap_battery()
+
+
+@pytest.mark.flight
+def test_the_battery_that_px4_simulates_itself_begins_again(make):
+    """SIM_BAT_DRAIN 20 s: a flight of 6 s takes a quarter of it at least."""
+    parameters = {"SIM_BAT_DRAIN": 20.0, "SIM_BAT_MIN_PCT": 0.0}
+    simulation = make(None, px4_parameters=parameters)
+    fly(simulation, 6.0)
+    assert simulation.px4.status.battery.remaining < 0.8
+    with pytest.raises(SimulationError, match="while the rotors turn"):
+        simulation.swap_battery()
+    simulation.px4.request_arm(False, force=True)
+    for _ in range(500):
+        simulation.step()
+    simulation.swap_battery()
+    assert simulation.px4.status.battery.remaining == 1.0
 
 
 def test_battery_status_tells_mavlinks_units(make):

@@ -1,7 +1,8 @@
 """The charge of the battery in flight, from readings that may be wrong or missing.
 
 In flight a charge only sinks. So the lowest reading counts, drained since then at the mean rate. This one
-rule covers readings that are coarse, NaN, frozen, jump up or do not come. A reading that falls all at once
+rule covers readings that are coarse, NaN, frozen, jump up or do not come. Only a simulated battery may stay
+at a charge, which is known by name: `held_at`. A reading that falls all at once
 counts when the next one confirms it: a single wrong one would land the UAV for good.
 """
 
@@ -19,10 +20,14 @@ class Charge:
     """The charge and the rate at which it sinks, since the last `reset`.
 
     Times in s, of a clock that nobody sets (see `SteadyTime`); charges 0..1.
+
+    Attributes:
+        held_at: see `EnergyParameters`; may be changed at any time.
     """
 
     def __init__(self, parameters: EnergyParameters) -> None:
         self._parameters = parameters
+        self.held_at = parameters.held_at
         self.reset()
 
     def reset(self) -> None:
@@ -84,16 +89,23 @@ class Charge:
         """Charge that a second takes. The resolution is added, so that coarse readings do not hide a loss."""
         p = self._parameters
         supposed = 1.0 / p.endurance
-        if not self._sunk:
+        if not self._sunk or self._is_held:
             return supposed
         (first_s, first), (last_s, last) = self._sunk[0], self._sunk[-1]
         if last_s - first_s < 0.5 * p.rate_window:
             return supposed
         return max((first - last + p.resolution) / (last_s - first_s), LEAST_SHARE_OF_RATE * supposed)
 
+    @property
+    def _is_held(self) -> bool:
+        """Whether a simulated battery has sunk as far as it ever does."""
+        return self.held_at > 0.0 and abs(self._sunk[-1][1] - self.held_at) <= self._parameters.resolution
+
     def at(self, now_s: float) -> float | None:
         """Return the charge now; None before the first reading."""
         if not self._sunk:
             return None
         stamp_s, lowest = self._sunk[-1]
+        if self._is_held:
+            return lowest
         return max(lowest - self.rate_per_s * max(now_s - stamp_s, 0.0), 0.0)

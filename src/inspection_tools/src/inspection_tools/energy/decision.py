@@ -61,6 +61,11 @@ class EnergyWatch:
         """Share of the full charge that a second takes."""
         return self._charge.rate_per_s
 
+    def hold_at(self, charge: float) -> None:
+        """Note at which charge, 0..1, a simulated battery stays; 0: at none."""
+        check_number("held_at", charge, 0.0, 1.0)
+        self._charge.held_at = charge
+
     def take_off(self) -> None:
         """Begin a flight, with a battery that may have been swapped."""
         self._charge.reset()

@@ -23,6 +23,8 @@ class EnergyParameters:
         largest_rise: A reading that is higher than the last one by more than this is not believed.
         largest_fall: A reading that is lower than the reckoned charge by more than this is believed when the
             next one confirms it.
+        held_at: A simulated battery stays at this charge (PX4's SIM_BAT_MIN_PCT), so it counts as it is told
+            there and is not reckoned on. 0: none does.
         timeout: A battery that has told nothing for so long counts as silent, s. PX4 tells it every 2 s.
 
     Raises:
@@ -38,6 +40,7 @@ class EnergyParameters:
     resolution: float = 0.01
     largest_rise: float = 0.05
     largest_fall: float = 0.05
+    held_at: float = 0.0
     timeout: float = 6.0
 
     def __post_init__(self) -> None:
@@ -50,6 +53,7 @@ class EnergyParameters:
         check_number("resolution", self.resolution, 0.0, 0.1)
         check_number("largest_rise", self.largest_rise, 0.0, 1.0)
         check_number("largest_fall", self.largest_fall, 0.0, 1.0)
+        check_number("held_at", self.held_at, 0.0, 1.0)
         check_number("timeout", self.timeout, 0.1, 60.0)
         if self.reserve <= self.land_at:
             raise ParameterError(

@@ -13,7 +13,6 @@ from actionlib_msgs.msg import GoalStatus
 from mavros_msgs.msg import State
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
-from std_srvs.srv import Trigger
 
 from gridslam import SlamError
 from inspection_tools import InspectionToolsError
@@ -21,10 +20,11 @@ from master_thesis.errors import FlightError, MasterThesisError
 from master_thesis.exploring.errand import Errand, Next
 from master_thesis.exploring.stopover import Stopover
 from master_thesis.flight.monitor import Monitor
+from master_thesis_ros.experiments import batteries
 from master_thesis_ros.experiments.flight_node import FlightNode
 from master_thesis_ros.experiments.part import Flown, Part
 from master_thesis_ros.experiments.simulator_services import set_pace, slow_down
-from master_thesis_ros.experiments.taking_off import PUBLISHER, call_service, take_off_again
+from master_thesis_ros.experiments.taking_off import PUBLISHER, take_off_again
 
 WHY = {
     Next.AGAIN: "for a full battery",
@@ -36,9 +36,8 @@ WHY = {
 class ErrandNode(FlightNode):
     """Lets other nodes fly one part after the other, with fresh batteries between.
 
-    Subscribes, besides every `FlightNode`'s topics: mavros/battery (sensor_msgs/BatteryState), and the result
-        of each part.
-    Calls, besides what `FlightNode` does: gazebo/swap_battery, mavros_publisher/restart (std_srvs/Trigger),
+    Subscribes, besides every `FlightNode`'s topics: the result of each part.
+    Calls, besides what `FlightNode` does: what `batteries` does, mavros_publisher/restart (std_srvs/Trigger),
         mavros_publisher/set_parameters, and room_above of the node of each part.
     """
 
@@ -46,11 +45,11 @@ class ErrandNode(FlightNode):
         self._errand, self._parts = errand, parts
         self._stopover, self._follows = Stopover(), Next.AGAIN
         self._began, self._charge = (math.nan, math.nan), math.nan
+        self._autopilot = str(rospy.get_param("/gazebo/autopilot", "standin"))
         usual = rospy.get_param(PUBLISHER, {})
         self._hover_m = float(usual.get("hover_height", 2.0))
         self._ground_clearance_m = float(usual.get("ground_clearance", 0.12))
         super().__init__(monitor, lockstep)
-        self.subscribe("/mavros/battery", BatteryState, self._on_battery)
         for part in parts:
             take = functools.partial(self._on_result, part)
             self.subscribe(f"{part.action}/result", part.result_class, take)
@@ -63,6 +62,7 @@ class ErrandNode(FlightNode):
         self._parts[self._errand.part].send_goal()
 
     def _on_battery(self, message: BatteryState) -> None:
+        super()._on_battery(message)
         self._charge = message.percentage
 
     def _on_result(self, part: Part, message: Any) -> Iterable[Enum]:
@@ -99,7 +99,7 @@ class ErrandNode(FlightNode):
             return
         try:
             if self._has_battery() and self._errand.take_battery():
-                call_service("/gazebo/swap_battery", Trigger)
+                batteries.swap(self._autopilot, lambda: self._charge)
             self._take_off()
         except FlightError as error:
             self._abort(str(error))

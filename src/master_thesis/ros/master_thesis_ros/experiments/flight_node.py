@@ -12,11 +12,11 @@ from typing import Any, Iterable, Sequence
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from mavros_msgs.msg import State
+from mavros_msgs.msg import ExtendedState, State, StatusText
 from mavros_msgs.srv import SetMode
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
-from sensor_msgs.msg import LaserScan
+from sensor_msgs.msg import BatteryState, LaserScan
 from std_msgs.msg import Bool, Header
 
 from master_thesis.flight.course import Action
@@ -42,8 +42,9 @@ class FlightNode(ExperimentNode):
     """Controls a flight.
 
     Subscribes, besides every `ExperimentNode`'s topics: odometry (nav_msgs/Odometry); vel_raw, vel_final
-    (geometry_msgs/TwistStamped); performance (diagnostic_msgs/DiagnosticArray); mavros/state
-    (mavros_msgs/State). Publishes: ~path (nav_msgs/Path, latched; for RViz). Calls: mavros/set_mode
+    (geometry_msgs/TwistStamped); performance (diagnostic_msgs/DiagnosticArray); mavros/state,
+    mavros/extended_state and mavros/statustext/recv (of mavros_msgs), mavros/battery
+    (sensor_msgs/BatteryState). Publishes: ~path (nav_msgs/Path, latched; for RViz). Calls: mavros/set_mode
     (landing). A subclass sends the goal (`send_goal`) and notes its arrival.
     """
 
@@ -62,6 +63,9 @@ class FlightNode(ExperimentNode):
         self.subscribe("vel_final", TwistStamped, lambda message: log.v_final.add(*twist_row(message)))
         self.subscribe("performance", DiagnosticArray, self._on_performance)
         self.subscribe("mavros/state", State, self._on_state)
+        self.subscribe("mavros/extended_state", ExtendedState, self._on_extended_state)
+        self.subscribe("mavros/battery", BatteryState, self._on_battery)
+        self.subscribe("mavros/statustext/recv", StatusText, self._on_text)
 
     @abstractmethod
     def send_goal(self) -> None:
@@ -146,8 +150,20 @@ class FlightNode(ExperimentNode):
 
     def _on_state(self, message: State) -> Iterable[Enum]:
         self._armed = message.armed if message.connected else None
+        if message.connected and message.armed:  # the mode in which it landed stays of interest
+            self._monitor.on_mode(message.mode)
         waits = self._lockstep or not message.connected
         return () if waits else self._monitor.on_armed(message.armed)
+
+    def _on_extended_state(self, message: ExtendedState) -> None:
+        if message.landed_state != ExtendedState.LANDED_STATE_UNDEFINED:
+            self._monitor.on_landed(message.landed_state == ExtendedState.LANDED_STATE_ON_GROUND)
+
+    def _on_battery(self, message: BatteryState) -> None:
+        self._monitor.on_charge(message.percentage)
+
+    def _on_text(self, message: StatusText) -> None:
+        self._monitor.on_text(message.severity, message.text)
 
     def _draw_path(self, message: Odometry) -> None:
         poses = self._path.poses

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Mapping
 
 from inspection_tools import InspectionToolsError
@@ -54,6 +54,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> ExploringRequest:
     swaps = scenario.whole_number("swaps", asked.get("swaps", 1), 0, 100)
     _check_limits(str(asked.get("limits", "")).strip())
     limits = limits_of({**asked, "flight_timeout_s": (1 + swaps) * time_s + RETURN_S}, PhaseLimits)
+    limits = replace(limits, takes_off_once=True)  # a take-off that ends on the ground would end there again
     check_course(flown, description.model, description.lidar, [], keep_m)
     return ExploringRequest(description, limits, time_s, swaps)
 

@@ -15,6 +15,8 @@ from master_thesis.flight.flight_log import Series
 from master_thesis.flight.judging.contacts import GROUND, Contacts, UavParts
 from master_thesis.flight.judging.landing import REST_S, STEP_S, UNKNOWN, Landing, landing_of
 
+GROUNDED_S = 5.0
+"""A UAV that stands on the ground for so long in the middle of its flight has landed."""
 PATIENCE = 3.0
 """A flight may take this many times as long as the straight path at full speed."""
 
@@ -46,16 +48,20 @@ class PhaseLimits:
 
     hover_s: hover at the goal before landing. ready_timeout_s: from the start to the hover.
     flight_timeout_s: from sending the goal to reaching it; `for_way` may raise it. landing_timeout_s: from
-    the order to land to disarmed.
+    the order to land to disarmed. takes_off_once: a UAV that lands before it hovers over the start ends the
+    run. Else `mavros_publisher` may let it take off again.
     """
 
     hover_s: float = 2.0
     ready_timeout_s: float = 60.0
     flight_timeout_s: float = 120.0
     landing_timeout_s: float = 60.0
+    takes_off_once: bool = False
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
+            if name == "takes_off_once":
+                continue
             if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1e6:
                 raise FlightError(f"{name} is {value}; it must be a positive number of seconds.")
 
@@ -121,6 +127,10 @@ class Course:
         self._no_hover = ""
         self._why_here = ""
         """Why it must land where it is; empty: it need not."""
+        self._own_descent = ""
+        """Why the flight controller brings the UAV down by itself; empty: it does not."""
+        self._was_in_air = False
+        self._grounded_s: float | None = None
 
     def has_begun(self, phase: Phase) -> bool:
         """Return whether a phase has begun."""
@@ -170,6 +180,9 @@ class Course:
         if self.phase is Phase.FLYING and self._why_here:
             self._fail(self._why_here)
             return self._enter(Phase.LANDING, t_s, Action.LAND)
+        if self._stands_in_flight(t_s):
+            self._fail(self._own_descent or f"The UAV stood on the ground while {self.phase.value}.")
+            return self._enter(Phase.LANDING, t_s, Action.LAND)
         if self.phase is Phase.HOVERING and in_phase >= self._parameters.hover_s:
             return self._enter(Phase.LANDING, t_s, Action.LAND)
         return self._on_too_late(t_s, in_phase)
@@ -178,9 +191,37 @@ class Course:
         """Note that the UAV must land where it is, and that the run fails; `why` is a sentence."""
         self._why_here = why
 
+    def on_own_descent(self, t_s: float, why: str) -> None:
+        """Note why the flight controller brings the UAV down by itself, a sentence; empty: it does not.
+
+        The ground under it is no collision then.
+        """
+        if not (self._is_led or self.phase is Phase.WAITING):
+            return
+        if why and not self._own_descent:
+            self._expect_landing(t_s)
+        self._own_descent = why
+
+    def on_landed(self, t_s: float, on_ground: bool) -> None:
+        """Note whether the flight controller believes that the UAV stands on the ground."""
+        self._was_in_air = self._was_in_air or not on_ground
+        if not on_ground:
+            self._grounded_s = None
+        elif self._grounded_s is None:
+            self._grounded_s = t_s
+
+    @property
+    def _is_led(self) -> bool:
+        """Whether the UAV is in the air by this run's orders."""
+        return self.phase in (Phase.FLYING, Phase.HOVERING) and not self.lands_between
+
+    def _stands_in_flight(self, t_s: float) -> bool:
+        since_s = self._grounded_s
+        return self._is_led and self._was_in_air and since_s is not None and t_s - since_s >= GROUNDED_S
+
     def land_between(self, t_s: float) -> None:
         """The UAV is told to land between two parts: it may touch the ground and disarm."""
-        self.lands_between = True
+        self.lands_between, self._own_descent = True, ""
         self._expect_landing(t_s)
 
     def fly_on(self) -> None:
@@ -202,18 +243,27 @@ class Course:
 
     def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
         """Note a contact between two collision shapes; see `Contacts.judge`."""
-        in_flight = self.phase in (Phase.FLYING, Phase.HOVERING) and not self.lands_between
+        in_flight = self._is_led and not self._own_descent
         finds_ground = not self.lands_between
         if self._contacts.judge(collision_1, collision_2, upwards, in_flight, finds_ground):
             self._touched_s = min(self._touched_s, t_s if t_s >= self._ordered_s else math.inf)
 
     def on_armed(self, t_s: float, armed: bool) -> list[Action]:
         """Note whether the motors may turn. Disarming after the landing is the end, good or bad."""
-        if armed or self.phase in (Phase.WAITING, Phase.DONE):
+        if armed or self.phase is Phase.DONE:
             return []
+        if self.phase is Phase.WAITING:
+            if not (self._parameters.takes_off_once and self._was_in_air):
+                return []
+            untold = "The flight controller landed and disarmed before the UAV hovered over the start."
+            self._fail(self._own_descent or untold)
+            return self._enter(Phase.DONE, t_s, Action.FINISH)
         if self.lands_between or self.phase is Phase.LANDING:
             if self._is_good_landing(t_s) and self.lands_between:
                 return []
+        elif self._own_descent:
+            self._fail(self._own_descent)
+            self._is_good_landing(t_s)
         else:
             self._fail(f"The flight controller disarmed while {self.phase.value}, at {t_s:.1f} s.")
         return self._enter(Phase.DONE, t_s, Action.FINISH)

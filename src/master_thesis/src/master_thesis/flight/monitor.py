@@ -11,6 +11,7 @@ from typing import Callable, Sequence
 from master_thesis.flight.course import Action, Course, Phase, PhaseLimits
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.flight.judging.contacts import UavParts
+from master_thesis.flight.judging.own_descent import OwnDescent
 from master_thesis.flight.judging.wall_metrics import WallMetrics
 from stamp_pairing.clock_steps import clock_step_s
 
@@ -31,6 +32,7 @@ class Monitor:
         """Watch a UAV; wall_clock: seconds of wall time from any origin."""
         self.log = FlightLog()
         self.course = Course(limits, uav, self.log.truth)
+        self._descent = OwnDescent()
         self._wall_clock = wall_clock
         self._wall_s: dict[Phase, float] = {}
         self._performance: dict[str, float] = {}
@@ -93,6 +95,24 @@ class Monitor:
     def on_armed(self, armed: bool) -> list[Action]:
         """Note whether the motors may turn. Return the actions."""
         return self._noted(self.course.on_armed(self.now_s, armed))
+
+    def on_mode(self, mode: str) -> None:
+        """Note the flight controller's mode, by MAVROS's name."""
+        self._descent.on_mode(self.now_s, mode)
+        self.course.on_own_descent(self.now_s, self._descent.sentence)
+
+    def on_text(self, severity: int, text: str) -> None:
+        """Note a message of the flight controller to people; severity: MAV_SEVERITY."""
+        self._descent.on_text(self.now_s, severity, text)
+        self.course.on_own_descent(self.now_s, self._descent.sentence)
+
+    def on_charge(self, charge: float) -> None:
+        """Note the battery's charge, 0..1."""
+        self._descent.on_charge(charge)
+
+    def on_landed(self, on_ground: bool) -> None:
+        """Note whether the flight controller believes that the UAV stands on the ground."""
+        self.course.on_landed(self.now_s, on_ground)
 
     def on_performance(self, measured: dict[str, float]) -> None:
         """Take the simulator's own measurements. The newest ones count."""

@@ -33,6 +33,7 @@ from simulation_tools.publisher.waiting import WaitingReason
 
 _NS = 1e-9
 _BEFORE_NS = 1_000_000
+_SEVERE = 4  # MAV_SEVERITY_WARNING
 _POSE_PATIENCE_S = 0.2
 _FIRST_POSE_PATIENCE_S = 0.01  # the first one may come at any time
 
@@ -88,6 +89,12 @@ class SetpointPublisher:
     def on_landed_state(self, stamp_ns: int, landed_state: int) -> list[Action]:
         """Take in MAVROS's extended state."""
         self._heard.landed.add(stamp_ns, landed_state)
+        return []
+
+    def on_text(self, stamp_ns: int, severity: int, text: str) -> list[Action]:
+        """Take in what the flight controller says to people: it may explain a change of its mode."""
+        if severity <= _SEVERE:
+            self._phases.on_text(stamp_ns, text.strip())
         return []
 
     def on_home(self, stamp_ns: int) -> list[Action]:

@@ -22,6 +22,8 @@ from simulation_tools.publisher.interface import (
 from simulation_tools.publisher.vision_watch import Blindness
 
 _ON_GROUND = 1  # MAV_LANDED_STATE
+_TOGETHER_S = 5.0
+"""What the flight controller says within this time before a change of mode explains it."""
 _NS = 1e-9
 
 
@@ -58,6 +60,7 @@ class Phases:
         self._seen_offboard = self._has_flown = self._may_arm = self._was_failsafe = False
         self._knows_home = False
         self._flew = False  # before it became blind, by commands or by itself
+        self._said: tuple[int, str] | None = None
         self._told_ns = 0  # stamp of the newest state that made a decision
         self.brake: Brake | None = None  # of the last time it became blind
 
@@ -103,6 +106,10 @@ class Phases:
             actions = self._yield(pose, state, p)
         self._was_failsafe = state.failsafe(p.family) or (self._was_failsafe and not state.armed)
         return actions
+
+    def on_text(self, stamp_ns: int, text: str) -> None:
+        """Note what the flight controller says to people."""
+        self._said = (stamp_ns, text)
 
     def return_to(self, pose: Pose) -> list[Action]:
         """Hover over a pose before taking commands again. The UAV flew without setpoints and may be low."""
@@ -244,11 +251,22 @@ class Phases:
     def _enter_yielded(self, state: FcuState, p: PublisherParameters) -> list[Action]:
         self.phase = Phase.YIELDED
         guided, landing = p.family.guided, p.family.landing
-        if state.mode == landing and not state.failsafe(p.family):
+        if state.mode == landing and not state.failsafe(p.family) and not self._explains:
             text = f"{landing} was ordered: leaving the UAV to it until it is {guided}."
             return [AnnounceReady(False), Log(text, is_warning=False)]
-        text = f"somebody else has set the mode {state.mode}: leaving the UAV to them until it is {guided}."
-        return [AnnounceReady(False), Log(text)]
+        return [AnnounceReady(False), Log(f"{self._who(state)}: leaving the UAV to it until it is {guided}.")]
+
+    def _who(self, state: FcuState) -> str:
+        if self._explains:
+            return f'the mode is {state.mode} now, and the flight controller says "{self._explains}"'
+        return f"somebody else has set the mode {state.mode}"
+
+    @property
+    def _explains(self) -> str:
+        """What the flight controller has just said to people; empty: nothing."""
+        if self._said is None or abs(self._told_ns - self._said[0]) * _NS > _TOGETHER_S:
+            return ""
+        return self._said[1]
 
     def _enter_idle(self) -> list[Action]:
         self.phase = Phase.IDLE

@@ -256,6 +256,10 @@ class Px4:
             terminated=commander.is_terminated,
         )
 
+    def swap_battery(self) -> None:
+        """Let the battery be full again that it simulates itself, because no monitor tells one."""
+        self._battery.swap()
+
     # The step
 
     def is_ready(self) -> bool:

@@ -226,14 +226,23 @@ class Simulation:
         return told
 
     def swap_battery(self) -> None:
-        """Put in a full battery; SimulationError if there is none, or if the rotors turn."""
-        if self.power is None:
-            raise SimulationError(f'"{self.uav_name}" flies without a battery, so there is none to swap.')
+        """Put in a full battery; SimulationError if there is none, or if the rotors turn.
+
+        Without a battery of its own the UAV flies by the one that the PX4 stand-in simulates.
+        """
+        if self.power is None and self.px4 is None:
+            raise SimulationError(
+                "The flight controller simulates the battery itself, so the simulator has none to swap: "
+                "see simulation_tools/doc/battery.md."
+            )
         if self.airframe.rotor_states.max() > _STANDING_RAD_S:
             raise SimulationError(
                 "The battery cannot be swapped while the rotors turn. Land and disarm first."
             )
-        self.power.battery.swap()
+        if self.power is not None:
+            self.power.battery.swap()
+        elif self.px4 is not None:
+            self.px4.swap_battery()
 
     def set_level_lidar(self, level: bool) -> None:
         """Switch the levelling of the lidar on or off; SimulationError when it is not on a gimbal."""

@@ -67,6 +67,10 @@ class Battery:
         self._monitor.reset()
         self.level = ChargeLevel.NONE
 
+    def swap(self) -> None:
+        """Let the simulated battery be full again."""
+        self._monitor.swap()
+
     @property
     def reading(self) -> BatteryReading:
         """The battery's state."""

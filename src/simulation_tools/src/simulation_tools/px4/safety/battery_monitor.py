@@ -25,6 +25,10 @@ class BatteryMonitor:
         self._simulated = 1.0
         self._measured: BatteryReading | None = None
 
+    def swap(self) -> None:
+        """Let the simulated battery be full again."""
+        self._simulated = 1.0
+
     @property
     def remaining(self) -> float:
         """The charge, 0..1."""

@@ -1,0 +1,1 @@
+"""The battery, as the flight controller tells of it."""
