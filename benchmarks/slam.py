@@ -21,6 +21,7 @@ Keys: slam.LOG.{ate_worst_m, ate_median_m, ate_online_worst_m, cpu_ms_per_scan, 
 the seeds, and the same under .without_loop_closure. slam.intel also has {exact_final_m, exact_online_m,
 all_final_m, all_online_m, cost_growth, render_ms, ...}, means over the seeds. slam.{hold_x1, hold_x3}.LIDAR.
 slam.{beams360, beams10000, hall}.{cpu_ms_per_scan, peak_mb, ...}; the latter also has with_loop_closure.
+slam.LOG.gmapping has the same of the program of `--gmapping`, or left_out: a sentence that tells why.
 cost_growth is the mean cost of the last quarter of the processed scans by that of the first.
 """
 
@@ -38,7 +39,7 @@ from tqdm import tqdm
 
 from benchmarks.shared.results import ROOT, Results
 from benchmarks.shared.trials import trial_options
-from benchmarks.slam_rows import goals, hold
+from benchmarks.slam_rows import gmapping, goals, hold
 from benchmarks.slam_rows.logs import LOGS
 
 DATA = ROOT.parent / "shared/data"
@@ -48,6 +49,8 @@ SIMULATED = {"beams360": 3, "beams10000": 1, "hall": 1}
 """Logs that `shared.slam_run` makes, and the most seeds that are run, because they take long."""
 COSTS = 3
 """Seeds of Intel's costs."""
+GMAPPINGS = 3
+"""Seeds of gmapping, which takes minutes for a log."""
 WITH_TRUE_POSES = ("csail", "aces", "corridor")
 ROWS = (*LOGS, "hold", *SIMULATED)
 
@@ -58,6 +61,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seeds", nargs="+", type=int, default=None, metavar="SEED")
     parser.add_argument("--rows", nargs="+", default=ROWS, choices=ROWS, metavar="ROW", help=", ".join(ROWS))
     parser.add_argument("--data", type=Path, default=DATA, help="folder with the bags and their true paths")
+    parser.add_argument(
+        "--gmapping",
+        type=Path,
+        metavar="PROGRAM",
+        help="slam_gmapping_replay, which maps the logs beside ours",
+    )
     given = parser.parse_args(arguments)
     seeds = given.seeds or (BRIEF_SEEDS if given.brief else SEEDS)
     with Results("slam", given.results, vars(given)) as results:
@@ -67,6 +76,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         for name, metrics in measured.items():
             results.add(f"slam.{name}", metrics)
         print(f"\n{len(seeds)} seeds.\n\n{goals.as_table(measured)}")
+        if given.gmapping:
+            print(f"\n{gmapping.as_table(measured)}")
 
 
 def measure(row: str, seeds: Sequence[int], given: argparse.Namespace) -> dict[str, dict]:
@@ -91,7 +102,10 @@ def measure(row: str, seeds: Sequence[int], given: argparse.Namespace) -> dict[s
     if row in WITH_TRUE_POSES:
         module, bar = "benchmarks.slam_rows.after_closures", tqdm(seeds, f"{log.bag}, after closures")
         closed.update(means([run_alone(row, seed, given.data, module=module) for seed in bar]))
-    return {row: {**costs, **closed, "without_loop_closure": alone}}
+    metrics = {**costs, **closed, "without_loop_closure": alone}
+    if given.gmapping:
+        metrics["gmapping"] = gmapping.measure(given.gmapping, log, given.data, seeds[:GMAPPINGS])
+    return {row: metrics}
 
 
 def run_alone(name: str, seed: int, *data: Path, module: str = "benchmarks.shared.slam_run") -> dict:

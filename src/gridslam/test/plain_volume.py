@@ -29,8 +29,9 @@ def ray_keys(origin, end, resolution):
     if first == last:
         return []
     keys, direction = [first], end - origin
-    length = F(norm(direction))
-    direction = direction / length
+    # A float of OctoMap's, compared as its double; numpy 2 would round the other side of a comparison, too
+    length = float(F(norm(direction)))
+    direction = direction / F(length)
     step, border, turn = [0, 0, 0], [math.inf] * 3, [math.inf] * 3
     for axis in range(3):
         step[axis] = int(np.sign(direction[axis]))
