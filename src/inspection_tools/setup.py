@@ -14,6 +14,7 @@ setup(
             "inspection_tools.energy",
             "inspection_tools.exploration",
             "inspection_tools.exploration.kernels",
+            "inspection_tools.exploration.unknown",
             "inspection_tools.exploration.views",
             "inspection_tools.files",
             "inspection_tools.findings",

@@ -62,7 +62,7 @@ def result_of(exploration: Exploration) -> ExploreResult:
         views=told.views,
         unknown_places=[Point(*leftover.place_m) for leftover in told.leftovers],
         unknown_areas=[leftover.area_m2 for leftover in told.leftovers],
-        unknown_reasons=[leftover.why.value for leftover in told.leftovers],
+        unknown_reasons=[leftover.words for leftover in told.leftovers],
     )
 
 

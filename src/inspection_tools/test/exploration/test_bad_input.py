@@ -11,7 +11,7 @@ from voxel_room import PLANNER, SIDE_M, TILE, Flight, reachable, room
 
 from inspection_tools.energy import EnergyParameters, EnergyWatch
 from inspection_tools.exploration import End, Exploration, ExplorationParameters, Explorer, ExplorerParameters
-from inspection_tools.exploration.leftovers import Why
+from inspection_tools.exploration.unknown.leftovers import Why
 from inspection_tools.planning import OCCUPIED, UNKNOWN, PathPlanner, parse_limits
 from inspection_tools.pose.trust import Trust
 

@@ -18,8 +18,8 @@ from inspection_tools.exploration import (
     Explorer,
     ExplorerParameters,
 )
-from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.steps import in_steps
+from inspection_tools.exploration.unknown.leftovers import Why
 from inspection_tools.planning import PathPlanner
 
 HOVER_M = np.array((1.0, 2.0, 3.0))

@@ -13,7 +13,7 @@ from voxel_room import PLANNER, SIDE_M, TILE, Flight, beams, reachable, room
 
 from inspection_tools.errors import ParameterError
 from inspection_tools.exploration import ExplorationParameters, Explorer, ExplorerParameters
-from inspection_tools.exploration.leftovers import Why
+from inspection_tools.exploration.unknown.leftovers import Why
 from inspection_tools.planning import FREE, UNKNOWN
 
 LIDAR = {"spacing": 0.4, "reach": 8.0}

@@ -5,9 +5,9 @@ The map and the ways are those of `planning`.
 
 from inspection_tools.exploration.exploration import Exploration
 from inspection_tools.exploration.explorer import Decision, Explorer
-from inspection_tools.exploration.leftovers import Leftover, Why
 from inspection_tools.exploration.parameters import ExplorationParameters, ExplorerParameters
 from inspection_tools.exploration.told import End, Explored
+from inspection_tools.exploration.unknown.leftovers import Leftover, Why
 
 __all__ = [
     "Decision",

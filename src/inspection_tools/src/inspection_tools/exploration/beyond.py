@@ -28,9 +28,9 @@ def is_near_room(space: Space, nodes: np.ndarray, least_m3: float) -> np.ndarray
     room = unknown_room(space, fits, nodes, least_m3)
     if not room.any():
         return room
-    known = _joined(fits & (space.grid.kinds != UNKNOWN), nodes)
+    known = joined(fits & (space.grid.kinds != UNKNOWN), nodes)
     gates = room & ndimage.binary_dilation(known, TOUCHING)
-    ways = gates | _joined(known & is_unclear | gates, np.argwhere(gates))
+    ways = gates | joined(known & is_unclear | gates, np.argwhere(gates))
     near: np.ndarray = squared_clearances(ways, reach) < reach * reach
     return near
 
@@ -53,7 +53,7 @@ def unknown_room(space: Space, fits: np.ndarray, nodes: np.ndarray, least_m3: fl
     fits: (d, h, w) where it could be if all that is unknown were free.
     """
     is_unknown = (space.grid.kinds == UNKNOWN) & (space.squares < space.need)
-    return _large(_joined(fits, nodes) & is_unknown, least_m3 / space.grid.resolution_m**3)
+    return _large(joined(fits, nodes) & is_unknown, least_m3 / space.grid.resolution_m**3)
 
 
 def _large(marked: np.ndarray, voxels_min: float) -> np.ndarray:
@@ -65,14 +65,14 @@ def _large(marked: np.ndarray, voxels_min: float) -> np.ndarray:
     return large
 
 
-def _joined(fits: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+def joined(fits: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     """Return (d, h, w) what hangs together with nodes (n, 3), by faces, edges or corners."""
     pieces, count = ndimage.label(fits, TOUCHING)
     is_joined = np.zeros(count + 1, bool)
     is_joined[pieces[tuple(nodes.T)]] = True
     is_joined[0] = False
-    joined: np.ndarray = is_joined[pieces]
-    return joined
+    hangs: np.ndarray = is_joined[pieces]
+    return hangs
 
 
 def _blocked(space: Space) -> np.ndarray:

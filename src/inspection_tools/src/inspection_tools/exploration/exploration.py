@@ -10,6 +10,7 @@ import math
 import time
 from contextlib import suppress
 from dataclasses import replace
+from typing import Mapping
 
 import numpy as np
 
@@ -17,10 +18,11 @@ from inspection_tools.energy import EnergyWatch, Verdict, WayBack, WayHome
 from inspection_tools.errors import MapError, NoPathError
 from inspection_tools.exploration.explorer import Decision, Explorer
 from inspection_tools.exploration.guide import Guide
-from inspection_tools.exploration.leftovers import Why
 from inspection_tools.exploration.parameters import ExplorationParameters
 from inspection_tools.exploration.steep import SteepSteps
 from inspection_tools.exploration.told import End, Explored
+from inspection_tools.exploration.unknown.leftovers import Why, behind_openings
+from inspection_tools.exploration.unknown.openings import narrow_openings
 from inspection_tools.exploration.way import Stay, Way
 from inspection_tools.planning import PathPlanner
 from inspection_tools.pose.trust import Trust
@@ -47,6 +49,7 @@ class Exploration:
     Args:
         planner: knows the map. explorer: chooses the views. parameters: see there.
         energy: watches the battery; None: the battery does not count.
+        smaller: radii of other UAVs by name, m. One that fits through an opening is named.
 
     Attributes:
         told: what it did so far. is_home: it has ended, and the UAV is where it may land.
@@ -59,8 +62,9 @@ class Exploration:
         explorer: Explorer,
         parameters: ExplorationParameters | None = None,
         energy: EnergyWatch | None = None,
+        smaller: Mapping[str, float] | None = None,
     ) -> None:
-        self._planner, self._explorer = planner, explorer
+        self._planner, self._explorer, self._smaller = planner, explorer, smaller or {}
         self._p = self._given = parameters or ExplorationParameters()
         self._back = WayBack(planner, energy, self._p)
         self._steep = SteepSteps(planner, explorer.steep_steps, explorer.parameters.spacing)
@@ -330,9 +334,13 @@ class Exploration:
             self._planner.space(stamp_s, place_m, *wider)
             for wider in ((True, True), (False, True), (False, False))
         )
-        self.told.leftovers = self._explorer.left_over(
-            space, opened, anywhere, place_m, ended_early=self._turned_home
-        )
+        leftovers = self._explorer.left_over(space, opened, anywhere, place_m, ended_early=self._turned_home)
+        nodes = self._explorer.places(space, place_m)
+        behind = narrow_openings(opened, nodes, self._planner.parameters, self._smaller)
+        self.told.leftovers = behind_openings(leftovers, behind, opened)
+        if behind.openings:
+            named = "; ".join(map(str, behind.openings))
+            self.told.reason += f" What lies behind a narrow opening stays unknown: {named}."
         if self.told.left_m2(Why.REFUSED) > 0.0:
             self.told.reason += f" CEPA refused {TRIES} times to fly to more."
 

@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from inspection_tools.exploration.leftovers import Leftover, Why, leftovers_of, named
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.exploration.steep import steep_steps
+from inspection_tools.exploration.unknown.leftovers import Leftover, Why, leftovers_of, named
 from inspection_tools.exploration.views.border import BorderViews
 from inspection_tools.exploration.views.revealing import RevealingViews
 from inspection_tools.exploration.views.room import RoomViews
@@ -155,6 +155,10 @@ class Explorer:
             if len(nodes):
                 left = named(why, left, wider, nodes, sight_of(wider, self._p))
         return left
+
+    def places(self, space: Space, place_m: np.ndarray) -> np.ndarray:
+        """Return the voxels (n, 3), z, y, x, where a UAV that is at a place (x, y, z) can be."""
+        return self._roadmap(space, place_m).nodes
 
     def steep_steps(self, space: Space, place_m: np.ndarray) -> np.ndarray:
         """Return (n, k, 3) steps straight up or down from a place (x, y, z) of the UAV; see `steep_steps`.

@@ -8,7 +8,7 @@ from enum import Enum
 
 import numpy as np
 
-from inspection_tools.exploration.leftovers import Leftover, Why
+from inspection_tools.exploration.unknown.leftovers import Leftover, Why
 
 
 class End(Enum):

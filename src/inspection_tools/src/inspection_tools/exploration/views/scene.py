@@ -8,8 +8,8 @@ import numpy as np
 
 from inspection_tools.exploration.frontiers import Frontiers, frontier_voxels, in_cells
 from inspection_tools.exploration.kernels.views import seen_from
-from inspection_tools.exploration.leftovers import Sight
 from inspection_tools.exploration.parameters import ExplorerParameters
+from inspection_tools.exploration.unknown.leftovers import Sight
 from inspection_tools.planning.space import Space
 
 

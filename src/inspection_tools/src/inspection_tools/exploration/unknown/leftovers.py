@@ -10,6 +10,7 @@ import numpy as np
 
 from inspection_tools.exploration.frontiers import Frontiers
 from inspection_tools.exploration.kernels.views import mark_seen
+from inspection_tools.exploration.unknown.openings import Behind, Opening
 from inspection_tools.planning.space import Space
 
 ANY_SLOPE = (-1e9, 1e9)
@@ -24,6 +25,7 @@ class Why(Enum):
     NO_BEAM = "no beam of the lidar points there from where the UAV fits"
     NO_ROOM = "no place with enough room for the UAV sees it"
     REFUSED = "CEPA does not fly the way to where it is seen"
+    NARROW = "it lies behind an opening that is too narrow for this UAV"
     FAR = "where it is seen, the lidar is too far from all that tells it its place"
 
 
@@ -31,12 +33,19 @@ class Why(Enum):
 class Leftover:
     """A part of the border that stays unknown.
 
-    place_m: (x, y, z) in the map's frame. area_m2: of its voxels' faces.
+    place_m: (x, y, z) in the map's frame. area_m2: of its voxels' faces. opening: behind which it lies, if
+    the UAV is too wide for that.
     """
 
     place_m: tuple[float, float, float]
     area_m2: float
     why: Why
+    opening: Opening | None = None
+
+    @property
+    def words(self) -> str:
+        """Why it stays unknown."""
+        return self.why.value if self.opening is None else f"{self.why.value}: {self.opening}"
 
 
 class Sight(NamedTuple):
@@ -108,4 +117,15 @@ def named(
         mark_seen(np.pad(opened.grid.kinds, 1), nodes + 1, cells, sight.slopes, sight.reaches, is_seen)
         for (number, _), seen in zip(inside, is_seen):
             told[number] = replace(told[number], why=why) if seen else told[number]
+    return tuple(told)
+
+
+def behind_openings(leftovers: Sequence[Leftover], behind: Behind, space: Space) -> tuple[Leftover, ...]:
+    """Return leftovers; those that lie behind an opening that is too narrow name it."""
+    told = list(leftovers)
+    for number, left in enumerate(leftovers):
+        voxel = space.grid.index_of(np.array(left.place_m))
+        opening = None if voxel is None else behind.opening_of(space, voxel)
+        if opening is not None:
+            told[number] = replace(left, why=Why.NARROW, opening=opening)
     return tuple(told)

@@ -1,0 +1,1 @@
+"""What stays unknown when an exploration ends, why, and behind which openings."""
