@@ -6,11 +6,13 @@ import platform
 import statistics
 from importlib import metadata
 from pathlib import Path
-from typing import Any, Mapping
+from typing import Any, Mapping, Sequence
 
 from inspection_tools.report.sources import Inspection
 from inspection_tools.report.words import counted
 
+COLUMNS = ("time_min", "way_m", "battery_start", "battery_end")
+"""Of the table of flights. A column without a value is left out."""
 PACKAGES = ("numpy", "scipy", "embreex", "pillow", "trimesh")
 
 
@@ -25,24 +27,18 @@ def flights(inspection: Inspection) -> dict[str, Any]:
     flown, whole = result.get("flights"), result.get("inspection")
     told += _explored(result.get("exploration"))
     if isinstance(whole, Mapping):
-        told += _flown(whole)
+        told += _flown(whole, len(inspection.plan.views) if inspection.plan else 0)
     if isinstance(flown, list) and flown and all(isinstance(each, Mapping) for each in flown):
         told.append(f"{counted(len(flown), 'flight')} as flown, each on one battery:")
-        return {
-            "told": told,
-            "rows": [_flight_row(number, each) for number, each in enumerate(flown, start=1)],
-        }
+        return {"told": told, **_table(flown)}
     if inspection.plan:
         planned = [
             {"photographs": len(each.views), "time_s": each.time_s, "way_m": each.way_m}
             for each in inspection.plan.flights
         ]
         told.append(f"{counted(len(planned), 'flight')} as planned, each on one battery:")
-        return {
-            "told": told,
-            "rows": [_flight_row(number, each) for number, each in enumerate(planned, start=1)],
-        }
-    return {"told": told or ["The flights are not recorded."], "rows": []}
+        return {"told": told, **_table(planned)}
+    return {"told": told or ["The flights are not recorded."], **_table([])}
 
 
 def _explored(whole: object) -> list[str]:
@@ -61,8 +57,8 @@ def _explored(whole: object) -> list[str]:
     ]
 
 
-def _flown(whole: Mapping[str, Any]) -> list[str]:
-    """Return in words what the record tells of the flights together."""
+def _flown(whole: Mapping[str, Any], planned: int) -> list[str]:
+    """Return in words what the record tells of the flights together. planned: photographs of the plan."""
     taken, asked, shots, swaps, flight_s = (
         whole.get(key) for key in ("taken", "asked", "shots", "swaps", "flight_s")
     )
@@ -70,6 +66,8 @@ def _flown(whole: Mapping[str, Any]) -> list[str]:
     if isinstance(taken, int) and isinstance(asked, int):
         again = f", in {counted(shots, 'shot')}" if isinstance(shots, int) else ""
         words.append(f"{taken} of {counted(asked, 'photograph')} were taken{again}.")
+        if asked < planned:
+            words.append(f"Only {asked} of the plan's {planned} photographs were asked for.")
     if isinstance(flight_s, (int, float)):
         changed = f"; the battery was changed {counted(swaps, 'time')}" if isinstance(swaps, int) else ""
         words.append(f"The flights took {flight_s / 60.0:.1f} min{changed}.")
@@ -89,6 +87,13 @@ def mishaps(inspection: Inspection) -> list[str]:
     if isinstance(failure, str) and not any(each in failure for each in names):
         told.append(f"The inspection did not end as planned: {failure}")
     return told
+
+
+def _table(flights: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Return the rows, and of which columns any row has a value."""
+    rows = [_flight_row(number, each) for number, each in enumerate(flights, start=1)]
+    has = {name: any(row[name] is not None for row in rows) for name in COLUMNS}
+    return {"rows": rows, "has": has}
 
 
 def _flight_row(number: int, given: Mapping[str, Any]) -> dict[str, Any]:

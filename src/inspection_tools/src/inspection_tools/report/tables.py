@@ -21,6 +21,8 @@ SHARES = (0.0, 0.005, 0.03, 0.15)
 """Rusted shares of a plate above which the table's colour gets darker."""
 LEAST_SEEN = 0.5
 MOST_ROWS = 25
+NO_PLATE = "on no plate of the ship's file: frames, stiffeners, floors and what stands inside"
+NO_PLATES = "the whole space: no ship's file divides it into plates"
 SIDE_NAMES = {"P": "Port", "S": "Starboard"}
 
 
@@ -188,10 +190,11 @@ def _open_rows(surface: SurfaceRecord, ship: Ship) -> list[dict[str, Any]]:
     missing = surface.open_m2 > 0.0
     points, areas = surface.points_m[missing], surface.open_m2[missing]
     plates, of = ship.plates(), ship.plates_of(points, surface.normals[missing])
+    no_plate = NO_PLATE if len(plates) else NO_PLATES
     rows: list[dict[str, Any]] = []
     for number in np.unique(of):
         area_m2 = float(areas[of == number].sum())
-        rows.append({"place": plates[number].text if number >= 0 else "elsewhere", "area_m2": area_m2})
+        rows.append({"place": plates[number].text if number >= 0 else no_plate, "area_m2": area_m2})
     rows.sort(key=lambda row: -row["area_m2"])
     rest = rows[MOST_ROWS:]
     if rest:
