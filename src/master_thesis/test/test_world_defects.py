@@ -14,7 +14,7 @@ from master_thesis.worlds import floor_plan
 from master_thesis.worlds.ballast_tank import BallastTankParameters
 from master_thesis.worlds.cargo import NAMES as NAMES_OF_CARGO
 from master_thesis.worlds.defects import NUMBERS, write_defects
-from simulation_tools.camera.defects import beside, decals_of, read_defects
+from simulation_tools.camera.defects import beside, decals_of, defects_in, read_defects
 from simulation_tools.camera.surfaces import surfaces_of
 from simulation_tools.sdf.parser import load_world
 
@@ -37,7 +37,8 @@ def leaves(value):
 @pytest.mark.parametrize("name", ["hold_3d", "hold_3d_cargo", "ballast_tank"])
 def test_the_shipped_file_is_the_generators(name, tmp_path):
     world = WORLDS / f"{name}.world"
-    written = write_defects(world, tmp_path / "d.yaml", seed=1)
+    written = tmp_path / "d.yaml"
+    assert write_defects(world, written, seed=1) == {}
     ours, shipped = (list(leaves(yaml.safe_load(file.read_text()))) for file in (written, beside(world)))
     assert [each for each in ours if type(each) is not float] == [
         each for each in shipped if type(each) is not float
@@ -53,6 +54,53 @@ def test_the_shipped_file_is_the_generators(name, tmp_path):
     for defect in marks.defects:
         assert defect.kind != "rust" or 0.03 <= defect.length_m <= 0.30
         assert defect.kind != "crack" or (0.2 <= defect.length_m <= 1.0 and 0.0003 <= defect.width_m <= 0.002)
+
+
+def tank(size_m):
+    """A closed tank of plates, x, y, z in m, whose bottom's middle is the origin."""
+    (x, y, z), t = size_m, 0.02
+    plates = [((0, 0, h), (x, y, t)) for h in (-t / 2, z + t / 2)]
+    plates += [((side * (x + t) / 2, 0, z / 2), (t, y, z)) for side in (-1, 1)]
+    plates += [((0, side * (y + t) / 2, z / 2), (x, t, z)) for side in (-1, 1)]
+    models = ""
+    for number, (at, size) in enumerate(plates):
+        shape = f"<geometry><box><size>{size[0]} {size[1]} {size[2]}</size></box></geometry>"
+        models += (
+            f'<model name="plate_{number}"><static>true</static><pose>{at[0]} {at[1]} {at[2]} 0 0 0</pose>'
+            f'<link name="link"><collision name="c">{shape}</collision>'
+            f'<visual name="v">{shape}</visual></link></model>'
+        )
+    return f'<sdf version="1.6"><world name="tank">{models}</world></sdf>'
+
+
+def test_a_small_tank_gets_smaller_marks(tmp_path):
+    """No seam of 2.3 m fits on plates of 1.6 x 1.2 x 1.6 m."""
+    world = tmp_path / "tank.world"
+    world.write_text(tank((1.6, 1.2, 1.6)))
+    left_out = write_defects(world, tmp_path / "d.yaml", seed=3, share=0.1)
+    marks = Counter(mark.kind for mark in read_defects(tmp_path / "d.yaml").defects)
+    assert marks + Counter(left_out) == Counter({kind: n // 10 for kind, n in NUMBERS.items()})
+    assert marks["rust"] == 6
+    seams = [mark.length_m for mark in read_defects(tmp_path / "d.yaml").defects if mark.kind == "seam"]
+    assert len(seams) == 4
+    assert max(seams) <= 1.6
+
+
+def test_the_repositorys_own_world_gets_marks_on_what_stands_in_it(tmp_path):
+    """It is open: marks lie on wall, crate and the flat tops of what is round, not on the ground."""
+    world = WORLDS.parents[2] / "my.world"
+    write_defects(world, tmp_path / "d.yaml", seed=1, share=0.1)
+    marks = read_defects(tmp_path / "d.yaml").defects
+    assert Counter(mark.kind for mark in marks)["rust"] == 6
+    assert all(mark.position_m[2] > 0.02 and 3.7 < mark.position_m[1] < 17.4 for mark in marks)
+
+
+def test_a_world_without_a_file_of_defects_is_told_with_the_command_that_writes_one(tmp_path):
+    marks, remark = defects_in(tmp_path / "mine.world", None)
+    assert marks.defects == ()
+    assert "mine.world has no defects" in remark
+    assert f"make_defects {tmp_path}/mine.world" in remark
+    assert defects_in(WORLDS / "hold_3d.world", None)[1] == ""
 
 
 def test_each_compartment_of_the_tank_has_defects():

@@ -11,7 +11,7 @@ from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
 from inspection_tools.photographs.folder import PhotographFolder
 from inspection_tools.photographs.record import PhotographRecord
 from inspection_tools.survey.plan import SurveyPlan
-from simulation_tools.camera.defects import DefectFile, beside, decals_of, read_defects
+from simulation_tools.camera.defects import decals_of, defects_in
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.camera.renderer import Renderer
 from simulation_tools.camera.surfaces import surfaces_of
@@ -40,8 +40,7 @@ def photograph(
 
     defects: file of them; None: the one beside the world, if there is one.
     """
-    path = defects or beside(world)
-    marks = read_defects(path) if defects or path.exists() else DefectFile((), {})
+    marks, _ = defects_in(world, defects)
     surfaces = surfaces_of(load_world(str(world)), marks.coatings)
     optics = CameraOptics(camera.width, camera.height, camera.field_of_view, exposure_s=camera.exposure)
     renderer = Renderer(surfaces, decals_of(marks.defects, surfaces), optics)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,9 @@ import yaml
 
 from master_thesis.errors import ScenarioError
 from master_thesis.worlds.cargo import NAMES as CARGO
-from simulation_tools.camera.surfaces import Surfaces, surfaces_of
+from master_thesis.worlds.floor_plan import outlines
+from simulation_tools.camera.surfaces import surfaces_of
+from simulation_tools.sdf.elements import Plane, World
 from simulation_tools.sdf.parser import load_world
 
 NUMBERS = {"rust": 60, "crack": 40, "seam": 40, "stain": 30, "shadow": 20}
@@ -25,77 +28,128 @@ COATINGS = {
     "stanchions": (0.66, 0.69, 0.66),
 }
 """Light grey epoxy, sRGB. The worlds' own colours are for drawings."""
-_TRIES = 20_000
+_TRIES, _MORE_TRIES = 20_000, 1_000
+"""For a mark of its first size, and for each smaller one, where a world has no room for that."""
+_SMALLER, _LEAST_M = 0.6, 0.05
+"""A mark that finds no place gets this share of its size, and is left out when it would be shorter."""
 _RAYS, _BOUNCES = 4000, 50
 """Rays that look for rooms, and how often each goes on from somewhere on its way."""
+_ASIDE_M, _ABOVE_M, _GROUND_M = 3.0, 1.0, 0.3
+"""In the open, the eyes are so far beside what stands there and above it, and so far above its foot."""
+_EYE_M = 0.6
+"""An eye keeps so far from the ends of the box in which it is drawn."""
 _BEYOND_M = 0.5
 """A ray that ends farther outside what was seen looks through an opening into another room."""
 
 
-def write_defects(world: Path, target: Path, seed: int) -> Path:
-    """Write a file of defects for a world of plane walls. The same seed gives the same file.
+def write_defects(world: Path, target: Path, seed: int, share: float = 1.0) -> dict[str, int]:
+    """Write a file of defects for a world with plane walls. The same seed gives the same file.
+
+    share: of the numbers of each kind. Return how many marks of each kind found no place, and were left out.
 
     Raises:
-        ScenarioError: the world has too little free surface.
+        ScenarioError: the world has no free surface.
         SdfError: the world cannot be read.
     """
     description = load_world(str(world))
     rng = np.random.default_rng(seed)
-    ship = replace(description, models=tuple(each for each in description.models if each.name not in CARGO))
-    placer = _Placer(surfaces_of(description, COATINGS), surfaces_of(ship), rng)
-    defects = [placer.one(kind) for kind, number in NUMBERS.items() for _ in range(number)]
+    placer = _Placer(description, rng)
+    wanted = [kind for kind, number in NUMBERS.items() for _ in range(round(share * number))]
+    defects = [mark for kind in wanted if (mark := placer.one(kind)) is not None]
+    if not defects:
+        raise ScenarioError(
+            f"{world}: no mark found a place. Marks need plane surfaces with 1 m of room before them."
+        )
     content = {"world": world.name, "seed": seed, "coatings": _plain(COATINGS), "defects": defects}
     target.write_text(yaml.safe_dump(content, sort_keys=False, default_flow_style=None), encoding="utf-8")
-    return target
+    missing = Counter(wanted) - Counter(mark["kind"] for mark in defects)
+    return dict(missing)
 
 
 def _plain(coatings: dict) -> dict:
     return {name: list(colour) for name, colour in coatings.items()}
 
 
+def _grounds(world: World) -> tuple[str, ...]:
+    """Return the names of the models that are planes."""
+    return tuple(
+        model.name
+        for model in world.models
+        if any(isinstance(visual.geometry, Plane) for link in model.links for visual in link.visuals)
+    )
+
+
+def _around(world: World) -> tuple[np.ndarray, np.ndarray]:
+    """Return a box about all that stands in an open world; raises ScenarioError if nothing does."""
+    standing = outlines(world)
+    if not standing:
+        raise ScenarioError(f"{world.source}: nothing stands in this world that could have defects.")
+    corners = np.concatenate([each.outline_xy for each in standing])
+    bottom, top = min(each.bottom_m for each in standing), max(each.top_m for each in standing)
+    low, high = np.append(corners.min(axis=0), bottom), np.append(corners.max(axis=0), top)
+    aside = np.array((_ASIDE_M, _ASIDE_M, 0.0))
+    return low - aside + (0.0, 0.0, _GROUND_M - _EYE_M), high + aside + (0.0, 0.0, _ABOVE_M)
+
+
 class _Placer:
     """Finds free places by rays from points inside the world: what is hit can be seen.
 
-    ship: the surfaces without cargo, which gets no marks.
+    Cargo gets no marks. In a world that is open, the ground gets none either.
     """
 
-    def __init__(self, surfaces: Surfaces, ship: Surfaces, rng: np.random.Generator) -> None:
-        self._surfaces, self._ship, self._rng = surfaces, ship, rng
+    def __init__(self, world: World, rng: np.random.Generator) -> None:
+        self._surfaces, self._rng = surfaces_of(world, COATINGS), rng
         self._taken: list[tuple[np.ndarray, float]] = []
-        self._inside = self._bounds()
+        self._tries = dict.fromkeys(NUMBERS, _TRIES)
+        inside = self._bounds()
+        self._inside = inside or _around(world)
+        left_out = CARGO if inside else (*CARGO, *_grounds(world))
+        kept = tuple(each for each in world.models if each.name not in left_out)
+        self._ship = surfaces_of(replace(world, models=kept))
 
-    def _bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the box about all rooms that are open to the place above the origin."""
+    def _bounds(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return the box about all rooms that are open to the place above the origin; None: it is open."""
         eyes = np.tile((0.0, 0.0, 1.5), (_RAYS, 1))
         hits = self._hits(eyes, self._rng)
+        if hits is None:
+            return None
         low, high = hits.min(axis=0), hits.max(axis=0)
         (others,) = self._rng.spawn(1)
         for _ in range(_BOUNCES):
             eyes = eyes + others.random((_RAYS, 1)) * (hits - eyes)
             hits = self._hits(eyes, others)
+            if hits is None:
+                return None
             beyond = ((hits < low - _BEYOND_M) | (hits > high + _BEYOND_M)).any(axis=1)
             low = np.minimum(low, hits[beyond].min(axis=0, initial=np.inf))
             high = np.maximum(high, hits[beyond].max(axis=0, initial=-np.inf))
         return low, high
 
-    def _hits(self, eyes: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-        """Return where rays (n, 3) from eyes (n, 3) end; raises ScenarioError if one leaves the world."""
+    def _hits(self, eyes: np.ndarray, rng: np.random.Generator) -> np.ndarray | None:
+        """Return where rays (n, 3) from eyes (n, 3) end; None if one leaves the world."""
         directions = rng.standard_normal(eyes.shape)
         directions /= np.linalg.norm(directions, axis=1)[:, None]
         faces, distances = self._surfaces.nearest(eyes, directions)
-        if (faces < 0).any():
-            raise ScenarioError("Defects need a closed space, and rays leave this world. Give hold_3d.")
-        hits: np.ndarray = eyes + distances[:, None] * directions
-        return hits
+        return None if (faces < 0).any() else eyes + distances[:, None] * directions
 
-    def one(self, kind: str) -> dict:
-        """Return one mark that lies on one plane, is seen from 1 m, and touches no other of its size."""
+    def one(self, kind: str) -> dict | None:
+        """Return one mark that lies on one plane, is seen from 1 m, and touches no other of its size.
+
+        Where there is no room for it, a smaller one; None: not even for that.
+        """
         length, width = self._size(kind)
-        for _ in range(_TRIES):
-            placed = self._try(kind, length, width)
-            if placed is not None:
-                return placed
-        raise ScenarioError(f"No place is left for a {kind} of {length:.2f} m. Give fewer defects.")
+        low, high = self._inside
+        while length > max(high - low):
+            length *= _SMALLER
+        while length >= _LEAST_M or self._tries[kind] == _TRIES:
+            for _ in range(self._tries[kind]):
+                placed = self._try(kind, length, width)
+                if placed is not None:
+                    return placed
+            self._tries[kind] = _MORE_TRIES
+            length *= _SMALLER
+            width *= 1.0 if kind in ("crack", "seam") else _SMALLER
+        return None
 
     def _size(self, kind: str) -> tuple[float, float]:
         rng = self._rng
@@ -111,7 +165,7 @@ class _Placer:
     def _try(self, kind: str, length: float, width: float) -> dict | None:
         rng, surfaces = self._rng, self._surfaces
         low, high = self._inside
-        eye = rng.uniform(low + 0.6, np.maximum(high - 0.6, low + 0.61))
+        eye = rng.uniform(low + _EYE_M, np.maximum(high - _EYE_M, low + _EYE_M + 0.01))
         direction = rng.standard_normal(3)
         direction /= np.linalg.norm(direction)
         faces, distances = surfaces.nearest(eye[None], direction[None])

@@ -71,6 +71,23 @@ def beside(world: Path) -> Path:
     return world.with_suffix(".defects.yaml")
 
 
+def defects_in(world: Path, given: Path | None) -> tuple[DefectFile, str]:
+    """Return the defects of a world, and a sentence if there are none.
+
+    given: their file; None: the one beside the world, if there is one.
+
+    Raises:
+        PhotographError: the file cannot be read, or an entry makes no sense.
+    """
+    path = given or beside(world)
+    if given is None and not path.exists():
+        return DefectFile((), {}), (
+            f"{world.name} has no defects, so its photographs show none: there is no {path}. "
+            f"This writes one: rosrun master_thesis make_defects {world}"
+        )
+    return read_defects(path), ""
+
+
 def read_defects(path: Path) -> DefectFile:
     """Read a file of defects.
 
