@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from matplotlib.lines import Line2D
 
 from gridslam.volume import Board, VolumeParameters, VoxelMap
 from gridslam.volume.drawing.centres import occupied_centres
-from gridslam.volume.drawing.picture import shadows, volume_figure
+from gridslam.volume.drawing.picture import explain, shadows, volume_figure
 
 
 def test_each_view_shows_the_voxels_behind_its_cut():
@@ -35,3 +36,13 @@ def test_what_lies_behind_its_neighbour_has_a_shadow():
     depth = np.array([[1.0, 1.0, 1.25, np.nan], [1.0, 1.0, 1.25, 3.0]])
     dark = shadows(depth)
     np.testing.assert_allclose(dark, [[0, 0, 0.375, 0], [0, 0, 0.375, 0.75]])
+
+
+def test_a_legend_explains_the_colours_and_takes_more_keys():
+    voxels = VoxelMap(VolumeParameters(resolution_m=0.2))
+    voxels.insert(voxels.rays((0.1, 0.1, 0.1), np.array([(3.1, 0.1, 0.1)], np.float32)), Board())
+    figure = volume_figure(voxels, "one voxel")
+    explain(figure, [Line2D([], [], label="path")])
+    (legend,) = figure.legends
+    told = [text.get_text() for text in legend.get_texts()]
+    assert told == ["occupied voxel of 0.2 m", "edge of what is nearer", "free, unknown, or cut away", "path"]

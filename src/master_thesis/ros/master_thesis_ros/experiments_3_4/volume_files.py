@@ -14,7 +14,7 @@ from gridslam import MapError
 from gridslam.volume import VolumeParameters, VoxelMap, map_from, stream_of, write_octree
 from gridslam.volume.drawing.picture import volume_figure
 from master_thesis.errors import ResultsError
-from master_thesis.results.picture_files import png
+from master_thesis.results.picture_files import pdf, png
 from master_thesis.results.run_folder import RunFolder
 from node_tools.services import ServiceCall
 
@@ -67,4 +67,5 @@ def _write(folder: RunFolder, voxels: VoxelMap) -> None:
     for name, is_binary in (("map.bt", True), ("map.ot", False)):
         write_octree(folder.path / name, stream_of(voxels, is_binary), voxels.parameters.resolution_m)
     title = f"Occupied voxels of {voxels.parameters.resolution_m:g} m"
-    folder.write_files({"volume.png": png(volume_figure(voxels, title))})
+    figure = volume_figure(voxels, title)
+    folder.write_files({"volume.png": png(figure), "volume.pdf": pdf(figure)})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Sequence
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from gridslam.volume.drawing.centres import occupied_centres
 from gridslam.volume.voxel_map import VoxelMap
 
 if TYPE_CHECKING:  # matplotlib takes half a second to import
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, FigureBase
     from matplotlib.image import AxesImage
@@ -48,7 +49,29 @@ def volume_figure(voxels: VoxelMap, title: str) -> Figure:
     for panel, view in zip(panels, VIEWS):
         shown = draw_cut_open(panel, centres, resolution_m, view, middle_m[view[2]])
     figure.colorbar(shown, ax=[*panels, free], label=HEIGHT_LABEL, location="bottom", aspect=50)
+    explain(figure, _voxel_keys(resolution_m))
     return figure
+
+
+def explain(figure: Figure, keys: Sequence[Artist]) -> None:
+    """Let a legend below the picture explain what is drawn, after what it explains already."""
+    shown: list[Artist] = []
+    for legend in list(figure.legends):
+        shown += [each for each in legend.legend_handles if each is not None]
+        legend.remove()
+    figure.legend(handles=[*shown, *keys], loc="outside lower center", ncols=3, fontsize=8, frameon=False)
+
+
+def _voxel_keys(resolution_m: float) -> list[Artist]:
+    from matplotlib import colormaps
+    from matplotlib.patches import Patch
+
+    colours = {
+        f"occupied voxel of {resolution_m:g} m": colormaps[HEIGHTS](0.5),
+        "edge of what is nearer": "black",
+        "free, unknown, or cut away": "white",
+    }
+    return [Patch(facecolor=colour, edgecolor="grey", label=words) for words, colour in colours.items()]
 
 
 def projections(figure: FigureBase, centres: np.ndarray) -> tuple[list[Axes], Axes]:
