@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import numpy as np
 import rospy
 
 from gridslam import SlamError
+from gridslam.evaluation.volume.surface import read_surface
+from gridslam.volume import read_octree
 from master_thesis.exploring.errand import Errand
 from master_thesis.exploring.request import ExploringRequest, read
 from master_thesis.exploring.summary import headline
@@ -69,4 +73,25 @@ def _complete(flown: FlownRun, explored: Explored, content: dict) -> dict:
         told = f"There is no explored.png: {error}"
         rospy.logwarn(told)
         folder.lacks(told)
+    content = {**content, "exploration": with_world_share(flown, content["exploration"])}
+    folder.write_result(content)
     return complete_run(*flown, content, ProgressLog())
+
+
+def with_world_share(flown: FlownRun, explored: dict) -> dict:
+    """Return what was explored, with how much of the world's own room that is, if it has walls around."""
+    from master_thesis.exploring.world_share import known_centres, share_of_world  # numba takes a second
+
+    folder, description, log, _ = flown
+    path_m = log.truth.array("x_m", "y_m", "z_m")
+    try:
+        surface = read_surface(description.scenario.world_path)
+        voxels = read_octree(folder.path / "map.ot")
+    except (SlamError, OSError) as error:
+        rospy.logwarn(f"How much of the world is known is not told: {error}")
+        return explored
+    if not len(path_m):
+        return explored
+    highest_m, rng = path_m[path_m[:, 2].argmax()], np.random.default_rng(description.seed)
+    share = share_of_world(known_centres(voxels), voxels.parameters.resolution_m, surface, highest_m, rng)
+    return explored if share is None else {**explored, "world": asdict(share)}

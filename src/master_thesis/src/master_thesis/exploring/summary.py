@@ -22,11 +22,20 @@ def rows_of(told: dict) -> dict[str, str]:
     areas: Counter = Counter()
     for place in told["unknown"]:
         areas[place["why"]] += place["border_m2"]
-    seconds = told["time_99_s"]
+    seconds, world = told["time_99_s"], told.get("world")
+    in_time = "" if seconds is None else f"; 99 % of these {told['known_m3']:.0f} m3 after {seconds:.0f} s"
     return {
-        "known": f"{told['known_m3']:.0f} m3"
-        + ("" if seconds is None else f", 99 % of it after {seconds:.0f} s"),
+        "known on the map": f"{told['known_m3']:.0f} m3, free or occupied{in_time}",
+        **({"known of the world": _of_world(world)} if world else {}),
         "home": f"{'yes' if told['is_home'] else 'no'}, after {told['home_s']:.0f} s",
         "views, swaps": f"{told['views']}, {told['swaps']}",
         **{f"unknown border {n}": f"{area:.1f} m2: {why}" for n, (why, area) in enumerate(areas.items(), 1)},
     }
+
+
+def _of_world(world: dict) -> str:
+    """Return what the simulator knows better than the UAV. world: see `WorldShare`."""
+    return (
+        f"{100.0 * world['known_share']:.0f} % of the {world['room_m3']:.0f} m3 of all rooms that openings "
+        "join with the start's, also those that are too narrow for this UAV"
+    )
