@@ -49,7 +49,8 @@ def look(seed: int, most: int) -> dict:
     )
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        marks = write_defects(WORLD, folder / "defects.yaml", seed)
+        marks = folder / "defects.yaml"
+        write_defects(WORLD, marks, seed)
         defects = read_defects(marks).defects
         views = _views_of(defects, whole, MeshSurface(surface.mesh.triangles_m), rng)[:most]
         taken = shoot(WORLD, only(whole, views), folder / "first", marks, seed, rng)

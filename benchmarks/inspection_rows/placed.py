@@ -38,7 +38,9 @@ def place_rust(plan: SurveyPlan, on: Mesh, true: Mesh, seed: int) -> dict:
     on: mesh of the map. true: of the drawing.
     """
     with tempfile.TemporaryDirectory() as name:
-        defects = read_defects(write_defects(WORLD, Path(name) / "defects.yaml", seed)).defects
+        marks = Path(name) / "defects.yaml"
+        write_defects(WORLD, marks, seed)
+        defects = read_defects(marks).defects
     spots = [each for each in defects if each.kind == "rust"]
     taken = [Taken.of_view(each) for each in plan.views]
     surface, p = MeshSurface(true.triangles_m), FindingParameters().for_mesh(on)

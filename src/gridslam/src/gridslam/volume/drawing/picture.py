@@ -64,10 +64,11 @@ def explain(figure: Figure, keys: Sequence[Artist]) -> None:
 
 def _voxel_keys(resolution_m: float) -> list[Artist]:
     from matplotlib import colormaps
+    from matplotlib.colors import to_hex
     from matplotlib.patches import Patch
 
     colours = {
-        f"occupied voxel of {resolution_m:g} m": colormaps[HEIGHTS](0.5),
+        f"occupied voxel of {resolution_m:g} m": to_hex(colormaps[HEIGHTS](0.5)),
         "edge of what is nearer": "black",
         "free, unknown, or cut away": "white",
     }
