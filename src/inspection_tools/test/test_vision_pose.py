@@ -203,3 +203,19 @@ def test_a_reset_starts_anew():
 def test_parameters_are_checked():
     with pytest.raises(ParameterError, match="max_age"):
         VisionPoseParameters(max_age=0.0)
+
+
+def test_a_pose_that_was_lost_goes_out_again_when_it_has_been_sure_for_a_time():
+    """Odometry that is uncertain by turns, as where the lidar sees too little: 0.1 s lost, 0.3 s sure."""
+    vision = VisionPose(VisionPoseParameters(sure_time=0.5))
+    feed(vision, flight(5.0, 1.0))
+    by_turns = [
+        replace(each, pose_covariance=deviation(position_m=0.6)) if i % 16 < 4 else each
+        for i, each in enumerate(flight(6.0, 4.0, THERE))
+    ]
+    assert feed(vision, by_turns) == []
+    assert vision.state is VisionState.UNCERTAIN
+    # The last uncertain pose is of 9.675 s, as 9.6 s begins a turn
+    sent = feed(vision, flight(10.0, 1.0, (2.5, 0.0, 2.0)))
+    assert sent[0].stamp_s == pytest.approx(9.675 + 0.5)
+    assert vision.state is VisionState.GOOD

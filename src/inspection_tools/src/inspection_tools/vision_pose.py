@@ -43,6 +43,8 @@ class VisionPoseParameters:
             UAV had flown on steadily between the last pose before the jump and the first one after it.
         max_deviation: The greatest standard deviation of the position, along any axis, m.
         max_yaw_deviation: The greatest standard deviation of the heading, rad.
+        sure_time: After it was uncertain, the odometry must be sure for this time, s. One that is lost
+            finds a wrong place now and then, and a UAV that lands by such poses tips over.
         min_rate: Poses at this rate or more, Hz; 0: one for each pose that comes in. The poses between two
             that came in are interpolated.
 
@@ -57,6 +59,7 @@ class VisionPoseParameters:
     settle_time: float = 0.5
     max_deviation: float = 0.5
     max_yaw_deviation: float = 0.3
+    sure_time: float = 0.5
     min_rate: float = 30.0
 
     def __post_init__(self) -> None:
@@ -67,6 +70,7 @@ class VisionPoseParameters:
         check_number("settle_time", self.settle_time, 0.0, 60.0)
         check_number("max_deviation", self.max_deviation, 1e-3, 1e6)
         check_number("max_yaw_deviation", self.max_yaw_deviation, 1e-3, 1e6)
+        check_number("sure_time", self.sure_time, 0.0, 60.0)
         check_number("min_rate", self.min_rate, 0.0, 1000.0)
 
 
@@ -113,7 +117,7 @@ class VisionPose:
         self._enter(VisionState.WAITING, "No odometry has come yet.")
         self._last: Motion | None = None  # of the odometry
         self._sent: Motion | None = None
-        self._steady_since_s = -math.inf
+        self._steady_since_s = self._unsure_s = -math.inf
         self._shift_m: Vector3 = (0.0, 0.0, 0.0)  # with the turn: from the odometry's frame to what goes out
         self._turn_rad = 0.0
 
@@ -129,7 +133,9 @@ class VisionPose:
         if before is not None and motion.stamp_ns <= before.stamp_ns:
             self._last = before
             return []
-        jump = self._jump(before, motion)
+        jump, unsure = self._jump(before, motion), self._uncertainty(motion)
+        if unsure:
+            self._unsure_s = motion.stamp_s
         if before is not None and jump:
             self._steady_since_s = motion.stamp_s
             self._anchor(before, motion)
@@ -138,8 +144,9 @@ class VisionPose:
         elif jump or motion.stamp_s - self._steady_since_s < self.parameters.settle_time:
             if jump:
                 self._enter(VisionState.JUMPED, jump)
-        elif self._uncertainty(motion):
-            self._enter(VisionState.UNCERTAIN, self._uncertainty(motion))
+        elif unsure or motion.stamp_s - self._unsure_s < self.parameters.sure_time:
+            if unsure:
+                self._enter(VisionState.UNCERTAIN, unsure)
         else:
             return self._send(motion)
         return []

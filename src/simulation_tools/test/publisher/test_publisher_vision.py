@@ -64,6 +64,18 @@ def test_it_stops_within_half_a_second_and_lands_before_px4_gives_up(flying):
     assert flying.publisher.phase is Phase.IDLE
 
 
+def test_a_landing_without_a_sure_pose_is_told_once(flying):
+    flying.set("AUTO.LAND", landed=LANDING).run(1.0)
+    assert flying.publisher.phase is Phase.YIELDED
+    flying.vision = False
+    flying.run(0.4)
+    assert not flying.of(Log)
+    flying.run(2.0)
+    assert [log.text for log in flying.of(Log)] == [
+        "no sure pose while the UAV lands: the flight controller brings it down level."
+    ]
+
+
 def test_when_vision_comes_back_it_flies_on(flying):
     flying.vision = False
     flying.run(1.0)

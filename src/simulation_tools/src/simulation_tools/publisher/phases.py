@@ -22,6 +22,8 @@ from simulation_tools.publisher.interface import (
 from simulation_tools.publisher.vision_watch import Blindness
 
 _ON_GROUND = 1  # MAV_LANDED_STATE
+_LANDS_BLIND_S = 0.5
+"""Without external poses for so long, a landing is one without a place, and is told as such."""
 _TOGETHER_S = 5.0
 """What the flight controller says within this time before a change of mode explains it."""
 _NS = 1e-9
@@ -60,6 +62,7 @@ class Phases:
         self._seen_offboard = self._has_flown = self._may_arm = self._was_failsafe = False
         self._knows_home = False
         self._flew = False  # before it became blind, by commands or by itself
+        self._lands_blind = False  # and that was told
         self._said: tuple[int, str] | None = None
         self._told_ns = 0  # stamp of the newest state that made a decision
         self.brake: Brake | None = None  # of the last time it became blind
@@ -103,7 +106,7 @@ class Phases:
         elif self.phase is Phase.RETURNING:
             actions = self._return(now_ns, pose, state, is_flying, poses_missing, p)
         elif self.phase is Phase.YIELDED:
-            actions = self._yield(pose, state, p)
+            actions = self._yield(pose, state, blindness, p)
         self._was_failsafe = state.failsafe(p.family) or (self._was_failsafe and not state.armed)
         return actions
 
@@ -214,9 +217,14 @@ class Phases:
             return []
         return self._request(now_ns, p, RequestMode(p.family.landing))
 
-    def _yield(self, pose: Pose, state: FcuState, p: PublisherParameters) -> list[Action]:
+    def _yield(
+        self, pose: Pose, state: FcuState, blindness: Blindness, p: PublisherParameters
+    ) -> list[Action]:
         if not state.armed:
             return self._enter_idle()
+        if state.mode == p.family.landing and blindness.lasts_s >= _LANDS_BLIND_S and not self._lands_blind:
+            self._lands_blind = True
+            return [Log("no sure pose while the UAV lands: the flight controller brings it down level.")]
         guided = p.family.guided
         if state.mode == guided and not state.failsafe(p.family):
             return self._enter_flying(pose, f"{guided} again: taking over where the UAV is.")
