@@ -210,10 +210,25 @@ def test_a_real_uavs_parameters_that_cepa_refuses_are_refused(tmp_path, capsys, 
         ["lidar_ip:=192.168.0.10"],
         ["lidar_ip:=hokuyo.local", "slam:=true"],
         ["autopilot:=ardupilot", "fly:=true"],
+        ["explore:=true", "gnss:=false", "lidar:=puck", "record:=true"],
+        ["inspection:=true", "explore:=true", "gnss:=false", "lidar:=m8", "radius:=0.2"],
     ],
 )
 def test_a_real_uav_with_parts_of_its_own_is_flown(words, capsys):
     assert request.main([str(LAUNCH / "real.launch"), *words]) == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["explore:=true", "lidar:=puck"], "explore:=true flies without satellites; add gnss:=false."),
+        (["inspection:=true", "gnss:=false", "lidar:=ust"], "needs clouds, which lidar:=ust does not give"),
+        (["explore:=true", "gnss:=false", "lidar:=puck", "resolution:=0"], "resolution"),
+    ],
+)
+def test_a_real_uav_that_cannot_explore_is_refused(words, sentence, capsys):
+    assert request.main([str(LAUNCH / "real.launch"), *words]) == 1
+    assert sentence in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("path", sorted(LAUNCH.glob("*.launch")), ids=lambda path: path.stem)

@@ -8,6 +8,7 @@ from typing import Any, Mapping
 
 from master_thesis.errors import ScenarioError
 from master_thesis.worlds import scenario
+from simulation_tools import values
 from simulation_tools.vehicle.uav import load_uav
 
 SYSTEM_IDS = (1, 255)
@@ -42,7 +43,24 @@ def check(asked: Mapping[str, Any]) -> None:
             f"'{asked['range_finder']}' is no range_finder; give a topic, for example "
             "range_finder:=/range_finder."
         )
+    _check_leaders(asked)
     _check_uav(str(asked["model"]), str(asked["lidar"]), str(asked["sensors"]).split())
+
+
+def _check_leaders(asked: Mapping[str, Any]) -> None:
+    """Check what explore and inspection need, as their own launch files have it."""
+    names = [name for name in ("explore", "inspection") if scenario.flag(name, asked.get(name, False))]
+    if not names:
+        return
+    if scenario.flag("gnss", asked["gnss"]):
+        raise ScenarioError(f"{names[0]}:=true flies without satellites; add gnss:=false.")
+    if str(asked["lidar"]) not in scenario.CLOUD_LIDARS:
+        raise ScenarioError(
+            f"{names[0]}:=true needs clouds, which lidar:={asked['lidar']} does not give; "
+            f"choose lidar:={', '.join(scenario.CLOUD_LIDARS)}."
+        )
+    for name, least in (("radius", 0.01), ("margin", 0.0), ("resolution", 0.01), ("time", 1.0)):
+        values.number(name, asked[name], least)
 
 
 def _check_address(lidar_ip: str) -> None:
