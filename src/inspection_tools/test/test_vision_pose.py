@@ -205,6 +205,14 @@ def test_parameters_are_checked():
         VisionPoseParameters(max_age=0.0)
 
 
+def test_at_the_start_the_first_sure_pose_goes_out():
+    vision = VisionPose(VisionPoseParameters(sure_time=0.5))
+    feed(vision, [replace(each, pose_covariance=UNKNOWN_HEIGHT) for each in flight(5.0, 1.0)])
+    assert vision.state is VisionState.UNCERTAIN
+    given = flight(6.0, 1.0, THERE)
+    assert feed(vision, given) == given
+
+
 def test_a_pose_that_was_lost_goes_out_again_when_it_has_been_sure_for_a_time():
     """Odometry that is uncertain by turns, as where the lidar sees too little: 0.1 s lost, 0.3 s sure."""
     vision = VisionPose(VisionPoseParameters(sure_time=0.5))

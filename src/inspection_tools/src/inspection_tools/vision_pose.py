@@ -134,7 +134,7 @@ class VisionPose:
             self._last = before
             return []
         jump, unsure = self._jump(before, motion), self._uncertainty(motion)
-        if unsure:
+        if unsure and self._sent is not None:  # before the first pose nothing was lost
             self._unsure_s = motion.stamp_s
         if before is not None and jump:
             self._steady_since_s = motion.stamp_s
