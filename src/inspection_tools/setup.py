@@ -21,6 +21,7 @@ setup(
             "inspection_tools.findings.picture",
             "inspection_tools.inspection",
             "inspection_tools.mission",
+            "inspection_tools.photograph_poses",
             "inspection_tools.photographs",
             "inspection_tools.planning",
             "inspection_tools.planning.kernels",

@@ -57,7 +57,8 @@ def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
         InspectionToolsError: one sentence.
     """
     plan = read_plan(Path(goal.plan))
-    folder = PhotographFolder(Path(goal.folder), plan.camera)
+    serials = (str(rospy.get_param(name, "")).strip() for name in ("~camera_serial", "~lens_serial"))
+    folder = PhotographFolder(Path(goal.folder), plan.camera, *serials)
     for sentence in folder.damaged:
         rospy.logwarn("%s", sentence)
     wanted = parameters.for_plan(plan)

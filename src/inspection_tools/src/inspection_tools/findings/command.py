@@ -38,7 +38,9 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--plan", type=Path, help="that was flown: write closer.yaml, a plan of nearer photographs of cracks"
     )
-    parser.add_argument("--mesh", type=Path, help="STL, OBJ, PLY or GLB, or an SDF world")
+    parser.add_argument(
+        "--mesh", type=Path, help="STL, OBJ, PLY or GLB, or an SDF world. Needed for photographs with poses"
+    )
     parser.add_argument(
         "--coating", type=_colour, action="append", default=[], metavar="R,G,B",
         help="colour of a coating that is as red as rust, sRGB from 0 to 255; may be given several times",
@@ -55,14 +57,14 @@ def main(arguments: list[str] | None = None) -> int:
         if given.decide:
             number, status = given.decide
             return _decide(target, number, status, given.remark)
-        if given.mesh is None:
-            raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
         if not target.parent.is_dir():
             raise SurveyError(f"{target} cannot be written: there is no folder {target.parent}.")
         if target.exists():
             read_search(target)  # refused now, and not after minutes of search
         parameters = FindingParameters(coatings=tuple(given.coating))
         plan = read_plan(given.plan) if given.plan else None
+        if plan and given.mesh is None:
+            raise SurveyError("--plan needs the surface: --mesh FILE, a mesh or an SDF world.")
         surface = read_surface(given.mesh, plan.asked, plan.home_m) if plan else None
         searched = surface.mesh if surface else given.mesh
         found = search_folders([given.folder, *given.closer], searched, parameters)
@@ -82,10 +84,23 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"{kind}: {sum(each.kind == kind for each in findings)}")
     if record.red:
         print(f"findings: {told_of_paint(len(record.red), len(record.searched or ()))}", file=sys.stderr)
+    if record.without_pose:
+        print(f"findings: {_told_without_pose(record)}", file=sys.stderr)
     searched = len(record.searched or ())
     print(f"searched: {searched} of {searched + len(record.left_out)} photographs")
     print(f"written: {target}")
     return 0
+
+
+def _told_without_pose(record: SearchRecord) -> str:
+    marks = [mark.kind for each in record.without_pose for mark in each.marks]
+    kinds = ", ".join(f"{kind}: {marks.count(kind)}" for kind in sorted(set(marks))) or "nothing"
+    return (
+        f"Photographs without a pose: {len(record.without_pose)}. They were searched on their own, and show "
+        f"{kinds}; "
+        "edges may look like cracks there. Run place_photographs and findings again for their places and "
+        "sizes."
+    )
 
 
 def _colour(text: str) -> tuple[int, int, int]:

@@ -16,6 +16,7 @@ import numpy as np
 from inspection_tools.errors import ReportError
 from inspection_tools.files.whole import write_whole
 from inspection_tools.findings.merging import Finding
+from inspection_tools.findings.on_pictures import MarkedPicture, marked_in, rows_of
 from inspection_tools.findings.pairing import pairs_of
 from inspection_tools.photographs.listing import LeftOut
 
@@ -28,13 +29,14 @@ class SearchRecord:
 
     searched: names of the photographs in which findings were looked for; None: an older program did not tell.
     left_out: those that could not be searched, with the reason. red: names of those whose coating is as red
-    as rust: rust of its colour is not told from it.
+    as rust: rust of its colour is not told from it. without_pose: what is marked on pictures alone.
     """
 
     findings: tuple[Finding, ...] = ()
     searched: tuple[str, ...] | None = None
     left_out: tuple[LeftOut, ...] = ()
     red: tuple[str, ...] = ()
+    without_pose: tuple[MarkedPicture, ...] = ()
 
 
 def read_findings(path: Path) -> list[Finding]:
@@ -70,7 +72,7 @@ def read_search(path: Path) -> SearchRecord:
         raise ReportError(
             f"{path}: searched, left_out and red must be lists of photographs ({error})."
         ) from None
-    return SearchRecord(tuple(found), searched, left_out, red)
+    return SearchRecord(tuple(found), searched, left_out, red, marked_in(content, path))
 
 
 def _finding(path: Path, number: int, given: Any) -> Finding:
@@ -100,6 +102,7 @@ def write_findings(path: Path, record: SearchRecord) -> None:
     searched = "" if record.searched is None else f'"searched": {json.dumps(record.searched)}, '
     left_out = json.dumps([{"photograph": each.name, "why": each.why} for each in record.left_out])
     searched += f'"red": {json.dumps(record.red)}, ' if record.red else ""
+    searched += f'"without_pose": {json.dumps(rows_of(record.without_pose))}, ' if record.without_pose else ""
     text = f'{{"frame": "map", {searched}"left_out": {left_out}, "findings": [\n{rows}\n]}}\n'
     try:
         write_whole({path: text.encode()})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple, Sequence
 
@@ -12,6 +13,7 @@ from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import SurveyError
 from inspection_tools.findings.findings_file import DISMISSED, SearchRecord
 from inspection_tools.findings.merging import Finding, merged
+from inspection_tools.findings.on_pictures import PictureSearch, without_pose
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate, candidates_in
 from inspection_tools.findings.picture.paint import RED
@@ -20,7 +22,7 @@ from inspection_tools.findings.remembered import Remembered, read_marks
 from inspection_tools.findings.second_look import without_refuted
 from inspection_tools.findings.several_views import where_sights_cross
 from inspection_tools.photographs.calibration import read_camera
-from inspection_tools.photographs.listing import LeftOut, check_picture, listed, read_photograph
+from inspection_tools.photographs.listing import LeftOut, Listing, check_picture, listed, read_photograph
 from inspection_tools.photographs.record import PhotographError, PhotographRecord, read_record
 from inspection_tools.survey.closer import Closer, closer_plan
 from inspection_tools.survey.plan import SurveyPlan
@@ -119,10 +121,13 @@ def find(folders: Sequence[Path], mesh: Path | Mesh, parameters: FindingParamete
     return list(search_folders(folders, mesh, parameters).findings)
 
 
-def search_folders(folders: Sequence[Path], mesh: Path | Mesh, parameters: FindingParameters) -> SearchRecord:
+def search_folders(
+    folders: Sequence[Path], mesh: Path | Mesh | None, parameters: FindingParameters
+) -> SearchRecord:
     """Return the findings in folders of photographs, and which photographs were searched and left out.
 
-    Photographs of other folders than the first are named by their way from there.
+    Photographs of other folders than the first are named by their way from there. Those without a pose are
+    searched on their own. mesh: None: no photograph has a pose.
 
     Raises:
         SurveyError: a folder has no photograph, none can be searched, or the mesh cannot be read.
@@ -130,28 +135,63 @@ def search_folders(folders: Sequence[Path], mesh: Path | Mesh, parameters: Findi
     """
     listings = [(folder, listed(folder, pixels=False)) for folder in folders]
     for folder, listing in listings:
-        if not listing.whole:
+        if not listing.whole and not without_pose(folder):
             why = f": {listing.left_out[0].name}: {listing.left_out[0].why}" if listing.left_out else "."
-            raise SurveyError(f"{folder}: there is no photograph with a JSON beside it{why}")
-        read_camera(folder / "calibration.yaml")
-    known = read_mesh(mesh) if isinstance(mesh, Path) else mesh
-    search = PhotographSearch(known, parameters, folders[0])
-    left_out: list[LeftOut] = []
+            raise SurveyError(f"{folder}: there is no photograph that can be searched{why}")
+        if listing.whole:
+            read_camera(folder / "calibration.yaml")
+    if mesh is None and any(listing.whole for _, listing in listings):
+        raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
+    record = SearchRecord(searched=())
+    if mesh is not None:
+        known = read_mesh(mesh) if isinstance(mesh, Path) else mesh
+        record = _with_poses(listings, known, parameters)
+    record = _without_poses(record, folders, parameters)
+    if not record.searched:
+        name, why = record.left_out[0]
+        raise SurveyError(
+            f"{folders[0]}: none of the {len(record.left_out)} photographs could be searched. The first is "
+            f"{name}: {why}"
+        )
+    return record
+
+
+def _with_poses(
+    listings: Sequence[tuple[Path, Listing]], mesh: Mesh, parameters: FindingParameters
+) -> SearchRecord:
+    """Return what the photographs show on the mesh whose poses are known."""
+    first = listings[0][0]
+    search, left_out = PhotographSearch(mesh, parameters, first), list[LeftOut]()
     for folder, listing in listings:
-        left_out += [each._replace(name=_named(folder / each.name, folders[0])) for each in listing.left_out]
+        left_out += [each._replace(name=_named(folder / each.name, first)) for each in listing.left_out]
         for path, _ in listing.whole:
             try:
                 search.add(path)
             except PhotographError as error:
-                left_out.append(LeftOut.of(path, error)._replace(name=_named(path, folders[0])))
-    if not search.searched:
-        name, why = left_out[0]
-        raise SurveyError(
-            f"{folders[0]}: none of the {len(left_out)} photographs could be searched. The first is {name}: "
-            f"{why}"
-        )
+                left_out.append(LeftOut.of(path, error)._replace(name=_named(path, first)))
     return SearchRecord(
         tuple(search.findings()), tuple(search.searched), tuple(left_out), tuple(search.red_photographs())
+    )
+
+
+def _without_poses(
+    record: SearchRecord, folders: Sequence[Path], parameters: FindingParameters
+) -> SearchRecord:
+    """Return a record with what the photographs show whose poses are not known."""
+    search, searched, left_out = PictureSearch(parameters), list(record.searched or ()), list[LeftOut]()
+    unposed = {_named(path, folders[0]): path for folder in folders for path in without_pose(folder)}
+    for name, path in unposed.items():
+        try:
+            search.add(path, name)
+            searched.append(name)
+        except PhotographError as error:
+            left_out.append(LeftOut.of(path, error)._replace(name=name))
+    kept = [each for each in record.left_out if each.name not in unposed]
+    return replace(
+        record,
+        searched=tuple(searched),
+        left_out=(*kept, *left_out),
+        without_pose=search.marked(),
     )
 
 

@@ -109,13 +109,13 @@ class FollowedRecords:
         One that is not between the path's first and last pose stays where it is.
         """
         with self._lock:
-            known_s, corrections = _corrections(slam_path, self._track)
+            known_s, moves = corrections(slam_path, self._track)
             moved = []
             for path, followed in self._followed.items():
                 record, before = followed.record, followed.odom_in_map
                 if not len(known_s) or not known_s[0] <= record.stamp_s <= known_s[-1]:
                     continue
-                x, y, z, yaw = (float(np.interp(record.stamp_s, known_s, each)) for each in corrections.T)
+                x, y, z, yaw = (float(np.interp(record.stamp_s, known_s, each)) for each in moves.T)
                 now = LevelPose((x, y, before.place_m[2] if np.isnan(z) else z), yaw)
                 corrected = moved_record(record, before, now)
                 if _is_elsewhere(record, corrected):
@@ -124,7 +124,7 @@ class FollowedRecords:
             return moved
 
 
-def _corrections(slam_path: SlamPath, track: OdometryTrack) -> tuple[np.ndarray, np.ndarray]:
+def corrections(slam_path: SlamPath, track: OdometryTrack) -> tuple[np.ndarray, np.ndarray]:
     """Return the path's stamps (k,) at which odometry is known, and `odom` in the map (k, 4) then.
 
     Its z is NaN if the path is one in the plane.

@@ -9,6 +9,7 @@ from __future__ import annotations
 import errno
 import io
 import json
+import math
 import os
 import threading
 from dataclasses import asdict, replace
@@ -30,21 +31,29 @@ POSES_HEAD = "# timestamp tx ty tz qx qy qz qw of the optical frame\n"
 NAMES_HEAD = "# timestamp filename\n"
 MAKE, MODEL, EXPOSURE_TIME, ISO_SPEED, FOCAL_35MM, EXIF_BLOCK = 0x010F, 0x0110, 0x829A, 0x8827, 0xA405, 0x8769
 FOCAL_LENGTH, DATE, SUBSECONDS, OFFSET = 0x920A, 0x9003, 0x9291, 0x9011
+FOCAL_PLANE_X, FOCAL_PLANE_Y, FOCAL_PLANE_UNIT, CM = 0xA20E, 0xA20F, 0xA210, 3
+BODY_SERIAL, LENS_SERIAL = 0xA431, 0xA435
 """Tags of EXIF 2.31."""
 FULL_FRAME_MM = 36.0
 """Width of the sensor for which the focal length is told."""
+DIAGONAL_35MM = math.hypot(36.0, 24.0)
+"""To which the 35 mm equivalent focal length belongs (CIPA DCG-001)."""
 
 
 class PhotographFolder:
     """Stores photographs of one camera. A folder that is there already is continued.
 
+    Args:
+        serial, lens_serial: of the camera and its lens, for EXIF; empty: not known.
+
     Attributes:
         damaged: a sentence for each photograph there whose record is damaged; it counts as not taken.
     """
 
-    def __init__(self, folder: Path, camera: SurveyCamera) -> None:
+    def __init__(self, folder: Path, camera: SurveyCamera, serial: str = "", lens_serial: str = "") -> None:
         """Make the folder; raises PhotographError if that fails, or if it is another camera's."""
         self.folder, self._camera = folder, camera
+        self._serials = {BODY_SERIAL: serial, LENS_SERIAL: lens_serial}
         self._lists = threading.Lock()
         self.damaged: list[str] = []
         calibration = folder / "calibration.yaml"
@@ -131,7 +140,11 @@ class PhotographFolder:
         if record.iso is not None:
             block[ISO_SPEED] = min(round(record.iso), 65_535)
         focal_mm = FULL_FRAME_MM * self._camera.focal_px / self._camera.width
-        block[FOCAL_LENGTH], block[FOCAL_35MM] = focal_mm, round(focal_mm)
+        per_cm = 10.0 * self._camera.width / FULL_FRAME_MM
+        of_35mm = self._camera.focal_px * DIAGONAL_35MM / math.hypot(self._camera.width, self._camera.height)
+        block[FOCAL_LENGTH], block[FOCAL_35MM] = focal_mm, round(of_35mm)
+        block[FOCAL_PLANE_X], block[FOCAL_PLANE_Y], block[FOCAL_PLANE_UNIT] = per_cm, per_cm, CM
+        block.update({tag: value for tag, value in self._serials.items() if value})
         taken = datetime.fromtimestamp(max(record.stamp_s, 0.0), UTC)
         block[DATE], block[SUBSECONDS] = f"{taken:%Y:%m:%d %H:%M:%S}", f"{taken:%f}"
         block[OFFSET] = "+00:00"

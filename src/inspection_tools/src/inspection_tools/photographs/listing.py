@@ -26,6 +26,7 @@ SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
 START_OF_JPEG, START_OF_SCAN, END_OF_JPEG, TAIL_BYTES = b"\xff\xd8", b"\xda", b"\xff\xd9", 4096
 ORIENTATION, UPRIGHT = 0x0112, 1
 """EXIF's tag, and its value for a picture that is stored as it is to be seen."""
+NO_POSE = "There is no JSON beside it that tells its pose; place_photographs writes one."
 FAST_PX = 64
 """A JPEG is checked in the smallest size, an eighth, in which its decoder gives it."""
 
@@ -63,7 +64,7 @@ def listed(folder: Path, pixels: bool = True) -> Listing:
 
     pixels: decode each picture, which takes some 2 ms a megapixel; else only its end is looked at.
     """
-    pictures, camera = _pictures_in(folder), _camera_of(folder)
+    pictures, camera = pictures_in(folder), _camera_of(folder)
     whole, left_out, owners = [], [], dict[str, str]()
     for path in pictures:
         owner = owners.setdefault(path.stem, path.name)
@@ -71,7 +72,7 @@ def listed(folder: Path, pixels: bool = True) -> Listing:
             if owner != path.name:
                 raise PhotographError(f"The JSON beside it belongs to {owner}.")
             if not path.with_suffix(".json").exists():
-                raise PhotographError("There is no JSON beside it that tells its pose.")
+                raise PhotographError(NO_POSE)
             check_picture(path, pixels, camera)
             whole.append((path, read_record(path.with_suffix(".json"))))
         except InspectionToolsError as error:
@@ -84,7 +85,7 @@ def listed(folder: Path, pixels: bool = True) -> Listing:
 
 def photographs_in(folder: Path) -> list[Path]:
     """Return the pictures that have a JSON, numbers in their order; some of them may be damaged."""
-    return [path for path in _pictures_in(folder) if path.with_suffix(".json").exists()]
+    return [path for path in pictures_in(folder) if path.with_suffix(".json").exists()]
 
 
 def records_in(folder: Path) -> tuple[list[tuple[Path, PhotographRecord]], list[str]]:
@@ -104,13 +105,17 @@ def read_photograph(path: Path) -> tuple[np.ndarray, PhotographRecord]:
     Raises:
         PhotographError: the picture is cut or none, or its JSON is missing or damaged.
     """
+    return read_picture(path), read_record(path.with_suffix(".json"))
+
+
+def read_picture(path: Path) -> np.ndarray:
+    """Return a picture, uint8 (height, width, 3); raises PhotographError if it is cut or none."""
     try:
         with Image.open(path) as image:
             _check_as_a_whole(image, path)
-            picture = np.array(image.convert("RGB"))  # one may write to it
+            return np.array(image.convert("RGB"))  # one may write to it
     except _DAMAGES as error:
         raise PhotographError(_damage(error, path)) from None
-    return picture, read_record(path.with_suffix(".json"))
 
 
 def size_of(path: Path) -> tuple[int, int]:
@@ -190,7 +195,8 @@ def _camera_of(folder: Path) -> SurveyCamera | None:
         return None
 
 
-def _pictures_in(folder: Path) -> list[Path]:
+def pictures_in(folder: Path) -> list[Path]:
+    """Return the pictures of a folder, numbers in their order, with a JSON or without."""
     if not folder.is_dir():
         return []
     return sorted((path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES), key=_order)

@@ -81,7 +81,9 @@ def read_record(path: Path) -> PhotographRecord:
 
 
 def stamp_of(path: Path) -> float | None:
-    """Return the stamp, s, in a file's name; None: it is no number."""
+    """Return the stamp, s, in a file's name; None: it is no number. 20260501_101500 is none."""
+    if "_" in path.stem:
+        return None
     with contextlib.suppress(ValueError):
         if math.isfinite(stamp_s := float(path.stem)):
             return stamp_s

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Mapping, Sequence
 
+from inspection_tools.errors import InspectionToolsError
+from inspection_tools.photograph_poses.exif import read_exif
 from inspection_tools.report import records, tables
 from inspection_tools.report.comparison import Comparison, compared
 from inspection_tools.report.gauging.readings import read_readings
@@ -102,19 +105,22 @@ def page_content(
     if known.scene is None:
         remarks.append("No drawing of the surface was given, so there is no view of it.")
     remarks += records.mishaps(inspection)
+    beside = _relative(inspection.photographs, out.parent) + "/"
     content = {
         "title": ship.name or "Inspection",
         "subtitle": ", ".join(each for each in (ship.space, _date(inspection)) if each),
         "figures": _figures(inspection, known, rules),
         "remarks": remarks,
         "stills": _stills(inspection, known.scene, ship),
-        "particulars": ship.told_particulars(),
+        "particulars": ship.told_particulars(_serial(inspection)),
         "has_surface": inspection.surface is not None,
         "has_ship": bool(ship.frames),
         "grades": known.grades,
         "rules": rules,
         "matrices": tables.matrices(ship, known.plates),
         "findings": tables.finding_rows(findings, ship, inspection.surface, cuts, known.comparison),
+        "without_pose": tables.rows_without_pose(inspection.without_pose, beside),
+        "marked": len(inspection.without_pose),
         "searched": inspection.findings is not None,
         "others": sorted({each.kind for each in findings} - set(tables.KINDS)),
         "comparison": tables.comparison_table(known.comparison, ship) if known.comparison else None,
@@ -126,10 +132,18 @@ def page_content(
         "thumbs": _thumbs(inspection, thumbs, ship, out),
         "basis": records.basis(inspection),
         "written": datetime.now(UTC).strftime("%d %B %Y, %H:%M UTC"),
-        "beside": _relative(inspection.photographs, out.parent) + "/",
+        "beside": beside,
     }
     view = view_data(known.scene, inspection.shots, inspection.camera, findings, marks, best)
     return content, view
+
+
+def _serial(inspection: Inspection) -> dict[str, str]:
+    """Return the camera's serial number as the first photograph tells it, if it does."""
+    with suppress(InspectionToolsError):
+        serial = read_exif(inspection.shots[0].path).serial if inspection.shots else ""
+        return {"camera": f"serial number {serial} (told by the photographs)"} if serial else {}
+    return {}
 
 
 def _relative(path: Path, folder: Path) -> str:

@@ -7,12 +7,13 @@ import json
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Mapping, Sequence, TypeVar
+from typing import Any, Callable, Collection, Mapping, Sequence, TypeVar
 
 from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import InspectionToolsError, ReportError, SurveyError
 from inspection_tools.findings.findings_file import SearchRecord, read_search
 from inspection_tools.findings.merging import Finding
+from inspection_tools.findings.on_pictures import MarkedPicture
 from inspection_tools.findings.picture.paint import told_of_paint
 from inspection_tools.photographs.calibration import read_camera
 from inspection_tools.photographs.listing import LeftOut, listed
@@ -45,7 +46,8 @@ class Inspection:
 
     photographs: the folder of them. coverage, result: contents of the JSON files. unsearched: a sentence why
     the surface that photographs show does not count as seen, as nobody has looked for rust in all of them;
-    empty: it counts. red: photographs whose coating is as red as rust.
+    empty: it counts. red: photographs whose coating is as red as rust. without_pose: photographs that were
+    searched on their own, for their poses are not known.
     """
 
     folder: Path
@@ -60,6 +62,7 @@ class Inspection:
     remarks: tuple[str, ...]
     unsearched: str = ""
     red: int = 0
+    without_pose: tuple[MarkedPicture, ...] = ()
 
     @property
     def seen(self) -> SurfaceRecord | None:
@@ -90,8 +93,9 @@ def read_inspection(folder: Path) -> Inspection:
             remarks.append(str(error))
             return None
 
-    shots = _shots(photographs, remarks)
     search = of("findings.json", read_search, "The photographs were not searched for rust and cracks.")
+    marked = () if search is None else search.without_pose
+    shots = _shots(photographs, remarks, {each.photograph for each in marked})
     findings = None if search is None else search.findings
     if not shots and findings is None:
         raise ReportError(f"{folder}: there are neither photographs nor findings in it.")
@@ -124,12 +128,14 @@ def read_inspection(folder: Path) -> Inspection:
         tuple(remarks),
         unsearched,
         0 if search is None else len(search.red),
+        () if search is None else search.without_pose,
     )
 
 
-def _shots(folder: Path, remarks: list[str]) -> list[Shot]:
+def _shots(folder: Path, remarks: list[str], marked: Collection[str]) -> list[Shot]:
+    """Return the photographs with poses. marked: those that were searched without one are told elsewhere."""
     listing = listed(folder, pixels=False)
-    remarks += _left_out("Left out", listing.left_out)
+    remarks += _left_out("Left out", [each for each in listing.left_out if each.name not in marked])
     if not listing.whole:
         remarks.append("There are no photographs with their positions.")
     return [Shot(path, record) for path, record in listing.whole]

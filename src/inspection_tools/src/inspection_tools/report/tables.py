@@ -7,6 +7,7 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 
 from inspection_tools.findings.merging import Finding
+from inspection_tools.findings.on_pictures import MarkedPicture
 from inspection_tools.report.comparison import AS_BEFORE, GROWN, Comparison
 from inspection_tools.report.gauging.spots import close_up_spots
 from inspection_tools.report.grades import GradeRules, PlateState
@@ -63,6 +64,26 @@ def finding_rows(
             }
         )  # fmt: skip
     return sorted(rows, key=lambda row: row["order"])
+
+
+def rows_without_pose(marked: Sequence[MarkedPicture], beside: str) -> list[dict[str, str]]:
+    """Return a row for each photograph that was searched without a pose and shows something.
+
+    beside: where the photographs lie, from the page.
+    """
+    rows = []
+    for each in marked:
+        kinds = [KINDS.get(mark.kind, mark.kind) for mark in each.marks]
+        if kinds:
+            told = ", ".join(f"{kinds.count(kind)} x {kind}" for kind in sorted(set(kinds)))
+            largest = max(each.marks, key=lambda mark: mark.size_px)
+            left, top, right, bottom = largest.box_px
+            kind = KINDS.get(largest.kind, largest.kind)
+            at = f"{kind}, {left} to {right} px across, {top} to {bottom} px down"
+            rows.append(
+                {"name": each.photograph, "href": beside + each.photograph, "told": told, "largest": at}
+            )
+    return rows
 
 
 def _things(findings: Sequence[Finding], surface: SurfaceRecord | None, ship: Ship) -> list[str]:

@@ -103,11 +103,10 @@ class Ship:
     parts: Mapping[str, str] = field(default_factory=dict)
     particulars: Mapping[str, str] = field(default_factory=dict)
 
-    def told_particulars(self) -> list[dict[str, str]]:
-        """Return all particulars, for a page: those that nobody gave say so."""
-        return [
-            {"name": name, "value": self.particulars.get(key, NOT_GIVEN)} for key, name in PARTICULARS.items()
-        ]
+    def told_particulars(self, known: Mapping[str, str] | None = None) -> list[dict[str, str]]:
+        """Return all particulars; those that nobody gave say so. known: from elsewhere, by key."""
+        held = {**(known or {}), **self.particulars}
+        return [{"name": name, "value": held.get(key, NOT_GIVEN)} for key, name in PARTICULARS.items()]
 
     def part(self, name: str) -> str:
         """Return the name of a thing of the mesh as words."""
