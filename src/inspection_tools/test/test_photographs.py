@@ -44,7 +44,7 @@ def test_a_photograph_comes_back(tmp_path):
     assert np.abs(picture.astype(int) - PICTURE).max() <= 2
     exif = Image.open(path).getexif().get_ifd(photographs.EXIF_BLOCK)
     assert exif[photographs.EXPOSURE_TIME] == pytest.approx(0.002)
-    assert exif[photographs.FOCAL_35MM] == 31  # 36 mm / (2 tan 30 degrees) = 31.2 mm
+    assert exif[photographs.FOCAL_35MM] == 30  # 55.4 of 80 px along the diagonal, of 43.3 mm
     assert exif[photographs.FOCAL_LENGTH] == pytest.approx(18.0 / math.tan(math.radians(30.0)), abs=1e-3)
     assert (exif[photographs.DATE], exif[photographs.SUBSECONDS]) == ("1970:01:01 00:00:01", "500000")
     assert Image.open(path).getexif()[0x0112] == 1

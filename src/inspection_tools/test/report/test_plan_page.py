@@ -49,6 +49,14 @@ def test_the_page_tells_flights_and_what_is_left_out(tmp_path):
     assert "there is no picture" in text
 
 
+def test_shares_are_told_beside_the_whole_drawing_and_the_other_rooms(tmp_path):
+    chosen = {"mesh_m2": 501.0, "room_m3": 24.0, "other_rooms": 2.0, "largest_other_room_m3": 210.0}
+    write_plan_page(tmp_path / "plan.html", replace(PLAN, figures={**PLAN.figures, **chosen}), None, ship())
+    text = words(tmp_path / "plan.html")
+    assert "98.4 % of 40 m² within reach; the drawing has 501 m²" in text
+    assert "24 m³ in which the UAV fits; 2 other rooms, the largest of 210 m³; --home" in text
+
+
 def test_what_is_not_surveyed_has_no_share_to_be_seen(tmp_path):
     """What an explored map does not know is no surface: its share would be 100 % of nothing."""
     mapped = replace(PLAN, shares={"mapped_plating": 0.98, "unknown": 1.0})

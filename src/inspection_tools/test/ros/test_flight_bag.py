@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 
-rosbag = pytest.importorskip("rosbag", reason="needs ROS")
+bags = pytest.importorskip("inspection_tools_ros.surveying.flight_bag", reason="needs ROS")
 
+import rosbag  # noqa: E402
 import rospy  # noqa: E402
 from geometry_msgs.msg import PoseStamped, Quaternion, TransformStamped  # noqa: E402
-from inspection_tools_ros.flight_bag import read_flight  # noqa: E402
 from nav_msgs.msg import Odometry, Path  # noqa: E402
 from own_photographs import store  # noqa: E402
 from tf2_msgs.msg import TFMessage  # noqa: E402
@@ -18,6 +18,7 @@ from tf2_msgs.msg import TFMessage  # noqa: E402
 from inspection_tools.photograph_poses.command import main  # noqa: E402
 
 pytestmark = pytest.mark.ros
+read_flight = bags.read_flight
 AHEAD, STRAIGHT_UP = (-0.5, 0.5, -0.5, 0.5), (0.0, 0.0, -math.sqrt(0.5), math.sqrt(0.5))
 """Of an optical frame: x right, y down, z ahead."""
 AT_1003_5 = {0x9003: "1970:01:01 00:16:43", 0x9291: "5", 0xA405: 24}

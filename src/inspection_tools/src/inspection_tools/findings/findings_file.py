@@ -16,8 +16,8 @@ import numpy as np
 from inspection_tools.errors import ReportError
 from inspection_tools.files.whole import write_whole
 from inspection_tools.findings.merging import Finding
-from inspection_tools.findings.on_pictures import MarkedPicture, marked_in, rows_of
 from inspection_tools.findings.pairing import pairs_of
+from inspection_tools.findings.picture.on_pictures import MarkedPicture, marked_in, rows_of
 from inspection_tools.photographs.listing import LeftOut
 
 NEW, UNDER_REVIEW, CONFIRMED, DISMISSED = STATUSES = ("new", "under review", "confirmed", "dismissed")

@@ -13,9 +13,9 @@ from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import SurveyError
 from inspection_tools.findings.findings_file import DISMISSED, SearchRecord
 from inspection_tools.findings.merging import Finding, merged
-from inspection_tools.findings.on_pictures import PictureSearch, without_pose
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate, candidates_in
+from inspection_tools.findings.picture.on_pictures import PictureSearch, without_pose
 from inspection_tools.findings.picture.paint import RED
 from inspection_tools.findings.placing import MeshSurface, Placed, PosedPhotograph
 from inspection_tools.findings.remembered import Remembered, read_marks

@@ -174,6 +174,7 @@ def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[d
     rust, cracks = (sum(each.kind == kind for each in findings) for kind in ("rust", "crack"))
     waiting = sum(each.status in ("new", "under review") for each in findings)
     proposed = [each for each in known.gaugings if each.is_proposed]
+    measured = len([each for each in known.gaugings if each.readings])
     above = sum(each.rust_share >= rules.pitting for each in known.plates)
     if inspection.findings is None:
         none = {"value": NOT_KNOWN, "more": "not searched"}
@@ -190,7 +191,8 @@ def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[d
         {
             "name": "Plates to gauge",
             "value": str(len(proposed)) if known.plates else NOT_KNOWN,
-            "more": f"{above} with rust on {100 * rules.pitting:.0f} % or more",
+            "more": f"{above} with rust on {100 * rules.pitting:.0f} % or more"
+            + (f"; {records.counted(measured, 'plate')} measured" if measured else ""),
         },
         {"name": "Photographs", "value": str(len(inspection.shots)), "more": "with position and light"},
     ]

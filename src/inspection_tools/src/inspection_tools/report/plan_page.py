@@ -78,6 +78,8 @@ def _figures(plan: SurveyPlan, rows: list[dict[str, Any]], left_out: list[dict[s
     share, reachable_m2 = plan.figures.get("share"), plan.figures.get("reachable_m2")
     seen = NONE if share is None else f"{100.0 * share:.1f} %"
     whole = "not computed" if reachable_m2 is None else f"of {reachable_m2:,.0f} m\u00b2 within reach"
+    if "mesh_m2" in plan.figures:
+        whole += f"; the drawing has {plan.figures['mesh_m2']:,.0f} m\u00b2"
     beyond_m2 = sum(row["area_m2"] for row in left_out)
     flights = counted(len(rows), "flight") + ("; more are planned during it" if plan.draft else "")
     beyond = (NONE, "not known yet") if plan.draft else (f"{beyond_m2:,.0f} m\u00b2", "reasons below")
@@ -98,7 +100,20 @@ def _figures(plan: SurveyPlan, rows: list[dict[str, Any]], left_out: list[dict[s
 def _asked(plan: SurveyPlan) -> list[dict[str, str]]:
     asked, flying, camera = plan.asked, plan.flying, plan.camera
     x, y, z = plan.home_m
+    f = plan.figures
+    told = []
+    if "mesh_m2" in f:
+        others = counted(round(f["other_rooms"]), "other room")
+        if f["other_rooms"]:
+            others += (
+                f", the largest of {f['largest_other_room_m3']:,.0f} m\u00b3; --home chooses another one"
+            )
+        told = [
+            ("Room", f"{f['room_m3']:,.0f} m\u00b3 in which the UAV fits; {others}"),
+            ("All faces of the drawing", f"{f['mesh_m2']:,.0f} m\u00b2, in this room or not"),
+        ]
     rows = (
+        *told,
         ("Detail", f"{asked.resolution:g} mm of the surface per pixel or finer, in the worst direction"),
         ("Direction of view", f"up to {asked.incidence:g}\u00b0 from square"),
         ("Camera", f"{camera.width} x {camera.height} px, {camera.field_of_view:g}\u00b0 across the width"),

@@ -13,7 +13,7 @@ from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import InspectionToolsError, ReportError, SurveyError
 from inspection_tools.findings.findings_file import SearchRecord, read_search
 from inspection_tools.findings.merging import Finding
-from inspection_tools.findings.on_pictures import MarkedPicture
+from inspection_tools.findings.picture.on_pictures import MarkedPicture
 from inspection_tools.findings.picture.paint import told_of_paint
 from inspection_tools.photographs.calibration import read_camera
 from inspection_tools.photographs.listing import LeftOut, listed

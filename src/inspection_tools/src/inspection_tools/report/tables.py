@@ -7,7 +7,7 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 
 from inspection_tools.findings.merging import Finding
-from inspection_tools.findings.on_pictures import MarkedPicture
+from inspection_tools.findings.picture.on_pictures import MarkedPicture
 from inspection_tools.report.comparison import AS_BEFORE, GROWN, Comparison
 from inspection_tools.report.gauging.spots import close_up_spots
 from inspection_tools.report.grades import GradeRules, PlateState
@@ -184,6 +184,11 @@ def unseen_tables(inspection: Inspection, ship: Ship) -> dict[str, Any]:
     if surface is not None:
         beyond_m2 = float((surface.areas_m2 * (1.0 - surface.reachable)).sum())
         words.append(f"{beyond_m2:,.0f} m² of the surface are out of reach.")
+        if isinstance(coverage.get("mesh_m2"), (int, float)):
+            words.append(
+                f"The surface is that of the room in which the UAV flies, {surface.areas_m2.sum():,.0f} m². "
+                f"All faces of the drawing have {coverage['mesh_m2']:,.0f} m²."
+            )
         opened = _open_rows(surface, ship)
     left_out = left_out_rows(inspection.plan, ship) if inspection.plan else []
     not_taken = _not_taken(inspection, ship)

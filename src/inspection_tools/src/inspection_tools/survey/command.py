@@ -135,7 +135,7 @@ def _plan(given: argparse.Namespace) -> None:
     )
     plan = None
     for progress in planner.improve(given.seed, given.search, not given.no_bound):
-        plan = progress.plan
+        plan = replace(progress.plan, figures={**progress.plan.figures, **surface.figures})
         write_plan(given.out, plan)
         print(f"{progress.cpu_s:6.1f} s CPU  {progress.stage}: {_summary(plan)}", flush=True)
     assert plan is not None
@@ -149,9 +149,7 @@ def _plan(given: argparse.Namespace) -> None:
 
 def _tell_room(surface: Any, is_given: bool, outside: bool) -> None:
     """Say first in which room the UAV flies, and what else there is."""
-    from inspection_tools.survey.surface.samples import normals_of
-
-    room, area_m2 = surface.room, float(normals_of(surface.mesh.triangles_m)[1].sum())
+    room = surface.room
     x, y, z = room.home_m
     how = "that surfaces enclose most; --home chooses another one"
     if is_given or outside:
@@ -165,7 +163,7 @@ def _tell_room(surface: Any, is_given: bool, outside: bool) -> None:
             f"{each.sheltered_m3:.1f} m3 of it within walls"
         )
     sides_m2 = float(surface.patches.areas_m2.sum())
-    print(f"  its walls: {sides_m2:.0f} m2; all faces of the mesh: {area_m2:.0f} m2", flush=True)
+    print(f"  its walls: {sides_m2:.0f} m2; all faces of the mesh: {surface.mesh.area_m2:.0f} m2", flush=True)
 
 
 def _summary(plan: Any) -> str:
@@ -179,7 +177,14 @@ def _summary(plan: Any) -> str:
 
 
 def _tell(plan: Any) -> None:
+    from inspection_tools.survey.surface.mesh_file import NOT_SURVEYED
+
     f = plan.figures
+    print(
+        f"surface: {f['share'] * f['reachable_m2']:.0f} m2 are to be seen, of {f['reachable_m2']:.0f} m2 "
+        "within "
+        f"reach and {f['mesh_m2']:.0f} m2 of all faces of the mesh"
+    )
     if "photographs_lp_bound" in f:
         bound = f["photographs_lp_bound"]
         ratio = f["photographs"] / max(bound, 1e-9)
@@ -189,6 +194,8 @@ def _tell(plan: Any) -> None:
         f"{f['tour_s'] / f['tour_bound_s']:.3f} times; nearest neighbour {f['tour_nearest_s']:.0f} s"
     )
     for name, share in plan.shares.items():
+        if name == NOT_SURVEYED:
+            continue
         print(f"  {name:24s} {100 * share:5.1f} %")
     reasons: dict[str, float] = {}
     for each in plan.leftovers:
@@ -219,6 +226,7 @@ def _coverage(given: argparse.Namespace) -> None:
     from inspection_tools.survey.coverage import judge, write_coverage
     from inspection_tools.survey.parameters import SurveyParameters
     from inspection_tools.survey.poses import read_taken, taken_in
+    from inspection_tools.survey.surface.mesh_file import NOT_SURVEYED
 
     if given.mesh is None:
         raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
@@ -237,9 +245,10 @@ def _coverage(given: argparse.Namespace) -> None:
     share = record["share_of_reachable"]
     print(
         f"{len(taken)} photographs show {100 * (share or 0.0):.1f} % of {record['reachable_m2']:.0f} m2 that "
-        f"can be reached; {record['shown_m2']:.0f} of {record['surface_m2']:.0f} m2 of all"
+        f"can be reached; {record['shown_m2']:.0f} of {record['surface_m2']:.0f} m2 of the room's walls. All "
+        f"faces of the mesh: {record['mesh_m2']:.0f} m2"
     )
     for name, each in record["classes"].items():
-        if each["share"] is not None:
+        if each["share"] is not None and name != NOT_SURVEYED:
             print(f"  {name:24s} {100 * each['share']:5.1f} %")
     print(f"written: {given.out}")

@@ -33,13 +33,14 @@ class Coverage:
     """What was shown, at points spread evenly over the surface.
 
     points: (n,) of them. shown: (n,) by some photograph. reachable: (n,) what a UAV could have shown at all,
-    and what was shown. patches: of the points, for a record.
+    and what was shown. patches: of the points, for a record. mesh_m2: of all faces, in this room or not.
     """
 
     points: SurfacePoints
     shown: np.ndarray
     reachable: np.ndarray
     patches: Patches
+    mesh_m2: float = 0.0
 
     @property
     def shown_m2(self) -> float:
@@ -113,7 +114,8 @@ def judge_on(
     showing = Showing(surface.mesh, points, camera, asked)
     patches = fine_patches(points, surface.mesh.names, asked)
     several_shown = [showing.by(taken) for taken in several]
-    return [Coverage(points, shown, reachable | shown, patches) for shown in several_shown]
+    mesh_m2 = surface.mesh.area_m2
+    return [Coverage(points, shown, reachable | shown, patches, mesh_m2) for shown in several_shown]
 
 
 def fine_patches(points: SurfacePoints, names: tuple[str, ...], asked: SurveyParameters) -> Patches:
@@ -173,6 +175,7 @@ def _told(
         "counted": [each.name for each in taken if each.name],
         "resolution_mm_per_px": asked.resolution,
         "incidence_deg": asked.incidence,
+        "mesh_m2": round(coverage.mesh_m2, 3),
         "surface_m2": round(float(points.areas_m2.sum()), 3),
         "shown_m2": round(coverage.shown_m2, 3),
         "reachable_m2": round(coverage.reachable_m2, 3),

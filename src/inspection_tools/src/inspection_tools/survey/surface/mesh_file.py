@@ -6,9 +6,10 @@ import io
 import subprocess
 import sys
 import tempfile
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Iterator
 
 import numpy as np
 import trimesh
@@ -16,6 +17,7 @@ import trimesh
 from inspection_tools.errors import SurveyError
 from inspection_tools.survey.surface.stl_file import is_text_stl, stl_triangles, whole_stl
 
+_LOG = trimesh.util.log
 WORLD_SUFFIXES = (".world", ".sdf")
 MOST_TRIANGLES = 2_000_000
 END_OF_TEXT = 1000
@@ -50,6 +52,12 @@ class Mesh:
         """(m,) as part, but all that an explored map knows is one thing: its plating ends at no edge."""
         known = np.array([is_mapped(name) for name in self.names])
         return np.where(known[self.part], int(known.argmax()), self.part)
+
+    @property
+    def area_m2(self) -> float:
+        """Of all faces, each counted once."""
+        across = np.cross(*np.moveaxis(self.triangles_m[:, 1:] - self.triangles_m[:, :1], 1, 0))
+        return float(0.5 * np.linalg.norm(across, axis=1).sum())
 
     def bounds_m(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the corners of the box around all but endless ground."""
@@ -116,9 +124,20 @@ def _load(path: Path, told: Path) -> Mesh:
     return _mesh_of(told, _scene(told, path))
 
 
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep trimesh from logging tracebacks, as of a picture that a COLLADA file names and nobody has."""
+    before, _LOG.disabled = _LOG.disabled, True
+    try:
+        yield
+    finally:
+        _LOG.disabled = before
+
+
 def _scene(told: Path, given: Any, form: str | None = None) -> Any:
     try:
-        return trimesh.load_scene(given, file_type=form)
+        with _quiet():
+            return trimesh.load_scene(given, file_type=form)
     except ImportError:  # trimesh would guess in which letters a text is written; numbers are the same in all
         if not isinstance(given, Path):
             raise SurveyError(f"{told}: is no mesh of the form that its name tells.") from None

@@ -33,6 +33,17 @@ class Surface:
     samples: Samples
     near: np.ndarray
 
+    @property
+    def figures(self) -> dict[str, float]:
+        """What a plan tells of the choice of the room: of all faces, of this room, and of the others."""
+        own, *others = self.room.regions or (None,)
+        return {
+            "mesh_m2": self.mesh.area_m2,
+            "room_m3": 0.0 if own is None else own.flyable_m3,
+            "other_rooms": float(len(others)),
+            "largest_other_room_m3": max((each.flyable_m3 for each in others if each), default=0.0),
+        }
+
 
 def read_surface(path: Path, asked: SurveyParameters, home_m: Sequence[float] | None = None) -> Surface:
     """Read a mesh or an SDF world.
