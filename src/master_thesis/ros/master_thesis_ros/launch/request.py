@@ -23,7 +23,7 @@ from xml.etree import ElementTree
 from master_thesis.errors import FlightError, MasterThesisError
 from master_thesis.experiment_1 import request as goal_flight
 from master_thesis.experiments_3_4 import request as mission_flight
-from master_thesis.launch_arguments import nodding, real_uav, simulator, teleop
+from master_thesis.launch_arguments import machine_pace, nodding, real_uav, simulator, teleop
 from master_thesis.launch_arguments.results_folder import check_results
 from master_thesis.worlds import scenario
 from master_thesis_ros.launch import cepa_arguments, machine_code, slam_arguments
@@ -59,8 +59,11 @@ def _name_and_value(word: str) -> tuple[str, str]:
 def prepare(launch: launch_check.Launch) -> None:
     """Check a launch, and compile the kernels that its flight would else wait for; raises as `check`."""
     check(launch)
-    for _, asked in _flights_of(launch, _READERS):
+    for file, asked in _flights_of(launch, _READERS):
         machine_code.compile_missing(machine_code.needed_by(asked))
+        late = machine_pace.warning(file.name, asked)
+        if late:
+            print(late, file=sys.stderr, flush=True)
 
 
 def check(launch: launch_check.Launch) -> None:
