@@ -8,7 +8,10 @@ Exit code 0: all are passed; 1: one has failed; 2: none was possible.
 from __future__ import annotations
 
 import argparse
+import os
+import shutil
 import sys
+from pathlib import Path
 from typing import Sequence
 
 import rosgraph
@@ -16,16 +19,21 @@ import rospy
 from mavros_msgs.srv import ParamGet
 
 from master_thesis.errors import MasterThesisError
-from master_thesis.preflight import by_hand, standing
+from master_thesis.launch_arguments.machine_pace import own_free_cores
+from master_thesis.preflight import by_hand, carried, standing
 from master_thesis.preflight.verdict import NOT_CHECKED, Verdict, exit_code
 from master_thesis_ros.doctor import live
 from master_thesis_ros.preflight.hearing import answers, views
+from master_thesis_ros.preflight.shutter import Shutter
 from node_tools.services import ServiceCall
 
 PARAMETERS = ("COM_OF_LOSS_T",)
 PARAMETER_PATIENCE_S = 3.0
 NEAR_PARAMETER, NEAR_M = "/cepa/r_lb", 0.5
 STANDING_S, BY_HAND_S = 5.0, 30.0
+OPENED_AFTER_S = 1.0
+"""The shutter, after the listening has begun."""
+FLIGHT_S = 600.0
 
 
 def main() -> int:
@@ -51,8 +59,25 @@ def _verdicts(given: argparse.Namespace) -> Sequence[Verdict]:
     if given.turn:
         print("Turn the UAV by hand, slowly, by a right angle or more, and hold it still ...", flush=True)
         return [by_hand.turn(*views(given.listen or BY_HAND_S))]
+    shutter = Shutter()
+    shutter.open_after(OPENED_AFTER_S)
     graph = live.look(given.listen or STANDING_S)
-    return standing.check(graph, _flight_controllers_parameters())
+    standing_verdicts = standing.check(graph, _flight_controllers_parameters())
+    return [*standing_verdicts, *carried.check(graph, _machine(shutter.said))]
+
+
+def _machine(shutter: str | None) -> carried.Machine:
+    asked = rospy.get_param("/preflight", {})
+    folder = Path(str(asked.get("folder", "."))).expanduser()
+    there = next(one for one in (folder, *folder.resolve().parents) if one.is_dir())
+    return carried.Machine(
+        folder=str(folder),
+        free_b=float(shutil.disk_usage(there).free),
+        time_s=float(asked.get("time", FLIGHT_S)),
+        cores=len(os.sched_getaffinity(0)),
+        free_cores=own_free_cores(),
+        shutter=shutter,
+    )
 
 
 def _has_near() -> bool:

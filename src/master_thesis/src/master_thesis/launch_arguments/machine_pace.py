@@ -12,18 +12,35 @@ MEASURED_S = 0.3
 REFERENCE_LOOPS_PER_S = 4.5e7
 """Of `_spin`, per second of CPU time, on the machine on which `NEEDS_S` was measured."""
 NEEDS_S: Mapping[str, float] = {"explore.launch": 2.5, "inspection.launch": 2.5}
-"""CPU time of a launch file's graph per second of simulated time: explore took 20.0 s for 8.05 s (two cores that
-other work kept busy, 2026-11-29, commit 93f5e297). inspection runs the same nodes."""
+"""CPU time of a launch file's graph per second of simulated time: explore took 20.0 s for 8.05 s (two cores
+that other work kept busy, 2026-11-29, commit 93f5e297). inspection runs the same nodes."""
 NEED_S = 1.1
 """Of the other launch files: Experiment 3 took 12.2 s for 11.0 s, on the same day."""
 _LOOPS = 2000
 
 
 def free_cores(lasts_s: float = MEASURED_S) -> float:
-    """Return how many cores of the reference machine a new program with many processes would get.
+    """Return how many cores of the reference machine a new program with many processes would get."""
+    return _loops_per_s(lasts_s) / REFERENCE_LOOPS_PER_S
 
-    For a moment one process on each core does nothing but count.
-    """
+
+def own_free_cores(lasts_s: float = MEASURED_S) -> float:
+    """Return how many of this machine's own cores such a program would get."""
+    loops_per_cpu_s = _LOOPS * 200 / max(_count(200), 1e-9)
+    return min(_loops_per_s(lasts_s) / loops_per_cpu_s, float(len(os.sched_getaffinity(0))))
+
+
+def _count(times: int) -> float:
+    """Return the CPU time of counting so often, s."""
+    began_s, loops = time.thread_time(), 0
+    for _ in range(times):
+        for _ in range(_LOOPS):
+            loops += 1
+    return time.thread_time() - began_s
+
+
+def _loops_per_s(lasts_s: float) -> float:
+    """For a moment one process on each core does nothing but count. Return loops per second of all."""
     cores = len(os.sched_getaffinity(0))
     readers = []
     for _ in range(cores):
@@ -42,7 +59,7 @@ def free_cores(lasts_s: float = MEASURED_S) -> float:
         os.close(reader)
         os.waitpid(pid, 0)
         loops_per_s += struct.unpack("d", told)[0] if len(told) == 8 else 0.0
-    return loops_per_s / REFERENCE_LOOPS_PER_S
+    return loops_per_s
 
 
 def _spin(lasts_s: float) -> float:
@@ -57,11 +74,9 @@ def _spin(lasts_s: float) -> float:
 def warning(name: str, asked: Mapping[str, Any], measure: Callable[[], float] = free_cores) -> str:
     """Return a sentence if a flight cannot keep its real-time factor, else nothing.
 
-    In lockstep the simulator waits for every node, so nothing is measured; nor for factor 0, and on a real UAV.
+    Nothing is measured in lockstep, where the simulator waits for every node, nor without a factor.
 
-    Args:
-        name: of the launch file. asked: its arguments.
-        measure: returns the free cores.
+    name: of the launch file. asked: its arguments. measure: returns the free cores.
     """
     factor = float(asked.get("real_time_factor", 0.0))
     is_foreign = str(asked.get("autopilot", "standin")) != "standin"
@@ -76,7 +91,8 @@ def warning(name: str, asked: Mapping[str, Any], measure: Callable[[], float] = 
     return (
         f"This machine can keep a real-time factor of about {keeps:.2f} now, and {factor:g} is asked for: "
         f"{cores:.1f} cores are free, and {name} needs {need_s:g} s of CPU time for each simulated second. "
-        f"A flight that is late loses its pose. End other programs, or add real_time_factor:={rounded(keeps):g}."
+        "A flight that is late loses its pose. End other programs, or add "
+        f"real_time_factor:={rounded(keeps):g}."
     )
 
 
