@@ -117,7 +117,8 @@ REFUSED = {
         "give one, for example starting_map:=$PWD/map",
     ),
     "real algorithm": ("real", ["algorithm:=best"], "There is no algorithm 'best'; choose algorithm:="),
-    "real height": ("real", ["hover_height:=-1"], "'-1' is no hover_height; give a number from 0.5 to 20."),
+    "real height": ("real", ["hover_height:=-1"], "'-1' is no hover_height; give a number from 0.3 to 20."),
+    "explore height": ("explore", ["hover_height:=0.1"], "'0.1' is no hover_height; give a number from 0.3"),
     "real clearance": ("real", ["ground_clearance:=-1"], "'-1' is no ground_clearance; give a number from"),
     "real hover": (
         "real",

@@ -37,6 +37,16 @@ def test_without_a_map_it_stays_over_its_home_and_decides_nothing():
     assert not exploration.is_home
 
 
+@pytest.mark.parametrize(("hover_m", "home_m"), [(2.0, 1.3), (1.3, 0.71), (0.5, 0.31)])
+def test_home_of_a_low_hover_is_not_in_the_ground(hover_m, home_m):
+    # Given a UAV that it saw rise from 0.12 m: home is 0.7 m lower, but not below the middle of the climb
+    exploration = Exploration(PathPlanner(), Explorer(), ExplorationParameters(first_sink=0.7))
+    for z_m in (0.12, hover_m):
+        exploration.follow(0.0, np.array((1.0, 2.0, z_m)))
+    exploration.begin(1.0, np.array((1.0, 2.0, hover_m)))
+    np.testing.assert_allclose(exploration.home_m, (1.0, 2.0, home_m))
+
+
 def test_a_uav_that_was_pushed_over_a_limit_flies_back_the_way_it_came_and_goes_on():
     # Given a UAV that flew along x to 4.5 m, where it may not be
     exploration = Exploration(open_box(), Explorer(), ExplorationParameters())

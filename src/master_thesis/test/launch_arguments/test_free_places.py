@@ -161,3 +161,37 @@ def test_a_model_may_be_called_place(world):
     checked(world)
     with pytest.raises(ScenarioError, match="inside of place"):
         checked(world, goal=(5.0, 0.0, 2.0))
+
+
+LOW = """<sdf version="1.6"><world name="low">
+<model name="floor"><static>true</static><pose>0 0 -0.1 0 0 0</pose><link name="link"><collision name="c">
+<geometry><box><size>8 8 0.2</size></box></geometry></collision></link></model>
+<model name="deck"><static>true</static><pose>0 0 {middle} 0 0 0</pose><link name="link"><collision name="c">
+<geometry><box><size>8 8 0.2</size></box></geometry></collision></link></model></world></sdf>"""
+
+
+def hover_m(tmp_path, ceiling_m, model="iris", keep_m=R_LB_M, given_m=None):
+    path = tmp_path / "low.world"
+    path.write_text(LOW.format(middle=ceiling_m + 0.1))
+    flown = Scenario("low", path, (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), comes_home=True)
+    return check_course(flown, model, "puck", [], keep_m, given_m)
+
+
+@pytest.mark.parametrize(
+    ("ceiling_m", "uav", "height_m"),
+    [
+        (4.0, ("iris", 0.5), 2.0),
+        (2.0, ("iris", 0.5), 1.3),  # 1.5 m keep 0.5 m from the deck, and 0.2 m are spare
+        (1.2, ("small_quad", 0.22), 0.78),
+        (0.9, ("small_quad", 0.22), 0.49),
+    ],
+)
+def test_the_room_above_the_start_says_how_high_to_take_off(tmp_path, ceiling_m, uav, height_m):
+    assert hover_m(tmp_path, ceiling_m, *uav) == pytest.approx(height_m, abs=0.05)
+
+
+def test_a_uav_that_does_not_fit_stays_on_the_ground_with_a_sentence(tmp_path):
+    with pytest.raises(ScenarioError, match=r"there is room for 0\.\d\d m only. CEPA keeps 0\.5 m"):
+        hover_m(tmp_path, 0.9)
+    with pytest.raises(ScenarioError, match=r"would climb into deck, 1\.\d m high. It takes off to 1\.9 m"):
+        hover_m(tmp_path, 2.0, given_m=1.9)

@@ -42,8 +42,16 @@ def test_it_rises_to_its_usual_height_or_as_far_as_there_is_room(room_m, height_
     assert [(each.name, each.value) for each in config.doubles] == [("hover_height", pytest.approx(height_m))]
 
 
+def test_the_first_take_off_is_told_its_height_and_then_ordered():
+    services = Services(0.0)
+    taking_off.take_off(0.49, services)
+    assert services.names == NAMES[1:]
+    (_, config), _ = services.calls
+    assert [(each.name, each.value) for each in config.doubles] == [("hover_height", 0.49)]
+
+
 def test_without_room_it_stays_on_the_ground():
-    services = Services(0.3)
+    services = Services(0.1)
     with pytest.raises(FlightError, match="stays on the ground"):
         taking_off.take_off_again("/inspect", 2.0, 0.12, services)
     assert services.names == NAMES[:1]

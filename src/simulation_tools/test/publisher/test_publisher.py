@@ -67,6 +67,25 @@ def test_it_climbs_to_the_hover_height_over_the_ground_with_its_heading(bench):
     assert bench.of(SendPosition)[-1].position == pytest.approx((1.0, 2.0, 2.0))
 
 
+def test_it_stands_until_it_is_told_the_height_and_to_begin(bench):
+    publisher = bench.publisher
+    publisher.parameters = replace(publisher.parameters, awaits_order=True)
+    bench.run(3.0)
+    assert not bench.of(RequestArm)
+    assert publisher.waiting_for == "no order to take off yet (call ~restart)"
+    # When the height is told, and the order
+    publisher.parameters = replace(publisher.parameters, hover_height_m=0.5)
+    publisher.restart()
+    bench.run(1.0)
+    assert bench.of(RequestArm)
+    # Then the UAV, whose origin stands 0.12 m high, rises by 0.38 m
+    bench.set("OFFBOARD")
+    bench.pose = Pose((1.0, 2.0, bench.pose.position_m[2] + 0.38))
+    rest_z_m = bench.pose.position_m[2]
+    bench.run(1.0)
+    assert bench.of(SendPosition)[-1].position[2] == pytest.approx(rest_z_m)
+
+
 def test_ready_is_said_when_it_hovers_and_not_while_it_passes(bench):
     bench.run(0.5)
     bench.set("OFFBOARD")

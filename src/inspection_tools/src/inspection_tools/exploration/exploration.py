@@ -31,6 +31,8 @@ BACK_S = 15.0
 """A UAV that fits nowhere flies back the way it came for so long, before that ends the exploration."""
 BEEN_M = 0.05
 """Between the places where the UAV was, around which its own radius is free."""
+RISEN_M = 0.15
+"""A UAV that has risen so far has taken off."""
 TRIES = 3
 """A way that CEPA refused so often is left, when nothing else is to be seen."""
 HELD_OFF = 5.0
@@ -103,13 +105,23 @@ class Exploration:
         self._p = self._given if time_max_s is None else replace(self._given, time_max=time_max_s)
         self._began_s, self.is_home, self.must_land, self._is_by_track = stamp_s, False, False, False
         is_first = not self.has_begun
-        self._back.begin(here_m - (0.0, 0.0, self._p.first_sink) if home_m is None else home_m)
+        self._back.begin(self._home_below(here_m) if home_m is None else home_m)
         if is_first:
-            self._planner.lower_ceiling(self.home_m[2] + self._p.first_sink + self._p.climb_max)
+            hover_z_m = here_m[2] if home_m is None else home_m[2] + self._p.first_sink
+            self._planner.lower_ceiling(hover_z_m + self._p.climb_max)
         self.told.end, self.told.reason, self._explored_at = None, "", None
         self.told.leftovers, self._turned_home = (), False
         self._guide.begin(self.home_m if home_m is None else here_m)
         self._stay = Stay()
+
+    def _home_below(self, here_m: np.ndarray) -> np.ndarray:
+        """Return the home of a first hover (x, y, z). In a low room it is not below the climb's middle."""
+        lowest_m = min(place_m[2] for place_m in (*self._been_m, here_m))
+        sink_m, risen_m = self._p.first_sink, here_m[2] - lowest_m
+        if risen_m > RISEN_M:  # else it did not see itself take off
+            sink_m = min(sink_m, risen_m / 2.0)
+        home_m: np.ndarray = here_m - (0.0, 0.0, sink_m)
+        return home_m
 
     def pause(self, here_m: np.ndarray) -> None:
         """Hover at a place (x, y, z) until `resume`, `abort`, or the energy begins to say: come home."""

@@ -25,6 +25,8 @@ from inspection_tools.planning.voxel_grid import Taken, VoxelGrid
 
 WINDOW = 150
 """Voxels of a path that one leg may skip."""
+OVERSHOOT_M = 0.15
+"""A UAV that takes off may rise so much beyond its height."""
 RISE_MARGIN_M = 0.5
 """Wind of up to 3 m/s carried a UAV less to the side in eleven of twelve take-offs, and once by 0.65 m."""
 HALF_DIAGONAL = math.sqrt(3.0) / 2.0
@@ -189,9 +191,10 @@ class PathPlanner:
         wanted_m = max(min(wanted_m, self._limits.ceiling_m - place_m[2]), 0.0)
         if self._map is None:
             return wanted_m
-        radius_m = self._parameters.radius
-        kept_m = radius_m + max(self._parameters.margin, RISE_MARGIN_M)
-        return room_above_m(self._map.grid, place_m, wanted_m, radius_m, kept_m)
+        p = self._parameters
+        clearance_m = p.radius + max(p.margin, OVERSHOOT_M)
+        drift_m = max(p.radius + RISE_MARGIN_M - clearance_m, 0.0)
+        return room_above_m(self._map.grid, place_m, wanted_m, p.radius, clearance_m, drift_m)
 
     def _begin_on(self, grid: VoxelGrid) -> None:
         p = self._parameters

@@ -20,11 +20,18 @@ from master_thesis.errors import FlightError, MasterThesisError
 from master_thesis.exploring.errand import Errand, Next
 from master_thesis.exploring.stopover import Stopover
 from master_thesis.flight.monitor import Monitor
+from master_thesis.flight.take_off import USUAL_HOVER_M
 from master_thesis_ros.experiments import batteries
 from master_thesis_ros.experiments.flight_node import FlightNode
 from master_thesis_ros.experiments.part import Flown, Part
 from master_thesis_ros.experiments.simulator_services import set_pace, slow_down
-from master_thesis_ros.experiments.taking_off import PUBLISHER, take_off_again
+from master_thesis_ros.experiments.taking_off import (
+    FIRST_TRIES,
+    PUBLISHER,
+    call_service,
+    take_off,
+    take_off_again,
+)
 
 WHY = {
     Next.AGAIN: "for a full battery",
@@ -41,14 +48,25 @@ class ErrandNode(FlightNode):
         mavros_publisher/set_parameters, and room_above of the node of each part.
     """
 
-    def __init__(self, monitor: Monitor, errand: Errand, parts: Sequence[Part], lockstep: bool) -> None:
+    def __init__(
+        self,
+        monitor: Monitor,
+        errand: Errand,
+        parts: Sequence[Part],
+        lockstep: bool,
+        hover_m: float | None = None,
+    ) -> None:
+        """hover_m: mavros_publisher waits until it is told to take off to this height; None: it does not."""
         self._errand, self._parts = errand, parts
         self._stopover, self._follows = Stopover(), Next.AGAIN
         self._began, self._charge = (math.nan, math.nan), math.nan
         self._autopilot = str(rospy.get_param("/gazebo/autopilot", "standin"))
         usual = rospy.get_param(PUBLISHER, {})
-        self._hover_m = float(usual.get("hover_height", 2.0))
+        self._hover_m = float(usual.get("hover_height", USUAL_HOVER_M)) if hover_m is None else hover_m
         self._ground_clearance_m = float(usual.get("ground_clearance", 0.12))
+        if hover_m is not None:  # before the first scan is acknowledged, so that each run begins alike
+            take_off(hover_m, functools.partial(call_service, tries=FIRST_TRIES))
+            rospy.loginfo("The UAV takes off to %.2f m over the ground.", hover_m)
         super().__init__(monitor, lockstep)
         for part in parts:
             take = functools.partial(self._on_result, part)

@@ -1,4 +1,4 @@
-"""Lets a UAV that has landed take off again, no higher than the map shows room above it."""
+"""Lets a UAV take off, and again after a landing, no higher than there is room above it."""
 
 from __future__ import annotations
 
@@ -17,6 +17,8 @@ from node_tools.services import ServiceCall
 
 PUBLISHER = "/mavros_publisher"
 TRIES = 20
+FIRST_TRIES = 120
+"""Before the first take-off mavros_publisher may still start."""
 ANSWER_S = 10.0
 """Wall time in which a service must answer. Whoever knows the map may be planning a way on it."""
 AGAIN_S = 0.5
@@ -25,9 +27,9 @@ AGAIN_S = 0.5
 Call = Callable[..., Any]
 
 
-def call_service(name: str, kind: Any, *arguments: Any) -> Any:
+def call_service(name: str, kind: Any, *arguments: Any, tries: int = TRIES) -> Any:
     """Call a service until it succeeds, and return its answer; raises FlightError if it does not."""
-    for _ in range(TRIES):
+    for _ in range(tries):
         try:
             answer = ServiceCall(name, kind, ANSWER_S)(*arguments)
             if getattr(answer, "success", True):
@@ -36,7 +38,7 @@ def call_service(name: str, kind: Any, *arguments: Any) -> Any:
         except rospy.ServiceException as error:
             why = str(error)
         time.sleep(AGAIN_S)
-    raise FlightError(f"The UAV does not take off again: {name} says: {why}")
+    raise FlightError(f"The UAV does not take off: {name} says: {why}")
 
 
 def take_off_again(
@@ -55,7 +57,12 @@ def take_off_again(
     """
     room = call(f"{node}/room_above", RoomAbove, usual_hover_m)
     height_m = hover_height_m(room.room, usual_hover_m, ground_clearance_m)
+    take_off(height_m, call)
+    return height_m
+
+
+def take_off(height_m: float, call: Call = call_service) -> None:
+    """Let the UAV, which stands, rise to a height over the ground; raises FlightError if a service fails."""
     height = Config(doubles=[DoubleParameter("hover_height", height_m)])
     call(f"{PUBLISHER}/set_parameters", Reconfigure, height)
     call(f"{PUBLISHER}/restart", Trigger)
-    return height_m

@@ -42,8 +42,9 @@ def _fly(request: ExploringRequest, lockstep: bool, ending: Ending) -> int:
     run = Run(request.description.experiment, ending)
     monitor = Monitor(request.limits, UavParts.load(request.description.model))
     monitor.log.scan_period_s = SCAN_PERIOD_S
+    told_hover_m = request.hover_m if request.is_told else None
     errand, exploration = Errand(1, request.swaps), ExplorationPart(monitor, request.time_s)
-    run.lead(monitor, lambda: ErrandNode(monitor, errand, (exploration,), lockstep))
+    run.lead(monitor, lambda: ErrandNode(monitor, errand, (exploration,), lockstep, told_hover_m))
     if not run.interrupted:
         save_volume(run.folder)
     description, wall = run.close(request.description, monitor)

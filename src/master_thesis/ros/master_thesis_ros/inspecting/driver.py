@@ -83,7 +83,8 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
         raise FlightError(str(error)) from None
     simulator.unpause()
     errand = Errand(len(parts), flight.swaps)
-    run.lead(monitor, lambda: ErrandNode(monitor, errand, parts, lockstep))
+    told_hover_m = flight.hover_m if flight.is_told else None
+    run.lead(monitor, lambda: ErrandNode(monitor, errand, parts, lockstep, told_hover_m))
     _take_whole_plan(request, survey, page, folder)
     if not run.interrupted:
         save_volume(run.folder)

@@ -154,9 +154,9 @@ def _mission_flight(asked: Mapping[str, str]) -> None:
 
 def _exploration(asked: Mapping[str, str]) -> None:
     from master_thesis.exploring import request as exploration  # numba takes half a second
-    from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
+    from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m, led_r_lb_m
 
-    exploration.read(asked, cepa_keeps_m({}))
+    exploration.read(asked, cepa_keeps_m({"r_lb": led_r_lb_m(asked)}))
     if nodding.is_true(asked, "nod"):
         nodding.check_lidar(asked)
     slam_arguments.check_file(Path(asked["slam_config"]))
@@ -164,9 +164,9 @@ def _exploration(asked: Mapping[str, str]) -> None:
 
 def _inspection(asked: Mapping[str, str]) -> None:
     from master_thesis.inspecting import request as inspection
-    from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
+    from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m, led_r_lb_m
 
-    inspection.read(asked, cepa_keeps_m({}))
+    inspection.read(asked, cepa_keeps_m({"r_lb": led_r_lb_m(asked)}))
     slam_arguments.check_file(Path(asked["slam_config"]))
 
 

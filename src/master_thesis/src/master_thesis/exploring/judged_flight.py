@@ -17,7 +17,9 @@ from master_thesis.exploring.places import Place
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Outcome, Phase
 
-HOME_M, HOVER_M = 1.0, 1.5
+HOME_M = 1.0
+JUDGED_M = 1.5
+"""Over the start: there the UAV was on its first way up."""
 
 
 @dataclass(frozen=True)
@@ -48,11 +50,13 @@ class JudgedFlight:
 
 def fly_and_judge(place: Place, world: Path, seed: int, time_s: float, longest_s: float) -> JudgedFlight:
     """Explore. world: the place's file. time_s: then the UAV flies home. longest_s: then it lands."""
-    with ClosedLoop(place.loop_parameters(world, seed, longest_s)) as loop:
+    given = place.loop_parameters(world, seed, longest_s)
+    with ClosedLoop(given) as loop:
         flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, place.asked(time_s))
         told = flight.run()
         outcome, path_m = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")
-    rng, hover_m = np.random.default_rng(seed), np.array((*place.start_m[:2], HOVER_M))
+    begin_z_m = place.start_m[2] + min(JUDGED_M, given.publisher.hover_height_m)
+    rng, hover_m = np.random.default_rng(seed), np.array((*place.start_m[:2], begin_z_m))
     view = replace(VIEWS[place.uav.lidar], range_max_m=place.volume.max_range_m)
     judged = judge_map(flight.volume.shown, world, place.box_m, hover_m, place.clearance_m, view, rng)
     is_home = outcome.landed and math.dist(path_m[-1, :2], place.start_m[:2]) < HOME_M

@@ -14,9 +14,12 @@ from inspection_tools.exploration import ExplorationParameters, ExplorerParamete
 from inspection_tools.planning import PlannerParameters
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.parameters import LED_CEPA, ClosedLoopParameters
+from master_thesis.launch_arguments.free_places import check_course
 from master_thesis.worlds.ballast_tank import THICK_M, BallastTankParameters
 from master_thesis.worlds.drawn.rooms import SMALL, TRAPS, Rooms, rooms_world, trap_world
+from master_thesis.worlds.scenario import Scenario
 from simulation_tools.geometry import Pose
+from simulation_tools.publisher import PublisherParameters
 from simulation_tools.simulation import SimulationParameters
 
 WORLDS = Path(__file__).resolve().parents[3] / "worlds"
@@ -132,7 +135,18 @@ class Place:
             pose_source="odometry",
             limits=PhaseLimits(flight_timeout_s=longest_s),
             position_controller=PositionControllerParameters(max_speed=self.explorer.speed),
+            publisher=PublisherParameters(hover_height_m=self.hover_m(world)),
         )
+
+    def hover_m(self, world: Path) -> float:
+        """Return the height over the ground to which explore.launch takes off in the place's file.
+
+        Raises:
+            ScenarioError: there is no room for the UAV.
+        """
+        x, y, z = self.start_m
+        flown = Scenario(world.stem, world, (x, y, z, 0.0), (x, y, z), comes_home=True)
+        return check_course(flown, self.uav.model, self.uav.lidar, [], self.uav.cepa.r_lb, None)
 
 
 def place_of(row: str, seed: int) -> Place:

@@ -13,6 +13,7 @@ from master_thesis.flight.description import RunDescription
 from master_thesis.launch_arguments.common import choices_of, limits_of
 from master_thesis.launch_arguments.free_places import HOVER_M, check_course
 from master_thesis.launch_arguments.nodding import is_true
+from master_thesis.launch_arguments.real_uav import HOVER_HEIGHTS_M
 from master_thesis.worlds import scenario
 
 LONGEST_S = 86_400.0
@@ -24,13 +25,16 @@ RETURN_S = 600.0
 class ExploringRequest:
     """An exploration.
 
-    limits: of its phases. time_s: after it the UAV comes home. swaps: of the battery, at most.
+    limits: of its phases. time_s: after it the UAV comes home. swaps: of the battery, at most. hover_m:
+    height over the ground to take off to. is_told: mavros_publisher waits until it is told that height.
     """
 
     description: RunDescription
     limits: PhaseLimits
     time_s: float
     swaps: int
+    hover_m: float = HOVER_M
+    is_told: bool = False
 
 
 def read(asked: Mapping[str, Any], keep_m: float) -> ExploringRequest:
@@ -55,8 +59,13 @@ def read(asked: Mapping[str, Any], keep_m: float) -> ExploringRequest:
     _check_limits(str(asked.get("limits", "")).strip())
     limits = limits_of({**asked, "flight_timeout_s": (1 + swaps) * time_s + RETURN_S}, PhaseLimits)
     limits = replace(limits, takes_off_once=True)  # a take-off that ends on the ground would end there again
-    check_course(flown, description.model, description.lidar, [], keep_m)
-    return ExploringRequest(description, limits, time_s, swaps)
+    given = str(asked.get("hover_height", "")).strip()
+    hover_m = scenario.number("hover_height", given, *HOVER_HEIGHTS_M) if given else None
+    hover_m = check_course(flown, description.model, description.lidar, [], keep_m, hover_m)
+    flown = replace(flown, goal_xyz_m=(x, y, z + hover_m))
+    return ExploringRequest(
+        replace(description, scenario=flown), limits, time_s, swaps, hover_m, is_told=not given
+    )
 
 
 def _check_limits(path: str) -> None:

@@ -14,7 +14,6 @@ from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.planner import SurveyPlanner
 from inspection_tools.survey.surface.reading import Surface, read_surface
-from master_thesis.exploring.request import HOVER_M
 from master_thesis.inspecting.request import InspectingRequest
 from master_thesis.photographing.map_mesh import mesh_of_map
 
@@ -50,7 +49,7 @@ def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable
         mesh_of_map(drawing).export(out.with_name("drawing.glb"))
         drawing = out.with_name("drawing.glb")
     say(f"The survey is planned from {request.drawing}.")
-    surface = read_surface(drawing, asked, (x, y, z + HOVER_M))
+    surface = read_surface(drawing, asked, (x, y, z + request.flight.hover_m))
     planner = SurveyPlanner(
         surface.room, surface.patches, surface.ranges_m, request.camera, asked, request.flying, str(drawing)
     )  # fmt: skip

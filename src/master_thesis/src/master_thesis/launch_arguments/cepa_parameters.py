@@ -7,12 +7,21 @@ from typing import Any, Mapping
 from cepa.errors import CepaError
 from cepa.parameters import CepaParameters  # not all of cepa, which loads numba
 from master_thesis.errors import FlightError
+from master_thesis.worlds import scenario
+
+RADII_M = (0.05, 5.0)
 
 
 def cepa_keeps_m(parameters: Mapping[str, Any]) -> float:
     """Return the distance, m, that CEPA keeps from obstacles, from its parameters."""
     given = parameters.get("r_lb", CepaParameters.r_lb)
     return float(given) if isinstance(given, (int, float)) else CepaParameters.r_lb
+
+
+def led_r_lb_m(asked: Mapping[str, Any]) -> float:
+    """Return r_lb as errand.launch sets it for the argument `radius`; raises ScenarioError."""
+    radius_m = scenario.number("radius", asked.get("radius", 0.35), *RADII_M)
+    return radius_m + (0.02 if radius_m < 0.3 else 0.15)
 
 
 def cepa_of(asked: Mapping[str, Any], names: Mapping[str, str]) -> CepaParameters:

@@ -9,6 +9,7 @@ from typing import Callable, NamedTuple, Sequence
 import numpy as np
 
 from master_thesis.errors import ScenarioError
+from master_thesis.flight.take_off import LEAST_HOVER_M, SPARE_M, USUAL_HOVER_M, first_hover_m
 from master_thesis.worlds.scenario import Scenario
 from simulation_tools.geometry import Pose
 
@@ -17,9 +18,13 @@ PENETRATION_M, LIFT_M = 0.02, 0.06
 physics puts a margin of 4 cm around terrain.
 """
 
-HOVER_M, OVERSHOOT_M, CLIMB_STEP_M = 2.0, 0.15, 0.1
+HOVER_M, OVERSHOOT_M, CLIMB_STEP_M = USUAL_HOVER_M, 0.15, 0.1
 """Height over the ground to which the UAV takes off; how far it may climb beyond; steps of the check."""
 FARTHEST_GROUND_M = 10_000.0
+RAYS_UP, LOOK_FARTHER_M = 4000, 1.0
+"""Rays that look for what is above the start, and how far beyond the height that is wanted."""
+BODY_SHARE = 0.7
+"""The UAV's radius, as a share of r_lb: what it keeps at least beside a wall."""
 
 PROBE = "the place"
 """As "the UAV" no name that a world is likely to hold."""
@@ -31,13 +36,19 @@ _PROBE = (
 
 
 def check_course(
-    scenario: Scenario, model: str, lidar: str, places_xyz_m: Sequence[tuple], keep_m: float
-) -> None:
+    scenario: Scenario,
+    model: str,
+    lidar: str,
+    places_xyz_m: Sequence[tuple],
+    keep_m: float,
+    hover_m: float | None = HOVER_M,
+) -> float:
     """Check that the UAV does not start inside or below an obstacle, and that no place is too close to one.
 
     No place may lie below the ground, or so near above it that the UAV would stand on it. places_xyz_m: in
     `world`. keep_m: the avoidance's distance from obstacles (CEPA's r_LB), 0 if unknown. The UAV would never
-    reach a nearer place. The ground plane is not an obstacle.
+    reach a nearer place. The ground plane is not an obstacle. hover_m: height over the ground to which the
+    UAV takes off; None: what the room above allows, with keep_m. Returns that height.
 
     Raises:
         ScenarioError: one sentence that names the obstacle.
@@ -59,6 +70,7 @@ def check_course(
         under_start, *under = (
             vertical_m(world.rays.cast, place) for place in ((x, y, lifted_m), *places_xyz_m)
         )  # before the UAV is among the shapes
+        highest_m = math.inf if hover_m else highest_hover_m(world.rays.cast, (x, y, z), stands_m, keep_m)
         world.spawn(uav, "the UAV", Pose.identity())
         world.spawn(parse_model(_PROBE, "the place"), PROBE, Pose.identity())
         others = {"the UAV", PROBE, "ground_plane"}
@@ -81,11 +93,13 @@ def check_course(
                 f"At ({x:g}, {y:g}, {z:g}) nothing is below the UAV, so it would fall; move start:=, or "
                 "give the world a floor: <include><uri>model://ground_plane</uri></include>."
             )
-        for up_m in np.arange(CLIMB_STEP_M, z + HOVER_M + OVERSHOOT_M - lifted_m, CLIMB_STEP_M).tolist():
+        if hover_m is None:
+            hover_m = _hover_m((x, y, z), highest_m, keep_m)
+        for up_m in np.arange(CLIMB_STEP_M, z + hover_m + OVERSHOOT_M - lifted_m, CLIMB_STEP_M).tolist():
             climbed = Pose((0.0, 0.0, up_m)) @ start
             if distance_m("the UAV", climbed, 0.1) < -PENETRATION_M:
                 name = _nearest(obstacles, partial(distance_m, "the UAV", climbed, 0.1))
-                raise ScenarioError(_climbs_into((x, y, z), name, up_m + stands_m))
+                raise ScenarioError(_climbs_into((x, y, z), name, up_m + stands_m, hover_m))
         for place, room in zip(places_xyz_m, under):
             pose = Pose(tuple(place))
             found_m = distance_m(PROBE, pose, keep_m + 1.0)
@@ -96,10 +110,43 @@ def check_course(
                 raise ScenarioError(_too_low(place, room, stands_m))
     finally:
         world.close()
+    return hover_m
 
 
 Cast = Callable[[np.ndarray, np.ndarray, float], np.ndarray]
 """Returns the distance to the nearest surface along rays, see `simulation_tools.world.rays.RayScene.cast`."""
+
+
+def _hover_m(start: Sequence[float], highest_m: float, keep_m: float) -> float:
+    """Return the height over the ground to take off to; raises ScenarioError if nothing fits."""
+    height_m = first_hover_m(highest_m, keep_m)
+    if height_m is None:
+        raise ScenarioError(
+            f"Over ({_told(start)}) there is room for {max(highest_m, 0.0) + keep_m:.2f} m only. CEPA keeps "
+            f"{keep_m:g} m (r_lb) to each side, so the UAV needs {2.0 * max(keep_m, LEAST_HOVER_M):.2f} m; "
+            "move start:=, or take a smaller UAV."
+        )
+    return height_m
+
+
+def highest_hover_m(cast: Cast, start: Sequence[float], stands_m: float, keep_m: float) -> float:
+    """Return up to which height over the ground a UAV may rise; at most HOVER_M and a little more.
+
+    start: x, y, z of the ground. stands_m: height of the UAV's origin while it stands. keep_m: that it keeps
+    from what is above it.
+    """
+    from inspection_tools.planning.room_above import rise_m  # numba takes half a second
+
+    wanted_m = HOVER_M + SPARE_M - stands_m
+    origin = np.array((start[0], start[1], start[2] + stands_m))
+    up = np.linspace(0.0, 1.0, RAYS_UP)  # evenly over the half sphere
+    azimuth = np.arange(RAYS_UP) * math.pi * (3.0 - math.sqrt(5.0))
+    level = np.sqrt(1.0 - up**2)
+    rays = np.stack((level * np.cos(azimuth), level * np.sin(azimuth), up), axis=1)
+    far_m = cast(origin, rays, wanted_m + 2.0 * keep_m + LOOK_FARTHER_M)
+    is_hit = np.isfinite(far_m)
+    away_m, above_m = far_m[is_hit] * level[is_hit], far_m[is_hit] * up[is_hit]
+    return stands_m + rise_m(away_m, above_m, wanted_m, BODY_SHARE * keep_m, keep_m)
 
 
 class Vertical(NamedTuple):
@@ -125,10 +172,10 @@ def _nearest(models: Sequence[str], distance_m: Callable[[frozenset], float]) ->
     return min(models, key=lambda name: distance_m(everyone - {name}))
 
 
-def _climbs_into(start: Sequence[float], name: str, height_m: float) -> str:
+def _climbs_into(start: Sequence[float], name: str, height_m: float, hover_m: float) -> str:
     return (
         f"Over ({_told(start)}) the UAV would climb into {name}, {height_m:.1f} m high. It takes off to "
-        f"{HOVER_M:g} m; move start:=."
+        f"{hover_m:g} m; move start:=."
     )
 
 

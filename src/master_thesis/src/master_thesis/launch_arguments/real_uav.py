@@ -13,7 +13,7 @@ from simulation_tools.vehicle.uav import load_uav
 
 SYSTEM_IDS = (1, 255)
 CLEARANCES_M = (0.0, 5.0)
-HOVER_HEIGHTS_M = (0.5, 20.0)
+HOVER_HEIGHTS_M = (0.3, 20.0)
 """As mavros_publisher's dynamic_reconfigure."""
 NO_LIDAR = "none"
 

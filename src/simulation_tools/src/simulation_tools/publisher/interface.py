@@ -56,6 +56,7 @@ class PublisherParameters:
     A pose that is brake_pose_age_s old has come; the stop cannot wait for decision_delay_s.
     After vision_landing_s it lands: before PX4 gives up its position, after 5 s (EKF2_NOAID_TOUT).
     time_is_simulated: commands may wait for their poses, see `SetpointPublisher.patience_s`.
+    awaits_order: stay on the ground until `SetpointPublisher.restart`: somebody tells the height first.
     family: of the flight controller.
     """
 
@@ -92,6 +93,7 @@ class PublisherParameters:
     brake_pose_age_s: float = 0.04
     brake_speed_m_s: float = 4.0
     time_is_simulated: bool = False
+    awaits_order: bool = False
     family: Family = PX4
 
     def __post_init__(self) -> None:

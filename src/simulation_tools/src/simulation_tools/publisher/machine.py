@@ -12,6 +12,7 @@ state and pose of `decision_delay_s` ago, which have surely arrived.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.publisher.brake import STANDSTILL
@@ -49,7 +50,7 @@ class SetpointPublisher:
         self._commands = Commands(self._hover, self._heard.poses)
         self._clock = ClockWatch()
         self._waiting = WaitingReason()
-        self.restart()
+        self._begin()
 
     @property
     def phase(self) -> Phase:
@@ -58,6 +59,10 @@ class SetpointPublisher:
 
     def restart(self) -> None:
         """Begin again: take off if the UAV stands on the ground, else take over in flight."""
+        self.parameters = replace(self.parameters, awaits_order=False)
+        self._begin()
+
+    def _begin(self) -> None:
         self._phases.restart(self.parameters)
         self._heard.forget()
         self._clock.restart()
@@ -194,7 +199,7 @@ class SetpointPublisher:
         )
 
     def _start_again(self, why: str) -> list[Action]:
-        self.restart()
+        self._begin()
         return [Log(why), AnnounceReady(False)]
 
     def _answer(self, now_ns: int, stamp_ns: int, by_pose: bool) -> list[Action]:

@@ -88,7 +88,8 @@ class Phases:
         self._told_ns = told_ns
         self._knows_home = bool(home)
         needs_home = p.needs_home or (p.needs_vision and p.family.needs_origin)
-        self._may_arm = (self._knows_home or not needs_home) and not blindness.is_too_long
+        may_fly = self._knows_home or not needs_home
+        self._may_arm = may_fly and not (blindness.is_too_long or p.awaits_order)
         is_flying = state.armed and landed != _ON_GROUND
         actions: list[Action] = []
         takes_over = self.phase is Phase.YIELDED or (self.phase is Phase.WAITING and is_flying)
