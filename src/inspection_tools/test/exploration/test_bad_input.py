@@ -172,9 +172,22 @@ def test_a_door_that_closes_behind_it_strands_it_and_the_sentence_says_what_bloc
     fill(led, SHUT)
     led.fly_home()
     assert led.exploration.must_land
+    assert led.told.end is End.CUT_OFF
     assert led.flight.place_m[0] > 3.2
     assert "stood still for 20 s" in led.told.reason
     assert "(1.3, 1.3, 1.2)" in led.told.reason  # the planner's sentence: no way leads home
+
+
+def test_a_battery_that_gets_empty_on_the_way_home_ends_as_battery():
+    # Given a UAV that has explored, and flies home
+    led = Led(room((5.0, 4.0, 2.4)), energy=EnergyWatch(EnergyParameters(endurance=1e4)))
+    led.fly(lambda: led.told.end is not None)
+    assert led.told.end is End.EXPLORED
+    # When its battery is nearly empty, told twice, then it lands, and says so
+    led.charge = 0.04
+    led.fly(lambda: led.exploration.must_land, seconds=20.0)
+    assert led.told.end is End.BATTERY
+    assert led.told.reason.endswith("The battery is at 4%: land here.")
 
 
 def test_a_door_that_opens_again_lets_it_home():

@@ -250,12 +250,20 @@ class Exploration:
         decision = self._back.decide(stamp_s, here_m)
         if decision is None:
             return
-        if decision.verdict is Verdict.LAND:
-            self.must_land = True
+        if decision.verdict is Verdict.LAND and not self.must_land:
+            self._must_land_instead_of_home(End.BATTERY, decision.reason)
         if decision.verdict is not Verdict.GO_ON:
             self._end(End.BATTERY, decision.reason)
             if self._back.turns_low(decision):
                 self.resume()
+
+    def _must_land_instead_of_home(self, end: End, reason: str) -> None:
+        """Land where it is. Who has explored and does not come home has another end."""
+        self.must_land = True
+        if self.told.end is End.EXPLORED:
+            self.told.end = end
+        if self.told.end is not None:
+            self.told.reason += f" {reason}"
 
     def _end(self, end: End, reason: str) -> None:
         """Come home, unless it does already. If it is paused, then after the pause."""
@@ -374,9 +382,8 @@ class Exploration:
             self._tell_leftovers()
             self.is_home = True
         elif self._stay.lasts(stamp_s, self._p.stranded) and not self.must_land:
-            self.must_land = True
-            self.told.reason += f" On its way home it stood still for {self._p.stranded:g} s."
-            self.told.reason += f" {self._why_no_way(stamp_s, here_m)}"
+            why = f"On its way home it stood still for {self._p.stranded:g} s."
+            self._must_land_instead_of_home(End.CUT_OFF, f"{why} {self._why_no_way(stamp_s, here_m)}")
         else:
             self._is_by_track = not self._plan(here_m, self.home_m, stamp_s) and not (
                 self._planner.reopen(stamp_s) and self._plan(here_m, self.home_m, stamp_s)

@@ -19,6 +19,8 @@ class End(Enum):
     BATTERY = "battery"
     ABORTED = "aborted"
     SHUT_IN = "shut in"
+    CUT_OFF = "cut off"
+    """Explored, but no way leads home any more."""
 
 
 @dataclass
