@@ -1,6 +1,7 @@
 """Sight between voxels, frontiers and the lattice, each against a slow and obvious reference."""
 
 import math
+import time
 
 import numpy as np
 from hypothesis import given, settings
@@ -9,8 +10,9 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from inspection_tools.exploration.frontiers import frontier_voxels, in_cells
+from inspection_tools.exploration.kernels.best_view import best_view
 from inspection_tools.exploration.kernels.lattice import lattice_ways
-from inspection_tools.exploration.kernels.views import best_view, is_open, mark_seen, seen_from, sights_of
+from inspection_tools.exploration.kernels.views import is_open, mark_seen, seen_from, sights_of
 from inspection_tools.planning import FREE, UNKNOWN
 from inspection_tools.planning.kernels.neighbours import STEPS
 
@@ -79,6 +81,38 @@ def test_the_best_view_shows_most_for_its_time(seed):
     else:
         assert gain / times_s[best] == rates.max() == rates[best]
     assert best_view(kinds, places, times_s, *view, (1.0, rates.max())) == (-1, 0)
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_the_best_view_of_a_place_much_larger_than_the_reach(seed):
+    rng = np.random.default_rng(seed)
+    kinds, times_s = drawn_kinds(rng, 0.97, (12, 60, 70)), rng.uniform(1.0, 90.0, 80)
+    places, cells = (rng.integers(0, kinds.shape, (n, 3)) for n in (80, 150))
+    low, high = np.sort(rng.uniform(-1.0, 1.0, 2))
+    view = cells, rng.integers(1, 50, 150), (low, high), (1.0, rng.uniform(2.0, 20.0))
+    rates = seen_from(kinds, places, *view, np.zeros(150, bool)) / times_s
+    best, gain = best_view(kinds, places, times_s, *view, (1.0, 0.0))
+    assert (best, gain) == (-1, 0) if rates.max() == 0.0 else gain / times_s[best] == rates.max()
+
+
+def test_border_that_is_far_away_costs_hardly_anything():
+    # Given a hall, and places and border only in its first part, or in 16 such parts
+    rng = np.random.default_rng(1)
+    kinds = np.full((20, 1600, 100), FREE, np.uint8)
+
+    def took_s(parts):
+        shape = (20, 100 * parts, 100)
+        places, cells = (rng.integers(0, shape, (n * parts, 3)) for n in (800, 500))
+        times_s = 2.0 + np.linalg.norm(places - (10, 50, 50), axis=1) / 7.5
+        view = cells, np.full(len(cells), 20), (-0.27, 0.27), (2.5, 60.0)
+        began_s = time.thread_time()
+        best_view(kinds, places, times_s, *view, (20.0, 20.0))
+        return time.thread_time() - began_s
+
+    took_s(1)  # compiles
+    # Then what is far away is not compared with each place: that would take 256 times as long
+    assert min(took_s(16) for _ in range(3)) < 25.0 * min(took_s(1) for _ in range(3))
 
 
 @settings(max_examples=20, deadline=None)

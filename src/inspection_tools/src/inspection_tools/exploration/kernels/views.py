@@ -1,4 +1,4 @@
-"""Which cells a lidar would see from which places, and the place that shows most for its time."""
+"""Which cells a lidar would see from which places."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def is_open(kinds: np.ndarray, a: np.ndarray, b: np.ndarray) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def _has_beam(
+def has_beam(
     place: np.ndarray, cell: np.ndarray, slopes: tuple[float, float], reaches: tuple[float, float]
 ) -> bool:
     """Return whether a cell is within the beams and their reach, whatever is between."""
@@ -79,7 +79,7 @@ def seen_from(
     gains = np.zeros(len(places), np.int64)
     for n in range(len(places)):
         for m in range(len(cells)):
-            if _has_beam(places[n], cells[m], slopes, reaches) and is_open(kinds, places[n], cells[m]):
+            if has_beam(places[n], cells[m], slopes, reaches) and is_open(kinds, places[n], cells[m]):
                 gains[n] += counts[m]
                 is_seen[m] = True
     return gains
@@ -97,7 +97,7 @@ def sights_of(
     sights = np.zeros((len(places), len(cells)), np.bool_)
     for n in range(len(places)):
         for m in range(len(cells)):
-            if _has_beam(places[n], cells[m], slopes, reaches):
+            if has_beam(places[n], cells[m], slopes, reaches):
                 sights[n, m] = is_open(kinds, places[n], cells[m])
     return sights
 
@@ -116,50 +116,5 @@ def mark_seen(
         for n in range(len(places)):
             if is_seen[m]:
                 break
-            if _has_beam(places[n], cells[m], slopes, reaches):
+            if has_beam(places[n], cells[m], slopes, reaches):
                 is_seen[m] = is_open(kinds, places[n], cells[m])
-
-
-@njit(cache=True, nogil=True)
-def best_view(
-    kinds: np.ndarray,
-    places: np.ndarray,
-    times_s: np.ndarray,
-    cells: np.ndarray,
-    counts: np.ndarray,
-    slopes: tuple[float, float],
-    reaches: tuple[float, float],
-    least: tuple[float, float],
-) -> tuple[int, int]:
-    """Return the place that shows most frontier voxels a second, and how many it shows; -1, 0 if none does.
-
-    What a place would show if nothing stood between is more than it shows. So only the places that could
-    still be the best are looked at in full.
-
-    Args:
-        kinds: as in `seen_from`.
-        places: likewise.
-        times_s: (n,) that each view costs.
-        cells: as in `seen_from`.
-        counts: likewise.
-        slopes: likewise.
-        reaches: likewise.
-        least: voxels, and voxels a second, that a view must show.
-    """
-    bounds = np.zeros(len(places))
-    for n in range(len(places)):
-        for m in range(len(cells)):
-            if _has_beam(places[n], cells[m], slopes, reaches):
-                bounds[n] += counts[m]
-        bounds[n] = bounds[n] / times_s[n] if bounds[n] >= least[0] else 0.0
-    best, best_gain, best_rate = -1, 0, least[1]
-    for n in np.argsort(-bounds):
-        if bounds[n] <= best_rate:
-            break
-        gain = 0
-        for m in range(len(cells)):
-            if _has_beam(places[n], cells[m], slopes, reaches) and is_open(kinds, places[n], cells[m]):
-                gain += counts[m]
-        if gain >= least[0] and gain / times_s[n] > best_rate:
-            best, best_gain, best_rate = n, gain, gain / times_s[n]
-    return best, best_gain

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from inspection_tools.exploration.frontiers import Frontiers
-from inspection_tools.exploration.kernels.views import best_view
+from inspection_tools.exploration.kernels.best_view import best_view
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.exploration.views.scene import Scene
