@@ -8,6 +8,7 @@ from typing import Protocol, Sequence
 import numpy as np
 
 from inspection_tools.energy.decision import Decision, EnergyWatch, Verdict, WayHome
+from inspection_tools.energy.pace import Pace
 from inspection_tools.errors import NoPathError
 from inspection_tools.planning import PathPlanner
 
@@ -59,6 +60,7 @@ class WayBack:
         self._over_s: float | None = None
         """Since when it is over its home; None: it is not."""
         self._is_low = False
+        self._pace = Pace(parameters.home_speed)
 
     def begin(self, home_m: np.ndarray) -> None:
         """Begin a flight. Only the first one's home counts."""
@@ -100,11 +102,15 @@ class WayBack:
 
     @property
     def way(self) -> WayHome | None:
-        """Length and time of the way home, as it was planned last; None: none was."""
+        """Length of the way home, as it was planned last, and its time by this flight's pace; None: none."""
         if self.way_m is None:
             return None
         length_m = float(np.linalg.norm(np.diff(self.way_m, axis=0), axis=1).sum())
-        return WayHome(length_m / self._p.home_speed, length_m)
+        return WayHome(self._pace.time_s(self.way_m), length_m)
+
+    def note_pace(self, stamp_s: float, here_m: np.ndarray, rest_m: Sequence[np.ndarray]) -> None:
+        """Learn from the way that the UAV (x, y, z) flies now. rest_m: its places to come; none: no way."""
+        self._pace.note(stamp_s, here_m, rest_m)
 
     def decide(self, stamp_s: float, here_m: np.ndarray) -> Decision | None:
         """Plan the way home if the last plan is old. Return what the energy allows.

@@ -212,6 +212,8 @@ class Exploration:
             with suppress(MapError):  # no map reaches so far
                 self._planner.take_as_free(place_m, self._planner.parameters.radius)
             self._steep.note(place_m)
+        way = self._guide.way
+        self._back.note_pace(stamp_s, here_m, way.rest_m if way.is_left else ())
         self._mind_the_energy(stamp_s, here_m)
         if self.is_in_doubt:
             self._mind_the_time(stamp_s)

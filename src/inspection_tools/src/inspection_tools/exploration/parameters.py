@@ -111,7 +111,7 @@ class ExplorationParameters:
             flies only into what they have seen.
         climb_max: The UAV stays lower than its first hover plus this, m. A planar lidar knows its place only
             near the height of its map.
-        home_speed: Mean speed on the way home, turns included, m/s.
+        home_speed: Mean speed on the way home, turns included, m/s; slower, where this flight has been.
         home_period: The way home is planned anew so often, s.
 
     Raises:

@@ -275,6 +275,8 @@ class Inspection:
 
     def look(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Check the way at a place (x, y, z), and decide anew if it is time to."""
+        way = self._way
+        self._homing.note_pace(stamp_s, here_m, way.rest_m if way.is_left else ())
         self._look_s = stamp_s
         with self._lock:
             been_m, self._been_m = self._been_m, []
