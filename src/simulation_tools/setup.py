@@ -38,6 +38,7 @@ setup(
             "simulation_tools_ros.gazebo",
             "simulation_tools_ros.mavros",
             "simulation_tools_ros.mavros.plugins",
+            "simulation_tools_ros.mavros.plugins.extras",
             "simulation_tools_ros.mavros.plugins.setpoints",
             "simulation_tools_ros.mavros.plugins.vision",
             "simulation_tools_ros.mavros_publisher",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 
 import pytest
 from fake_uas import FakeClient
@@ -100,6 +101,21 @@ def test_a_mission_survives_its_way_there_and_back():
     mission.set_current(2)
     mission.clear()
     assert mission.read() == []
+
+
+def test_the_fence_is_a_list_of_its_own():
+    """A circle of 20 m and a mission, on one flight controller, with one transfer at a time."""
+    peer, lock = Peer(StandIn()), threading.Lock()
+    fence = MissionClient(peer, 0.02, common.MAV_MISSION_TYPE_FENCE, lock)
+    mission = MissionClient(peer, 0.02, lock=lock)
+    circle = MissionItem(3, 5003, False, True, (20.0, 0.0, 0.0, 0.0), 47.397742, 8.545594, 0.0)
+    fence.write([circle])
+    assert mission.read() == []
+    (item,) = fence.read()
+    assert (item.command, item.params[0]) == (5003, 20.0)
+    assert (item.x, item.y) == pytest.approx((47.397742, 8.545594))
+    fence.clear()
+    assert fence.read() == []
 
 
 def test_places_travel_as_whole_numbers():

@@ -5,6 +5,12 @@ from __future__ import annotations
 from simulation_tools_ros.mavros.plugins.altitude import AltitudePlugin
 from simulation_tools_ros.mavros.plugins.command import CommandPlugin
 from simulation_tools_ros.mavros.plugins.distance_sensor import DistanceSensorPlugin
+from simulation_tools_ros.mavros.plugins.extras.geofence import GeofencePlugin
+from simulation_tools_ros.mavros.plugins.extras.to_fcu import (
+    MocapPlugin,
+    ObstacleDistancePlugin,
+    StatusTextPlugin,
+)
 from simulation_tools_ros.mavros.plugins.global_position import GlobalPositionPlugin
 from simulation_tools_ros.mavros.plugins.home_position import HomePositionPlugin
 from simulation_tools_ros.mavros.plugins.imu import ImuPlugin
@@ -50,4 +56,8 @@ PLUGINS = (
     RcIoPlugin,
     VehicleInfoPlugin,
     WaypointPlugin,
+    GeofencePlugin,
+    ObstacleDistancePlugin,
+    MocapPlugin,
+    StatusTextPlugin,
 )

@@ -89,6 +89,8 @@ class Uas:
         self.client = client
         self.geoid_height_m = number("~geoid_height", 0.0)
         self.heard = Heard()
+        self.plan_lock = threading.Lock()
+        """The flight controller transfers one list at a time: its mission or its fence."""
         self._timers: list[Timer] = []
         self._connection_jobs: list[Callable[[], object]] = []
         self._refused_s: dict[str, float] = {}

@@ -60,11 +60,25 @@ class MissionItem:
 class MissionClient:
     """Makes one transfer at a time. Its methods block. Any thread but the client's own may call them."""
 
-    def __init__(self, client: FcuClient, timeout_s: float = 1.0) -> None:
-        """timeout_s: of each try to get an answer."""
+    def __init__(
+        self,
+        client: FcuClient,
+        timeout_s: float = 1.0,
+        mission_type: int = _MISSION,
+        lock: threading.Lock | None = None,
+    ) -> None:
+        """Make a client for one list.
+
+        Args:
+            client: the link.
+            timeout_s: of each try to get an answer.
+            mission_type: MAV_MISSION_TYPE: the mission, or the fence.
+            lock: of all lists of one flight controller, which makes one transfer at a time.
+        """
         self._client = client
         self._timeout_s = timeout_s
-        self._lock = threading.Lock()
+        self._type = mission_type
+        self._lock = lock or threading.Lock()
         self._answers: queue.Queue = queue.Queue()
         self._listening = False
         for kind in _KINDS:
@@ -74,12 +88,12 @@ class MissionClient:
         """Return the flight controller's mission; raises MissionError."""
         with self._lock:
             target = self._target
-            ask = common.MAVLink_mission_request_list_message(*target, _MISSION)
+            ask = common.MAVLink_mission_request_list_message(*target, self._type)
             count = self._ask(ask, lambda m: m.get_type() == "MISSION_COUNT").count
             items = [self._read_item(seq) for seq in range(count)]
             # For an empty mission, too: until then PX4 takes no upload.
             self._client.send(
-                common.MAVLink_mission_ack_message(*target, common.MAV_MISSION_ACCEPTED, _MISSION)
+                common.MAVLink_mission_ack_message(*target, common.MAV_MISSION_ACCEPTED, self._type)
             )
             return items
 
@@ -87,7 +101,7 @@ class MissionClient:
         """Replace the flight controller's mission; raises MissionError."""
         messages = [self._item_message(seq, item) for seq, item in enumerate(items)]
         with self._lock:
-            message = common.MAVLink_mission_count_message(*self._target, len(items), _MISSION)
+            message = common.MAVLink_mission_count_message(*self._target, len(items), self._type)
             while True:
                 answer = self._ask(message, lambda m: m.get_type() in (*_REQUESTS, "MISSION_ACK"))
                 if answer.get_type() == "MISSION_ACK":
@@ -100,7 +114,7 @@ class MissionClient:
     def clear(self) -> None:
         """Delete the flight controller's mission; raises MissionError."""
         with self._lock:
-            ask = common.MAVLink_mission_clear_all_message(*self._target, _MISSION)
+            ask = common.MAVLink_mission_clear_all_message(*self._target, self._type)
             _require_accepted(self._ask(ask, lambda m: m.get_type() == "MISSION_ACK"))
 
     def set_current(self, seq: int) -> None:
@@ -114,7 +128,7 @@ class MissionClient:
         return self._client.target.system_id, self._client.target.component_id
 
     def _read_item(self, seq: int) -> MissionItem:
-        ask = common.MAVLink_mission_request_int_message(*self._target, seq, _MISSION)
+        ask = common.MAVLink_mission_request_int_message(*self._target, seq, self._type)
         m = self._ask(
             ask,
             lambda m: m.get_type() == "MISSION_ACK" or (m.get_type() == "MISSION_ITEM_INT" and m.seq == seq),
@@ -151,7 +165,7 @@ class MissionClient:
             round(x),
             round(y),
             item.z,
-            _MISSION,
+            self._type,
         )
 
     def _ask(
@@ -181,7 +195,7 @@ class MissionClient:
                 return answer
 
     def _on_message(self, message: common.MAVLink_message) -> None:
-        if self._listening and getattr(message, "mission_type", _MISSION) == _MISSION:
+        if self._listening and getattr(message, "mission_type", _MISSION) == self._type:
             self._answers.put(message)
 
 

@@ -23,7 +23,7 @@ class WaypointPlugin:
 
     def __init__(self, uas: Uas) -> None:
         self._uas = uas
-        self._mission = MissionClient(uas.client)
+        self._mission = MissionClient(uas.client, lock=uas.plan_lock)
         self._items: list[MissionItem] = []
         self._current = 0
         self._waypoints = uas.advertise("mission/waypoints", WaypointList, latch=True)

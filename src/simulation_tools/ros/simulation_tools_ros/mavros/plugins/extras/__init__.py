@@ -1,0 +1,1 @@
+"""MAVROS's plugins that send what the flight controller is told, and its fence."""
