@@ -127,6 +127,12 @@ ROWS = (
         worse={f"doors_{door:g}_m": ("door_m", door) for door in (0.9, 1.0, 1.2)},
     ),
     Row(
+        "bug_traps",
+        "a U, two lips, a spiral, a wall with a gap",
+        (Goal((2.0,), reached=0.95),),
+        worse={f"trap_{trap}": ("trap", trap) for trap in ("u", "double_lip", "spiral", "gap")},
+    ),
+    Row(
         "manholes",
         "manholes of 0.6 x 0.8 m, the small airframe, QT64; something may be behind the first one",
         (Goal((0.8,), reached=1.0),),

@@ -16,6 +16,7 @@ from std_msgs.msg import Header
 
 from cepa import Decision, LaserScan2D, Reason, ScanError, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
+from cepa.dynamic.constants.choice import HELD_S
 from cepa.dynamic.report import Report, View
 from cepa.steering.own_motion import OwnState
 from node_tools.conversions import xyz, xyzw
@@ -113,11 +114,12 @@ def stats_of(
     }
     reported = dataclasses.asdict(report) if report else {}
     values.update({key: f"{value:.4g}" for key, value in reported.items() if value is not None})
-    alarming = decision.emergency or decision.reason in (Reason.BLOCKED, Reason.NO_WAY)
+    is_held = report is not None and report.held_s >= HELD_S
+    alarming = decision.emergency or is_held or decision.reason in (Reason.BLOCKED, Reason.NO_WAY)
     status = DiagnosticStatus(
         level=DiagnosticStatus.WARN if alarming else DiagnosticStatus.OK,
         name=name,
-        message=decision.reason.value,
+        message=f"held up: {decision.reason.value}" if is_held else decision.reason.value,
         hardware_id="",
         values=[KeyValue(key, value) for key, value in values.items()],
     )

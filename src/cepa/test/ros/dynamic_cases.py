@@ -128,7 +128,8 @@ class DynamicCases:
         self.fly(0.0, column(0.0, 1.5))
         status = self.stats.next().status[0]
         values = {pair.key: pair.value for pair in status.values}
-        reported = {"clearance_m", "admissible", "braking_margin_m", "remembered", "movers"}
+        nowhere = {"held_s", "returns"}
+        reported = {"clearance_m", "admissible", "braking_margin_m", "remembered", "movers", *nowhere}
         assert reported <= set(values), values
         assert math.isclose(float(values["clearance_m"]), 1.5 - CepaParameters().body_radius, rel_tol=1e-3)
         assert 0 < int(values["admissible"]) <= int(values["directions_tested"])

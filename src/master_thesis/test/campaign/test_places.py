@@ -25,6 +25,7 @@ from master_thesis.worlds.drawn.hallway import hallway_sdf
 from master_thesis.worlds.drawn.materials import CLEAR_M
 from master_thesis.worlds.drawn.office import DOOR_M, office_sdf
 from master_thesis.worlds.drawn.overhead import OBSTACLES
+from master_thesis.worlds.drawn.traps import GAPS_M, TRAPS
 from master_thesis.worlds.floor_plan import Outline, outlines_of_file
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
 from simulation_tools.sdf.parser import load_world
@@ -67,6 +68,7 @@ def shapes_in(place, folder):
         "crossing",
         "head_on",
         "doors",
+        "bug_trap",
         *MEET,
         *HALF_WIDTHS_M,
     ],
@@ -118,6 +120,24 @@ def test_an_office_has_doors_that_a_uav_passes_and_walls_that_it_does_not(tmp_pa
     shapes = outlines_of_file(path)
     assert way_exists(shapes, 26.0, 7.5, FLAT, DOOR_M / 2 - 0.06, 2.5)
     assert not way_exists(shapes, 26.0, 7.5, FLAT, DOOR_M / 2 + 0.01, 2.5)
+
+
+@pytest.mark.parametrize("trap", TRAPS)
+def test_a_trap_stands_on_the_straight_way_and_can_be_gone_around(trap, tmp_path):
+    settings = campaign_of({"trials": {"world": "bug_trap", "trap": trap}}, "x").combinations[0]
+    for seed in range(3):
+        place = place_of(settings, seed)
+        shapes = shapes_in(place, tmp_path)
+        corners = np.concatenate([shape.outline_xy for shape in shapes])
+        assert CLEAR_M - 1.5 < corners[:, 0].min() < corners[:, 0].max() < place.distance_m - 1.5
+        assert corners[:, 1].min() < 0.0 < corners[:, 1].max()
+        assert way_exists(shapes, place.distance_m, 20.0, FLAT)
+
+
+def test_a_gap_is_as_wide_as_it_says():
+    for seed in range(20):
+        (_, low), (high, _) = TRAPS["gap"](np.random.default_rng(seed))
+        assert GAPS_M[0] <= high[1] - low[1] <= GAPS_M[1]
 
 
 def test_a_deep_dead_end_holds_the_straight_way_and_is_as_deep_as_asked_for(tmp_path):

@@ -17,6 +17,7 @@ from cepa.dynamic.constants.obstacle_tracks import LATE_S
 from cepa.dynamic.constants.response import MEETING_S
 from cepa.dynamic.cost import Cost, progress_as_asked
 from cepa.dynamic.cost_to_go.course import Course, Reference, course_of, reference_of
+from cepa.dynamic.cost_to_go.hold_up import HoldUp
 from cepa.dynamic.cost_to_go.search import CostToGoSearch
 from cepa.dynamic.destination import Destination
 from cepa.dynamic.emergency import Emergency
@@ -80,7 +81,7 @@ class Dynamic(Algorithm):
         self._cost = Cost(p)
         self._emergency = Emergency(p, self._rollouts.hull_m)
         self.wants_cloud = p.climb_max > 0.0
-        self._keep_out = KeepOut()
+        self._keep_out, self._hold_up = KeepOut(), HoldUp()
         super().__init__(p)
 
     def reset(self) -> None:
@@ -88,7 +89,7 @@ class Dynamic(Algorithm):
         super().reset()
         for part in (self._observer, self._timing, self._single_beams, self._moving, self._sinking):
             part.reset()
-        for part_of_choice in (self._destination, self._plane, self._emergency):
+        for part_of_choice in (self._destination, self._plane, self._emergency, self._hold_up):
             part_of_choice.reset()
         if self._search is not None:
             self._search.reset()
@@ -107,6 +108,7 @@ class Dynamic(Algorithm):
         self._sinking.take_over(earlier._sinking)
         self._destination, self._keep_out = earlier._destination, earlier._keep_out
         self._plane.take_over(earlier._plane)
+        self._hold_up = earlier._hold_up
         self._command = earlier._command.copy()
         if self._search is not None and earlier._search is not None:
             self._search.take_over(earlier._search)
@@ -349,9 +351,14 @@ class Dynamic(Algorithm):
     ) -> Decision:
         """Return a command (3,), m/s, as an answer, and keep what the next step needs of it."""
         self._command = command
-        self._explanation = Explanation(step.knowledge, step.snapshot, command, considered)
         x, y, up = command.tolist()
-        stamp_s = step.snapshot.observed.motion.stamp_s
+        motion = step.snapshot.observed.motion
+        stamp_s = motion.stamp_s
+        is_asked = step.reference.speed >= self.parameters.reference_speed_min or step.reference.is_steep
+        returns = self._search.returns(stamp_s) if self._search is not None else 0
+        told = self._hold_up.take_in(stamp_s, motion.position_m, is_asked, returns)
+        why = step.knowledge, step.snapshot, command, considered, self._hold_up.held_s, returns
+        self._explanation = Explanation(*why)
         self._observer.command(stamp_s, (x, y, up), self.commit_s)
         return Decision(
             step.heading.into_scan(x, y),
@@ -360,7 +367,7 @@ class Dynamic(Algorithm):
             tested,
             reason,
             climb_m_s=up if step.snapshot.space is not None else None,
-            warnings=step.snapshot.warnings,
+            warnings=(*step.snapshot.warnings, *told),
         )
 
 

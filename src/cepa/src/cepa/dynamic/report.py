@@ -37,6 +37,10 @@ class Explanation(NamedTuple):
     command: np.ndarray
     """(3,) m/s: the answer, along the odometry's axes."""
     considered: Considered | None
+    held_s: float
+    """How long the UAV has got nowhere although it was asked to fly."""
+    returns: int
+    """How often it has come back to where it was, lately."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,10 @@ class Report:
 
     clearance_m: float
     """From the UAV's hull to the nearest thing in the scan; inf: nothing is seen."""
+    held_s: float
+    """How long the UAV has stayed within 0.5 m although it was asked to fly."""
+    returns: int
+    """How often it has come back to where it was in the last 120 s."""
     admissible: int | None = None
     """Number of candidates that could be flown."""
     braking_margin_m: float | None = None
@@ -76,15 +84,16 @@ def report_of(explanation: Explanation, body_radius: float) -> Report:
     snapshot, considered = explanation.snapshot, explanation.considered
     nearest_m = np.sqrt((snapshot.near**2).sum(axis=1).min(initial=math.inf))
     clearance_m = float(nearest_m) - body_radius
+    nowhere = explanation.held_s, explanation.returns
     if considered is None:
-        return Report(clearance_m)
+        return Report(clearance_m, *nowhere)
     counts = len(considered.remembered), len(snapshot.observed.movers)
-    return Report(clearance_m, considered.admissible, considered.braking_margin_m, *counts)
+    return Report(clearance_m, *nowhere, considered.admissible, considered.braking_margin_m, *counts)
 
 
 def view_of(explanation: Explanation, response: np.ndarray, horizon: Horizon) -> View:
     """Return what is known and foreseen. response: see `observer.response_of`."""
-    knowledge, snapshot, command, considered = explanation
+    knowledge, snapshot, command, considered, *_ = explanation
     state, motion = snapshot.observed.state, snapshot.observed.motion
     predicted = np.empty((horizon.cost, 3))
     roll(state, command, response, horizon.cost, predicted)

@@ -17,6 +17,7 @@ from master_thesis.worlds.drawn.kept_out import KEEP_OUT
 from master_thesis.worlds.drawn.manholes import HOSE, MANHOLES, NOTHING, PERSON
 from master_thesis.worlds.drawn.movers import ABREAST, CROSSING, HEAD_ON, SINKING, SMALL_UAV
 from master_thesis.worlds.drawn.overhead import OBSTACLES
+from master_thesis.worlds.drawn.traps import BUG_TRAP, TRAPS, U
 from master_thesis.worlds.experiment_1 import GOAL_X_M
 from master_thesis.worlds.scenario import CLOUD_LIDARS, FLIGHT_HEIGHT_M, LIDARS
 from master_thesis.worlds.scenario import SCENARIOS as EXPERIMENT_WORLDS
@@ -35,7 +36,8 @@ MEETINGS = (CROSSING, HEAD_ON)
 DRAWN_MEETINGS = (ABREAST, SINKING, SMALL_UAV)
 """What meets the UAV there is drawn with its speed."""
 _26_M_FORESTS = (FOREST, MIXED_FOREST, SPACED_FOREST, KEEP_OUT)
-_26_M_WORLDS = (*_26_M_FORESTS, HALLWAY, OFFICE, DOORS, *BARRIERS, *MEETINGS, *DRAWN_MEETINGS, *OBSTACLES)
+_26_M_ROOMS = (HALLWAY, OFFICE, DOORS, BUG_TRAP, *OBSTACLES)
+_26_M_WORLDS = (*_26_M_FORESTS, *_26_M_ROOMS, *BARRIERS, *MEETINGS, *DRAWN_MEETINGS)
 DRAWN_DISTANCES_M = {
     **dict.fromkeys(_26_M_WORLDS, 26.0),
     DEAD_ENDS: 34.0,
@@ -94,6 +96,7 @@ _FLIGHT = (
     Axis("mover_speed_m_s", float, 1.0, bounds=(0.0, 5.0), worlds=MEETINGS),
     Axis("depth_m", float, 12.0, bounds=(3.0, 20.0), worlds=(DEEP_DEAD_END,)),
     Axis("door_m", float, 1.0, bounds=(0.8, 3.0), worlds=(DOORS,)),
+    Axis("trap", str, U, choices=tuple(TRAPS), worlds=(BUG_TRAP,)),
     Axis("behind", str, NOTHING, choices=(NOTHING, PERSON, HOSE), worlds=(MANHOLES,)),
     Axis("distance_m", float, bounds=(6.5, 60.0)),
     Axis("model", str, "iris", choices=MODELS),

@@ -54,6 +54,7 @@ from master_thesis.worlds.drawn.movers import (
 )
 from master_thesis.worlds.drawn.office import office_sdf
 from master_thesis.worlds.drawn.overhead import OBSTACLES, overhead_sdf
+from master_thesis.worlds.drawn.traps import BUG_TRAP, trap_sdf
 from master_thesis.worlds.experiments_3_4 import hold_with_beams
 
 STUCK_S, ASTRAY_S, DEEP_ASTRAY_S = 12.0, 40.0, 90.0
@@ -110,6 +111,8 @@ def place_of(settings: Settings, seed: int) -> Place:
     if world == MANHOLES:
         passage = manholes_sdf(rng, distance_m, settings["height_m"], settings["behind"])
         return Place(passage, distance_m, ASTRAY_S)
+    if world == BUG_TRAP:
+        return Place(trap_sdf(rng, settings["trap"], distance_m), distance_m, ASTRAY_S)
     if world == DOORS:
         return Place(doors_sdf(rng, settings["door_m"], distance_m), distance_m, ASTRAY_S)
     if world in BARRIERS:

@@ -116,3 +116,13 @@ MOST_WAITING_REFERENCES = 8
 END_HORIZONS = 2.0
 """1: An end counts within so many horizons of the cost; a reference that brakes evenly ends at half the way
 that its gain tells. Source: chosen. Greater: farther ends count."""
+
+# -- a UAV that gets nowhere -------------------------------------------------------------------------------
+HELD_M = 0.5
+"""m: A UAV that is asked to fly and stays within so much gets nowhere. Source: chosen. Greater: slow flight
+is told."""
+HELD_S = 10.0
+"""s: It is told after so long. Source: chosen. Greater: later."""
+HELD_PAUSE_S = 0.5
+"""s: A UAV that is not asked to fly for so long hovers as it should. Source: chosen. Greater: a hover
+counts."""

@@ -114,3 +114,29 @@ SILENCE_MOST_S = 1.0
 """s: And not after this. Source: chosen. Greater: the same."""
 CLOUD_PERIOD_SHARE = 0.1
 """1: Share of a new period between clouds in their mean. Source: chosen. Greater: the mean follows faster."""
+
+# -- a UAV that comes back ---------------------------------------------------------------------------------
+RETURN_STEP_M = 0.5
+"""m: The trail has a place each so much. Source: grid. Greater: faster, coarser."""
+RETURN_APART_M = 0.75
+"""m: The UAV has come back to a place within so much. Source: chosen. Greater: it wavers less, and passes
+nearer to its own trail as if it came back."""
+RETURN_WAY_M = 4.0
+"""m: After a way of at least so much. Source: chosen. Greater: small wavering is not noticed."""
+RETURN_S = 40.0
+"""s: The trail is so long. Source: chosen. Greater: longer rounds are noticed."""
+RETURNS_S = 120.0
+"""s: Returns count for so long. Source: chosen. Greater: it keeps to narrow openings and closings longer."""
+RETURN_NARROW_S = 20.0
+"""s: After a return narrow openings count for so long beside the others. Source: chosen. Greater: more narrow
+openings are flown."""
+RETURNS_KEEP = 2
+"""1: From this return on the UAV keeps to the side that it flies to. Source: chosen. Greater: it wavers
+longer."""
+SIDE_FREE_M = 6.0
+"""m: It does so until so much is open straight ahead. Source: chosen. Greater: it goes farther around."""
+SIDE_S = 90.0
+"""s: But not longer. Source: chosen. Greater: it goes around longer walls, and farther from a way that
+opens."""
+RETURNS_TOLD = 3
+"""1: So many returns are told. Source: chosen. Greater: later."""

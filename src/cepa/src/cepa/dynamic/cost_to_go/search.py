@@ -17,6 +17,7 @@ from cepa.dynamic.constants.cost_to_go import (
     NO_WAY_M,
     OWN_CELLS,
     OWN_SLOWNESS,
+    RETURN_NARROW_S,
     ROUNDS,
     SLOW_AHEAD,
     WAY_CELL_M,
@@ -28,6 +29,8 @@ from cepa.dynamic.cost_to_go.kernels.sweeping import sweep
 from cepa.dynamic.cost_to_go.kernels.ways import shortest_way
 from cepa.dynamic.cost_to_go.openings import Openings
 from cepa.dynamic.cost_to_go.place import Place, place_of
+from cepa.dynamic.cost_to_go.returns import Returns
+from cepa.dynamic.cost_to_go.side import ChosenSide
 from cepa.dynamic.kernels.distance_field import fill_distances, widest
 from cepa.dynamic.kernels.surroundings import CostToGo
 from cepa.motion import Motion
@@ -88,7 +91,7 @@ class CostToGoSearch:
     def reset(self) -> None:
         """Forget the last way, and where it led."""
         self._openings.reset()
-        self._dead_ends = DeadEnds()
+        self._dead_ends, self._returns, self._side_kept = DeadEnds(), Returns(), ChosenSide()
         self._way_cells = NO_CELLS
         self._back_until_s = -math.inf
         self.leads_away = False
@@ -97,7 +100,9 @@ class CostToGoSearch:
         """Take over the last way, and what was open, from one with a window of the same size."""
         if self._openings.has_same_size(earlier._openings):
             self._openings.take_over(earlier._openings)
-            self._dead_ends, self._way_cells = earlier._dead_ends, earlier._way_cells
+            self._dead_ends, self._returns = earlier._dead_ends, earlier._returns
+            self._side_kept = earlier._side_kept
+            self._way_cells = earlier._way_cells
             self._back_until_s, self.leads_away = earlier._back_until_s, earlier.leads_away
 
     def search(self, obstacles: np.ndarray, course: Course, motion: Motion) -> Found:
@@ -113,6 +118,9 @@ class CostToGoSearch:
         widest(self._finer, distance)
         self._openings.give_up_if_stalled(motion, distance, place, self._way_cells)
         slowness = self._openings.slowness(distance, place, motion.stamp_s)
+        course = self._kept_course(slowness, course, place, motion)
+        if motion.stamp_s - self._returns.last_s() < RETURN_NARROW_S:
+            slowness = self._openings.with_narrow(slowness, distance, place, motion.stamp_s)
         solution, leads_back = self._best(slowness, course, place, motion.stamp_s, distance)
         self._keep(solution, course)
         if not len(solution.way_cells):
@@ -130,14 +138,35 @@ class CostToGoSearch:
         cushions = p.r_lb + CLOSED_M, p.r_lb, p.r_ub
         extra, offset = LAYER_PENALTY_1_M * layers.detours_m, np.array([place.offset_x_m, place.offset_y_m])
         best_layers(layers.distance, layers.cell_m, extra, *cushions, WAY_CELL_M, offset, slowness)
+        course = self._kept_course(slowness, course, place, motion)
         solution, leads_back = self._best(slowness, course, place, motion.stamp_s)
         self._keep(solution, course)
         return Found(_cost_to_go(solution, course, place), leads_back)
 
+    def returns(self, stamp_s: float) -> int:
+        """Return how often the UAV has come back to where it was, lately."""
+        return self._returns.number(stamp_s)
+
+    def _kept_course(self, slowness: np.ndarray, course: Course, place: Place, motion: Motion) -> Course:
+        """Return the course that ways are searched for: along the side that a UAV which wavered keeps to.
+
+        slowness (n, n): cost of a metre in each cell; inf: closed.
+        """
+        x_m, y_m, _ = motion.position_m
+        if self._returns.meets(motion.stamp_s, x_m, y_m):
+            self._side_kept.choose(
+                self._returns.number(motion.stamp_s), self._returns.direction(), motion.stamp_s
+            )
+        if not self._side_kept.is_chosen:
+            return course
+        closed = self._without_dead_ends(slowness, place, motion.stamp_s)
+        return self._side_kept.course(closed, course, motion.stamp_s)
+
     def _keep(self, solution: Solution, course: Course) -> None:
         """Keep the way for the next search, and whether it leads away."""
         self._way_cells = solution.way_cells
-        self.leads_away = not len(solution.way_cells) or _is_longer_ahead(solution.length_m, course)
+        is_away = self._side_kept.is_chosen or not len(solution.way_cells)
+        self.leads_away = is_away or _is_longer_ahead(solution.length_m, course)
 
     def _best(
         self,

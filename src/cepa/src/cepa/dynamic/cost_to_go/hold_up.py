@@ -1,0 +1,62 @@
+"""Tells when a UAV that is asked to fly gets nowhere, or comes back again and again."""
+
+from __future__ import annotations
+
+import math
+
+from cepa.dynamic.constants.choice import HELD_M, HELD_PAUSE_S, HELD_S
+from cepa.dynamic.constants.cost_to_go import RETURNS_S, RETURNS_TOLD
+
+
+class HoldUp:
+    """Watches how long the UAV has stayed at a place although the reference leads on."""
+
+    def __init__(self) -> None:
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget where the UAV was."""
+        self._place_m, self._since_s, self._asked_s = (math.inf, math.inf, math.inf), 0.0, -math.inf
+        self._is_told, self._returns_told = False, 0
+        self.held_s = 0.0
+        """How long it has stayed within HELD_M, s."""
+
+    @property
+    def is_held(self) -> bool:
+        """Whether it has stayed for so long that somebody should know."""
+        return self.held_s >= HELD_S
+
+    def take_in(
+        self, stamp_s: float, position_m: tuple[float, float, float], is_asked: bool, returns: int
+    ) -> tuple[str, ...]:
+        """Take in where the UAV is; return what the user should read.
+
+        is_asked: whether the reference asks it to fly. returns: see `CostToGoSearch.returns`.
+        """
+        if is_asked:
+            went_on = math.dist(position_m, self._place_m) > HELD_M
+            if went_on or not 0.0 <= stamp_s - self._asked_s <= HELD_PAUSE_S:
+                self._place_m, self._since_s, self._is_told = position_m, stamp_s, False
+            self._asked_s = stamp_s
+            self.held_s = stamp_s - self._since_s
+        else:
+            self.held_s = 0.0
+        return (*self._about_holding(), *self._about_returns(returns))
+
+    def _about_holding(self) -> tuple[str, ...]:
+        if not self.is_held or self._is_told:
+            return ()
+        self._is_told = True
+        return (
+            f"The UAV is asked to fly, but has stayed within {HELD_M:g} m for {self.held_s:.0f} s: nothing "
+            "that it fits through is open. Lead it another way.",
+        )
+
+    def _about_returns(self, returns: int) -> tuple[str, ...]:
+        is_new, self._returns_told = returns > self._returns_told, returns
+        if not is_new or returns < RETURNS_TOLD:
+            return ()
+        return (
+            f"The UAV has come back to where it was {returns} times in {RETURNS_S:g} s: no way that it tried "
+            "led on. Lead it another way.",
+        )

@@ -1,0 +1,128 @@
+"""A UAV that wavers is led on: it tries what is narrow, keeps to a side, and tells what leads nowhere."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from cepa import CepaParameters, Motion
+from cepa.dynamic.cost_to_go.course import Course
+from cepa.dynamic.cost_to_go.hold_up import HoldUp
+from cepa.dynamic.cost_to_go.returns import Returns
+from cepa.dynamic.cost_to_go.search import CostToGoSearch
+from cepa.dynamic.cost_to_go.side import ChosenSide
+
+LEVEL, STEP_S, SPEED_M_S, WALL_X_M = (0.0, 0.0, 0.0, 1.0), 0.1, 2.0, 5.0
+OPEN = np.ones((81, 81))
+
+
+def way_m(goal: np.ndarray, gap_m: float) -> tuple[float, float]:
+    """Return how far a UAV flies to a goal behind a wall of 30 m, m, and where it passes the wall, m.
+
+    The UAV is a point that flies along the way out; of the wall it knows what is within 10 m.
+    """
+    search, place, passed_y = CostToGoSearch(CepaParameters()), np.zeros(2), math.nan
+    wall = np.column_stack((np.full(601, WALL_X_M), np.linspace(-15.0, 15.0, 601)))
+    wall = wall[np.abs(wall[:, 1]) >= 0.5 * gap_m]
+    flown_m, step_m = 0.0, STEP_S * SPEED_M_S
+    while math.dist(place, goal) > 1.0 and flown_m < 120.0:
+        near = wall - place
+        near = near[np.hypot(*near.T) < 10.0]
+        asked, motion = goal - place, Motion(flown_m / SPEED_M_S, (*place, 2.0), LEVEL, (0.0, 0.0, 0.0))
+        found = search.search(near, Course(asked / np.hypot(*asked)), motion).cost_to_go
+        place, flown_m = place + step_m * downhill(found.length[0]), flown_m + step_m
+        if math.isnan(passed_y) and place[0] > WALL_X_M:
+            passed_y = float(place[1])
+    return flown_m, passed_y
+
+
+@pytest.mark.parametrize("goal_y", [-2.0, 3.0])
+def test_a_wall_longer_than_the_window_is_gone_around(goal_y):
+    # Straight to an end, along the other side and to the goal: 16 m, and 20 m at most; twice for wavering
+    flown_m, passed_y = way_m(np.array([12.0, goal_y]), 0.0)
+    assert flown_m < 80.0
+    assert abs(passed_y) > 15.0
+
+
+@pytest.mark.parametrize("gap_m", [0.9, 0.97])
+def test_a_gap_that_fits_is_passed_though_both_ends_of_the_wall_look_open(gap_m):
+    flown_m, passed_y = way_m(np.array([12.0, 0.5]), gap_m)
+    assert flown_m < 40.0
+    assert abs(passed_y) < 0.5
+
+
+def downhill(length: np.ndarray) -> np.ndarray:
+    """Return the unit vector in which the way out gets shorter, over two cells."""
+    middle = len(length) // 2
+    steps = [(i, j) for i in range(-2, 3) for j in range(-2, 3) if max(abs(i), abs(j)) == 2]
+    slopes = [(length[middle, middle] - length[middle + i, middle + j]) / math.hypot(i, j) for i, j in steps]
+    i, j = steps[int(np.argmax(slopes))]
+    return np.array([j, i]) / math.hypot(i, j)
+
+
+def returns_of(places) -> list[float]:
+    """Return the stamps at which a UAV that is at places (n, 2) one after the other has come back."""
+    returns = Returns()
+    return [STEP_S * k for k, (x, y) in enumerate(places) if returns.meets(STEP_S * k, x, y)]
+
+
+def test_a_uav_that_flies_on_does_not_come_back():
+    angles = np.linspace(0.0, 1.5 * math.pi, 200)
+    assert returns_of([(0.2 * k, 0.0) for k in range(200)]) == []
+    assert returns_of(5.0 * np.column_stack((np.cos(angles), np.sin(angles)))) == []
+
+
+def test_who_leaves_a_dead_end_comes_back_once_and_who_wavers_each_time():
+    there_and_back = [*np.arange(0.0, 8.0, 0.2), *np.arange(8.0, 0.0, -0.2)]
+    assert len(returns_of([(x, 0.0) for x in there_and_back])) == 1
+    assert len(returns_of([(x, 0.0) for x in 3 * there_and_back])) >= 4
+
+
+def test_a_hover_that_is_asked_for_ends_the_trail():
+    returns = Returns()
+    for k, x in enumerate(np.arange(0.0, 8.0, 0.2)):
+        assert not returns.meets(STEP_S * k, x, 0.0)
+    for k, x in enumerate(np.arange(8.0, 0.0, -0.2)):  # the way home, after it has hovered
+        assert not returns.meets(60.0 + STEP_S * k, x, 0.0)
+
+
+def test_a_side_is_kept_from_the_second_return_on_until_the_straight_way_is_open():
+    side, straight = ChosenSide(), Course(np.array([1.0, 0.0]))
+    side.choose(1, (0.0, 1.0), 0.0)
+    assert not side.is_chosen
+    side.choose(2, (0.0, 1.0), 0.0)
+    closed = OPEN.copy()
+    closed[:, 40 + 20] = math.inf  # a wall 5 m ahead
+    assert side.course(closed, straight, 1.0).direction.tolist() == [0.0, 1.0]
+    assert side.course(OPEN, straight, 2.0) is straight
+    assert not side.is_chosen
+
+
+def test_a_side_is_given_up_after_its_time_or_near_the_end():
+    closed = OPEN.copy()
+    closed[:, 40 + 20] = math.inf
+    for end, stamp_s in ((np.full(2, math.inf), 91.0), (np.array([3.0, 0.0]), 1.0)):
+        side, course = ChosenSide(), Course(np.array([1.0, 0.0]), end)
+        side.choose(2, (0.0, 1.0), 0.0)
+        assert side.course(closed, course, stamp_s) is course
+
+
+def told_by(moves_m_s: float, is_asked: bool, until_s: float) -> list[str]:
+    hold_up = HoldUp()
+    times = np.arange(0.0, until_s, STEP_S)
+    return [s for t in times for s in hold_up.take_in(t, (moves_m_s * t, 0.0, 2.0), is_asked, 0)]
+
+
+def test_a_uav_that_gets_nowhere_is_told_once():
+    (sentence,) = told_by(0.0, True, 30.0)
+    assert "has stayed within 0.5 m for 10 s" in sentence
+    assert told_by(0.0, False, 30.0) == told_by(0.1, True, 30.0) == []
+
+
+def test_each_further_return_is_told_from_the_third_on():
+    hold_up = HoldUp()
+    told = [hold_up.take_in(float(k), (5.0 * k, 0.0, 2.0), True, min(k, 4)) for k in range(8)]
+    assert [len(sentences) for sentences in told] == [0, 0, 0, 1, 1, 0, 0, 0]
+    assert "3 times in 120 s" in told[3][0]
