@@ -6,10 +6,10 @@ in calls to it. So a node with an action server has no other lock for these. dyn
 """
 
 import ast
+from functools import cache
 from pathlib import Path
 
-import pytest
-from locked_calls import LockedCalls, classes_in, dotted
+from locked_calls import LockedCall, LockedCalls, NodeClass, classes_in, dotted
 from python_sources import python_nodes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -17,14 +17,30 @@ PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
 FILES = sorted(
     {path for package in PACKAGES for path in (*python_nodes(package), *package.glob("ros/**/*.py"))}
 )
-CLASSES = [each for path in FILES for each in classes_in(path)]
-NAMES = [f"{each.path.name}:{each.name}" for each in CLASSES]
-CALLS = LockedCalls(CLASSES)
 ENDS = {"set_succeeded", "set_aborted", "set_preempted", "publish_feedback", "accept_new_goal"}
 """Methods of actionlib's server that take its lock."""
 BLOCKS = {"wait_for_service", "wait_for_message", "wait_for_result", "wait_for_server", "sleep", "wallsleep"}
 BLOCKS |= {"get_param", "set_param", "has_param", "delete_param"}  # the master may be far away
 BLOCKS |= {"join", "result", "communicate", "check_call", "check_output", "urlopen", "recv", "accept"}
+
+
+@cache
+def classes() -> list[NodeClass]:
+    """Return the nodes' classes. Every process imports this file, but only one needs the sources read."""
+    return [each for path in FILES for each in classes_in(path)]
+
+
+@cache
+def locked_calls() -> list[LockedCall]:
+    """Return what all classes call under a lock."""
+    calls = LockedCalls(classes())
+    return [call for owner in classes() for call in calls.of(owner)]
+
+
+@cache
+def servers() -> list[NodeClass]:
+    """Return the classes that have an action server."""
+    return [each for each in classes() if {"SimpleActionServer", "ActionServer"} & set(each.made_by.values())]
 
 
 def blocks(call):
@@ -45,49 +61,45 @@ KNOWN = {
 }
 
 
-@pytest.mark.parametrize("owner", CLASSES, ids=NAMES)
-def test_no_node_waits_for_anything_under_a_lock(owner):
-    found = [call for call in CALLS.of(owner) if blocks(call)]
+def test_no_node_waits_for_anything_under_a_lock():
+    found = [call for call in locked_calls() if blocks(call)]
     assert [call for call in found if call.call not in KNOWN.get(call.where, set())] == []
 
 
-SERVERS = [each for each in CLASSES if {"SimpleActionServer", "ActionServer"} & set(each.made_by.values())]
-
-
-@pytest.mark.parametrize("owner", SERVERS, ids=lambda each: each.path.name)
-def test_a_node_with_an_action_server_has_the_lock_of_that(owner):
-    text = ast.unparse(owner.methods["__init__"])
-    assert "self._server.action_server.lock" in text
+def test_a_node_with_an_action_server_has_the_lock_of_that():
     own = [f"self._lock = threading.{kind}()" for kind in ("Lock", "RLock", "Condition")]
-    assert not any(each in text for each in own)
+    assert servers()
+    for owner in servers():
+        text = ast.unparse(owner.methods["__init__"])
+        assert "self._server.action_server.lock" in text, owner.path.name
+        assert not any(each in text for each in own), owner.path.name
 
 
-@pytest.mark.parametrize("owner", SERVERS, ids=lambda each: each.path.name)
-def test_under_its_other_locks_such_a_node_neither_publishes_nor_ends_an_action(owner):
-    others = [call for call in CALLS.of(owner) if call.lock != "self._lock"]
+def test_under_its_other_locks_such_a_node_neither_publishes_nor_ends_an_action():
+    calls = LockedCalls(classes())
+    others = [call for owner in servers() for call in calls.of(owner) if call.lock != "self._lock"]
     assert [call for call in others if call.call.rpartition(".")[2] in ENDS | {"publish", "send"}] == []
 
 
-@pytest.mark.parametrize("owner", SERVERS, ids=lambda each: each.path.name)
-def test_a_goal_callback_only_stores(owner):
+def test_a_goal_callback_only_stores():
     # actionlib holds a second lock in it, which a condition does not give back
-    text = "".join(ast.unparse(owner.methods[name]) for name in ("_on_goal", "_on_preempt"))
-    assert ".wait" not in text
-    assert "read_plan" not in text
+    for owner in servers():
+        text = "".join(ast.unparse(owner.methods[name]) for name in ("_on_goal", "_on_preempt"))
+        assert ".wait" not in text, owner.path.name
+        assert "read_plan" not in text, owner.path.name
 
 
-@pytest.mark.parametrize("owner", CLASSES, ids=NAMES)
-def test_nobody_reconfigures_under_a_lock(owner):
+def test_nobody_reconfigures_under_a_lock():
     # dynamic_reconfigure holds its lock while it calls back, and the callback takes the node's
-    calls = [call.call for call in CALLS.of(owner)]
-    assert [call for call in calls if call.endswith(".update_configuration")] == []
+    assert [call for call in locked_calls() if call.call.endswith(".update_configuration")] == []
 
 
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
-def test_a_publisher_never_waits_for_a_subscriber(path):
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Call) and dotted(node.func).endswith("rospy.Publisher"):
-            assert "queue_size" in {keyword.arg for keyword in node.keywords}, ast.unparse(node)
+def test_a_publisher_never_waits_for_a_subscriber():
+    for path in FILES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and dotted(node.func).endswith("rospy.Publisher"):
+                given = {keyword.arg for keyword in node.keywords}
+                assert "queue_size" in given, f"{path.name}: {ast.unparse(node)}"
 
 
 def test_the_reading_of_sources_sees_a_wait_under_a_lock(tmp_path):
@@ -109,6 +121,6 @@ def test_the_reading_of_sources_sees_a_wait_under_a_lock(tmp_path):
         "        self._call(1)\n"
         "        self._later(lambda: time.sleep(1.0))\n"
     )
-    classes = list(classes_in(source))
-    found = [call.call for call in LockedCalls(classes).of(classes[1]) if blocks(call)]
+    read = list(classes_in(source))
+    found = [call.call for call in LockedCalls(read).of(read[1]) if blocks(call)]
     assert found == ["self._call", "rospy.wait_for_service"]
