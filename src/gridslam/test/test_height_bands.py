@@ -6,6 +6,7 @@ Below there are beams 0.5 m deep on the hold's sides, above there are none.
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 import numpy as np
 import planar_world
@@ -63,48 +64,63 @@ def slices(session):
 YES, NO = [True] * 3, [False] * 3
 
 
-def test_each_height_has_its_map_and_the_first_one_comes_back(log):
+@dataclasses.dataclass(frozen=True)
+class Mapped:
+    """One session over all three rounds, saved after two.
+
+    slices: after each round, and at the end, which corrects the path. said, poses, cells, off_m: before it.
+    """
+
+    state: Path
+    said: list[str]
+    slices: list
+    poses: np.ndarray
+    cells: np.ndarray
+    off_m: float
+    closures: list
+
+
+@pytest.fixture(scope="module")
+def mapped(log, tmp_path_factory):
     log, once = log
-    said = []
+    state, said, seen = tmp_path_factory.mktemp("saved") / "state", [], []
     session = SlamSession(PARAMETERS, CLOSURE, say=said.append)
-    go(session, log, 0, once)
-    assert slices(session) == (YES, NO)
-    go(session, log, once, 2 * once)
-    assert slices(session) == (NO, YES)
-    go(session, log, 2 * once, 3 * once)
-    assert slices(session) == (YES, NO)
+    for number in range(3):
+        go(session, log, number * once, (number + 1) * once)
+        seen.append(slices(session))
+        if number == 1:
+            session.save(state)
+    poses, cells = session.particle_poses.copy(), session.grid().cells.copy()
+    off_m = error_m(base_in_map(session, log.odometry[-1]), log.truth.poses_in_map[-1])
+    said = list(said)
+    session.finish()
+    seen.append(slices(session))
+    return Mapped(state, said, seen, poses, cells, off_m, list(session.closures))
+
+
+def test_each_height_has_its_map_and_the_first_one_comes_back(mapped):
+    assert mapped.slices == [(YES, NO), (NO, YES), (YES, NO), (YES, NO)]
     # that is said once: a UAV that climbs and sinks changes its map often
-    assert len(said) == 1
-    assert "at 4.0 m" in said[0]
-    assert "Each height has its own map" in said[0]
-    truth = log.truth.poses_in_map[-1]
-    assert error_m(base_in_map(session, log.odometry[-1]), truth) < 0.1
-    session.finish()
-    assert slices(session) == (YES, NO)
+    (said,) = mapped.said
+    assert "at 4.0 m" in said
+    assert "Each height has its own map" in said
+    assert mapped.off_m < 0.1
 
 
-def test_loops_are_closed_within_a_height(log):
-    log, once = log
-    session = SlamSession(PARAMETERS, CLOSURE, say=lambda words: None)
-    go(session, log, 0, 3 * once)
-    session.finish()
-    heights_m = {scan.stamp_s: scan.height_m for scan in log.scans}
-    pairs = [(heights_m[each.stamp_from_s], heights_m[each.stamp_to_s]) for each in session.closures]
+def test_loops_are_closed_within_a_height(log, mapped):
+    heights_m = {scan.stamp_s: scan.height_m for scan in log[0].scans}
+    pairs = [(heights_m[each.stamp_from_s], heights_m[each.stamp_to_s]) for each in mapped.closures]
     assert pairs
     assert all(one == other for one, other in pairs)
 
 
-def test_a_saved_session_goes_on_with_the_map_of_its_height(log, tmp_path):
+def test_a_saved_session_goes_on_with_the_map_of_its_height(log, mapped):
     log, once = log
-    whole, begun = (SlamSession(PARAMETERS, CLOSURE, say=lambda words: None) for _ in range(2))
-    go(whole, log, 0, 3 * once)
-    go(begun, log, 0, 2 * once)
-    begun.save(tmp_path / "state")
-    continued = SlamSession.load(tmp_path / "state", say=lambda words: None)
+    continued = SlamSession.load(mapped.state, say=lambda words: None)
     assert slices(continued) == (NO, YES)
     go(continued, log, 2 * once, 3 * once)
-    np.testing.assert_array_equal(continued.particle_poses, whole.particle_poses)
-    np.testing.assert_array_equal(continued.grid().cells, whole.grid().cells)
+    np.testing.assert_array_equal(continued.particle_poses, mapped.poses)
+    np.testing.assert_array_equal(continued.grid().cells, mapped.cells)
 
 
 def test_without_kept_scans_the_map_stays_one_and_that_is_said(log):

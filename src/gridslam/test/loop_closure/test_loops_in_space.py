@@ -56,10 +56,18 @@ def session(**options):
     return SlamSession(parameters, say=lambda words: None, odometry_in_space=True, **options)
 
 
-def test_clouds_correct_the_path_in_space_also_by_places_seen_from_another_height():
-    mapped = session()
+@pytest.fixture(scope="module")
+def with_clouds(tmp_path_factory):
+    """A session to its end, its true nodes, and where it was saved before that."""
+    mapped, state = session(), tmp_path_factory.mktemp("saved") / "state"
     nodes = flown(mapped)
+    mapped.save(state)
     mapped.finish()
+    return mapped, nodes, state
+
+
+def test_clouds_correct_the_path_in_space_also_by_places_seen_from_another_height(with_clouds):
+    mapped, nodes, _ = with_clouds
     path = mapped.trajectory()
     off = np.column_stack([path.poses_in_map[:, :2], path.heights_m]) - nodes[:, :3]
     off -= off[0]
@@ -83,12 +91,9 @@ def test_without_clouds_heights_stay_as_odometry_tells_them():
     assert mapped.rise_m == 0.0
 
 
-def test_a_saved_session_goes_on_at_its_heights(tmp_path):
-    mapped = session()
-    flown(mapped)
-    mapped.save(tmp_path / "state")
-    again = SlamSession.load(tmp_path / "state", odometry_in_space=True)
-    mapped.finish()
+def test_a_saved_session_goes_on_at_its_heights(with_clouds):
+    mapped, _, state = with_clouds
+    again = SlamSession.load(state, odometry_in_space=True)
     again.finish()
     assert again.rise_m == mapped.rise_m != 0.0
     np.testing.assert_array_equal(again.trajectory().heights_m, mapped.trajectory().heights_m)
