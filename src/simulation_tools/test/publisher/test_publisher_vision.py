@@ -86,6 +86,22 @@ def test_when_vision_comes_back_it_flies_on(flying):
     assert flying.publisher.waiting_for == ""
 
 
+def test_poses_that_go_and_come_are_told_once_and_where_they_stay_away(flying):
+    said = []
+    for _ in range(8):  # 0.3 s without, 0.5 s with poses
+        for flying.vision, lasts_s in ((False, 0.3), (True, 0.5)):
+            flying.run(lasts_s)
+            said += [log.text for log in flying.of(Log)]
+    assert said == [
+        "the flight controller has had no external pose for 0.08 s: stopping, then landing.",
+        "the flight controller gets poses again, ready.",
+    ]
+    flying.vision = False
+    flying.run(2.0)
+    (told,) = [log.text for log in flying.of(Log)]
+    assert told.startswith("the flight controller has had no external pose for 1.0")
+
+
 def test_one_lost_pose_does_not_matter(flying):
     flying.vision = False
     actions = flying.run(0.025)

@@ -24,6 +24,8 @@ from simulation_tools.publisher.vision_watch import Blindness
 _ON_GROUND = 1  # MAV_LANDED_STATE
 _LANDS_BLIND_S = 0.5
 """Without external poses for so long, a landing is one without a place, and is told as such."""
+_BLIND_QUIET_S, _BLIND_LASTS_S = 10.0, 1.0
+"""Poses that go and come are told once in this time, and again only where they are missing for so long."""
 _TOGETHER_S = 5.0
 """What the flight controller says within this time before a change of mode explains it."""
 _NS = 1e-9
@@ -62,6 +64,8 @@ class Phases:
         self._seen_offboard = self._has_flown = self._may_arm = self._was_failsafe = False
         self._knows_home = False
         self._flew = False  # before it became blind, by commands or by itself
+        self._blind_told_ns: int | None = None
+        self._blind_is_told = False  # of the present time without poses
         self._lands_blind = False  # and that was told
         self._said: tuple[int, str] | None = None
         self._told_ns = 0  # stamp of the newest state that made a decision
@@ -212,10 +216,12 @@ class Phases:
         if not blindness.is_too_long:
             text = "the flight controller gets poses again"
             if self._flew:
-                return self._enter_flying(pose, f"{text}, ready.")
-            return [*self.return_to(pose)[:1], Log(f"{text}: hovering first.", is_warning=False)]
+                actions = self._enter_flying(pose, f"{text}, ready.")
+            else:
+                actions = [*self.return_to(pose)[:1], Log(f"{text}: hovering first.", is_warning=False)]
+            return actions if self._blind_is_told else actions[:1]
         if blindness.lasts_s < p.vision_landing_s:
-            return []
+            return self._tell_blind(now_ns, blindness.lasts_s) if blindness.lasts_s >= _BLIND_LASTS_S else []
         return self._request(now_ns, p, RequestMode(p.family.landing))
 
     def _yield(
@@ -254,8 +260,17 @@ class Phases:
         self.phase = Phase.BLIND
         self._requested_ns = None
         self._hover.release()
+        self._blind_is_told = False
+        told_ns = self._blind_told_ns
+        is_news = told_ns is None or not 0.0 <= (now_ns - told_ns) * _NS < _BLIND_QUIET_S
+        return [AnnounceReady(False), *(self._tell_blind(now_ns, blind_s) if is_news else ())]
+
+    def _tell_blind(self, now_ns: int, blind_s: float) -> list[Action]:
+        if self._blind_is_told:
+            return []
+        self._blind_is_told, self._blind_told_ns = True, now_ns
         text = f"the flight controller has had no external pose for {blind_s:.2f} s: stopping, then landing."
-        return [AnnounceReady(False), Log(text)]
+        return [Log(text)]
 
     def _enter_yielded(self, state: FcuState, p: PublisherParameters) -> list[Action]:
         self.phase = Phase.YIELDED
