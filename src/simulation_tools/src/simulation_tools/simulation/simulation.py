@@ -32,6 +32,7 @@ from simulation_tools.simulation.parameters import (
 from simulation_tools.simulation.payload import further_sensors, has_camera, sees_visuals, unsimulated
 from simulation_tools.simulation.random_streams import RandomStreams
 from simulation_tools.simulation.sensor_suite import SensorSuite, StepOutput
+from simulation_tools.simulation.window import Window
 from simulation_tools.vehicle.airframe import Airframe
 from simulation_tools.vehicle.energy.power_supply import PowerSupply
 from simulation_tools.vehicle.gimbal import Gimbal
@@ -97,8 +98,7 @@ class Simulation:
         self.world = PhysicsWorld(
             world,
             parameters.time_step_s,
-            parameters.gui,
-            drawn=has_camera(self.uav.model),
+            drawn=has_camera(self.uav.model) or parameters.gui,
             seen=sees_visuals(self.uav.model),
         )
         overlapping = warning_of(self.world.overlaps())
@@ -112,6 +112,7 @@ class Simulation:
         )
         spawn_pose = parameters.spawn_pose @ Pose((0.0, 0.0, standing_height_m(self.uav.model)))
         self.world.spawn(self.uav.model, self.uav_name, spawn_pose, rigid_joints)
+        self._window = Window(self.world, self.uav_name) if parameters.gui else None
         self.px4: Px4 | None = None
         if autopilot is None:
             autopilot = self.px4 = self._stand_in()
@@ -183,6 +184,8 @@ class Simulation:
         self.world.step()
         self.time_us += self._step_us
         self._move(dt_s)
+        if self._window is not None:
+            self._window.update()
         if self.px4 is None:  # a real PX4 computes while sensors are read and published
             self.autopilot.begin(self._state())
         if self.time_us % WATCH_PERIOD_US < self._step_us:
@@ -340,6 +343,8 @@ class Simulation:
     def close(self) -> None:
         """Release the physics engine and the autopilot."""
         self.autopilot.close()
+        if self._window is not None:
+            self._window.close()
         self.world.close()
 
 

@@ -88,6 +88,11 @@ class PhysicsWorld:
         for scene in self._scenes():
             scene.commit()
 
+    @property
+    def client(self) -> int:
+        """PyBullet's number of this world."""
+        return self._client
+
     # -- models ----------------------------------------------------------------------------------------------
     def spawn(self, model: Model, name: str, pose: Pose, rigid_joints: frozenset[str] = frozenset()) -> None:
         """Put a model into the world, its model frame at a pose.
