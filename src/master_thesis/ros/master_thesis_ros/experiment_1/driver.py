@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 from enum import Enum
-from typing import Iterable
+from typing import Iterable, Sequence
 
+import numpy as np
 import rospy
 from geometry_msgs.msg import Point, Pose, Quaternion
 from inspection_tools_ros.setpoints import SetpointSender
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
+from gridslam.errors import SlamError
+from gridslam.evaluation.volume.surface import read_surface
 from master_thesis.experiment_1.progress import ProgressWatch
 from master_thesis.experiment_1.request import GoalFlight, read
 from master_thesis.flight.course import Phase
 from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.monitor import Monitor
 from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
-from master_thesis.results.run_files import complete_run, write_numbers
+from master_thesis.results.metrics import flight_interval_s
+from master_thesis.results.narrow_way import why_it_stayed
+from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
 from master_thesis.results.run_summary import headline
 from master_thesis.worlds import scenario
 from master_thesis_ros.experiments.flight_node import FlightNode
@@ -75,21 +80,50 @@ def make() -> RunNode:
     check_avoidance(avoidance)
     flight = read(asked, cepa_keeps_m(all_parameters().get("cepa", {})))
     lockstep = asked.get("lockstep", False) is True
-    return lambda ending: _fly(flight, lockstep, avoidance == scenario.CEPA, ending)
+    keep_m = cepa_keeps_m(all_parameters().get("cepa", {})) if avoidance == scenario.CEPA else None
+    return lambda ending: _fly(flight, lockstep, keep_m, ending)
 
 
-def _fly(flight: GoalFlight, lockstep: bool, cepa: bool, ending: Ending) -> int:
-    """Return the exit code."""
+def _fly(flight: GoalFlight, lockstep: bool, keep_m: float | None, ending: Ending) -> int:
+    """Return the exit code. keep_m: CEPA's r_lb; None: another node avoids."""
     run = Run(flight.description.experiment, ending)
     monitor = Monitor(flight.limits, UavParts.load(flight.description.model))
     goal_xyz_m = flight.description.scenario.goal_xyz_m
-    run.lead(monitor, lambda: Experiment1Node(monitor, goal_xyz_m, lockstep, cepa))
+    run.lead(monitor, lambda: Experiment1Node(monitor, goal_xyz_m, lockstep, keep_m is not None))
     description, wall = run.close(flight.description, monitor)
     flown = run.folder, description, monitor.log, monitor.course.outcome
     numbers = write_numbers(*flown, wall)
     return run.finish(
         numbers,
         headline,
-        lambda content: complete_run(*flown, content, ProgressLog()),
+        lambda content: complete_run(*flown, _explained(flown, keep_m, content), ProgressLog()),
         "clearance or pictures",
     )
+
+
+def _explained(flown: FlownRun, keep_m: float | None, content: dict) -> dict:
+    """Return the results; a flight that stayed before an opening says so. keep_m: as of `_fly`."""
+    folder, description, log, outcome = flown
+    is_late = not outcome.reached_goal and not outcome.collision and Phase.LANDING in outcome.times_s
+    if keep_m is None or not is_late or not content["failure"]:
+        return content
+    goal_m, path_m = description.scenario.goal_xyz_m, log.between(*flight_interval_s(log, outcome))
+    try:
+        surface = read_surface(description.scenario.world_path)
+    except SlamError as error:
+        rospy.logwarn(f"Whether an opening was too narrow is not told: {error}")
+        return content
+    if not len(path_m):
+        return content
+    rng = np.random.default_rng(description.seed)
+    why = why_it_stayed(surface, _nearest_m(path_m, goal_m), np.array(goal_m), keep_m, rng)
+    content = {**content, "failure": content["failure"] + why}
+    folder.write_result(content)
+    return content
+
+
+def _nearest_m(path: np.ndarray, goal_m: Sequence[float]) -> np.ndarray:
+    """Return the place (x, y, z) of a flight that is nearest to the goal. path: rows (n, k) of the truth."""
+    places_m = path[:, 1:4]
+    nearest: np.ndarray = places_m[np.linalg.norm(places_m - goal_m, axis=1).argmin()]
+    return nearest
