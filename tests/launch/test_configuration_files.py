@@ -299,7 +299,7 @@ def test_the_perspective_publishes_what_the_launch_files_know(path):
 def test_flights_with_clouds_map_with_the_miss_for_level_lidars():
     from gridslam.volume import FLAT_MISS
 
-    for launch in ("mapping", "errand"):
+    for launch in ("mapping", "mapped"):
         tree = ElementTree.parse(ROOT / f"src/master_thesis/launch/include/{launch}.launch")
         told = [
             arg.get("value")
