@@ -31,8 +31,11 @@ usage() {
 Each call first sets up what is missing: distribution packages, .venv, build. Details go to logs/bringup.log.
 TEXT
   echo
-  echo "Launch files:"
-  (cd src/master_thesis/launch && printf '  %s\n' *.launch)
+  echo "Launch files (\`roslaunch --ros-args master_thesis FILE\` prints the arguments of one):"
+  local file
+  for file in src/master_thesis/launch/*.launch; do # the first sentence of its comment
+    printf '  %-21s %s\n' "$(basename "$file")" "$(tr '\n' ' ' <"$file" | sed -E 's/^[^-]*<!-- *//; s/ *-->.*//; s/ +/ /g; s/\. .*/./')"
+  done
 }
 
 # load_workspace: does `source devel/setup.bash` and gives ROS an address that resolves

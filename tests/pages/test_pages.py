@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -62,3 +63,12 @@ def test_the_readmes_list_every_node(package):
     started = set(re.findall(rf'pkg="{package}" type="(\w+)"', launches))
     (row,) = re.findall(rf"^\| \[{package}\].*", (ROOT / "README.md").read_text(encoding="utf-8"), re.M)
     assert {node for node in started if f"`{node}`" not in row} == set()
+
+
+def test_the_help_of_bringup_says_what_each_launch_file_does():
+    told = subprocess.run([ROOT / "bringup.sh", "--help"], capture_output=True, text=True, check=True).stdout
+    files = sorted(path.name for path in (ROOT / "src/master_thesis/launch").glob("*.launch"))
+    sentences = dict(re.findall(r"^  (\w+\.launch) +(\S.*\.)$", told, flags=re.M))
+    assert sorted(sentences) == files
+    assert sentences["explore.launch"].startswith("A UAV explores a place")
+    assert not any("<" in sentence or "--" in sentence for sentence in sentences.values())
