@@ -7,7 +7,7 @@ import trimesh
 from inspection_tools.survey.command import main
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.plan_file import read_plan
-from inspection_tools.survey.surface.reading import read_surface
+from inspection_tools.survey.surface.reading import read_room, read_surface
 from inspection_tools.survey.surface.room import room_of
 
 VOXEL_M = 0.25
@@ -124,6 +124,21 @@ def test_from_outside_nothing_in_a_tower_is_flown_or_photographed(tmp_path, has_
     leads_out = (points[:, :2] * patches.normals[:, :2]).sum(axis=1) > 1.0
     walls_m2 = patches.areas_m2[leads_out & (np.abs(patches.normals[:, 2]) < 0.5)].sum()
     assert walls_m2 == pytest.approx(4 * 48.0 - has_door * 1.6 * 2.4, rel=0.02)
+
+
+def test_from_outside_the_uav_takes_off_beside_a_tower_on_legs_and_not_below_it(tmp_path):
+    boxes = [trimesh.creation.box((8.0, 8.0, 4.0))]
+    boxes[0].apply_translation((0.0, 0.0, 14.0))
+    for x in (-3.5, 3.5):
+        for y in (-3.5, 3.5):
+            leg = trimesh.creation.box((0.6, 0.6, 12.0))
+            leg.apply_translation((x, y, 6.0))
+            boxes.append(leg)
+    trimesh.util.concatenate(boxes).export(tmp_path / "legs.stl")
+    room = read_room(tmp_path / "legs.stl", SurveyParameters(outside=True, voxel=0.4, patch=1.0))
+    x, y, z = room.home_m
+    assert max(abs(x), abs(y)) == pytest.approx(4.0 + 2.0, abs=0.4)  # a voxel
+    assert 0.0 < z < 1.2
 
 
 def test_without_the_flag_the_inside_of_a_closed_tower_is_planned(tmp_path):

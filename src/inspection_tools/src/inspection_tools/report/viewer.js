@@ -212,9 +212,11 @@
     whole() {
       const low = new THREE.Vector3(...data.surface.low);
       const high = new THREE.Vector3(...data.surface.high);
-      const size = high.distanceTo(low) / Math.min(1, 0.75 * this.camera.aspect || 1);
+      const upright = Math.tan(Math.PI / 360 * this.camera.fov);
+      const half = Math.atan(upright * Math.min(1, this.camera.aspect || 1));
+      const away = 0.5 * high.distanceTo(low) / Math.sin(half); // the sphere around all fits
       this.controls.target.copy(low).add(high).multiplyScalar(0.5);
-      this.camera.position.copy(this.controls.target).add(new THREE.Vector3(-0.6, -0.9, 0.75).multiplyScalar(size));
+      this.camera.position.copy(this.controls.target).add(new THREE.Vector3(-0.6, -0.9, 0.75).setLength(away));
       this.controls.update();
     }
 

@@ -17,6 +17,8 @@ AIR, OTHER = 1, 0
 MOST_VOXELS = 120_000_000
 LEAST_SIDES = 5
 """A place is sheltered if something blocks so many of its six sides; an open-topped tank has no lid."""
+BESIDE_M = 2.0
+"""A UAV that surveys from outside takes off so far beside all that is above the ground."""
 MOST_REGIONS, LEAST_M3 = 6, 0.5
 """So many rooms are told, if the UAV's centre has so much space in them."""
 
@@ -107,7 +109,7 @@ def room_of(
         reaches[_at_borders(numbers)] = 1
         number = int((sizes * reaches).argmax())
         flyable = numbers == number
-        home_m = _lowest_middle(flyable) * voxel_m + corner_m
+        home_m = _beside(flyable, blocked, BESIDE_M / voxel_m) * voxel_m + corner_m
     elif home_m is None:
         number = int((sheltered if sheltered.any() else sizes).argmax())
         flyable = numbers == number
@@ -171,6 +173,22 @@ def _lowest_middle(flyable: np.ndarray) -> np.ndarray:
     layer = int(flyable.any(axis=(1, 2)).argmax())
     there = np.argwhere(flyable[layer])
     nearest = there[((there - there.mean(axis=0)) ** 2).sum(axis=1).argmin()]
+    return np.array((nearest[1], nearest[0], layer)) + 0.5
+
+
+def _beside(flyable: np.ndarray, blocked: np.ndarray, away: float) -> np.ndarray:
+    """Return x, y, z in voxels of a place in the lowest layer that has nothing above, nearest to the middle.
+
+    away: so many voxels to the side nothing is above either; if it is so nowhere, the freest place counts.
+    """
+    layer = int(flyable.any(axis=(1, 2)).argmax())
+    covered = blocked[layer:].any(axis=0)
+    if not covered.any():
+        return _lowest_middle(flyable)
+    free = np.where(flyable[layer], ndimage.distance_transform_edt(~covered), -1.0)
+    there = np.argwhere(free >= min(away, free.max()))
+    middle = np.argwhere(covered).mean(axis=0)
+    nearest = there[((there - middle) ** 2).sum(axis=1).argmin()]
     return np.array((nearest[1], nearest[0], layer)) + 0.5
 
 
