@@ -4,6 +4,7 @@ import json
 
 import trimesh
 from drawn_wall import AWAY_M, CAMERA, wall_picture
+from page_words import words
 from PIL import Image
 
 from inspection_tools.findings.command import main
@@ -41,6 +42,10 @@ def test_photographs_without_poses_are_searched_and_placed_later(tmp_path, capsy
     content = json.loads((tmp_path / "findings.json").read_text())
     assert sorted(each["kind"] for each in content["findings"]) == ["crack", "rust"]
     assert "without_pose" not in content
+    assert report([str(tmp_path), "--mesh", str(tmp_path / "wall.stl")]) == 0
+    text = words(tmp_path / "report.html")
+    assert "Photographs 1 with position" in text
+    assert "Light in the middle of a photograph not given Blur by motion, greatest not given" in text
 
 
 def equivalent_focal_length():

@@ -195,8 +195,15 @@ def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[d
             "more": f"{above} with rust on {100 * rules.pitting:.0f} % or more"
             + (f"; {records.counted(measured, 'plate')} measured" if measured else ""),
         },
-        {"name": "Photographs", "value": str(len(inspection.shots)), "more": "with position and light"},
+        {"name": "Photographs", "value": str(len(inspection.shots)), "more": _told_of_each(inspection)},
     ]
+
+
+def _told_of_each(inspection: Inspection) -> str:
+    is_lit = all(shot.record.lux is not None for shot in inspection.shots)
+    lacking = len(inspection.without_pose)
+    told = "with position and light" if is_lit else "with position"
+    return f"{told}; {lacking} more without position" if lacking else told
 
 
 def _stills(inspection: Inspection, scene: Scene | None, ship: Ship) -> list[dict[str, str]]:

@@ -124,7 +124,8 @@ def quality(inspection: Inspection) -> list[dict[str, str]]:
     if 0 < len(lux) < len(records):
         light += f", of {len(lux)} photographs; of the others it is not given"
     rows = [("Light in the middle of a photograph", light)]
-    rows.append(("Blur by motion, greatest", f"{max(each.blur_px for each in records):.1f} px"))
+    told = [each.blur_px for each in records if each.shift_m is not None or each.blur_px > 0.0]
+    rows.append(("Blur by motion, greatest", f"{max(told):.1f} px" if told else "not given"))
     if inspection.camera:
         camera = inspection.camera
         rows.append(
