@@ -245,7 +245,7 @@ def _coverage(given: argparse.Namespace) -> None:
     share = record["share_of_reachable"]
     print(
         f"{len(taken)} photographs show {100 * (share or 0.0):.1f} % of {record['reachable_m2']:.0f} m2 that "
-        f"can be reached; {record['shown_m2']:.0f} of {record['surface_m2']:.0f} m2 of the room's walls. All "
+        f"can be reached; {record['shown_m2']:.0f} of {record['surface_m2']:.0f} m2 of all in its room. All "
         f"faces of the mesh: {record['mesh_m2']:.0f} m2"
     )
     for name, each in record["classes"].items():
