@@ -3,4 +3,8 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["node_tools", "node_tools.restarts"], package_dir={"": "src"}))
+setup(
+    **generate_distutils_setup(
+        packages=["node_tools", "node_tools.lockstep", "node_tools.restarts"], package_dir={"": "src"}
+    )
+)

@@ -8,6 +8,8 @@ import time
 import rospy
 from std_msgs.msg import Header
 
+from node_tools.lockstep.working import Working
+
 MAP_LATE_S = 1.6
 """A scan is acknowledged when the map is at most so much older."""
 STARVED_S = 3.0
@@ -15,7 +17,7 @@ STARVED_S = 3.0
 
 
 class SurveyBarrier:
-    """The newest scan that is not acknowledged. Publishes ~processed.
+    """The newest scan that is not acknowledged. Publishes ~processed, and ~working while there is one.
 
     Attributes:
         map_s: stamp of the newest map.
@@ -26,6 +28,7 @@ class SurveyBarrier:
         self._scan: Header | None = None
         self._wall_s = 0.0
         self._processed = rospy.Publisher("~processed", Header, queue_size=1, tcp_nodelay=True)
+        self._working = Working(lambda: self._scan is not None)
 
     def take(self, scan: Header) -> None:
         """Take a scan."""

@@ -32,7 +32,7 @@ _PARAMETER_PATIENCE_S = 3.0  # for all tries, as in MAVROS: three tries of 1 s
 _SET_TRIES = 3  # another value than the one sent: a refusal, or a late answer to an earlier question
 
 _NUMBERS = {message.msgname: number for number, message in common.mavlink_map.items()}
-_OWN = ("HEARTBEAT", "COMMAND_ACK", "PARAM_VALUE")
+_OWN = ("HEARTBEAT", "PING", "COMMAND_ACK", "PARAM_VALUE")
 """What a client heeds without a handler."""
 
 Handler = Callable[[common.MAVLink_message], None]

@@ -22,6 +22,9 @@ class OwnLinks:
     def flush(self) -> None:
         """Do nothing: nothing was kept."""
 
+    def keep_alive(self) -> None:
+        """Do nothing: there is no lockstep with it."""
+
     def reset(self) -> None:
         """Do nothing: no message was due."""
 

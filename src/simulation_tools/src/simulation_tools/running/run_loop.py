@@ -86,7 +86,9 @@ class RunLoop:
         self._pacing = pacing or PacingParameters()
         self._pacer = Pacer(self._clock)
         barrier = Barrier(self._pacing.participants, self._pacing.pose_sender)
-        self._lockstep = Lockstep(barrier, link, self._clock, self._attend, self._is_interrupted)
+        self._lockstep = Lockstep(
+            barrier, link, self._clock, self._attend, self._is_interrupted, lambda text: self.on_warning(text)
+        )
         self._requests = Requests()
         self._should_stop: Callable[[], bool] = lambda: False
         self._restarted = True
@@ -103,6 +105,10 @@ class RunLoop:
     def call(self, function: Callable[[], Any], timeout_s: float = 10.0) -> Any:
         """Run `function` between two steps, from any thread; return what it returns, raise what it raises."""
         return self._requests.call(function, timeout_s)
+
+    def beat(self, participant: str) -> None:
+        """Note that a lockstep participant works on a scan; from any thread."""
+        self._lockstep.barrier.beat(participant, self._clock.now())
 
     def acknowledge(self, participant: str, stamp_us: int, sent_pose: bool = False) -> None:
         """Note that a lockstep participant is done with scan(stamp_us); from any thread.

@@ -36,6 +36,8 @@ from simulation_tools.px4_ports import GCS_PORT, MAVROS_PORT, own_ports
 # The types of PX4's custom mode live in the upper bytes of custom_mode.
 _MAIN_SHIFT, _SUB_SHIFT = 16, 24
 _TEXT_CHUNK, _TEXT_MAX = 50, 126  # bytes of a STATUSTEXT, and of a text of PX4
+NO_ANSWER = (255, 190)
+"""System and component that a PING is for which only says: I am there. Nobody answers one for another."""
 _NOT_GIVEN = (0x7FF80000, 0x7FFFFFFF)  # latitude or longitude of COMMAND_INT
 
 
@@ -173,6 +175,10 @@ class MavlinkLink:
     def wait(self, timeout_s: float) -> bool:
         """Wait, in wall time, until there is something to `poll`; returns whether there is."""
         return wait_readable(self._sockets, timeout_s)
+
+    def keep_alive(self) -> None:
+        """Tell all clients that the flight controller is there, though simulation time stands still."""
+        self.offboard.send_to_peers([common.MAVLink_ping_message(self._time_us, 0, *NO_ANSWER)])
 
     def reset(self) -> None:
         """Start again after simulation time has jumped back."""

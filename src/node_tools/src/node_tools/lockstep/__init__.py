@@ -1,0 +1,1 @@
+"""What nodes tell the simulator in lockstep."""
