@@ -88,8 +88,7 @@ def read_images(path: Path) -> list[Seen]:
         except (ValueError, IndexError):
             raise PhotographError(
                 f"{path}, line {number}: must be IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, and each "
-                "second "
-                "line one of points, which may be empty."
+                "second line one of points, which may be empty."
             ) from None
         into_camera = Rotation.from_quat(turn).as_matrix()
         seen.append(Seen(name, camera, -into_camera.T @ shift, into_camera.T))
@@ -107,8 +106,7 @@ def read_cameras(path: Path, wanted: int) -> SurveyCamera:
             if model not in MODELS:
                 raise ParameterError(
                     f"the lens model {model} is not read, but {', '.join(MODELS)} are. Undistort the "
-                    "photographs "
-                    "with COLMAP's image_undistorter, and give that model"
+                    "photographs with COLMAP's image_undistorter, and give that model"
                 )
             numbers = [float(each) for each in values]
             if len(numbers) != len(MODELS[model]):

@@ -90,8 +90,7 @@ def _parser() -> argparse.ArgumentParser:
     model.add_argument(
         "--places", type=Path, metavar="CSV",
         help="name, x, y, z: where three or more of the cameras were in the map. The model is moved, "
-        "turned and "
-        "scaled to them. Without it, the model counts as one in the map and in metres",
+        "turned and scaled to them. Without it, the model counts as one in the map and in metres",
     )  # fmt: skip
     flight = parser.add_argument_group("with --bag")
     flight.add_argument("--path", default="/gridslam/path", help="topic of SLAM's path; default: %(default)s")

@@ -67,8 +67,7 @@ def poses_of_exif(photographs: Sequence[Path], frame: WorldFrame | None, heading
     if any(not each.is_rtk for path, each in told if path in kept):
         said.append(
             "GPS without RTK is wrong by some metres. Findings then lie as far beside their place; COLMAP "
-            "with "
-            "--places does better."
+            "with --places does better."
         )
     return Poses(kept, (*left_out, *others), camera, remarks=tuple(said))
 

@@ -121,8 +121,7 @@ def _check_times(times: Mapping[Path, float], track: Track) -> None:
             f"The bag knows the UAV's pose from {first_s:.3f} to {last_s:.3f} s, and the photographs were "
             "taken from "
             f"{min(times.values()):.3f} to {max(times.values()):.3f} s. If the clocks differ, give "
-            "--clock: the "
-            "seconds that the camera's is behind."
+            "--clock: the seconds that the camera's is behind."
         )
 
 

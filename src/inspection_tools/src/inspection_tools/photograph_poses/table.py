@@ -73,8 +73,7 @@ def moved_to_places(poses: Poses, path: Path, folder: Path) -> Poses:
     if len(known) < 3 or spread[1] < 0.01 * spread[0]:
         raise PhotographError(
             f"{path}: has places of {len(known)} photographs of the model; it takes three or more that do "
-            "not "
-            "lie on one line."
+            "not lie on one line."
         )
     scale, turn, shift = similarity(given, wanted)
     moved = {}
