@@ -22,6 +22,9 @@ class NewGoal:
     identity: str
     until_s: float
 
-    def is_due(self, missing: str) -> bool:
-        """Return whether to answer it now. missing: what is not known yet, a sentence; empty: nothing."""
-        return not missing or time.monotonic() >= self.until_s
+    def is_due(self, missing: str, longer_s: float = 0.0) -> bool:
+        """Return whether to answer it now.
+
+        missing: what is not known yet, a sentence; empty: nothing. longer_s: it may wait for so much longer.
+        """
+        return not missing or time.monotonic() >= self.until_s + longer_s
