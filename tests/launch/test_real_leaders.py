@@ -12,7 +12,7 @@ import launch_files
 
 LAUNCH = Path(__file__).resolve().parents[2] / "src/master_thesis/launch"
 REAL = ("gnss:=false", "lidar:=puck", "sensors:=range_finder range_finder_up", "fly:=true", "speed:=1.5")
-ONLY_SIMULATED = {"gazebo", "mavros", "experiment", "camera"}
+ONLY_SIMULATED = {"gazebo", "mavros", "experiment", "camera", "camera_mavlink"}
 OWN = {"explore/lockstep", "inspect/lockstep", "explore/held_by", "inspect/held_by", "inspect/drawing_home"}
 """Parameters that differ because time, battery and start are not simulated."""
 
