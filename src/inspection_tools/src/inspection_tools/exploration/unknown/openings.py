@@ -34,8 +34,8 @@ FACES = ((0, 0, 1), (0, 0, -1), (0, 1, 0), (0, -1, 0), (1, 0, 0), (-1, 0, 0))
 class Opening:
     """An opening that is too narrow.
 
-    place_m: (x, y, z) in it, in the map's frame. width_m: twice the room to each side there, right to a voxel
-    of side voxel_m. needed_m: the width that this UAV needs on this map. passing: words for what would pass,
+    place_m: (x, y, z) in it, in the map's frame. width_m: its least side, right to a voxel of side voxel_m.
+    needed_m: the width that this UAV needs on this map. passing: words for what would pass,
     empty if nothing is known.
     """
 
@@ -108,7 +108,7 @@ def narrow_openings(
     """
     reach = math.isqrt(space.need - 1) + 1
     squares = np.where(space.grid.kinds == FREE, clearances_if_free(space, reach), 0)
-    least = max((0.5 * NARROWEST_M / space.grid.resolution_m) ** 2, LEAST_NEED)
+    least = max((0.5 * NARROWEST_M / space.grid.resolution_m) ** 2, 1.0)  # of coarse voxels, two free ones
     if not len(nodes) or least >= space.need:
         return Behind((), np.zeros(squares.shape, np.uint8))
     own = joined(squares >= space.need, nodes)
@@ -158,15 +158,41 @@ def _borders_m2(space: Space, pieces: np.ndarray, count: int) -> np.ndarray:
 def _opening(
     space: Space, voxel: np.ndarray, square: int, parameters: PlannerParameters, smaller: Mapping[str, float]
 ) -> Opening:
-    half_m = math.sqrt(square) * space.grid.resolution_m
+    side_m, needed_m = space.grid.resolution_m, 2.0 * space.clearance_m
+    half_m = math.sqrt(square) * side_m
+    width_m = _width_m(space, voxel)
+    if not width_m < needed_m:
+        width_m = 2.0 * half_m
     x, y, z = space.grid.centres_m(voxel[None])[0].tolist()
-    names = sorted(name for name, radius_m in smaller.items() if radius_m <= min(half_m, parameters.radius))
-    ways = [f"model:={name}" for name in names if smaller[name] < parameters.radius]
+    fits = {name for name, radius_m in smaller.items() if radius_m < parameters.radius}
+    ways = [f"model:={name}" for name in sorted(fits) if 2.0 * smaller[name] <= width_m]
     margin_m = math.floor(100.0 * (half_m - parameters.radius) + 1e-6) / 100.0
     if 0.0 <= margin_m < parameters.margin:
         ways.append(f"margin:={margin_m:g} instead of {parameters.margin:g}")
     passing = f"{' or '.join(ways)} would fit" if ways else ""
-    return Opening((x, y, z), 2.0 * half_m, space.grid.resolution_m, 2.0 * space.clearance_m, passing)
+    return Opening((x, y, z), width_m, side_m, needed_m, passing)
+
+
+def _width_m(space: Space, voxel: np.ndarray) -> float:
+    """Return the least side of the opening's cross-section at a voxel, m.
+
+    The way through it leads along the axis on which most is free. An edge lies somewhere in the occupied
+    voxels on both sides: on average, half of each belongs to the opening.
+    """
+    is_free = space.grid.kinds == FREE
+    ways = [_run(is_free[tuple(np.s_[:] if a == axis else v for a, v in enumerate(voxel))], voxel[axis])
+            for axis in range(3)]  # fmt: skip
+    axis = int(np.argmax(ways))
+    section = np.take(is_free, voxel[axis], axis=axis)
+    labels, _ = ndimage.label(section)
+    own = np.argwhere(labels == labels[tuple(np.delete(voxel, axis))])
+    return float((np.ptp(own, axis=0) + 2).min()) * space.grid.resolution_m
+
+
+def _run(line: np.ndarray, at: int) -> int:
+    """Return how many voxels are free in one piece on a line (n,) about a place."""
+    labels, _ = ndimage.label(line)
+    return int((labels == labels[at]).sum())
 
 
 def _parts(
