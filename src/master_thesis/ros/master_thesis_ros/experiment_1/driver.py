@@ -12,8 +12,6 @@ from inspection_tools_ros.setpoints import SetpointSender
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
-from gridslam.errors import SlamError
-from gridslam.evaluation.volume.surface import read_surface
 from master_thesis.experiment_1.progress import ProgressWatch
 from master_thesis.experiment_1.request import GoalFlight, read
 from master_thesis.flight.course import Phase
@@ -21,7 +19,6 @@ from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.monitor import Monitor
 from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
 from master_thesis.results.metrics import flight_interval_s
-from master_thesis.results.narrow_way import why_it_stayed
 from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
 from master_thesis.results.run_summary import headline
 from master_thesis.worlds import scenario
@@ -107,6 +104,10 @@ def _explained(flown: FlownRun, keep_m: float | None, content: dict) -> dict:
     is_late = not outcome.reached_goal and not outcome.collision and Phase.LANDING in outcome.times_s
     if keep_m is None or not is_late or not content["failure"]:
         return content
+    from gridslam.errors import SlamError  # this and scipy take half a second, and only few flights need it
+    from gridslam.evaluation.volume.surface import read_surface
+    from master_thesis.results.narrow_way import why_it_stayed
+
     goal_m, path_m = description.scenario.goal_xyz_m, log.between(*flight_interval_s(log, outcome))
     try:
         surface = read_surface(description.scenario.world_path)
