@@ -56,7 +56,11 @@ def test_a_file_that_a_page_names_exists(page):
 @pytest.mark.parametrize("package", room_maps.PAGES)
 def test_the_readmes_list_every_node(package):
     """A package's README lists all its programs, but those that only launch files call."""
-    nodes = {path.name for path in (ROOT / "src" / package / "nodes").glob("*") if path.suffix == ""}
+    nodes = {
+        path.name
+        for path in (ROOT / "src" / package / "nodes").glob("*")
+        if path.is_file() and not path.suffix
+    }
     own = (ROOT / "src" / package / "README.md").read_text(encoding="utf-8")
     assert {node for node in nodes if not re.search(rf"\b{node}\b", own)} <= {"check_launch", "check_flight"}
     launches = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("src/*/launch/**/*.launch"))
