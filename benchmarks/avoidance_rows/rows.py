@@ -85,7 +85,7 @@ ROWS = (
         "sinking",
         "a load comes down; range finders",
         (Goal((1.0,), reached=0.90),),
-        worse={"ust": ("lidar", "ust"), "puck": ("lidar", "puck")},
+        worse={lidar: ("lidar", lidar) for lidar in ("ust", "puck", "qt64")},
     ),
     Row("small_uav", "a small UAV from any quarter, Puck", (Goal((2.0,), reached=0.95),), p99_ms=10.0),
     Row("keep_out", "forests with keep-out boxes", (Goal((2.0, 4.0), reached=0.90),)),

@@ -221,6 +221,8 @@ class Dynamic(Algorithm):
             standing = np.concatenate((standing, at_body))
         rangings, self._rangings = self._rangings, ()
         columns = self._sinking.take_in(rangings, now)
+        if self._space is not None:
+            columns = np.concatenate((columns, self._space.columns(now)))
         met = np.concatenate((scan.movers, columns)) if len(columns) else scan.movers
         fastest = max(EVASION_M_S, reference_speed, math.hypot(state[0, 1], state[1, 1]))
         return Observation(

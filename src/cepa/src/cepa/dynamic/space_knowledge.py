@@ -94,6 +94,10 @@ class SpaceKnowledge(Knowledge):
         """Return which movers (k,) of a scan have stood where they are; see `SpaceMemory.have_stood`."""
         return self._memory.have_stood(scan.movers, scan.points, motion)
 
+    def columns(self, motion: Motion) -> np.ndarray:
+        """Return the discs (k, 6) that something comes down into, as the clouds until now have shown."""
+        return self._memory.columns(motion)
+
     @property
     def has_clouds(self) -> bool:
         """Whether clouds come that look all around: then what stands need not be the same at all heights."""

@@ -164,3 +164,32 @@ spots count."""
 UPRIGHT_COSINE = 0.9
 """1: A range finder that leans farther tells no height. Source: chosen. Greater: none while the UAV
 accelerates."""
+
+# -- what comes down, by clouds ----------------------------------------------------------------------------
+FALLING_CELL_M = 0.5
+"""m: Cells of the plan in which the lowest point counts. Source: grid. Greater: small loads hide beside
+others."""
+FALLING_CELLS = 32
+"""1: Cells along an edge; twice FALLING_REACH_M, and what the UAV flies in the longest span. Source: grid.
+Greater: more time."""
+FALLING_REACH_M = 6.0
+"""m: So far to each side. Source: chosen. Greater: loads are found earlier by a fast UAV."""
+FALLING_HIGHEST_M = 8.0
+"""m: And so far up. Source: chosen. Greater: fast loads are found earlier."""
+FALLING_SPANS_S = (0.5, 1.0, 2.0)
+"""s: The speed is taken over each of these times. Source: chosen. Greater: slower loads are found, later."""
+FALLING_FEWEST = 4
+"""1: Clouds that tell a speed. Source: chosen. Greater: found later by slow lidars."""
+FALLING_DROP_M = 0.1
+"""m: It has come down by at least so much. Source: chosen. Greater: found later."""
+FALLING_SPREAD = 0.035
+"""m/m: Two channels of a lidar are so far apart at 1 m: 2 degrees, as a Puck's. Source: measured. Greater:
+found later, and what stands falls more rarely."""
+FALLING_RESIDUAL_M = 0.05
+"""m: Heights that are farther off a straight line are no even motion. Source: chosen. Greater: what is uneven
+falls."""
+FALLING_APART_M = 1.5
+"""m: Cells within so much are one load. Source: chosen. Greater: two loads are one."""
+FALLING_BEYOND_M = 0.5
+"""m: A load reaches so far beyond the middle of its outermost cell: the diagonal of half a cell, and what is
+not seen. Source: grid. Greater: it leaves farther."""

@@ -35,6 +35,11 @@ class CloudPicture:
         self.nearest = np.empty((rows, PICTURE_BINS), np.float32)
         self.free = np.empty((rows * COARSE_ROWS // PICTURE_ROWS, COARSE_BINS), np.float32)
 
+    @property
+    def rows_in_one(self) -> int:
+        """How many rows of `nearest` are one of `free`."""
+        return len(self.nearest) // len(self.free)
+
     def take_in(self, cloud: Cloud | None, motion: Motion) -> np.ndarray:
         """Take in a cloud, or that none came; return its points (n, 3), m, along the odometry's axes."""
         if cloud is None:

@@ -15,6 +15,7 @@ from cepa.dynamic.constants.remembered import GREATEST_MOVE_M, SEEN_PAST_M, SEEN
 from cepa.dynamic.free_space.cloud_picture import CloudPicture
 from cepa.dynamic.free_space.planar_sensors import LidarPlane
 from cepa.dynamic.free_space.seen_cells import SeenCells
+from cepa.dynamic.obstacle_tracks.falling import Falling
 from cepa.dynamic.remembered.field_grid import FieldGrid
 from cepa.dynamic.remembered.layered_field import LayeredField
 from cepa.dynamic.remembered.voxel_memory import VoxelMemory
@@ -96,18 +97,21 @@ class SpaceMemory:
         self._p = parameters
         self._points, self._picture = VoxelMemory(), CloudPicture()
         self._seen, self._field = SeenCells(parameters), LayeredField(parameters)
+        self._falling = Falling(parameters.body_above)
         self.reset()
 
     def reset(self) -> None:
         """Forget what was seen."""
         self._seen.reset()
         self._points.reset()
+        self._falling.reset()
         self._position_m = (math.nan, math.nan, math.nan)
 
     def take_over(self, earlier: SpaceMemory) -> None:
         """Take over what one with other parameters remembers; it must not be used any longer."""
         self._seen.take_over(earlier._seen)
         self._points, self._position_m = earlier._points, earlier._position_m
+        self._falling = earlier._falling
 
     @property
     def kept_m(self) -> float | None:
@@ -157,6 +161,10 @@ class SpaceMemory:
         known = points, is_hidden, distance, unseen, own_reach_m, heights_m, detours_m, asked_m
         return RecalledSpace(*known, self._field.grid)
 
+    def columns(self, motion: Motion) -> np.ndarray:
+        """Return the discs (k, 6) that something comes down into, as clouds have shown."""
+        return self._falling.columns(motion)
+
     def have_stood(self, movers: np.ndarray, points: np.ndarray, motion: Motion) -> np.ndarray:
         """Return which of what seems to move (k, 6), m, has stood there, as clouds show (k,).
 
@@ -182,6 +190,10 @@ class SpaceMemory:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Remember what stands; return all points (m, 3), m, and which of them are older (m,)."""
         p, returns = self._p, self._picture.take_in(cloud, motion)
+        if cloud is not None:
+            self._falling.take_in(
+                returns, self._picture.free, PICTURE_ROW_TAN * self._picture.rows_in_one, motion
+            )
         if len(beam_ends):
             returns = np.concatenate((returns, beam_ends))
         if rangings:

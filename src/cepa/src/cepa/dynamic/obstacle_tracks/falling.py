@@ -1,0 +1,148 @@
+"""Finds what comes down near the UAV, as a load on a hook, by clouds."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from typing import NamedTuple
+
+import numpy as np
+
+from cepa.dynamic.constants.obstacle_tracks import (
+    ARRIVES_S,
+    FALLING_APART_M,
+    FALLING_BEYOND_M,
+    FALLING_CELL_M,
+    FALLING_CELLS,
+    FALLING_DROP_M,
+    FALLING_FEWEST,
+    FALLING_HIGHEST_M,
+    FALLING_REACH_M,
+    FALLING_RESIDUAL_M,
+    FALLING_SPANS_S,
+    FALLING_SPREAD,
+    SINKING_FORGET_S,
+    SINKING_LEAST_M_S,
+)
+from cepa.dynamic.obstacle_tracks.kernels.falling import lowest_over
+from cepa.motion import Motion
+
+NO_COLUMNS = np.empty((0, 6))
+NOTHING = np.empty((0, 3)), np.empty(0)
+
+
+class _Seen(NamedTuple):
+    """What one cloud has shown."""
+
+    stamp_s: float
+    position_m: tuple[float, float, float]
+    lowest_m: np.ndarray
+    """(n * n, 3): the lowest point over the body in each cell of the plan; inf: there is none."""
+    free_m: np.ndarray
+    """(rows, bins): how far it was free in each direction, as `CloudPicture.free`."""
+    row_tan: float
+    """Height of a row at 1 m."""
+
+
+class _Column(NamedTuple):
+    """A disc that something comes down into."""
+
+    x_m: float
+    y_m: float
+    radius_m: float
+    from_s: float
+    until_s: float
+
+
+class Falling:
+    """Keeps how low clouds have seen things over the UAV in each cell of a plan, and tells which come down.
+
+    Something comes down where the lowest point of a cell sinks evenly, into what an earlier cloud has seen
+    free. So a wall of which the UAV sees more and more does not fall.
+    """
+
+    def __init__(self, body_above_m: float) -> None:
+        self._above_m = body_above_m
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all clouds."""
+        self._seen: deque[_Seen] = deque()
+        self._columns: list[_Column] = []
+
+    def take_in(self, points: np.ndarray, free_m: np.ndarray, row_tan: float, motion: Motion) -> None:
+        """Take in a cloud's points (n, 3), m, along the odometry's axes from the lidar, and what it saw free.
+
+        free_m, row_tan: see `_Seen`.
+        """
+        if self._seen and not 0.0 < motion.stamp_s - self._seen[-1].stamp_s < FALLING_SPANS_S[-1]:
+            self._seen.clear()
+        lowest_m, heights = np.empty((FALLING_CELLS * FALLING_CELLS, 3)), (self._above_m, FALLING_HIGHEST_M)
+        lowest_over(points, motion.position_m, heights, FALLING_REACH_M, FALLING_CELL_M, lowest_m)
+        self._seen.append(_Seen(motion.stamp_s, motion.position_m, lowest_m, free_m.copy(), row_tan))
+        while motion.stamp_s - self._seen[0].stamp_s > FALLING_SPANS_S[-1] + 1e-6:
+            self._seen.popleft()
+        (cells,) = np.nonzero(np.isfinite(lowest_m[:, 2]))
+        if len(cells):
+            all_m = np.array([seen.lowest_m[cells, 2] for seen in self._seen])
+            for span_s in FALLING_SPANS_S:
+                self._close(*self._coming(span_s, lowest_m[cells], all_m), motion)
+
+    def columns(self, motion: Motion) -> np.ndarray:
+        """Return the discs (k, 6) that something comes down into now, as `movers` are."""
+        now_s, (x, y, _) = motion.stamp_s, motion.position_m
+        self._columns = [column for column in self._columns if column.until_s >= now_s]
+        near = [c for c in self._columns if c.from_s <= now_s]
+        if not near:
+            return NO_COLUMNS
+        return np.array([(c.x_m - x, c.y_m - y, 0.0, 0.0, c.radius_m, 0.0) for c in near])
+
+    def _coming(
+        self, span_s: float, places: np.ndarray, heights: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return where something comes down (j, 3), m in the odometry's frame, and how fast (j,), m/s.
+
+        places (k, 3): the newest cloud's lowest points, m. heights (clouds, k): of their cells in all clouds.
+        """
+        times_s = np.array([seen.stamp_s for seen in self._seen])
+        first = int(np.argmax(times_s[-1] - times_s <= span_s + 1e-6))
+        times_s, heights = times_s[first:], heights[first:]
+        lasted_s = times_s[-1] - times_s[0]
+        is_there = np.isfinite(heights).all(axis=0)
+        if len(times_s) < FALLING_FEWEST or lasted_s < 0.8 * span_s or not is_there.any():
+            return NOTHING
+        newest, places, heights = self._seen[-1], places[is_there], heights[:, is_there]
+        times_s = times_s - times_s.mean()
+        off_m = heights - heights.mean(axis=0)
+        slopes = times_s @ off_m / (times_s @ times_s)
+        residual_m = np.sqrt(np.mean((off_m - times_s[:, None] * slopes) ** 2, axis=0))
+        between_m = FALLING_SPREAD * np.hypot(*(places[:, :2] - newest.position_m[:2]).T)  # of two channels
+        falls = -slopes * lasted_s > np.maximum(FALLING_DROP_M, 2.0 * between_m)
+        falls &= (-slopes > SINKING_LEAST_M_S) & (residual_m < FALLING_RESIDUAL_M + 0.4 * between_m)
+        falls[falls] = _was_free(places[falls], self._seen[first])
+        return places[falls], -slopes[falls]
+
+    def _close(self, places: np.ndarray, speeds: np.ndarray, motion: Motion) -> None:
+        """Close the columns of what comes down; neighbours are one thing."""
+        while len(places):
+            is_one = np.hypot(*(places[:, :2] - places[0, :2]).T) < FALLING_APART_M
+            one, speed = places[is_one], float(speeds[is_one].max())
+            x_m, y_m = one[:, :2].mean(axis=0).tolist()
+            radius_m = float(np.hypot(*(one[:, :2] - (x_m, y_m)).T).max()) + FALLING_BEYOND_M
+            gap_m = float(one[:, 2].min()) - motion.position_m[2] - self._above_m
+            arrives_s = motion.stamp_s + max(0.0, gap_m) / speed
+            self._columns = [c for c in self._columns if math.dist((c.x_m, c.y_m), (x_m, y_m)) > c.radius_m]
+            times = arrives_s - ARRIVES_S, arrives_s + SINKING_FORGET_S
+            self._columns.append(_Column(x_m, y_m, radius_m, *times))
+            places, speeds = places[~is_one], speeds[~is_one]
+
+
+def _was_free(places: np.ndarray, seen: _Seen) -> np.ndarray:
+    """Return which places (k, 3), m in the odometry's frame, a cloud has seen free (k,)."""
+    x, y, z = (places - seen.position_m).T
+    rows, bins = seen.free_m.shape
+    h = np.hypot(x, y)
+    row = np.floor(z / (np.maximum(h, 1e-6) * seen.row_tan) + 0.5 * rows).astype(np.int64)
+    column = np.floor((np.arctan2(y, x) + math.pi) * bins / (2.0 * math.pi)).astype(np.int64) % bins
+    inside = (row >= 0) & (row < rows)
+    return inside & (seen.free_m[np.clip(row, 0, rows - 1), column] > h + FALLING_CELL_M)

@@ -1,0 +1,109 @@
+"""What comes down is found by clouds, ahead or beside, and is not flown under; what stands does not fall."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from spatial_flight import HEIGHT_M, LEVEL, NO_SCAN, PERIOD_S, STEP_S, Boxes
+
+from cepa import Cloud, Dynamic, Motion
+from cepa.dynamic.constants.free_space import PICTURE_ROW_TAN
+from cepa.dynamic.free_space.cloud_picture import CloudPicture
+from cepa.dynamic.kernels.response import fly
+from cepa.dynamic.observer import response_of
+from cepa.dynamic.obstacle_tracks.falling import Falling
+from cepa.dynamic.obstacle_tracks.kernels.falling import lowest_over
+
+FAR_M, LIMITS_RAD = 30.0, (-0.7, 0.9)
+CHANNELS_RAD = np.linspace(*LIMITS_RAD, 64)
+"""Of a QT64."""
+_azimuth, _up = np.meshgrid(np.radians(np.arange(0.0, 360.0, 2.0)), CHANNELS_RAD)
+_around = np.cos(_up) * np.cos(_azimuth), np.cos(_up) * np.sin(_azimuth), np.sin(_up)
+AROUND = np.stack(_around, axis=-1).reshape(-1, 3)
+
+
+def cloud_of(boxes: Boxes, place: np.ndarray) -> Cloud:
+    ranges = boxes.ranges(place, AROUND)
+    met = (ranges > 0.1) & (ranges < FAR_M)
+    return Cloud(AROUND[met] * ranges[met, None], LIMITS_RAD, 0.1, FAR_M)
+
+
+def box(x: float, y: float, z: float, edge_m: float, high_m: float | None = None) -> Boxes:
+    """Return a box whose lowest face has this middle."""
+    half = 0.5 * edge_m
+    return Boxes(np.array([[(x - half, y - half, z), (x + half, y + half, z + (high_m or edge_m))]]))
+
+
+def found_in(boxes_at, speed: float, until_s: float, climb: float = 0.0) -> tuple[float, np.ndarray] | None:
+    """Return when a UAV that flies along x finds that something comes down, and the discs; None: never."""
+    falling, picture = Falling(0.15), CloudPicture()
+    for t in np.arange(0.0, until_s, PERIOD_S).tolist():
+        place = np.array([speed * t, 0.0, HEIGHT_M + climb * t])
+        motion = Motion(t, tuple(place.tolist()), LEVEL, (speed, 0.0, climb))
+        points = picture.take_in(cloud_of(boxes_at(t), place), motion)
+        falling.take_in(points, picture.free, PICTURE_ROW_TAN * picture.rows_in_one, motion)
+        columns = falling.columns(motion)
+        if len(columns):
+            return t, columns
+    return None
+
+
+@pytest.mark.parametrize(("edge_m", "sinks"), [(0.3, 0.5), (1.0, 0.2), (2.0, 2.0)])
+def test_a_load_is_found_before_it_is_at_the_height_of_the_body(edge_m, sinks):
+    start_m = 4.0 + sinks
+    found = found_in(lambda t: box(3.0, 0.0, start_m - sinks * t, edge_m), 0.0, 20.0)
+    assert found is not None
+    found_s, ((ahead, aside, _, _, radius, _),) = found
+    arrives_s = (start_m - HEIGHT_M - 0.15) / sinks
+    assert 1.0 < arrives_s - found_s < 6.5
+    assert math.hypot(ahead - 3.0, aside) < radius  # the load's middle is in the disc
+
+
+@pytest.mark.parametrize(("speed", "climb"), [(1.0, 0.0), (0.0, 0.5), (0.0, -0.3)])
+def test_what_stands_or_rises_does_not_fall(speed, climb):
+    standing = np.concatenate(
+        [
+            box(6.0, 2.0, 0.0, 0.4, 6.0).corners,  # a pillar
+            box(8.0, -2.0, 3.0, 2.0).corners,  # a deck
+            np.array([[(12.0, -6.0, 0.0), (12.4, 6.0, 6.0)]]),  # a wall
+        ]
+    )
+    lifted = lambda t: box(3.0, -1.5, 3.0 + 0.5 * t, 1.0).corners  # noqa: E731
+    assert found_in(lambda t: Boxes(np.concatenate((standing, lifted(t)))), speed, 5.0, climb) is None
+
+
+@pytest.mark.parametrize(("edge_m", "sinks"), [(1.0, 0.5), (2.0, 1.0)])
+def test_a_load_that_comes_down_onto_the_way_is_not_flown_under(edge_m, sinks):
+    """It would be at the UAV's height, on its way, when a UAV that flies on at 1 m/s is there."""
+    steering, place, state = Dynamic(), np.array([0.0, 0.0, HEIGHT_M]), np.zeros((3, 4))
+    model, command, clearance_m = steering.parameters.response, np.zeros(3), math.inf
+    response, meeting_s, meeting_x = response_of(model, STEP_S), 6.0, 5.5
+    for t in np.arange(0.0, 10.0, PERIOD_S).tolist():
+        load = box(meeting_x, 0.0, max(0.01, HEIGHT_M - sinks * (t - meeting_s)), edge_m)
+        motion = Motion(t, tuple(place.tolist()), LEVEL, tuple(state[:, 1].tolist()), HEIGHT_M - place[2])
+        decision = steering.steer(NO_SCAN, (1.0, 0.0), tuple(state[:2, 1]), motion, cloud_of(load, place))
+        late, command = command, np.array([*decision.velocity_xy, decision.climb_m_s or 0.0])
+        state[:, 0] = 0.0
+        commands = np.array([[0.0, 9.0, *late], [model.delay_s, 9.0, *command]])
+        fly(state, commands, 0, 2, 0.0, PERIOD_S, response)
+        place = place + state[:, 0]
+        clearance_m = min(clearance_m, load.clearance(place, 0.35, 0.3, 0.15))
+    assert clearance_m > 0.1
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_lowest_points_are_those_of_a_slow_search(seed):
+    rng = np.random.default_rng(seed)
+    points, origin = rng.uniform(-3.0, 3.0, (300, 3)), tuple(rng.uniform(-20.0, 20.0, 3).tolist())
+    lowest = np.empty((8 * 8, 3))
+    lowest_over(points, origin, (0.2, 2.5), 1.5, 0.5, lowest)
+    expected = np.full((8 * 8, 3), math.inf)
+    for point in points:
+        if 0.2 < point[2] < 2.5 and max(abs(point[:2])) < 1.5:
+            x, y, z = point + origin
+            cell = int(y // 0.5) % 8 * 8 + int(x // 0.5) % 8
+            if z < expected[cell, 2]:
+                expected[cell] = x, y, z
+    assert np.array_equal(lowest, expected)
