@@ -39,3 +39,15 @@ def test_what_is_not_known_is_left_out():
 def test_a_uav_that_flies_does_not_come_down():
     assert descent(("on_text", 9.0, 0, SAID), ("on_mode", 10.0, "OFFBOARD")) == ""
     assert descent(("on_mode", 10.0, "AUTO.LAND"), ("on_mode", 11.0, "OFFBOARD")) == ""
+
+
+def test_a_uav_that_mavros_publisher_lands_for_want_of_a_pose_says_so():
+    blind = ("on_reason", "the flight controller gets no external pose")
+    landed = ("on_mode", 10.0, "AUTO.LAND")
+    afterwards = ("on_reason", "the UAV is not at its hover point yet")
+    sentence = (
+        "The UAV came down in AUTO.LAND, which this run had not ordered; "
+        "before: the flight controller gets no external pose."
+    )
+    assert descent(blind, landed, afterwards) == sentence
+    assert "before" not in descent(blind, ("on_reason", ""), landed)

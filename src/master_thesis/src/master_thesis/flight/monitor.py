@@ -51,6 +51,7 @@ class Monitor:
     def on_waiting(self, reason: str) -> None:
         """Note why the UAV does not hover yet, in words; empty: it hovers."""
         self.course.on_waiting(reason)
+        self._descent.on_reason(reason)
 
     def on_truth(
         self, t_s: float, position_m: Sequence[float], orientation_xyzw: Sequence[float], decide: bool = True

@@ -30,6 +30,7 @@ class OwnDescent:
         self.mode = ""
         self._since_s = 0.0
         self._said: Said | None = None
+        self._reason = ""
         self._charge: float | None = None
 
     def on_mode(self, t_s: float, mode: str) -> None:
@@ -45,6 +46,11 @@ class OwnDescent:
         if severity <= SEVERE and not (self.mode and t_s - self._since_s > TOGETHER_S):
             self._said = Said(t_s, text.strip())
 
+    def on_reason(self, reason: str) -> None:
+        """Note why mavros_publisher takes no commands; empty: it does. What it says later explains nothing."""
+        if not self.mode:
+            self._reason = reason
+
     def on_charge(self, charge: float) -> None:
         """Note the battery's charge, 0..1; anything else is none."""
         self._charge = charge if 0.0 <= charge <= 1.0 else None
@@ -55,6 +61,8 @@ class OwnDescent:
         if not self.mode:
             return ""
         words = [f"The UAV came down in {self.mode}, which this run had not ordered"]
+        if self._reason:
+            words.append(f"before: {self._reason}")
         if self._said is not None:
             words.append(f'the flight controller said "{self._said.text}"')
         if self._charge is not None:
