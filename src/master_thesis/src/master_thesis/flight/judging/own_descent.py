@@ -47,7 +47,7 @@ class OwnDescent:
             self._said = Said(t_s, text.strip())
 
     def on_reason(self, reason: str) -> None:
-        """Note why mavros_publisher takes no commands; empty: it does. What it says later explains nothing."""
+        """Note why mavros_publisher takes no commands; empty: it does. Later reasons explain nothing."""
         if not self.mode:
             self._reason = reason
 
