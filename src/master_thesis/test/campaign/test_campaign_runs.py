@@ -28,6 +28,7 @@ from master_thesis.trials.workers import INTERRUPTED, ThisProcess
 pytestmark = [pytest.mark.flight, pytest.mark.timeout(600)]
 
 ROOT = Path(__file__).resolve().parents[4]
+RUN_CASE = "master_thesis.campaign.folder.run_case"
 FOREST = {"world": "random_forest", "density_per_m2": 0.16}
 SHORT = {"seeds": 1, "trials": {**FOREST, "distance_m": 8, "speed_m_s": 4, "algorithm": ["none", "improved"]}}
 TUNING = {
@@ -82,10 +83,25 @@ def rows_of(folder) -> list[dict]:
 
 
 @pytest.fixture(scope="module")
-def flown(tmp_path_factory):
+def fly_once():
+    """Fly each case once in this module."""
+    known = {}
+
+    def fly(case):
+        if repr(case) not in known:
+            known[repr(case)] = run_case(case)
+        return known[repr(case)]
+
+    return fly
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory, fly_once):
     """The short campaign's folder, flown to its end by this process, without Dask."""
     path = tmp_path_factory.mktemp("flown")
-    fly(SHORT, path, ThisProcess())
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(RUN_CASE, fly_once)
+        fly(SHORT, path, ThisProcess())
     return path
 
 
@@ -95,22 +111,10 @@ def table(flown):
     return (flown / "trials.csv").read_bytes()
 
 
-@pytest.fixture(scope="module")
-def known():
-    """The flights of `flown_once`."""
-    return {}
-
-
 @pytest.fixture
-def flown_once(known, monkeypatch):
-    """Fly each case once in this module: these tests ask what is made of flights."""
-
-    def fly_once(case):
-        if repr(case) not in known:
-            known[repr(case)] = run_case(case)
-        return known[repr(case)]
-
-    monkeypatch.setattr("master_thesis.campaign.folder.run_case", fly_once)
+def flown_once(fly_once, monkeypatch):
+    """No case is flown twice: these tests ask what is made of flights."""
+    monkeypatch.setattr(RUN_CASE, fly_once)
 
 
 def test_the_table_tells_what_was_flown(flown):
