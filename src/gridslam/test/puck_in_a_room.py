@@ -34,9 +34,9 @@ def ranges_m(origin, rays):
     return np.where(hits, np.minimum(found, enters), found)
 
 
-def cloud(place, rotation, rng, noise_m=0.01):
+def cloud(place, rotation, rng, noise_m=0.01, seen_m=ranges_m):
     rays = directions()
-    far_m = ranges_m(np.asarray(place), rays @ rotation.T) + rng.normal(0.0, noise_m, len(rays))
+    far_m = seen_m(np.asarray(place), rays @ rotation.T) + rng.normal(0.0, noise_m, len(rays))
     return rays * far_m[:, None]
 
 
@@ -58,10 +58,19 @@ def yaw_at(time_s):
     return 0.4 * math.sin(0.3 * time_s)
 
 
-def fly(odometry, until_s, rng, has_range=True, at=place_at, rate_hz=10, pitch_told=lambda time_s: 0.0):
+def fly(
+    odometry,
+    until_s,
+    rng,
+    has_range=True,
+    at=place_at,
+    rate_hz=10,
+    pitch_told=lambda time_s: 0.0,
+    seen_m=ranges_m,
+):
     """Feed the odometry and return (time in s, estimate, true place) of each cloud, the IMU at 50 Hz.
 
-    pitch_told: what the IMU says, rad; the UAV is always level.
+    pitch_told: what the IMU says, rad; the UAV is always level. seen_m: distances from a place along rays.
     """
     flown, step_s = [], 0.02
     for tick in range(int(until_s / step_s) + 1):
@@ -77,8 +86,9 @@ def fly(odometry, until_s, rng, has_range=True, at=place_at, rate_hz=10, pitch_t
             continue
         place = at(time_s)
         if has_range:
-            odometry.on_range(time_s, float(place[2] + rng.normal(0.0, 0.01)), LIMITS_M, DOWN)
-        estimate = odometry.on_cloud(time_s, cloud(place, rotation, rng), LEVEL)
+            below_m = float(seen_m(place, np.array([[0.0, 0.0, -1.0]]))[0])
+            odometry.on_range(time_s, below_m + rng.normal(0.0, 0.01), LIMITS_M, DOWN)
+        estimate = odometry.on_cloud(time_s, cloud(place, rotation, rng, seen_m=seen_m), LEVEL)
         flown.append((time_s, estimate, place))
     return flown
 

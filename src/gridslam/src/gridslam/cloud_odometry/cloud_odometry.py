@@ -34,6 +34,8 @@ HEIGHT_SIGMA_M = 0.01
 FREE_HEIGHT_M = 0.1
 """Standard deviation of the predicted height while a cloud is matched: so floor and deck are found, also if
 the range finder has misled the height."""
+LEVEL_SLOPE = 0.05
+"""m per m: a floor whose plane in the map rises by less is level."""
 POINTS_MIN = 20
 """Fewer points are no cloud."""
 FIRST_HEIGHT_S = 1.0
@@ -102,6 +104,7 @@ class CloudOdometry(BodySensedOdometry):
         self._move(stamp_s, found, predicted)
         if found and lean and self._stamp_s is not None:
             self._level_map(lean, stamp_s - self._stamp_s)
+        self._follow_slope(stamp_s)
         self._way_m += float(np.linalg.norm(self._pose.place - before.place))
         self._stamp_s = stamp_s
         if len(in_base) >= POINTS_MIN and self._is_keyframe_due(stamp_s, found):
@@ -213,6 +216,18 @@ class CloudOdometry(BodySensedOdometry):
                     self._velocity_covariance + self._p.speed_noise** 2 * dt_s * np.eye(3)
                 )
         self._pose = pose
+
+    def _follow_slope(self, stamp_s: float) -> None:
+        """Tell how fast the floor below rises or sinks, by the map of planes."""
+        if not self.height.is_known_at(stamp_s):
+            return
+        x, y, z = self._pose.place
+        over_floor_m = self.height.at(stamp_s)[0] - self.height.floor_m
+        slope = self.planes.slope_at(np.array((x, y, z - over_floor_m)))
+        rising_m_s = 0.0
+        if slope is not None and np.linalg.norm(slope) > LEVEL_SLOPE:
+            rising_m_s = float(slope @ self._velocity[:2])
+        self.height.on_slope(stamp_s, rising_m_s)
 
     def _is_keyframe_due(self, stamp_s: float, found: CloudMatch | None) -> bool:
         if self._keyframe is None or self.planes.is_empty:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gridslam.cloud_odometry.kernels.planes import MOMENTS, PLANE, add_points, fit_planes
+from gridslam.cloud_odometry.kernels.planes import MOMENTS, PLANE, add_points, fit_planes, floor_slope
 from gridslam.cloud_odometry.kernels.table import EMPTY, HALF, MASK, first_of_each_cube, rehash
 from gridslam.cloud_odometry.parameters import CloudOdometryParameters
 
@@ -40,6 +40,11 @@ class PlaneMap:
     def __len__(self) -> int:
         """Return the number of voxels, of all levels."""
         return self._voxels
+
+    def slope_at(self, place: np.ndarray) -> np.ndarray | None:
+        """Return (2,) the rise per metre along x and y of the floor at a place (3,), m; None: not known."""
+        slope = np.empty(2)
+        return slope if floor_slope(place, self.levels_m, self.keys, self.planes, slope) else None
 
     def add(self, points: np.ndarray, origin: np.ndarray) -> None:
         """Enter points (n, 3) that were seen from an origin (3,), m, in the map's frame.

@@ -21,6 +21,7 @@ from gridslam.odometry.floor_hypotheses import (
     NEW,
     SAME_LEVEL_M,
     SHOCK_BELOW_M,
+    SLOPING,
     Hypothesis,
     Level,
     likeliest,
@@ -45,6 +46,10 @@ JUMP_M, JUMP_S = 0.07, 3.0
 EDGE_JUMP_M, EDGE_READING_SIGMA_M = 0.05, 0.3
 """A reading that differs from the one before it by more than the first, beside the climb, may be an edge that
 enters the range finder's cone. Its standard deviation is the second; the readings that follow tell more."""
+SLOPE_SPREAD = 0.5
+"""m in the root of a second at 1 m/s of rise: how uncertain it is how far a sloping floor has risen."""
+BEND_S = 0.5
+"""So late it may be seen that the floor slopes. So long the range finder may have misled the height."""
 SILENT_S = 1.0
 """If the last reading that counted is older, the height is not known any more; the next one begins anew."""
 HELD_S = 0.05
@@ -69,6 +74,7 @@ class FloorHeight:
         self._off_m = 0.0  # by which the newest height by clouds is off
         self._edge_s = -math.inf  # time of the newest reading that was off by a step
         self._jump_s = -math.inf  # time of the newest jump of the height by clouds
+        self._rising_m_s = 0.0  # of the floor below
 
     @property
     def floor_m(self) -> float:
@@ -162,7 +168,7 @@ class FloorHeight:
             self._alive = [_at_rest(best, height_m - self.map_m, variance_m2)]
             self._told_s = stamp_s
             return
-        is_at_edge = stamp_s - self._edge_s < EDGE_S
+        is_at_edge = stamp_s - self._edge_s < EDGE_S or self._rising_m_s != 0.0
         variance_m2 += (EDGE_SIGMA_M if is_at_edge else CLOUD_SIGMA_M) ** 2
         model = np.array((1.0, stamp_s - (self._stamp_s or stamp_s), 0.0, 0.0, 1.0))
         off_m = height_m - float(model @ self._alive[0].state)
@@ -180,6 +186,22 @@ class FloorHeight:
             ]
         )
         self._off_m = height_m - float(model @ self._alive[0].state)
+
+    def on_slope(self, stamp_s: float, rising_m_s: float) -> None:
+        """Take how fast the floor below rises from an instant on, because the UAV flies along a slope.
+
+        0: it is level, as far as anything tells. Over a slope the range finder alone does not tell the
+        height, so clouds count as at an edge.
+        """
+        is_sloping = rising_m_s != 0.0
+        if not is_sloping and self._rising_m_s == 0.0:
+            return
+        self._advance(stamp_s)
+        self._rising_m_s = rising_m_s
+        if is_sloping and self._alive[0].level != SLOPING:
+            self._alive = [each.over_slope((BEND_S * rising_m_s) ** 2) for each in self._alive]
+        elif not is_sloping and self._alive[0].level == SLOPING:
+            self._alive = [replace(each, level=NEW, readings=0) for each in self._alive]
 
     def _begin(self, stamp_s: float, height_m: float, variance_m2: float) -> None:
         """Begin at a reading over the floor of before, as if at rest."""
@@ -226,7 +248,9 @@ class FloorHeight:
         added[BIAS, BIAS] = BIAS_WALK**2 * dt
         kept = math.exp(-dt / MAP_TIME_S)
         model[MAP, MAP], added[MAP, MAP] = kept, MAP_SIGMA_M**2 * (1.0 - kept**2)
-        push = np.array((0.5 * dt * dt * acceleration, dt * acceleration, 0.0, 0.0, 0.0))
+        added[FLOOR, FLOOR] = (SLOPE_SPREAD * self._rising_m_s) ** 2 * dt
+        risen_m = dt * self._rising_m_s
+        push = np.array((0.5 * dt * dt * acceleration, dt * acceleration, 0.0, risen_m, 0.0))
         self._alive = [
             replace(
                 each, state=model @ each.state + push, covariance=model @ each.covariance @ model.T + added

@@ -23,6 +23,8 @@ SAME_LEVEL_M = 0.05
 """A floor nearer than this to one that was seen before is that one."""
 NEW = -1
 """Level of a floor that is not confirmed yet."""
+SLOPING = -2
+"""Level of a floor that is not level."""
 STEP_CHANCE, LOST_CHANCE, SHOCK_CHANCE = 0.02, 0.02, 0.005
 """Chances that between two readings the floor has a step, that a reading tells nothing, and that a shock has
 spoiled the prediction, as at a touchdown."""
@@ -123,6 +125,12 @@ class Hypothesis:
         covariance = self.covariance.copy()
         covariance[MAP, MAP] += off_m**2
         return replace(self, covariance=covariance)
+
+    def over_slope(self, variance_m2: float) -> Hypothesis:
+        """Return it over a floor that slopes. Height and floor may be off alike, by a variance."""
+        covariance = self.covariance.copy()
+        covariance[np.ix_((HEIGHT, FLOOR), (HEIGHT, FLOOR))] += variance_m2
+        return replace(self, covariance=covariance, level=SLOPING, readings=0)
 
     def _shifted(self, off_m: float, level: int, variance_m2: float, chance: float) -> Hypothesis:
         """Return it with height and floor moved alike, so that the readings fit as before."""

@@ -23,6 +23,10 @@ plate has two sides: so many points that were seen from behind lie so near to it
 LEVEL = 0.9
 """A plane whose normal is so steep is a floor or a deck, taken as level when it is asked who is behind it: a
 plane of few points leans by degrees, and at a flat angle nearly all would be before it."""
+FLOOR_NORMAL, FLOOR_REACH_M = 0.7, 0.15
+"""A floor's normal is at least so steep: it may slope by 45 degrees. So near to it, a place is on it, m."""
+FLOOR_LEVEL = 2
+"""The coarsest level whose planes tell a floor's slope: wide ones follow a bend too late."""
 WIDTH_SHARE = 0.12
 """A plane's points scatter at least this share of the voxel's side along it: a line is no plane."""
 
@@ -140,6 +144,36 @@ def _orient(normal: np.ndarray, origin: np.ndarray, was_plane: bool, plane: np.n
         turn = _before_m(plane, origin)
     if turn < 0.0:
         plane[NORMAL : NORMAL + 3] = -normal
+
+
+@njit(cache=True)
+def floor_slope(
+    place: np.ndarray, levels_m: np.ndarray, keys: np.ndarray, planes: np.ndarray, slope: np.ndarray
+) -> bool:
+    """Set the rise per metre along x and y (2,) of the floor at a place (3,).
+
+    Return whether there is a plane that was seen from above and on which the place lies. The coarsest one up
+    to ``FLOOR_LEVEL`` counts.
+    """
+    for step in range(FLOOR_LEVEL + 1):
+        level = FLOOR_LEVEL - step
+        side = levels_m[level]
+        i, j, k = (
+            int(np.floor(place[0] / side)),
+            int(np.floor(place[1] / side)),
+            int(np.floor(place[2] / side)),
+        )
+        slot = slot_of(keys, key_of(level, i, j, k))
+        plane = planes[slot]
+        if keys[slot] == EMPTY or plane[IS_PLANE] == 0.0 or plane[NORMAL + 2] < FLOOR_NORMAL:
+            continue
+        off_m = 0.0
+        for axis in range(3):
+            off_m += plane[NORMAL + axis] * (place[axis] - plane[MIDDLE + axis])
+        if abs(off_m) <= FLOOR_REACH_M:
+            slope[0], slope[1] = -plane[NORMAL] / plane[NORMAL + 2], -plane[NORMAL + 1] / plane[NORMAL + 2]
+            return True
+    return False
 
 
 @njit(cache=True)

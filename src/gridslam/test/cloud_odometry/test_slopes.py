@@ -1,0 +1,36 @@
+"""The height over a floor that slopes: the range finder alone takes a ramp for a climb or a descent."""
+
+import math
+
+import numpy as np
+import pytest
+from puck_in_a_corridor import Corridor
+from puck_in_a_room import errors, fly
+
+from gridslam.cloud_odometry import CloudOdometry, CloudOdometryParameters
+from gridslam.cloud_odometry.plane_map import PlaneMap
+
+BACK_AT_THE_START_S = 33.0
+
+
+@pytest.mark.parametrize("slope_deg", [4.0, 8.0, 20.0])
+def test_the_height_holds_up_a_ramp_and_down_again(slope_deg):
+    corridor = Corridor(math.radians(slope_deg))
+    odometry, rng = CloudOdometry(), np.random.default_rng(1)
+    flown = fly(odometry, BACK_AT_THE_START_S, rng, at=corridor.place_at, seen_m=corridor.ranges_m)
+    assert max(place[0] for _, _, place in flown) > 17.0
+    off_m = np.abs(errors(flown)[:, 2])
+    assert off_m.max() < 0.1
+    assert off_m[-20:].max() < 0.05
+
+
+@pytest.mark.parametrize("slope_deg", [0.0, 8.0, 30.0])
+def test_the_map_tells_the_slope_of_the_floor_where_a_place_lies_on_it(slope_deg):
+    """A floor that rises along x + y by the tangent of the slope, seen from 3 m above."""
+    planes, rise = PlaneMap(CloudOdometryParameters()), math.tan(math.radians(slope_deg))
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(0.0, 4.0, 0.1), np.arange(0.0, 4.0, 0.1)))
+    planes.add(np.column_stack((x, y, rise * (x + y) / math.sqrt(2.0))), np.array((2.0, 2.0, 6.0)))
+    on_it = np.array((1.3, 2.6, rise * 3.9 / math.sqrt(2.0)))
+    assert planes.slope_at(on_it) == pytest.approx(np.full(2, rise / math.sqrt(2.0)), abs=0.01)
+    assert planes.slope_at(on_it + np.array((0.0, 0.0, 0.5))) is None
+    assert planes.slope_at(on_it + np.array((20.0, 0.0, 0.0))) is None
