@@ -82,11 +82,18 @@ class Falling:
         self._seen.append(_Seen(motion.stamp_s, motion.position_m, lowest_m, free_m.copy(), row_tan))
         while motion.stamp_s - self._seen[0].stamp_s > FALLING_SPANS_S[-1] + 1e-6:
             self._seen.popleft()
-        (cells,) = np.nonzero(np.isfinite(lowest_m[:, 2]))
+        (cells,) = np.nonzero(self._are_lower(lowest_m[:, 2]))
         if len(cells):
             all_m = np.array([seen.lowest_m[cells, 2] for seen in self._seen])
             for span_s in FALLING_SPANS_S:
                 self._close(*self._coming(span_s, lowest_m[cells], all_m), motion)
+
+    def _are_lower(self, heights_m: np.ndarray) -> np.ndarray:
+        """Return in which cells (n * n,) the newest heights are lower than a short span ago, as few are."""
+        newest_s = self._seen[-1].stamp_s
+        earlier = next(s for s in self._seen if newest_s - s.stamp_s <= FALLING_SPANS_S[0] + 1e-6)
+        earlier_m = earlier.lowest_m[:, 2]
+        return np.isfinite(earlier_m) & (heights_m < earlier_m - 0.5 * FALLING_SPANS_S[0] * SINKING_LEAST_M_S)
 
     def columns(self, motion: Motion) -> np.ndarray:
         """Return the discs (k, 6) that something comes down into now, as `movers` are."""
