@@ -9,22 +9,25 @@ class LastingNews:
     """Decides whether a state is news. Times of any clock, s.
 
     Args:
-        steady_s: after a state that held for so long, the next one is news at once. lasts_s: any other one is
+        quiet_s: a state that was away for so long is news at once. lasts_s: one that has come back earlier is
             news when it has held for so long.
     """
 
-    def __init__(self, steady_s: float, lasts_s: float) -> None:
-        self._steady_s, self._lasts_s = steady_s, lasts_s
+    def __init__(self, quiet_s: float, lasts_s: float) -> None:
+        self._quiet_s, self._lasts_s = quiet_s, lasts_s
         self._told = self._state = ""
         self._since_s = -math.inf
-        self._was_steady = True
+        self._is_back = False
+        self._seen_s: dict[str, float] = {}
 
     def is_due(self, state: str, now_s: float) -> bool:
         """Take in the present state, again and again. Return whether it is to be told now."""
         if state != self._state:
-            self._was_steady = not 0.0 <= now_s - self._since_s < self._steady_s
+            away_s = now_s - self._seen_s.get(state, -math.inf)
+            self._is_back = 0.0 <= away_s < self._quiet_s
             self._state, self._since_s = state, now_s
-        if state == self._told or not (self._was_steady or now_s - self._since_s >= self._lasts_s):
+        self._seen_s[state] = now_s
+        if state == self._told or (self._is_back and now_s - self._since_s < self._lasts_s):
             return False
         self._told = state
         return True
