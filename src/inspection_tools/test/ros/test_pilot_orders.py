@@ -55,7 +55,7 @@ def node(program, monkeypatch):
     made._lock, made._landing_mode, made._steers = threading.RLock(), "AUTO.LAND", True
     made._watch, made._buttons, made._set_mode = ChargeWatch(), PilotButtons(), set_mode
     made._here, made._home, made._goal = Point(4.0, 0.0, 2.0), Point(0.0, 0.0, 2.0), Point(9.0, 0.0, 2.0)
-    made._is_armed = True
+    made._is_armed, made._leading = True, {"explore": False, "inspect": False}
     made._setpoints = SimpleNamespace(publish=lambda pose: made.sent.append(pose.position.x))
     made._in_background = lambda order: made._on_order(order, None)
     return made
@@ -73,10 +73,35 @@ def test_the_node_that_leads_gets_the_order(node, order, service):
     assert node.sent == []
 
 
+def statuses(*codes):
+    return SimpleNamespace(status_list=[SimpleNamespace(status=code) for code in codes])
+
+
 def test_a_refusal_is_passed_on_and_no_setpoint_disturbs_a_leader(node):
     node.leaders = {"explore": False}
+    node._on_status("explore", statuses(3, 1))
     assert not node._on_order(Order.HOME, None).success
     assert node.sent == []
+
+
+def test_nodes_that_wait_for_an_order_do_not_refuse_those_by_setpoints(node):
+    node.leaders = {"explore": False, "inspect": False}
+    node._on_status("explore", statuses(1))
+    node._on_status("explore", statuses(3))  # its exploration has ended
+    for order in (Order.PAUSE, Order.RESUME, Order.HOME):
+        assert node._on_order(order, None).success
+    assert node.sent == [4.0, 9.0, 0.0]
+
+
+def test_a_second_order_to_explore_does_not_begin_anew(node):
+    begun = []
+    node._explore = SimpleNamespace(get_num_connections=lambda: 1, publish=begun.append)
+    node._time_max_s = 600.0
+    assert node._begin_to_explore().success
+    node._on_status("explore", statuses(1))
+    answer = node._begin_to_explore()
+    assert (answer.success, answer.message.split(";")[0]) == (False, "The node explore leads already")
+    assert len(begun) == 1
 
 
 def test_without_a_leader_it_hovers_goes_on_and_comes_home_by_setpoints(node):
