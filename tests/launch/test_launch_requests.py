@@ -219,12 +219,17 @@ def test_a_real_uav_with_parts_of_its_own_is_flown(words, capsys):
     assert request.main([str(LAUNCH / "real.launch"), *words]) == 0, capsys.readouterr().err
 
 
+INSPECTS = ("inspection:=true", "gnss:=false", "lidar:=puck")
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
         (["explore:=true", "lidar:=puck"], "explore:=true flies without satellites; add gnss:=false."),
         (["inspection:=true", "gnss:=false", "lidar:=ust"], "needs clouds, which lidar:=ust does not give"),
         (["explore:=true", "gnss:=false", "lidar:=puck", "resolution:=0"], "resolution"),
+        ([*INSPECTS, "plan:=/no/plan.yaml"], "The plan /no/plan.yaml cannot be read: No such"),
+        ([*INSPECTS, "plan:=plan.yaml"], "give plan:=$PWD/plan.yaml."),
     ],
 )
 def test_a_real_uav_that_cannot_explore_is_refused(words, sentence, capsys):

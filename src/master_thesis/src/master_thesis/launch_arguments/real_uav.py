@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ipaddress
 import re
+from pathlib import Path
 from typing import Any, Mapping
 
+from inspection_tools.errors import InspectionToolsError
 from master_thesis.errors import ScenarioError
 from master_thesis.worlds import scenario
 from simulation_tools import values
@@ -61,6 +63,22 @@ def _check_leaders(asked: Mapping[str, Any]) -> None:
         )
     for name, least in (("radius", 0.01), ("margin", 0.0), ("resolution", 0.01), ("time", 1.0)):
         values.number(name, asked[name], least)
+    if "inspection" in names:
+        _check_plan(str(asked.get("plan", "")).strip())
+
+
+def _check_plan(plan: str) -> None:
+    """Check the plan before the UAV is in the air; empty: none."""
+    if not plan:
+        return
+    if not Path(plan).is_absolute():
+        raise ScenarioError(f"plan:={plan} is relative, but nodes run elsewhere; give plan:=$PWD/{plan}.")
+    from inspection_tools.survey.plan_file import read_plan  # needed by inspections only
+
+    try:
+        read_plan(Path(plan))
+    except InspectionToolsError as error:
+        raise ScenarioError(str(error)) from None
 
 
 def _check_address(lidar_ip: str) -> None:
