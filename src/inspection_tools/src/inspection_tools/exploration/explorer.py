@@ -18,6 +18,7 @@ from inspection_tools.exploration.views.border import BorderViews
 from inspection_tools.exploration.views.revealing import RevealingViews
 from inspection_tools.exploration.views.room import RoomViews
 from inspection_tools.exploration.views.scene import Scene, sight_of
+from inspection_tools.exploration.views.shafts import ShaftViews
 from inspection_tools.exploration.views.view import NO_LOOK, Look, View
 from inspection_tools.planning.space import Space
 
@@ -59,6 +60,7 @@ class Explorer:
         self._last = RevealingViews(_of_layers(self._p), is_steep) if has_last else None
         """What shows more when no level view of the border does: views straight above and below."""
         self._last_view: View | None = None
+        self._shafts = ShaftViews() if has_last and self._p.shafts else None
         self._room, self._seeks_room = RoomViews(self._p), False
         self._goal: View | None = None
         """The view that the UAV flies to."""
@@ -90,9 +92,10 @@ class Explorer:
     def decide(self, space: Space, place_m: np.ndarray) -> Decision:
         """Return what to do from a place (x, y, z).
 
-        What shows enough for its time comes first. Then all of the border counts behind which the UAV itself
-        might fit. Then layers under ceilings and over floors, to which no level view leads. What is left
-        after that is too small to matter, or no view shows it.
+        What shows enough for its time comes first. Then, if asked for, holes and shafts that no level view
+        shows. Then all of the border counts behind which the UAV itself might fit. Then layers under ceilings
+        and over floors, to which no level view leads. What is left after that is too small to matter, or no
+        view shows it.
 
         space: what the planner lets the UAV fly through now.
         """
@@ -104,12 +107,16 @@ class Explorer:
         scene, (looked, is_there) = Scene.of(space, self._p), self._look_from(place_m)
         self._worthy.note(scene, looked)
         present = None if is_there else self._goal
+        if self._shafts is not None and is_there and self._goal is not None:
+            self._shafts.note(self._goal)
         nodes = roadmap.spread(np.arange(len(roadmap.nodes)))
         sought_room, chosen = self._seeks_room, None
         if self._has_news(space) or is_there:
             goes_on = None if sought_room else present
             chosen = self._worthy.best(scene, roadmap, nodes, place_m, goes_on)
         self._seeks_room = chosen is None
+        if chosen is None and self._shafts is not None:
+            chosen = self._shafts.best(scene, roadmap)
         if chosen is None:
             since = (looked, self._home_m, present) if sought_room else (NO_LOOK, self._home_m, None)
             chosen = self._room.best(scene, roadmap, nodes, *since)

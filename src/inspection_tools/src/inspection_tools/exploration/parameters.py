@@ -30,6 +30,8 @@ class ExplorerParameters:
             `RevealingViews`. For places of many small rooms, and high ones.
         volume_min, volume_rate: A view is then worth a flight if it shows so many m3, and so many for each
             second.
+        shafts: Holes and shafts that no level view shows come before all other room; the UAV goes straight
+            in. With `steep` of the exploration, and not by volume, which weighs such views by itself.
         near_first: And before the UAV flies farther than this, it takes what is small and nearer, m.
         speed: Of the UAV, m/s.
         pause: Time that each view costs besides the way, s.
@@ -52,6 +54,7 @@ class ExplorerParameters:
     by_volume: bool = False
     volume_min: float = 0.5
     volume_rate: float = 0.2
+    shafts: bool = False
     near_first: float = 4.0
     speed: float = 1.0
     pause: float = 2.0
@@ -75,6 +78,7 @@ class ExplorerParameters:
         check_flag("by_volume", self.by_volume)
         check_number("volume_min", self.volume_min, 0.0, 1e3)
         check_number("volume_rate", self.volume_rate, 0.0, 1e3)
+        check_flag("shafts", self.shafts)
         check_number("near_first", self.near_first, 0.0, 1e3)
         check_number("speed", self.speed, 0.01, 20.0)
         check_number("pause", self.pause, 0.0, 60.0)

@@ -21,11 +21,11 @@ class Roadmap:
 
     Attributes:
         nodes: (n, 3) z, y, x of voxels that keep the clearance. ways_m: (n,) length of the shortest way from
-            the UAV. clearances: (n,) squared, in voxels.
+            the UAV. clearances: (n,) squared, in voxels. spacing: voxels between places of the lattice.
     """
 
     def __init__(self, space: Space, place_m: np.ndarray, spacing: int):
-        self._space, self._spacing = space, spacing
+        self._space, self.spacing = space, spacing
         ways = lattice_ways(space.squares, space.need, spacing, *self._links(place_m, spacing))
         is_reached = np.isfinite(ways)
         self.nodes = np.argwhere(is_reached) * spacing
@@ -51,9 +51,9 @@ class Roadmap:
 
     def ways_from(self, node: int) -> np.ndarray:
         """Return (n,) the length of the shortest way from a node to each, m."""
-        space, begin = self._space, self.nodes[node : node + 1] // self._spacing
-        ways = lattice_ways(space.squares, space.need, self._spacing, begin, np.zeros(1))
-        lengths_m: np.ndarray = ways[tuple((self.nodes // self._spacing).T)] * space.grid.resolution_m
+        space, begin = self._space, self.nodes[node : node + 1] // self.spacing
+        ways = lattice_ways(space.squares, space.need, self.spacing, begin, np.zeros(1))
+        lengths_m: np.ndarray = ways[tuple((self.nodes // self.spacing).T)] * space.grid.resolution_m
         return lengths_m
 
     def spread(self, nodes: np.ndarray) -> np.ndarray:
@@ -74,7 +74,7 @@ class Roadmap:
         size = self.nodes.max(axis=0) + 1
         column = depth_width[:, 0] * size[2] + depth_width[:, 1]
         order = np.lexsort((height, column))
-        apart = (np.diff(column[order]) != 0) | (np.diff(height[order]) != self._spacing)
+        apart = (np.diff(column[order]) != 0) | (np.diff(height[order]) != self.spacing)
         is_end = np.concatenate(([True], apart)) | np.concatenate((apart, [True]))
         return order[is_end]
 
