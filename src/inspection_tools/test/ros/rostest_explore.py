@@ -139,10 +139,10 @@ class ExploreTest(unittest.TestCase):
         self.assertTrue(result.is_home)
         self.assertIn("reserve", result.reason)
 
-        # And it tells how far a UAV may rise: up to 0.85 m below the deck's lowest voxels
+        # And it tells how far a UAV may rise: radius and margin, 0.55 m, stay below the deck's lowest voxels
         answer = self.services["room_above"](10.0)
         self.assertTrue(answer.success)
-        self.assertAlmostEqual(answer.room, 4.5 - 0.85 - self.target_m()[2], delta=0.06)
+        self.assertAlmostEqual(answer.room, 4.5 - 0.55 - self.target_m()[2], delta=0.06)
         self.assertEqual(self.services["room_above"](0.5).room, 0.5)
         self.assertIn("cannot rise by nan", self.services["room_above"](math.nan).message)
 
