@@ -13,7 +13,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 ROSTESTS = sorted(ROOT.glob("src/*/test/**/*.test"))
-TIMEOUT_S = 480.0
+TIMEOUT_S = 600.0
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(TIMEOUT_S + 30.0)]
 

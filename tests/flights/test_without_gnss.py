@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from launched_flight import READY_PATIENCE_S, Flight
 
-pytestmark = [pytest.mark.ros, pytest.mark.timeout(240)]
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(600)]
 
 MADE_OF_TRUTH = ("/UAV/ground_truth", "/gazebo/odometry", "/imu", "/gazebo/model_states")
 JUDGE, WORLD_EDGE = "/experiment", "/tf_publisher"

@@ -20,7 +20,7 @@ BESIDE_WALL = "y:=1.1"
 PATIENCE_S = 120.0
 
 
-@pytest.mark.timeout(400)
+@pytest.mark.timeout(600)
 def test_the_bench_passes_with_our_nodes_and_gives_way_to_a_board(ros_master):
     ports = (f"{name}:={port}" for name, port in zip(("offboard_port", "gcs_port"), free_ports(2)))
     ros_master.start(

@@ -10,7 +10,7 @@ import time
 
 import pytest
 
-pytestmark = [pytest.mark.ros, pytest.mark.timeout(250)]
+pytestmark = [pytest.mark.ros, pytest.mark.timeout(600)]
 PATIENCE_S = 200.0
 
 

@@ -23,7 +23,7 @@ class HokuyoOnlyTest(unittest.TestCase):
             ("/cepa_visualiser/markers", MarkerArray, pictures),
         ):
             rospy.Subscriber(topic, kind, heard.append)
-        wait_until(lambda: scans and pictures, "scans and pictures", 45.0)
+        wait_until(lambda: scans and pictures, "scans and pictures", 200.0)
         ahead = scans[-1].ranges[len(scans[-1].ranges) // 2]
         self.assertAlmostEqual(ahead, 2.47, delta=0.1)  # the column at (2.6, 0.15), radius 0.2
         wait_until(

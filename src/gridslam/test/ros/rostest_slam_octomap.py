@@ -113,7 +113,7 @@ class OctomapTest(unittest.TestCase):
             )
         }
         for service in cls.services.values():
-            service.wait_for_service(60.0)
+            service.wait_for_service(200.0)
 
     def setUp(self):
         self.call(NODE + "/reset")

@@ -55,7 +55,7 @@ class KilledTest(unittest.TestCase):
         self.full.last(lambda m: occupied(m) == wall, "the wall")
         old = address_of(NODE)
         os.kill(ServerProxy(old).getPid("/killed_probe")[2], signal.SIGKILL)
-        wait_until(lambda: address_of(NODE) not in (None, old), "the node that was started again", 60.0)
+        wait_until(lambda: address_of(NODE) not in (None, old), "the node that was started again", 200.0)
         self.full.last(lambda m: occupied(m) == wall, "the wall, without another cloud")
         path = path_of([(self.stamp - rospy.Duration(2.0 * (2 - k)), float(k), 0.6) for k in range(3)])
         moved = {tuple(np.round((x, y + 0.6, z), 3).tolist()) for x, y, z in wall}

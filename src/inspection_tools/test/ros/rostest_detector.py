@@ -108,15 +108,15 @@ class DetectorTest(unittest.TestCase):
         link._photographs.unregister()  # alone: nobody hears it
         link._photographs = rospy.Publisher("/nobody", Photograph, queue_size=1)
         link.give(first, "wall.stl", marked.append)
-        wait_until(lambda: marked == [first], "the end of its patience", 60.0)
+        wait_until(lambda: marked == [first], "the end of its patience", 200.0)
         self.assertIn("0.000000.jpg: no candidates came on /candidates", told[0])
         # When another node answers with a pixel outside, then its answer is refused
         answers = rospy.Publisher("/candidates", Candidates, queue_size=1)
         bad = Candidates(file=str(second), candidates=[Candidate("rust", [9000.0], [1.0], 1)])
         rospy.Subscriber("/nobody", Photograph, lambda _: answers.publish(bad))
-        wait_until(lambda: answers.get_num_connections() > 0, "the link", 60.0)
+        wait_until(lambda: answers.get_num_connections() > 0, "the link", 200.0)
         link.give(second, "wall.stl", marked.append)
-        wait_until(lambda: marked == [first, second], "the refusal", 60.0)
+        wait_until(lambda: marked == [first, second], "the refusal", 200.0)
         self.assertIn("a pixel of the rust is outside the photograph", told[1])
         self.assertEqual([read_marks(path) for path in (first, second)], [None, None])
         kinds = [each.kind for each in find([folder], folder / "wall.stl", FindingParameters())]

@@ -38,7 +38,7 @@ def kill_and_wait():
     """Kill the node, and wait until roslaunch has started it again."""
     old = address_of(NODE)
     os.kill(ServerProxy(old).getPid("/explore_probe")[2], signal.SIGKILL)
-    wait_until(lambda: address_of(NODE) not in (None, old), "the node's new start", 60.0)
+    wait_until(lambda: address_of(NODE) not in (None, old), "the node's new start", 200.0)
 
 
 class ExploreTest(unittest.TestCase):
@@ -61,7 +61,7 @@ class ExploreTest(unittest.TestCase):
         }
         cls.services["room_above"] = rospy.ServiceProxy(f"{NODE}/room_above", RoomAbove)
         for service in cls.services.values():
-            service.wait_for_service(60.0)
+            service.wait_for_service(200.0)
 
     def be(self, place, charge=0.9):
         """Be at a place, with a charge, now. charge: None: the battery tells nothing."""
@@ -91,7 +91,7 @@ class ExploreTest(unittest.TestCase):
         message.tiles, message.voxels = tiles.ravel().tolist(), voxels.tobytes()
         self.maps.send(message)
 
-    def fly(self, until, charge=0.9, seconds=60.0, has_map=True):
+    def fly(self, until, charge=0.9, seconds=150.0, has_map=True):
         """Let a UAV be where the node sends it, until something is true. has_map: whether the map comes."""
 
         def flown():
@@ -195,7 +195,7 @@ class ExploreTest(unittest.TestCase):
         # When it is killed after the end, then it does not fly the goal again
         self.results.last = self.feedback.last = None
         kill_and_wait()
-        self.services["pause"].wait_for_service(60.0)
+        self.services["pause"].wait_for_service(200.0)
         for _ in range(20):
             self.be(START)
             rospy.sleep(0.1)

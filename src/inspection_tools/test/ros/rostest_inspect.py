@@ -61,7 +61,7 @@ class InspectTest(unittest.TestCase):
         kinds["room_above"] = RoomAbove
         cls.services = {name: rospy.ServiceProxy(f"{NODE}/{name}", kind) for name, kind in kinds.items()}
         for service in cls.services.values():
-            service.wait_for_service(60.0)
+            service.wait_for_service(200.0)
         cls.uav = Uav()
 
     def plan(self, name="plan.yaml", views=VIEWS, camera=CAMERA, source="room.stl"):
@@ -265,9 +265,9 @@ class InspectTest(unittest.TestCase):
         kept = {path: path.read_bytes() for path in photographs_in(self.folder / "killed")}
         begun, old = rospy.get_param(NODE + "/begun"), address_of(NODE)
         os.kill(ServerProxy(old).getPid("/inspect_probe")[2], signal.SIGKILL)
-        wait_until(lambda: address_of(NODE) not in (None, old), "the node's new start", 60.0)
+        wait_until(lambda: address_of(NODE) not in (None, old), "the node's new start", 200.0)
         # The goal is latched, so it goes on with what its folder lacks
-        self.services["pause"].wait_for_service(60.0)
+        self.services["pause"].wait_for_service(200.0)
         begun_again = ServerProxy(address_of(NODE))
         # The result comes once, and the killed node's connection may still count here
         results = NODE + "/survey/result"
@@ -276,14 +276,14 @@ class InspectTest(unittest.TestCase):
             connections = begun_again.getBusInfo("/inspect_probe")[2]
             return any(each[2] == "o" and each[4] == results for each in connections)
 
-        wait_until(tells_its_result, "the result's topic", 60.0)
+        wait_until(tells_its_result, "the result's topic", 200.0)
 
         def ended():
             uav.send_map()  # whole, as slam_octomap does for a new listener
             uav.tell()
             return self.ended("killed")
 
-        wait_until(ended, "the end", 60.0)
+        wait_until(ended, "the end", 200.0)
         result = self.results.last.result
         self.assertEqual(result.left_out_reasons, [])
         self.assertEqual((result.end, result.is_home, result.taken), ("done", True, 3))
@@ -312,9 +312,9 @@ class InspectTest(unittest.TestCase):
         begun, old = rospy.get_param(NODE + "/begun"), address_of(NODE)
         rospy.set_param(NODE + "/begun", {**begun, "home": [7.0, 7.0, 2.0], "launch": "another one"})
         os.kill(ServerProxy(old).getPid("/inspect_probe")[2], signal.SIGKILL)
-        wait_until(lambda: address_of(NODE) not in (None, old), "the node's new start", 60.0)
+        wait_until(lambda: address_of(NODE) not in (None, old), "the node's new start", 200.0)
         # Then it does not wait, as after a death in flight, until it can go on with the latched goal
-        wait_until(lambda: self.ended("left"), "the refusal", 60.0)
+        wait_until(lambda: self.ended("left"), "the refusal", 200.0)
         self.assertIn("place of the UAV is not known yet", self.results.last.status.text)
         # And another goal comes home to where it begins
         uav.tell()

@@ -68,7 +68,7 @@ class PathPlannerTest(unittest.TestCase):
         cls.closed = Input(NODE + "/close", PointStamped)
         cls.results = Input("/mission/result", MissionActionResult)
         cls.service = rospy.ServiceProxy(NODE + "/make_plan", GetPlan)
-        cls.service.wait_for_service(60.0)
+        cls.service.wait_for_service(200.0)
 
     def send_map(self, kinds, frame="map", **changes):
         tiles, voxels = tiles_of(kinds, SIDE)

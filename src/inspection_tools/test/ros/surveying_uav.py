@@ -100,4 +100,4 @@ class Uav:
             rospy.sleep(0.02)
             return until()
 
-        wait_until(flown, what, 60.0)
+        wait_until(flown, what, 200.0)

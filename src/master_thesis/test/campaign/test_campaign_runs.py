@@ -25,7 +25,7 @@ from master_thesis.errors import CampaignError, TrialsError
 from master_thesis.trials import run
 from master_thesis.trials.workers import INTERRUPTED, ThisProcess
 
-pytestmark = [pytest.mark.flight, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.flight, pytest.mark.timeout(900)]
 
 ROOT = Path(__file__).resolve().parents[4]
 RUN_CASE = "master_thesis.campaign.folder.run_case"

@@ -72,7 +72,7 @@ def lines_of(folder) -> list[dict]:
 
 
 @pytest.mark.flight
-@pytest.mark.timeout(600)  # after a change of kernels the first run compiles them
+@pytest.mark.timeout(900)  # after a change of kernels the first run compiles them
 def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(report):
     folder, (code, interrupted), (code_of_second, errors) = report
     assert code == 130
@@ -84,7 +84,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(report):
 
 
 @pytest.mark.flight
-@pytest.mark.timeout(600)
+@pytest.mark.timeout(900)
 def test_ctrl_c_writes_the_page_of_what_is_finished(report):
     folder, *_ = report
     first, *others = lines_of(folder)
@@ -95,7 +95,7 @@ def test_ctrl_c_writes_the_page_of_what_is_finished(report):
 
 
 @pytest.mark.flight
-@pytest.mark.timeout(600)  # after a change of kernels the first run compiles them
+@pytest.mark.timeout(900)  # after a change of kernels the first run compiles them
 def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
     folder, _, _ = report
     page = (folder / "index.html").read_text(encoding="utf-8")
@@ -119,7 +119,7 @@ def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
 
 
 @pytest.mark.flight
-@pytest.mark.timeout(600)  # after a change of kernels the first run compiles them
+@pytest.mark.timeout(900)  # after a change of kernels the first run compiles them
 def test_without_gnss_it_flies_back_and_lands_where_it_started(report):
     found = {line["name"]: line["result"] for line in lines_of(report[0])}
     home = found["without_gnss_room_ust_1_3s"]
@@ -131,7 +131,7 @@ def test_without_gnss_it_flies_back_and_lands_where_it_started(report):
 
 
 @pytest.mark.flight
-@pytest.mark.timeout(600)  # after a change of kernels the first run compiles them
+@pytest.mark.timeout(900)  # after a change of kernels the first run compiles them
 def test_every_link_of_the_contents_leads_somewhere(report):
     page = (report[0] / "index.html").read_text(encoding="utf-8")
     targets = set(re.findall(r'href="#([^"]+)"', page))

@@ -12,7 +12,7 @@ import rosnode
 import rospy
 from rosgraph_msgs.msg import Log
 
-TIMEOUT_S = 60.0
+TIMEOUT_S = 150.0
 """Only a test that fails waits this long."""
 QUIET_S = 0.3
 """Time without messages after which a topic counts as quiet."""

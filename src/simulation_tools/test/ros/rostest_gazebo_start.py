@@ -83,12 +83,12 @@ class TestStart(unittest.TestCase):
         # As fast as possible: nearly all of its time goes into publishing.
         topics = ("scan:=/other_scan", "odometry:=/other_odometry")
         process = self.start("other_gazebo", WORLD, "_real_time_factor:=0", *topics)
-        wait_until(lambda: len(messages) >= 100, "messages of the simulator", 60.0)
+        wait_until(lambda: len(messages) >= 100, "messages of the simulator", 200.0)
         self.assert_ends_quietly(process)
 
     def test_sigint_while_it_starts_leaves_no_traceback(self):
         process = self.start("starting_gazebo", WORLD)
-        wait_until(lambda: "/starting_gazebo" in rosnode.get_node_names(), "the node", 60.0)
+        wait_until(lambda: "/starting_gazebo" in rosnode.get_node_names(), "the node", 200.0)
         self.assert_ends_quietly(process)
 
 

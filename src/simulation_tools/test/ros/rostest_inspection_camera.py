@@ -36,7 +36,7 @@ class TestInspectionCamera(unittest.TestCase):
         cls.tf, cls.images = Output("/tf", TFMessage), Output("camera/image_raw", Image)
         cls.truths, cls.warned = Output("camera/ground_truth", PoseStamped), Warned("/camera")
         cls.shoot = rospy.ServiceProxy("camera/shoot", Shoot)
-        cls.shoot.wait_for_service(60.0)
+        cls.shoot.wait_for_service(200.0)
 
     def tell(self, seconds):
         """Tell that the UAV is at rest 1 m above the origin."""

@@ -57,7 +57,7 @@ class TestLockstep(unittest.TestCase):
 
     def test_after_a_reset_the_flight_repeats_bit_for_bit(self):
         reset = rospy.ServiceProxy("/gazebo/reset_simulation", Empty)
-        reset.wait_for_service(60.0)
+        reset.wait_for_service(200.0)
         self.fly(0)
         performance = rospy.wait_for_message("/gazebo/performance", DiagnosticArray, timeout=200.0)
         values = {item.key: float(item.value) for item in performance.status[0].values}
