@@ -17,6 +17,8 @@ cd "$root"
 source scripts/console.sh
 # shellcheck source=scripts/setup.sh
 source scripts/setup.sh
+# shellcheck source=scripts/docs.sh
+source scripts/docs.sh
 
 usage() {
   cat <<'TEXT'
@@ -26,6 +28,7 @@ usage() {
 ./bringup.sh test --changed [REF]                run the tests that changes since REF (main) can touch; say what is left out
 ./bringup.sh bench [name [arguments]]            run all benchmarks, or one (--help lists them; NAME --help prints its arguments)
 ./bringup.sh report [--quick] [--only NAME ...]  fly every experiment of the thesis; write our results beside the thesis's as HTML
+./bringup.sh docs                                build the handbook: all pages as HTML, with search, in results/handbook; no server is needed
 ./bringup.sh setup                               set up only; then `source devel/setup.bash` and use roslaunch, rosrun, ...
 
 Each call first sets up what is missing: distribution packages, .venv, build. Details go to logs/bringup.log.
@@ -202,6 +205,7 @@ main() {
     test) run_tests "${@:2}" ;;
     bench) run_benchmarks "${@:2}" ;;
     report) run_report "${@:2}" ;;
+    docs) run_docs "${@:2}" ;;
     *)
       local file=${1%.launch}.launch
       [[ -f src/master_thesis/launch/$file ]] || fail "There is no launch file '$file' in src/master_thesis/launch, and no other call of that name. See ./bringup.sh --help."

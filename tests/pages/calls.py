@@ -20,7 +20,7 @@ FILE_ARGUMENTS = {"world", "bag", "mission"}
 """Arguments of launch files that name a file."""
 WORLDS = {"hold_3d", "hold_3d_cargo", "ballast_tank"}
 """Names that explore.launch takes in place of a world file."""
-SUBCOMMANDS = {"test", "bench", "report", "setup"}
+SUBCOMMANDS = {"test", "bench", "report", "docs", "setup"}
 UPSTREAM = {"rqt_reconfigure", "mavros"}
 """Packages that a reader builds from source."""
 READERS_OWN = {"my_avoidance", "urg_node"}

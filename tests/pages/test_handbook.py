@@ -1,0 +1,184 @@
+"""The handbook: what it is made of. Its build runs where ./bringup.sh docs has installed mkdocs."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+from handbook.lists import spread  # noqa: E402
+from handbook.pages import all_pages, pictures, with_links, without_words  # noqa: E402
+from handbook.parameters import tables  # noqa: E402
+from handbook.parameters.launches import set_by_launch_files  # noqa: E402
+from handbook.parameters.meanings import Parameter, attributes  # noqa: E402
+from handbook.staging import Stage  # noqa: E402
+
+PYTHON = ROOT / ".docs/env/bin/python"
+needs_mkdocs = pytest.mark.skipif(
+    not PYTHON.exists(), reason="mkdocs is not installed; ./bringup.sh docs does it"
+)
+FOREIGN = {"use_sim_time"}
+
+
+@pytest.fixture(scope="module")
+def parameters():
+    return tables.known_parameters()
+
+
+def test_every_picture_has_a_text():
+    assert {page: bare for page in all_pages() if (bare := without_words(page))} == {}
+
+
+def test_a_picture_without_a_text_is_found():
+    text = '![](a.png) ![ ](b.png) ![w](c.png) `![](code.png)`\n<img src="d.png"> <img src="e.png" alt="w">\n'
+    assert [file for words, file in pictures(text) if not words] == ["a.png", "b.png", "d.png"]
+
+
+def test_every_parameter_has_a_sentence(parameters):
+    assert tables.faults(parameters) == []
+    assert len(parameters) > 30
+
+
+def test_a_parameter_without_a_sentence_is_named():
+    (sentence,) = tables.faults({("cepa", "cepa"): {"r_lb": Parameter("r_lb", sentence=" ")}})
+    assert "node cepa reads r_lb" in sentence
+
+
+def test_what_a_node_asks_for_by_name_is_on_a_page(parameters):
+    """Found by another way: every private name in a call of get_param is in the tables of its package."""
+    for package in {package for package, _ in parameters} - {"master_thesis"}:
+        known = {name for (owner, _), rows in parameters.items() if owner == package for name in rows}
+        files = [
+            *(ROOT / "src" / package / "nodes").glob("*"),
+            *(ROOT / "src" / package / "ros").rglob("*.py"),
+        ]
+        text = "".join(path.read_text(encoding="utf-8") for path in files if path.is_file())
+        asked = set(re.findall(r'\bget(?:_param)?\(\s*"~([\w/]+)"', text))
+        assert {name for name in asked if not any(each.startswith(f"{name}/") for each in known)} <= known, (
+            package
+        )
+
+
+def test_what_a_launch_file_sets_is_on_the_nodes_page(parameters):
+    for node, names in set_by_launch_files().items():
+        assert names.keys() - FOREIGN <= parameters.get(node, names).keys(), node
+
+
+@pytest.mark.parametrize(
+    ("node", "name", "expected"),
+    [
+        (("cepa", "cepa"), "r_lb", ("float", 0.5, 0.05, 5.0, "m")),  # .cfg
+        (("inspection_tools", "explore"), "reach", ("float", 10.0, 0.5, 200.0, "m")),  # dataclass, Attributes
+        (("inspection_tools", "explore"), "planner/margin", ("float", 0.2, 0.0, 5.0, "m")),  # in a namespace
+        (
+            ("gridslam", "slam_gridslam"),
+            "closure_rest_s",
+            ("float", 10.0, None, None, "s"),
+        ),  # text below the field
+        (
+            ("gridslam", "slam_octomap"),
+            "sensor_model/hit",
+            ("float", 0.7, None, None, ""),
+        ),  # a dict of defaults
+        (("simulation_tools", "gazebo"), "lockstep_timeout", ("float", 1.0, None, None, "s")),  # launch file
+    ],
+)
+def test_a_row_is_what_the_sources_say(parameters, node, name, expected):
+    row = parameters[node][name]
+    assert (row.kind, row.default, row.least, row.most, row.unit) == expected
+
+
+def test_one_text_may_tell_of_several_attributes():
+    told = attributes(
+        "Sizes.\n\nAttributes:\n    a, b: Of both,\n        m.\n    c: Third.\n\nRaises:\n    E: no.\n"
+    )
+    assert told == {"a": "Of both, m.", "b": "Of both, m.", "c": "Third."}
+
+
+def test_each_page_is_in_the_menu_once():
+    text = (ROOT / "scripts/handbook/mkdocs.yml").read_text(encoding="utf-8")
+    listed = re.findall(r"[\w./]+\.md\b", text[text.index("\nnav:") :])
+    assert sorted(listed) == sorted(map(str, all_pages()))
+
+
+@pytest.mark.parametrize(
+    ("page", "spread_page"),
+    [
+        ("Text:\n- a\n  goes on\n- b\n", "Text:\n\n- a\n    goes on\n- b\n"),
+        ("1. a\n   - b\n\n   text of a\n", "1. a\n    - b\n\n    text of a\n"),
+        ("Text\n| a |\n|---|\n", "Text\n\n| a |\n|---|\n"),
+        ("```\n- code\n  - code\n```\n", "```\n- code\n  - code\n```\n"),
+        ("    code\n\n- a\n", "    code\n\n- a\n"),
+    ],
+)
+def test_lists_and_tables_are_spread(page, spread_page):
+    assert spread(page) == spread_page
+
+
+def test_links_are_changed_and_code_stays():
+    text = "[a](b.py#x) [web](https://c.org/d) `[e](f)` [g](#h)\n```\n[i](j)\n```\n"
+    assert with_links(text, lambda path: path + ".md") == text.replace("b.py", "b.py.md")
+
+
+def test_what_a_page_refers_to_is_shown(tmp_path):
+    (tmp_path / "doc").mkdir()
+    (tmp_path / "doc/page.md").write_text("[code](../tool.py) [folder](../doc) [page](page.md)\n")
+    (tmp_path / "tool.py").write_text('"""A tool."""\n')
+    stage = Stage(tmp_path / "site", tmp_path)
+    stage.take(Path("doc/page.md"))
+    assert (
+        stage.folder / "doc/page.md"
+    ).read_text() == "[code](../tool.py.md) [folder](files.md) [page](page.md)\n"
+    assert '"""A tool."""' in (stage.folder / "tool.py.md").read_text()
+    assert "`page.md`" in (stage.folder / "doc/files.md").read_text()
+
+
+@needs_mkdocs
+def test_a_link_that_leads_nowhere_fails_the_build(tmp_path):
+    (tmp_path / "pages").mkdir()
+    (tmp_path / "pages/index.md").write_text("# Start\n[gone](gone.md) [nowhere](#nowhere)\n")
+    checks = yaml.safe_load("links: {not_found: warn, anchors: warn, unrecognized_links: warn}")
+    config = {"site_name": "s", "docs_dir": str(tmp_path / "pages"), "validation": checks}
+    (tmp_path / "mkdocs.yml").write_text(yaml.dump({**config, "site_dir": str(tmp_path / "site")}))
+    code = "import sys, pathlib, handbook.__main__ as h; sys.exit(not h.build(pathlib.Path(sys.argv[1])))"
+    done = subprocess.run(
+        [PYTHON, "-c", code, tmp_path / "mkdocs.yml"],
+        env={"PYTHONPATH": str(ROOT / "scripts")},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert "gone.md" in done.stderr
+    assert "#nowhere" in done.stderr
+
+
+@needs_mkdocs
+def test_the_handbook_is_built(tmp_path):
+    done = subprocess.run(
+        [ROOT / "bringup.sh", "docs", "--out", tmp_path / "site"], capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    page = (tmp_path / "site/index.html").read_text(encoding="utf-8")
+    assert not re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="https?:', page)
+    assert "r_lb" in (tmp_path / "site/parameters/cepa.html").read_text(encoding="utf-8")
+    assert (tmp_path / "site/search/search_index.js").is_file()
+
+
+def test_a_folder_with_other_files_is_not_replaced(tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    done = subprocess.run(
+        [sys.executable, "-m", "handbook", "--out", tmp_path],
+        env={"PYTHONPATH": str(ROOT / "scripts")},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert "holds no handbook" in done.stderr
+    assert (tmp_path / "mine.txt").exists()
