@@ -86,6 +86,10 @@ class Algorithm(ABC):
         """Keep out of these boxes from now on; who remembers nothing ignores them."""
         del keep_out
 
+    def take_ready(self, is_ready: bool) -> None:
+        """Take in whether the UAV flies what is answered; who tells nobody that it is held up ignores it."""
+        del is_ready
+
     def on_next_scan(self, gap_s: float, turn_rad: float) -> None:
         """Take in how long ago the last scan was, and how far the lidar has turned about its z axis since.
 

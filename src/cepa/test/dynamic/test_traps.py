@@ -121,6 +121,20 @@ def test_a_uav_that_gets_nowhere_is_told_once():
     assert told_by(0.0, False, 30.0) == told_by(0.1, True, 30.0) == []
 
 
+def test_a_uav_that_does_not_fly_is_not_held_up_and_its_time_begins_when_it_flies():
+    """It waits for its take-off, flies, stands for a swap of its battery, and gets nowhere afterwards."""
+    hold_up = HoldUp()
+    told = []
+    for t in np.arange(0.0, 100.0, STEP_S):
+        hold_up.is_ready = 30.0 <= t < 38.0 or t >= 60.0
+        told += [(t, s) for s in hold_up.take_in(t, (0.0, 0.0, 0.1), True, 4 if t < 60.0 else 0)]
+        assert hold_up.is_ready or hold_up.held_s == 0.0
+    (back_s, back), (held_s, held) = told
+    assert (back_s, held_s) == pytest.approx((30.0, 70.0), abs=2.0 * STEP_S)
+    assert "come back" in back
+    assert "stayed within" in held
+
+
 def test_each_further_return_is_told_from_the_third_on():
     hold_up = HoldUp()
     told = [hold_up.take_in(float(k), (5.0 * k, 0.0, 2.0), True, min(k, 4)) for k in range(8)]

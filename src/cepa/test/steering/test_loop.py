@@ -227,3 +227,32 @@ def test_clouds_whose_stamps_are_never_near_a_scans_are_told_of(late_ms, is_told
     assert bool(told) == is_told
     assert len(bench.algorithm.asked) > 12
     assert all((asked[4] is None) == is_told for asked in bench.algorithm.asked[1:])
+
+
+class Listens(Follows):
+    """Keeps what it was told of the UAV."""
+
+    def __init__(self):
+        super().__init__()
+        self.is_ready = None
+
+    def take_ready(self, is_ready):
+        self.is_ready = is_ready
+
+    def take_keep_out(self, keep_out):
+        pass
+
+
+def test_each_algorithm_knows_whether_the_uav_flies():
+    """Without a word of it the UAV counts as ready."""
+    first, second, third = Listens(), Listens(), Listens()
+    loop = SteeringLoop(first, lambda frame: LEVEL, [].append)
+    loop.take(second)
+    loop.take_ready(False)
+    loop.take(third)
+    assert (first.is_ready, second.is_ready, third.is_ready) == (None, False, False)
+    loop.take_ready(True)
+    assert third.is_ready
+    fourth = Listens()
+    SteeringLoop(first, lambda frame: LEVEL, [].append).take(fourth)
+    assert fourth.is_ready

@@ -128,6 +128,10 @@ class Dynamic(Algorithm):
         """
         self._rangings = rangings if self.wants_cloud else ()
 
+    def take_ready(self, is_ready: bool) -> None:
+        """Take in whether the UAV flies what is answered. It changes what is told, never an answer."""
+        self._hold_up.is_ready = is_ready
+
     def take_keep_out(self, keep_out: KeepOut) -> None:
         """Keep out of these boxes from now on: their walls count as obstacles."""
         self._keep_out = keep_out

@@ -61,7 +61,7 @@ class Answering:
         self._warn = warn
         self._limits = limits
         self._motion = OwnMotion(warn)
-        self.algorithm, self._keep_out = algorithm, KeepOut()
+        self.algorithm, self._keep_out, self._is_ready = algorithm, KeepOut(), True
         self._last_xy = (0.0, 0.0)
         self._last_scan: tuple[int, float | None] | None = None  # its stamp, and the body's yaw
         self._matched_ns: int | None = None  # when a cloud came with a scan, or the first one came at all
@@ -71,7 +71,13 @@ class Answering:
         if isinstance(algorithm, Dynamic) and isinstance(self.algorithm, Dynamic):
             algorithm.take_over(self.algorithm)
         algorithm.take_keep_out(self._keep_out)
+        algorithm.take_ready(self._is_ready)
         self.algorithm = algorithm
+
+    def take_ready(self, is_ready: bool) -> None:
+        """Let this algorithm, and those that follow it, know whether the UAV flies what is answered."""
+        self._is_ready = is_ready
+        self.algorithm.take_ready(is_ready)
 
     def take_keep_out(self, keep_out: KeepOut) -> None:
         """Let this algorithm, and those that follow it, keep out of boxes."""

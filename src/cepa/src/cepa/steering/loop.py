@@ -93,6 +93,10 @@ class SteeringLoop:
         """Keep out of these boxes from now on, whatever algorithm steers."""
         self._answering.take_keep_out(keep_out)
 
+    def take_ready(self, is_ready: bool) -> None:
+        """Take in whether the UAV flies what is answered. While it does not, it is not held up."""
+        self._answering.take_ready(is_ready)
+
     def on_reference(self, stamp_ns: int, velocity_m_s: Vector3) -> list[Command]:
         """Take in the wanted velocity, along the axes of the levelled body."""
         return self._answer(self._pairing.offer("reference", stamp_ns, velocity_m_s))

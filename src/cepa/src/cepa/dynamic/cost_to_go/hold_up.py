@@ -12,6 +12,8 @@ class HoldUp:
     """Watches how long the UAV has stayed at a place although the reference leads on."""
 
     def __init__(self) -> None:
+        self.is_ready = True
+        """Whether the UAV flies what it is asked. One that is landed, or takes off, is not held up."""
         self.reset()
 
     def reset(self) -> None:
@@ -33,6 +35,9 @@ class HoldUp:
 
         is_asked: whether the reference asks it to fly. returns: see `CostToGoSearch.returns`.
         """
+        if not self.is_ready:
+            self.held_s, self._asked_s = 0.0, -math.inf
+            return ()
         if is_asked:
             went_on = math.dist(position_m, self._place_m) > HELD_M
             if went_on or not 0.0 <= stamp_s - self._asked_s <= HELD_PAUSE_S:
