@@ -49,6 +49,17 @@ def test_it_starts_the_same_nodes_with_the_same_parameters(simulated, real):
     assert differing - OWN == set()
 
 
+def test_a_model_brings_its_radius_its_margin_and_what_follows_from_them():
+    """CEPA's cushions, the planner's distances and the map's voxels are those of explore.launch."""
+    small = "model:=small_quad", "lidar:=qt64"
+    parameters = loaded("explore.launch", *small, "speed:=1.5")[1]
+    real_parameters = loaded("real.launch", *REAL, *small, "explore:=true")[1]
+    assert parameters["/explore/planner/radius"] == 0.2
+    assert {key: real_parameters[key] for key in parameters if key.strip("/") not in OWN} == {
+        key: value for key, value in parameters.items() if key.strip("/") not in OWN
+    }
+
+
 def test_a_recorder_runs_on_request():
     assert "record" in loaded("real.launch", "record:=true")[0]
     assert "record" not in loaded("real.launch")[0]
