@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from gridslam.evaluation.volume.surface import Surface
-from master_thesis.results.narrow_way import narrowest_on_way, why_it_stayed
+from master_thesis.results.narrow_way import Cushions, narrowest_on_way, what_passes, why_it_stayed
 
 HERE_M, GOAL_M = np.array((1.0, 0.0, 1.5)), np.array((7.0, 0.5, 1.5))
 WALL_X_M = 4.05
@@ -41,9 +41,24 @@ def test_a_wide_way_has_no_narrow_place_and_a_closed_wall_no_way():
 
 
 def test_the_sentence_names_place_width_and_what_is_needed():
-    told = why_it_stayed(wall(0.8), HERE_M, GOAL_M, 0.8, np.random.default_rng(1))
+    told = why_it_stayed(wall(0.8), HERE_M, GOAL_M, Cushions(0.8, 0.45), np.random.default_rng(1))
     assert "at (4." in told
     assert "0.7 m wide" in told
     assert "needs 1.6 m" in told
     assert "model:=small_quad" in told
-    assert why_it_stayed(wall(5.0, 4.0), HERE_M, GOAL_M, 0.2, np.random.default_rng(1)) == ""
+    small = Cushions(0.2, 0.15)
+    assert why_it_stayed(wall(5.0, 4.0), HERE_M, GOAL_M, small, np.random.default_rng(1)) == ""
+
+
+@pytest.mark.parametrize(
+    ("width_m", "said"),
+    [
+        (0.9, "set /cepa r_lb 0.45`"),  # half of it, with 0.1 m beside the body
+        (0.8, "set /cepa r_lb 0.4`"),
+        (0.7, "needs 0.7 m (body_radius)"),
+        (0.5, "model:=small_quad"),  # which may be 0.6 m, by the error of the voxels
+        (0.4, "No UAV of this workspace fits"),
+    ],
+)
+def test_it_names_the_cushion_or_the_model_that_would_pass(width_m, said):
+    assert said in what_passes(width_m, Cushions(0.5, 0.35))

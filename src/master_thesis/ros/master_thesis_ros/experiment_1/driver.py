@@ -17,7 +17,7 @@ from master_thesis.experiment_1.request import GoalFlight, read
 from master_thesis.flight.course import Phase
 from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.monitor import Monitor
-from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
+from master_thesis.launch_arguments.cepa_parameters import cepa_body_m, cepa_keeps_m
 from master_thesis.results.metrics import flight_interval_s
 from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
 from master_thesis.results.run_summary import headline
@@ -30,6 +30,9 @@ from master_thesis_ros.experiments.run import Run
 from master_thesis_ros.launch.request import check_avoidance
 from node_tools.ending import Ending
 from node_tools.node import RunNode
+
+KeptM = tuple[float, float]
+"""What CEPA keeps, m: r_lb and body_radius."""
 
 
 class Experiment1Node(FlightNode):
@@ -75,38 +78,39 @@ def make() -> RunNode:
     asked = rospy.get_param("~", {})
     avoidance = str(asked.get("avoidance", scenario.CEPA))
     check_avoidance(avoidance)
-    flight = read(asked, cepa_keeps_m(all_parameters().get("cepa", {})))
+    cepa = all_parameters().get("cepa", {})
+    flight = read(asked, cepa_keeps_m(cepa))
     lockstep = asked.get("lockstep", False) is True
-    keep_m = cepa_keeps_m(all_parameters().get("cepa", {})) if avoidance == scenario.CEPA else None
-    return lambda ending: _fly(flight, lockstep, keep_m, ending)
+    kept_m = (cepa_keeps_m(cepa), cepa_body_m(cepa)) if avoidance == scenario.CEPA else None
+    return lambda ending: _fly(flight, lockstep, kept_m, ending)
 
 
-def _fly(flight: GoalFlight, lockstep: bool, keep_m: float | None, ending: Ending) -> int:
-    """Return the exit code. keep_m: CEPA's r_lb; None: another node avoids."""
+def _fly(flight: GoalFlight, lockstep: bool, kept_m: KeptM | None, ending: Ending) -> int:
+    """Return the exit code. kept_m: what CEPA keeps; None: another node avoids."""
     run = Run(flight.description.experiment, ending)
     monitor = Monitor(flight.limits, UavParts.load(flight.description.model))
     goal_xyz_m = flight.description.scenario.goal_xyz_m
-    run.lead(monitor, lambda: Experiment1Node(monitor, goal_xyz_m, lockstep, keep_m is not None))
+    run.lead(monitor, lambda: Experiment1Node(monitor, goal_xyz_m, lockstep, kept_m is not None))
     description, wall = run.close(flight.description, monitor)
     flown = run.folder, description, monitor.log, monitor.course.outcome
     numbers = write_numbers(*flown, wall)
     return run.finish(
         numbers,
         headline,
-        lambda content: complete_run(*flown, _explained(flown, keep_m, content), ProgressLog()),
+        lambda content: complete_run(*flown, _explained(flown, kept_m, content), ProgressLog()),
         "clearance or pictures",
     )
 
 
-def _explained(flown: FlownRun, keep_m: float | None, content: dict) -> dict:
-    """Return the results; a flight that stayed before an opening says so. keep_m: as of `_fly`."""
+def _explained(flown: FlownRun, kept_m: KeptM | None, content: dict) -> dict:
+    """Return the results; a flight that stayed before an opening says so. kept_m: as of `_fly`."""
     folder, description, log, outcome = flown
     is_late = not outcome.reached_goal and not outcome.collision and Phase.LANDING in outcome.times_s
-    if keep_m is None or not is_late or not content["failure"]:
+    if kept_m is None or not is_late or not content["failure"]:
         return content
     from gridslam.errors import SlamError  # this and scipy take half a second, and only few flights need it
     from gridslam.evaluation.volume.surface import read_surface
-    from master_thesis.results.narrow_way import why_it_stayed
+    from master_thesis.results.narrow_way import Cushions, why_it_stayed
 
     goal_m, path_m = description.scenario.goal_xyz_m, log.between(*flight_interval_s(log, outcome))
     try:
@@ -117,7 +121,7 @@ def _explained(flown: FlownRun, keep_m: float | None, content: dict) -> dict:
     if not len(path_m):
         return content
     rng = np.random.default_rng(description.seed)
-    why = why_it_stayed(surface, _nearest_m(path_m, goal_m), np.array(goal_m), keep_m, rng)
+    why = why_it_stayed(surface, _nearest_m(path_m, goal_m), np.array(goal_m), Cushions(*kept_m), rng)
     content = {**content, "failure": content["failure"] + why}
     folder.write_result(content)
     return content

@@ -14,8 +14,17 @@ RADII_M = (0.05, 5.0)
 
 def cepa_keeps_m(parameters: Mapping[str, Any]) -> float:
     """Return the distance, m, that CEPA keeps from obstacles, from its parameters."""
-    given = parameters.get("r_lb", CepaParameters.r_lb)
-    return float(given) if isinstance(given, (int, float)) else CepaParameters.r_lb
+    return _given_m(parameters, "r_lb", CepaParameters.r_lb)
+
+
+def cepa_body_m(parameters: Mapping[str, Any]) -> float:
+    """Return the radius, m, of the body that CEPA keeps off, from its parameters."""
+    return _given_m(parameters, "body_radius", CepaParameters.body_radius)
+
+
+def _given_m(parameters: Mapping[str, Any], name: str, default: float) -> float:
+    given = parameters.get(name, default)
+    return float(given) if isinstance(given, (int, float)) else default
 
 
 def led_r_lb_m(asked: Mapping[str, Any]) -> float:

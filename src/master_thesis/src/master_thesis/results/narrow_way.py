@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +20,21 @@ VOXELS_MAX = 4_000_000
 WIDEST_M = 3.0
 """A wider place is not narrow."""
 TOUCHING = np.ones((3, 3, 3), bool)
+
+
+SMALL_NEEDS_M = 0.6
+"""Width from which on small_quad passes an opening (doc/own_tank.md)."""
+KEPT_STEP_M = 0.01
+BESIDE_BODY_M = 0.05
+"""The least that an r_lb which is proposed leaves beside the body."""
+
+
+@dataclass(frozen=True)
+class Cushions:
+    """What CEPA keeps, m. keep_m: r_lb, to each side. body_m: body_radius."""
+
+    keep_m: float
+    body_m: float
 
 
 @dataclass(frozen=True)
@@ -63,25 +79,43 @@ def narrowest_on_way(
 
 
 def why_it_stayed(
-    surface: Surface, here_m: np.ndarray, goal_m: np.ndarray, keep_m: float, rng: np.random.Generator
+    surface: Surface,
+    here_m: np.ndarray,
+    goal_m: np.ndarray,
+    uav: Cushions,
+    rng: np.random.Generator,
 ) -> str:
     """Return a sentence if the way is narrower than the avoidance's cushions, or there is none.
 
-    Empty: neither.
-
-    keep_m: that CEPA keeps to each side (r_lb). Other arguments as of `narrowest_on_way`.
+    Empty: neither. uav: what CEPA keeps. Other arguments as of `narrowest_on_way`.
     """
     narrow = narrowest_on_way(surface, here_m, goal_m, rng)
-    if narrow is None or narrow.width_m >= 2.0 * keep_m:
+    if narrow is None or narrow.width_m >= 2.0 * uav.keep_m:
         return ""
     if narrow.width_m == 0.0:
         return " No way leads from there to the goal."
     at = ", ".join(f"{v:.1f}" for v in narrow.place_m)
     return (
         f" The way leads through an opening at ({at}) that is about {narrow.width_m:.1f} m wide, but CEPA "
-        f"keeps {keep_m:g} m (r_lb) to each side, and so needs {2.0 * keep_m:.1f} m. A smaller UAV with "
-        "smaller cushions fits: explore.launch and inspection.launch fly it by model:=small_quad."
+        f"keeps {uav.keep_m:g} m (r_lb) to each side, and so needs {2.0 * uav.keep_m:.1f} m. "
+        f"{what_passes(narrow.width_m, uav)}"
     )
+
+
+def what_passes(width_m: float, uav: Cushions) -> str:
+    """Return which smaller cushion, or which smaller UAV, an opening lets through."""
+    keep_m = math.floor(width_m / (2.0 * KEPT_STEP_M) + 1e-6) * KEPT_STEP_M
+    if keep_m >= uav.body_m + BESIDE_BODY_M:
+        return (
+            f"This UAV fits with a smaller cushion: `rosrun dynamic_reconfigure dynparam set /cepa r_lb "
+            f"{keep_m:g}`."
+        )
+    if width_m >= SMALL_NEEDS_M - 2.0 * SIDE_M:  # so much too small a width may be
+        return (
+            f"This UAV is too wide for it: its body needs {2.0 * uav.body_m:.1f} m (body_radius). small_quad "
+            f"needs {SMALL_NEEDS_M:g} m: explore.launch and inspection.launch fly it by model:=small_quad."
+        )
+    return f"No UAV of this workspace fits: even small_quad needs {SMALL_NEEDS_M:g} m."
 
 
 def _room_m(points_m: np.ndarray, low_m: np.ndarray, shape: np.ndarray, side_m: float) -> np.ndarray:
