@@ -64,6 +64,16 @@ def test_odometry_fills_in_and_what_it_missed_is_spread_evenly():
     np.testing.assert_allclose(filled[3], expected, atol=1e-12)
 
 
+def test_what_odometry_missed_in_a_jump_belongs_to_that_step_alone():
+    # given 1 m/s along x, and odometry that counts as at rest from 11 to 12 s, when it jumped
+    odometry = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (2.0, 0.0, 0.0), (3.0, 0.0, 0.0)])
+    stamps, poses = np.arange(10.0, 15.0), np.column_stack([np.arange(5.0), np.zeros((5, 2))])
+    trajectory = Trajectory(stamps[[0, 3, 4]], poses[[0, 3, 4]])
+    filled = trajectory.filled(stamps, odometry, np.array([False, False, True, False, False]))
+    # then each pose is where the vehicle was
+    np.testing.assert_allclose(filled, poses, atol=1e-12)
+
+
 @pytest.mark.parametrize(
     "stamps_s", [(10.0, 12.0, 11.0), (10.0, 10.0, 12.0), (9.0, 10.0, 11.0), (10.1, 12.0, 13.0)]
 )

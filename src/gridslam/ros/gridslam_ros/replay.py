@@ -177,6 +177,7 @@ class Replay:
         self._unusable = 0
         self._stamps_s: list[float] = []
         self._odometry: list[np.ndarray] = []
+        self._has_jumped: list[bool] = []
         self._history = OdometryHistory()
         self._online: list[np.ndarray] = []
         self._cpu_s: list[float] = []
@@ -247,6 +248,7 @@ class Replay:
         height_m = planar.height_m if math.isfinite(planar.height_m) else 0.0
         self._history.add(planar.stamp_s, Pose.level(*base_in_odom, height_m))
         self._odometry.append(se2.compose(self._session.odom_in_continuous, base_in_odom))
+        self._has_jumped.append(self._session.odometry_has_jumped)
         map_to_odom = self._session.map_to_odom
         assert map_to_odom is not None  # since the first scan
         self._online.append(se2.compose(map_to_odom, base_in_odom))
@@ -305,7 +307,10 @@ class Replay:
             rises_m = path.heights_m[-ours:] - np.interp(path.stamps_s[-ours:], stamps_s, told_m)
             heights_m = told_m + np.interp(stamps_s, path.stamps_s[-ours:], rises_m)
         path = Trajectory(path.stamps_s[-ours:], path.poses_in_map[-ours:])  # not those of a saved state
-        return Trajectory(stamps_s, path.filled(stamps_s, np.array(self._odometry)), heights_m)
+        return Trajectory(stamps_s, self._filled(path, stamps_s), heights_m)
+
+    def _filled(self, path: Trajectory, stamps_s: np.ndarray) -> np.ndarray:
+        return path.filled(stamps_s, np.array(self._odometry), np.array(self._has_jumped))
 
     def _figures(self, wall_s: float, render_s: float) -> dict:
         return {

@@ -10,6 +10,7 @@ from sensor_msgs.msg import LaserScan
 
 from gridslam import PlanarScan
 from gridslam.inputs.levelling import Levelling
+from gridslam.inputs.scan_watch import ScanWatch
 from gridslam_ros.odometry_frames import OdometryFrames
 
 TURNS = 3
@@ -35,7 +36,7 @@ class ScanSource:
     ):
         self._frames = frames
         self._say = say
-        self._levelling = Levelling(levelling, floor_z_m)
+        self._levelling, self._watch = Levelling(levelling, floor_z_m), ScanWatch()
         self._lidars: deque[tuple[str, int]] = deque(maxlen=2 * TURNS)  # frames and numbers of beams
 
     def planar(self, scan: LaserScan) -> tuple[PlanarScan, tuple[float, float, float]]:
@@ -43,19 +44,21 @@ class ScanSource:
 
         Raises:
             FrameError: TF does not know where the lidar was.
-            ScanError: the scan or its frames make no sense.
+            ScanError: the scan or its frames make no sense, or no lidar measures such a scan.
         """
         base_in_odom, lidar_in_base = self._frames.look_up(scan)
-        levelled = self._levelling.level(
+        ranges_m = np.asarray(scan.ranges)
+        planar, base = self._levelling.level(
             scan.header.stamp.to_sec(),
-            np.asarray(scan.ranges),
+            ranges_m,
             (scan.angle_min, scan.angle_increment),
             (scan.range_min, scan.range_max),
             lidar_in_base,
             base_in_odom,
         )
         self._watch_lidar(scan)
-        return levelled
+        self._watch.check(ranges_m, planar, base)
+        return planar, base
 
     def _watch_lidar(self, scan: LaserScan) -> None:
         lidar = (scan.header.frame_id, len(scan.ranges))

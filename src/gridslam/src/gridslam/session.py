@@ -269,6 +269,11 @@ class SlamSession:
         return self._odometry.odom_in_continuous
 
     @property
+    def odometry_has_jumped(self) -> bool:
+        """Whether odometry has jumped before the newest scan. It does not tell the way of that step."""
+        return self._odometry.has_jumped
+
+    @property
     def map_to_odom(self) -> tuple[float, float, float] | None:
         """Pose of the odometry's frame in the map (x, y, yaw); None if the first scan must decide it."""
         if self.slam is None:

@@ -21,11 +21,14 @@ class Trajectory:
     heights_m: np.ndarray | None = None
     """(k,) of the base in the map; None, or NaN at a pose: not known."""
 
-    def filled(self, stamps_s: np.ndarray, base_in_odom: np.ndarray) -> np.ndarray:
+    def filled(
+        self, stamps_s: np.ndarray, base_in_odom: np.ndarray, has_jumped: np.ndarray | None = None
+    ) -> np.ndarray:
         """Return the poses in the map (n, 3) at other stamps, from the odometry (n, 3) at these stamps.
 
         Between two poses of the trajectory the motion is odometry's, and its error is spread evenly over the
-        time. ``stamps_s`` (n,) must ascend and contain the trajectory's.
+        time. ``stamps_s`` (n,) must ascend and contain the trajectory's. has_jumped: (n,) whether odometry
+        has jumped since the stamp before, so that it does not tell this step: the error is that step's alone.
 
         Raises:
             StateError: they do not.
@@ -43,6 +46,10 @@ class Trajectory:
         missed[:, 2] = se2.wrap(missed[:, 2])
         duration = np.maximum(self.stamps_s[after] - self.stamps_s[before], 1e-9)
         share = np.where(after > before, (stamps - self.stamps_s[before]) / duration, 0.0)
+        if has_jumped is not None:
+            jumps = np.cumsum(has_jumped)
+            first, of_all = jumps[nodes[before]], jumps[nodes[after]] - jumps[nodes[before]]
+            share = np.where(of_all > 0, (jumps - first) / np.maximum(of_all, 1), share)
         filled = moved + np.clip(share, 0.0, 1.0)[:, None] * missed
         filled[:, 2] = se2.wrap(filled[:, 2])
         return filled

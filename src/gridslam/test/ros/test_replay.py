@@ -210,7 +210,7 @@ def test_scans_that_would_make_the_map_absurdly_large_are_left_out(way, tmp_path
     entries = [(0.0, scan, odometry) for scan, odometry in zip(way.scans, way.odometry)]
     for index in range(10, 20):
         scan = dataclasses.replace(way.scans[index], range_max_m=1e8)
-        scan = dataclasses.replace(scan, ranges_m=np.full_like(scan.ranges_m, 1e7))
+        scan = dataclasses.replace(scan, ranges_m=1e7 + np.arange(len(scan.ranges_m)))
         entries[index] = (0.0, scan, way.odometry[index])
     write_bag(tmp_path / "far.bag", entries)
     assert replay.main([str(tmp_path / "far.bag"), *FEW]) == 0
@@ -220,6 +220,33 @@ def test_scans_that_would_make_the_map_absurdly_large_are_left_out(way, tmp_path
     assert capsys.readouterr().err.count("The map would grow to") == 2  # at once, and counted at the end
     final = read_tum(tmp_path / "far_slam/trajectory_final.tum")
     assert np.hypot(*(final.poses_in_map[-1] - way.truth.poses_in_map[-1])[:2]) < 0.15
+
+
+def test_where_odometry_begins_anew_the_final_path_is_the_vehicles(tmp_path):
+    """Given 0.8 m from scan to scan, when odometry begins anew at the 13th, nobody tells that step."""
+    truth = planar_world.along(np.array([(-9.0, -5.0), (9.0, -5.0)]), 0.8)
+    log = planar_world.drive(
+        planar_world.hold(), truth, LIDAR, 4, planar_world.Drift(0.0, 0.0, 0.0, 0.0, 0.0)
+    )
+    odometry = np.where(np.arange(len(truth))[:, None] < 13, truth, truth - truth[13])
+    write_bag(tmp_path / "anew.bag", [(0.0, *each) for each in zip(log.scans, odometry)])
+    words = [str(tmp_path / "anew.bag"), "linearUpdate:=3.0", "loop_closure:=false"]
+    assert replay.main(words) == 0
+    for name in ("final", "online"):
+        found = read_tum(tmp_path / f"anew_slam/trajectory_{name}.tum")
+        error_m = np.hypot(*(found.poses_in_map - truth)[:, :2].T)
+        assert error_m.max() < 0.1, name
+
+
+def test_constant_scans_are_left_out_with_one_sentence(way, tmp_path, capsys):
+    entries = [(0.0, scan, odometry) for scan, odometry in zip(way.scans, way.odometry)]
+    for index in range(10):
+        scan = dataclasses.replace(way.scans[index], ranges_m=np.full_like(way.scans[index].ranges_m, 4.0))
+        entries[index] = (0.0, scan, way.odometry[index])
+    write_bag(tmp_path / "constant.bag", entries)
+    assert replay.main([str(tmp_path / "constant.bag"), *FEW]) == 0
+    assert json.loads((tmp_path / "constant_slam/timing.json").read_text())["scans_unusable"] == 10
+    assert capsys.readouterr().err.count("tell the same range, 4 m") == 2  # at once, and counted at the end
 
 
 def test_with_odometry_covariance_each_scan_counts_with_that_of_its_stamp(way, tmp_path, monkeypatch):

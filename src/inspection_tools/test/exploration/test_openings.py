@@ -1,12 +1,13 @@
 """An opening that a UAV sees through, but does not fit through, is named with what would pass."""
 
 import functools
+import re
 
 import numpy as np
 import pytest
 from voxel_room import Flight, beams, next_places, room
 
-from inspection_tools.errors import ParameterError
+from inspection_tools.errors import NoPathError, ParameterError
 from inspection_tools.exploration import (
     End,
     Exploration,
@@ -78,6 +79,21 @@ def test_an_opening_of_two_voxels_is_named_too():
     (opening,) = behind.openings
     assert opening.width_m == pytest.approx(0.4 + 0.2)
     assert opening.place_m == pytest.approx((4.1, 2.2, 1.3), abs=0.5)
+
+
+@pytest.mark.parametrize("walls", [1, 2, 3])
+def test_a_plan_through_a_door_that_is_too_narrow_names_the_door_not_what_is_seen_behind_it(walls):
+    """What is seen through a door alone is known as narrowly as the door. It stands at x = 4 m."""
+    thick = tuple(wall for n in range(walls) for wall in bulkhead((1.6, 2.4), (0.2, 2.2), 4.0 + 0.2 * n))
+    flight, _, behind = explored(thick)
+    with pytest.raises(NoPathError) as told:
+        flight.planner.plan(flight.place_m, np.array((6.5, 2.0, 1.3)))
+    x_m, y_m, z_m = map(float, re.search(r"too narrow at \((.*?), (.*?), (.*?)\)", str(told.value)).groups())
+    assert 4.0 < x_m < 4.0 + 0.2 * walls
+    assert 1.6 < y_m < 2.4
+    assert 0.2 < z_m < 2.2
+    assert "may need 0.40 m to each side there, but" in str(told.value)
+    assert 4.0 < behind.openings[0].place_m[0] < 4.0 + 0.2 * walls
 
 
 def test_an_exploration_tells_the_opening_with_its_end():

@@ -120,6 +120,19 @@ def test_a_narrow_way_is_named_with_its_width():
     assert "1.00 m to each side there, but this one needs 1.41 m" in str(told.value)
 
 
+def test_of_two_narrow_slots_the_first_is_named_and_unknown_space_beside_a_way_is_told():
+    kinds = walled(17, [(slice(4, 5), slice(0, 13))])
+    kinds[:, :, 12] = 2
+    kinds[4, :, 12] = 1  # a second slot, as narrow
+    with pytest.raises(NoPathError, match=r"too narrow at \(8\.5,"):
+        planner_on(kinds, SLIM).plan((3.5, 6.5, 4.5), (15.5, 6.5, 4.5))
+    kinds = block(9, 13, 17)
+    kinds[:, :, 8] = 0
+    kinds[4, :, 8] = 1  # the same, but what is beside it was never seen
+    with pytest.raises(NoPathError, match=r"too narrow at \(8\.5, .* 1\.00 m .* beside what is unknown, but"):
+        planner_on(kinds, SLIM).plan((3.5, 6.5, 4.5), (13.5, 6.5, 4.5))
+
+
 def test_a_uav_beside_a_wall_leaves_it_and_comes_no_nearer():
     planner = planner_on(block(12, 12, 12), SLIM)
     plan = planner.plan((0.5, 6.5, 6.5), (8.5, 6.5, 6.5))

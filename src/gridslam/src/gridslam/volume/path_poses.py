@@ -10,6 +10,10 @@ from gridslam.volume.clouds import Pose
 
 SOONER_S = 0.2
 """Odometry is known at a path's pose if it was told within this time."""
+JUMP_M, JUMP_RAD = 0.5, 0.5
+"""If odometry and the path differ by more between two poses of the path, odometry may have jumped."""
+EXPLAINED = 0.5
+"""A step of odometry was a jump if without it they differ by less than this share."""
 
 
 class OdometryHistory:
@@ -67,6 +71,8 @@ class OdometryHistory:
 class PathCorrections:
     """The poses of odom in the map along a path. Between two of its poses, the correction changes evenly.
 
+    If odometry has jumped between them, as when it begins anew, the correction changes with that step alone.
+
     Args:
         path_stamps_s: (n,) of the path's poses, in order.
         path_poses: (n, 3) x, y and yaw of the base in the map.
@@ -105,11 +111,18 @@ class PathCorrections:
         rises_m = np.zeros(len(base_in_odom))
         if heights_m is not None:
             rises_m = heights_m[are_known] - base_in_odom[:, 3]
-        self._stamps_s = path_stamps_s[are_known]
-        self._corrections = np.column_stack([corrections, rises_m])
+        stamps_s = np.asarray(path_stamps_s, float)[are_known]
+        known = np.column_stack([corrections, rises_m])
+        self._jumps_s = _jumps(stamps_s, path_poses[are_known], base_in_odom[:, :3], history)
+        after = np.searchsorted(stamps_s, self._jumps_s.mean(axis=1))
+        knots_s = np.insert(stamps_s, np.repeat(after, 2), self._jumps_s.ravel())
+        around = np.stack([known[after - 1], known[after]], axis=1).reshape(-1, 4)
+        self._stamps_s, self._corrections = knots_s, np.insert(known, np.repeat(after, 2), around, axis=0)
 
     def cover(self, stamp_s: float) -> bool:
-        """Return whether a time lies between the first and the last pose of the path."""
+        """Return whether a time lies between the first and the last pose of the path, and in no jump."""
+        if ((self._jumps_s[:, 0] < stamp_s) & (stamp_s < self._jumps_s[:, 1])).any():
+            return False
         return bool(self._stamps_s[0] <= stamp_s <= self._stamps_s[-1])
 
     def at(self, stamp_s: float) -> Pose:
@@ -117,6 +130,34 @@ class PathCorrections:
         return Pose.level(
             *(float(np.interp(stamp_s, self._stamps_s, column)) for column in self._corrections.T)
         )
+
+
+def _jumps(
+    stamps_s: np.ndarray, path: np.ndarray, base_in_odom: np.ndarray, history: OdometryHistory
+) -> np.ndarray:
+    """Return (j, 2) the stamps of odometry before and after each jump, one between two poses of a path."""
+    motion, told = (se2.between(poses[:-1], poses[1:]) for poses in (path, base_in_odom))
+    differences, jumps_s = _difference(told, motion), []
+    for n in np.flatnonzero(differences > 1.0):
+        known_s, poses = history.arrays()
+        inside = np.flatnonzero((known_s > stamps_s[n]) & (known_s < stamps_s[n + 1]))
+        times_s = np.array([stamps_s[n], *known_s[inside], stamps_s[n + 1]])
+        track = np.vstack([base_in_odom[n], poses[inside, :3], base_in_odom[n + 1]])
+        steps = se2.between(track[:-1], track[1:])
+        jump = int(np.argmax(np.hypot(*steps[:, :2].T) + np.abs(steps[:, 2])))
+        steps[jump] = 0.0
+        end = np.zeros(3)
+        for step in steps:
+            end = se2.compose(end, step)
+        if _difference(end, motion[n]) < EXPLAINED * differences[n]:
+            jumps_s.append(times_s[jump : jump + 2])
+    return np.array(jumps_s).reshape(-1, 2)
+
+
+def _difference(told: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Return by how much motions (..., 3) differ, as shares of `JUMP_M` and `JUMP_RAD`."""
+    off = se2.between(told, motion)
+    return np.maximum(np.hypot(off[..., 0], off[..., 1]) / JUMP_M, np.abs(off[..., 2]) / JUMP_RAD)
 
 
 def odom_in_map(

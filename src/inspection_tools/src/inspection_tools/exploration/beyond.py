@@ -7,7 +7,8 @@ import math
 import numpy as np
 from scipy import ndimage
 
-from inspection_tools.planning import OCCUPIED, UNKNOWN
+from inspection_tools.planning import UNKNOWN
+from inspection_tools.planning.if_free import clearances_if_free
 from inspection_tools.planning.kernels.distances import squared_clearances
 from inspection_tools.planning.space import Space
 
@@ -33,18 +34,6 @@ def is_near_room(space: Space, nodes: np.ndarray, least_m3: float) -> np.ndarray
     ways = gates | joined(known & is_unclear | gates, np.argwhere(gates))
     near: np.ndarray = squared_clearances(ways, reach) < reach * reach
     return near
-
-
-def clearances_if_free(space: Space, reach: int) -> np.ndarray:
-    """Return (d, h, w) squared clearances, at most reach**2 voxels, if all that is unknown were free.
-
-    0: above the ceiling.
-    """
-    squares: np.ndarray = squared_clearances(_blocked(space), reach)
-    if math.isfinite(space.limits.ceiling_m):
-        highest = math.floor(space.limits.ceiling_m / space.grid.resolution_m - 0.5)
-        squares[max(highest - int(space.grid.corner[2]) + 1, 0) :] = 0
-    return squares
 
 
 def unknown_room(space: Space, fits: np.ndarray, nodes: np.ndarray, least_m3: float) -> np.ndarray:
@@ -73,14 +62,3 @@ def joined(fits: np.ndarray, nodes: np.ndarray) -> np.ndarray:
     is_joined[0] = False
     hangs: np.ndarray = is_joined[pieces]
     return hangs
-
-
-def _blocked(space: Space) -> np.ndarray:
-    blocked: np.ndarray = space.grid.kinds == OCCUPIED
-    for box in space.limits.boxes:
-        corners = np.array((box.low_m, box.high_m)) / space.grid.resolution_m
-        low = np.floor(corners[0]).astype(np.int64) - space.grid.corner
-        high = np.ceil(corners[1]).astype(np.int64) - space.grid.corner
-        low, high = np.maximum(low[::-1], 0), np.maximum(high[::-1], 0)
-        blocked[tuple(map(slice, low.tolist(), high.tolist()))] = True
-    return blocked

@@ -9,9 +9,10 @@ from typing import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from inspection_tools.exploration.beyond import clearances_if_free, unknown_room
+from inspection_tools.exploration.beyond import unknown_room
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.planning import PathPlanner
+from inspection_tools.planning.if_free import clearances_if_free
 from inspection_tools.planning.space import Space
 from inspection_tools.planning.voxel_grid import FREE
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from inspection_tools.errors import NoPathError
+from inspection_tools.planning.if_free import clearances_if_free
 from inspection_tools.planning.kernels.search import UNREACHED
 from inspection_tools.planning.kernels.widest import narrowest_place
 from inspection_tools.planning.space import Space
@@ -47,16 +48,9 @@ def closed_ways(space: Space) -> str:
 
 def no_way(space: Space, came: np.ndarray, goal_m: np.ndarray) -> str:
     """Return the sentence for a goal that the start does not reach, by what it reaches (`came`)."""
-    goal = np.array(space.grid.index_of(goal_m))
-    narrowest = narrowest_place(space.squares, came, goal)
-    if narrowest >= 0:
-        index = np.array(np.unravel_index(narrowest, space.squares.shape))
-        square = int(space.squares[tuple(index)])
-        return (
-            f"The way to {_at(goal_m)} is too narrow at {_at(space.grid.centres_m(index[None])[0])}: a UAV "
-            f"may need {_metres(space, square)} m to each side there, but this one needs "
-            f"{space.clearance_m:.2f} m."
-        )
+    narrow = _too_narrow(space, came, goal_m)
+    if narrow:
+        return narrow
     reached_m = space.grid.centres_m(np.argwhere(came != UNREACHED))
     away_m = np.linalg.norm(reached_m - goal_m, axis=1)
     nearest_m = reached_m[away_m.argmin()]
@@ -64,6 +58,28 @@ def no_way(space: Space, came: np.ndarray, goal_m: np.ndarray) -> str:
         f"No known free way leads to {_at(goal_m)}: the UAV comes closest at {_at(nearest_m)}, "
         f"{away_m.min():.1f} m before it, and then meets {_first_blocker(space, nearest_m, goal_m)}."
     )
+
+
+def _too_narrow(space: Space, came: np.ndarray, goal_m: np.ndarray) -> str:
+    """Return the sentence for a way that is free, but too narrow; an empty text: none is free.
+
+    What is known to be in the way counts first: behind a door, what is seen through it alone is as narrow.
+    """
+    goal = np.array(space.grid.index_of(goal_m))
+    if_free = np.where(space.squares > 0, clearances_if_free(space, math.isqrt(space.need - 1) + 1), 0)
+    for squares, beside in ((if_free.astype(np.uint16), ""), (space.squares, " beside what is unknown")):
+        narrowest = narrowest_place(squares, came, goal)
+        if narrowest < 0:
+            return ""
+        index = np.array(np.unravel_index(narrowest, squares.shape))
+        square = int(squares[tuple(index)])
+        if square < space.need:
+            return (
+                f"The way to {_at(goal_m)} is too narrow at {_at(space.grid.centres_m(index[None])[0])}: a "
+                f"UAV may need {_metres(space, square)} m to each side there{beside}, "
+                f"but this one needs {space.clearance_m:.2f} m."
+            )
+    return ""
 
 
 def _blocker(space: Space, place_m: np.ndarray) -> str:

@@ -13,6 +13,7 @@ import numpy as np
 from gridslam import OccupancyGrid, ScanError
 from gridslam.evaluation import Walls
 from gridslam.inputs.levelling import Levelling
+from gridslam.inputs.scan_watch import ScanWatch
 from gridslam.level_cloud import LevelCloud
 from gridslam.session import SlamSession
 from gridslam.trajectory import Trajectory
@@ -64,7 +65,7 @@ class SlamParticipant:
     ) -> None:
         self.session = session
         self._lidar = lidar
-        self._levelling = Levelling(levelling)
+        self._levelling, self._watch = Levelling(levelling), ScanWatch()
         self._half_time_s = half_time_s
         self._half_way: OccupancyGrid | None = None
         self._online: list[tuple] = []
@@ -80,7 +81,7 @@ class SlamParticipant:
         covariance: np.ndarray | None = None,
         cloud: Callable[[], LevelCloud | None] = lambda: None,
     ) -> None:
-        """Take a scan. As in the node, a scan without a usable beam is left out.
+        """Take a scan. As in the node, a scan that no lidar measures, or without a usable beam, is left out.
 
         covariance: (3, 3) of the odometry's x, y and yaw; None: SLAM's parameters tell it. cloud: returns
         what the lidar saw in space.
@@ -99,6 +100,7 @@ class SlamParticipant:
                 (lidar.position_m, lidar.orientation_xyzw),
                 (odometry.position_m, odometry.orientation_xyzw),
             )
+            self._watch.check(ranges, scan, base_in_odom)
         except ScanError:
             return
         update = self.session.process(scan, base_in_odom, covariance, cloud)

@@ -13,8 +13,9 @@ from scipy.spatial import cKDTree
 
 from inspection_tools.checks import check_number
 from inspection_tools.errors import ParameterError
-from inspection_tools.exploration.beyond import TOUCHING, clearances_if_free, joined
+from inspection_tools.exploration.beyond import TOUCHING, joined
 from inspection_tools.planning import FREE, UNKNOWN, PlannerParameters
+from inspection_tools.planning.if_free import clearances_if_free
 from inspection_tools.planning.kernels.search import START, UNREACHED
 from inspection_tools.planning.kernels.widest import narrowest_place
 from inspection_tools.planning.space import LEAST_NEED, Space

@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from inspection_tools.exploration.beyond import clearances_if_free
 from inspection_tools.exploration.kernels.views import mark_seen
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.exploration.views.scene import Scene
 from inspection_tools.exploration.views.view import View
+from inspection_tools.planning.if_free import clearances_if_free
 from inspection_tools.planning.space import Space
 from inspection_tools.planning.voxel_grid import FREE, OCCUPIED, UNKNOWN
 

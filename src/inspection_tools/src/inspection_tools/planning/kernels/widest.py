@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from inspection_tools.planning.kernels.neighbours import STEPS
+from inspection_tools.planning.kernels.heap import drop_first, push
+from inspection_tools.planning.kernels.neighbours import LENGTHS, STEPS
 from inspection_tools.planning.kernels.search import UNREACHED
 from kernel_cache.compiler import njit
 
@@ -23,9 +24,10 @@ def _append(first: np.ndarray, last: np.ndarray, following: np.ndarray, width: i
 def narrowest_place(squares: np.ndarray, came: np.ndarray, goal: np.ndarray) -> int:
     """Return the flat index of the narrowest voxel on the widest way, or -1 if no way is free.
 
-    Voxels are visited from wide to narrow, so that each is first met on its widest way. Equally wide ones are
-    visited in the order in which they are met, so that this way is short. Of equally narrow voxels on it, the
-    middle one counts.
+    Voxels are visited from wide to narrow, so that each is first met on its widest way. Among the ways that
+    are as wide, the one counts that keeps most room everywhere else: it is narrow only where each of them is.
+    Of equally narrow voxels on it in a row, the middle one counts; of such rows, the one that the start meets
+    first.
 
     Args:
         squares: (d, h, w) squared clearances, voxels; 0: blocked.
@@ -62,15 +64,71 @@ def narrowest_place(squares: np.ndarray, came: np.ndarray, goal: np.ndarray) -> 
                 _append(first, last, following, min(level, int(flat[other])), other)
     if parents[target] == -2:
         return -1
-    least, count = most, 0
-    item = target
+    least, item = most, target
     while parents[item] >= 0:
-        if flat[item] <= least:
-            count = count + 1 if flat[item] == least else 1
-            least = flat[item]
+        least = min(least, int(flat[item]))
         item = parents[item]
-    item, left = target, count // 2
-    while flat[item] != least or left > 0:
-        left -= flat[item] == least
+    _keep_room(squares, reached, least, target, parents)
+    return _first_row(flat, parents, target, least)
+
+
+@njit(cache=True, nogil=True)
+def _keep_room(
+    squares: np.ndarray, reached: np.ndarray, least: int, target: int, parents: np.ndarray
+) -> None:
+    """Let parents lead to the target by the way that costs least, of those that are as wide as `least`.
+
+    A voxel costs the inverse of its squared square, so that narrow ones are avoided where others lead on
+    (Dijkstra, 1959).
+    """
+    depth, height, width = squares.shape
+    flat = squares.reshape(-1)
+    costs = np.full(flat.size, np.inf)
+    keys, items = np.empty(1024, np.float64), np.empty(1024, np.int64)
+    size = 0
+    for item in range(flat.size):
+        if reached[item] != UNREACHED:
+            parents[item], costs[item] = -1, 0.0
+            if size == keys.size:
+                keys, items = np.concatenate((keys, keys)), np.concatenate((items, items))
+            push(keys, items, size, 0.0, item)
+            size += 1
+    while size > 0:
+        cost, item = keys[0], items[0]
+        size -= 1
+        drop_first(keys, items, size)
+        if item == target:
+            return
+        if cost > costs[item]:
+            continue
+        x, y, z = item % width, item // width % height, item // (width * height)
+        for k in range(26):
+            c, b, a = z + STEPS[k, 0], y + STEPS[k, 1], x + STEPS[k, 2]
+            if not (0 <= c < depth and 0 <= b < height and 0 <= a < width):
+                continue
+            other = (c * height + b) * width + a
+            if flat[other] < least or reached[other] != UNREACHED:
+                continue
+            new = cost + LENGTHS[k] / float(flat[other]) ** 2
+            if new < costs[other]:
+                costs[other], parents[other] = new, item
+                if size == keys.size:
+                    keys, items = np.concatenate((keys, keys)), np.concatenate((items, items))
+                push(keys, items, size, new, other)
+                size += 1
+
+
+@njit(cache=True, nogil=True)
+def _first_row(flat: np.ndarray, parents: np.ndarray, target: int, least: int) -> int:
+    """Return the middle of the row of voxels with this square that the way from the start meets first."""
+    item, last, count, is_in_row = target, target, 0, False
+    while parents[item] >= 0:  # from the target
+        is_narrow = flat[item] == least
+        if is_narrow and not is_in_row:
+            last, count = item, 0
+        count += is_narrow
+        is_in_row = is_narrow
         item = parents[item]
-    return item
+    for _ in range(count // 2):
+        last = parents[last]
+    return last
