@@ -4,23 +4,35 @@ import math
 import time
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from inspection_tools.exploration.frontiers import frontier_voxels, in_cells
+from inspection_tools.exploration.frontiers import KnownBorder, frontier_voxels, in_cells
 from inspection_tools.exploration.kernels.best_view import best_view
 from inspection_tools.exploration.kernels.lattice import lattice_ways
 from inspection_tools.exploration.kernels.views import is_open, mark_seen, seen_from, sights_of
-from inspection_tools.planning import FREE, UNKNOWN
+from inspection_tools.exploration.parameters import ExplorerParameters
+from inspection_tools.exploration.views.kept_gains import KeptGains
+from inspection_tools.exploration.views.scene import Scene
+from inspection_tools.planning import FREE, UNKNOWN, PlannerParameters
 from inspection_tools.planning.kernels.neighbours import STEPS
+from inspection_tools.planning.limits import Limits
+from inspection_tools.planning.space import Space
+from inspection_tools.planning.voxel_grid import VoxelGrid
 
 SEEDS = st.integers(0, 2**32 - 1)
 
 
 def drawn_kinds(rng, free=0.9, shape=(6, 7, 8)):
     return np.where(rng.random(shape) < free, FREE, rng.integers(0, 3, shape)).astype(np.uint8)
+
+
+def unknown(places):
+    """What none of the places is known to show."""
+    return np.full(len(places), -1)
 
 
 def run_through(a, b):
@@ -75,12 +87,12 @@ def test_the_best_view_shows_most_for_its_time(seed):
     places, cells = (rng.integers(0, kinds.shape, (n, 3)) for n in (12, 9))
     view = cells, rng.integers(1, 50, 9), (-0.9, 0.8), (1.0, 6.0)
     rates = seen_from(kinds, places, *view, np.zeros(9, bool)) / times_s
-    best, gain = best_view(kinds, places, times_s, *view, (1.0, 0.0))
+    best, gain = best_view(kinds, places, times_s, *view, (1.0, 0.0), unknown(places))
     if rates.max() == 0.0:
         assert (best, gain) == (-1, 0)
     else:
         assert gain / times_s[best] == rates.max() == rates[best]
-    assert best_view(kinds, places, times_s, *view, (1.0, rates.max())) == (-1, 0)
+    assert best_view(kinds, places, times_s, *view, (1.0, rates.max()), unknown(places)) == (-1, 0)
 
 
 @settings(max_examples=20, deadline=None)
@@ -92,7 +104,7 @@ def test_the_best_view_of_a_place_much_larger_than_the_reach(seed):
     low, high = np.sort(rng.uniform(-1.0, 1.0, 2))
     view = cells, rng.integers(1, 50, 150), (low, high), (1.0, rng.uniform(2.0, 20.0))
     rates = seen_from(kinds, places, *view, np.zeros(150, bool)) / times_s
-    best, gain = best_view(kinds, places, times_s, *view, (1.0, 0.0))
+    best, gain = best_view(kinds, places, times_s, *view, (1.0, 0.0), unknown(places))
     assert (best, gain) == (-1, 0) if rates.max() == 0.0 else gain / times_s[best] == rates.max()
 
 
@@ -107,7 +119,7 @@ def test_border_that_is_far_away_costs_hardly_anything():
         times_s = 2.0 + np.linalg.norm(places - (10, 50, 50), axis=1) / 7.5
         view = cells, np.full(len(cells), 20), (-0.27, 0.27), (2.5, 60.0)
         began_s = time.thread_time()
-        best_view(kinds, places, times_s, *view, (20.0, 20.0))
+        best_view(kinds, places, times_s, *view, (20.0, 20.0), unknown(places))
         return time.thread_time() - began_s
 
     took_s(1)  # compiles
@@ -138,6 +150,51 @@ def test_cells_count_their_voxels_and_stay_when_the_map_grows():
     assert cells.places[np.argmax(cells.counts)].tolist() == [0, 0, 1]
     grown = in_cells(voxels + 7, 3, np.full(3, -7))
     np.testing.assert_array_equal(grown.places, cells.places + 7)
+
+
+@settings(max_examples=30, deadline=None)
+@given(SEEDS, st.integers(1, 4))
+def test_a_cells_place_is_its_voxel_nearest_to_their_mean(seed, side):
+    rng = np.random.default_rng(seed)
+    voxels = np.unique(rng.integers(0, 9, (40, 3)), axis=0)
+    corner = rng.integers(-5, 5, 3)
+    cells, keys = in_cells(voxels, side, corner), (voxels + corner) // side
+    assert cells.counts.sum() == len(voxels)
+    assert len(cells.counts) == len(np.unique(keys, axis=0))
+    for place, count in zip(cells.places, cells.counts):
+        own = voxels[(keys == (place + corner) // side).all(axis=1)]
+        off = np.square(own - own.mean(axis=0)).sum(axis=1)
+        assert (len(own), off.min()) == (count, pytest.approx(np.square(place - own.mean(axis=0)).sum()))
+
+
+@settings(max_examples=25, deadline=None)
+@given(SEEDS)
+def test_a_border_and_gains_that_follow_a_growing_map_are_those_of_the_whole_map(seed):
+    """Given tiles that come, come again, change and widen the map, when views are chosen each time..."""
+    rng, side, p = np.random.default_rng(seed), 4, ExplorerParameters(reach=3.0, near=0.0, cell=0.6)
+    grid, known, kept = VoxelGrid(0.2, side), KnownBorder(), KeptGains(p.cell)
+    for _ in range(6):
+        tiles = np.unique(rng.integers(-3, 4, (rng.integers(1, 12), 3)), axis=0)
+        kinds = drawn_kinds(rng, 0.95, (len(tiles), side**3))
+        before, known_before = grid.versions.sum(), grid.known
+        has_changed = grid.update(tiles, kinds)
+        assert grid.versions.sum() - before == has_changed.sum()
+        assert not grid.update(tiles, kinds).any()
+        assert grid.known == np.count_nonzero(grid.kinds) >= known_before - kinds.size
+        space = Space.of(grid, np.zeros(grid.kinds.shape, np.uint16), PlannerParameters(), Limits(), (), 0.0)
+        scene = Scene.of(space, p, known)
+        np.testing.assert_array_equal(scene.border, frontier_voxels(np.pad(grid.kinds, 1)))
+        cells = scene.cells(p.cell)
+        cells = cells.chosen(rng.random(len(cells.counts)) < 0.9)
+        places = np.argwhere(grid.kinds == FREE)[::7]
+        gains = kept.of(scene, places, cells)
+        expected = scene.gains(places, cells)[0]
+        is_kept = gains >= 0
+        np.testing.assert_array_equal(gains[is_kept], expected[is_kept])
+        kept.keep(np.where(rng.random(len(places)) < 0.7, expected, -1))
+        again = kept.of(scene, places, cells)
+        np.testing.assert_array_equal(again[again >= 0], expected[again >= 0])
+        kept.keep(again)
 
 
 @settings(max_examples=20, deadline=None)

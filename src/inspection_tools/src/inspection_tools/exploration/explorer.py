@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from inspection_tools.exploration.frontiers import KnownBorder
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.exploration.steep import steep_steps
@@ -60,6 +61,7 @@ class Explorer:
         self._last = RevealingViews(_of_layers(self._p), is_steep) if has_last else None
         """What shows more when no level view of the border does: views straight above and below."""
         self._last_view: View | None = None
+        self._border = KnownBorder()
         self._shafts = ShaftViews() if has_last and self._p.shafts else None
         self._room, self._seeks_room = RoomViews(self._p), False
         self._goal: View | None = None
@@ -104,7 +106,7 @@ class Explorer:
         if not len(roadmap.nodes):
             self._goal = None
             return Decision(None, is_shut_in=True)
-        scene, (looked, is_there) = Scene.of(space, self._p), self._look_from(place_m)
+        scene, (looked, is_there) = Scene.of(space, self._p, self._border), self._look_from(place_m)
         self._worthy.note(scene, looked)
         present = None if is_there else self._goal
         if self._shafts is not None and is_there and self._goal is not None:
@@ -181,7 +183,7 @@ class Explorer:
 
     def _has_news(self, space: Space) -> bool:
         """Whether so much is new since a search for room began that a view may be worth its time again."""
-        known = int(np.count_nonzero(space.grid.kinds))
+        known = space.grid.known
         if self._seeks_room and abs(known - self._known) < self._worthy.news_voxels(space):
             return False
         self._known = known

@@ -5,8 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from scipy import ndimage
 
-from inspection_tools.exploration.kernels.borders import mark_border
+from inspection_tools.exploration.kernels.borders import border_of, cells_of
+from inspection_tools.planning.voxel_grid import VoxelGrid
 
 
 class Frontiers(NamedTuple):
@@ -25,9 +27,45 @@ class Frontiers(NamedTuple):
 
 def frontier_voxels(kinds: np.ndarray) -> np.ndarray:
     """Return (n, 3), z, y, x: the unknown voxels with a free one beside a face."""
-    is_border = np.zeros(kinds.shape, bool)
-    mark_border(kinds, is_border)
-    return np.argwhere(is_border)
+    border: np.ndarray = border_of(kinds, np.zeros(3, np.int64), np.array(kinds.shape))
+    return border
+
+
+class KnownBorder:
+    """Keeps the border of a map that grows, and looks anew only at the tiles that have changed."""
+
+    def __init__(self) -> None:
+        self._grid: VoxelGrid | None = None
+        self._first = np.zeros(3, np.int64)
+        self._versions = np.zeros((0, 0, 0), np.int64)
+        self._tiles: dict[tuple[int, int, int], np.ndarray] = {}
+        """By tile, z, y, x from the frame's origin: its border (n, 3), voxels counted likewise."""
+
+    def of(self, grid: VoxelGrid, kinds: np.ndarray) -> np.ndarray:
+        """Return `frontier_voxels` of a map's kinds with one layer around."""
+        if self._grid is not grid:
+            self._grid, self._tiles, self._versions = grid, {}, np.zeros((0, 0, 0), np.int64)
+        side, corner = grid.side, grid.corner[::-1]
+        first, shape = corner // side, np.array(grid.versions.shape)
+        before = np.full(shape, -1)
+        at = self._first - first
+        before[tuple(slice(a, a + n) for a, n in zip(at, self._versions.shape))] = self._versions
+        has_changed = ndimage.binary_dilation(before != grid.versions)
+        self._first, self._versions = first, grid.versions.copy()
+        for tile in np.argwhere(has_changed):
+            low = tile * side + 1
+            # a layer around the map is unknown, and is border if the map is free up to its end
+            low, high = np.where(tile == 0, 0, low), low + side + (tile + 1 == shape)
+            found = border_of(kinds, low, high)
+            if len(found):
+                self._tiles[tuple((tile + first).tolist())] = found + (corner - 1)
+            else:
+                self._tiles.pop(tuple((tile + first).tolist()), None)
+        if not self._tiles:
+            return np.zeros((0, 3), np.int64)
+        border = np.concatenate(list(self._tiles.values())) - (corner - 1)
+        flat = (border[:, 0] * kinds.shape[1] + border[:, 1]) * kinds.shape[2] + border[:, 2]
+        return border[np.argsort(flat, kind="stable")]  # which is fast on sorted pieces
 
 
 def in_cells(voxels: np.ndarray, side: int, corner: np.ndarray) -> Frontiers:
@@ -38,13 +76,5 @@ def in_cells(voxels: np.ndarray, side: int, corner: np.ndarray) -> Frontiers:
     """
     if not len(voxels):
         return Frontiers(np.zeros((0, 3), np.int64), np.zeros(0, np.int64))
-    cubes = (voxels + corner) // side
-    cubes -= cubes.min(axis=0)
-    size = cubes.max(axis=0) + 1
-    flat = (cubes[:, 0] * size[1] + cubes[:, 1]) * size[2] + cubes[:, 2]
-    _, cell, counts = np.unique(flat, return_inverse=True, return_counts=True)
-    means = np.stack([np.bincount(cell, voxels[:, axis]) for axis in range(3)], axis=1) / counts[:, None]
-    off = np.square(voxels - means[cell]).sum(axis=1)
-    order = np.lexsort((off, cell))
-    first = order[np.concatenate(([0], np.cumsum(counts)[:-1]))]
-    return Frontiers(voxels[first], counts)
+    nearest, counts = cells_of(voxels, side, np.asarray(corner, np.int64))
+    return Frontiers(voxels[nearest], counts)

@@ -8,7 +8,7 @@ import numpy as np
 
 from inspection_tools.planning.kernels.distances import squared_clearances
 from inspection_tools.planning.limits import KeepOut
-from inspection_tools.planning.voxel_grid import Taken, VoxelGrid, placed
+from inspection_tools.planning.voxel_grid import UNKNOWN, Taken, VoxelGrid, placed
 
 BLOCK = 64
 """Voxels along the side of a block that is computed at once."""
@@ -39,7 +39,7 @@ class ClearanceMap:
     def take_as_free(self, place_m: np.ndarray, radius_m: float) -> Taken | None:
         """See `VoxelGrid.take_as_free`."""
         taken = self.grid.take_as_free(place_m, radius_m)
-        if taken is not None:
+        if taken is not None and self._was_unknown(taken):
             self._changed.append((taken.low, taken.high))
         return taken
 
@@ -47,6 +47,10 @@ class ClearanceMap:
         """See `VoxelGrid.take_back`."""
         self.grid.take_back(taken)
         self._changed.append((taken.low, taken.high))
+
+    def _was_unknown(self, taken: Taken) -> bool:
+        part = self.grid.kinds[placed(taken.low - self.grid.corner, taken.is_new.shape)]
+        return bool((taken.is_new & (part == UNKNOWN)).any())
 
     def squares(self) -> np.ndarray:
         """Return the squared distances (d, h, w), z first, uint16, at most reach**2; 0: blocked."""

@@ -15,7 +15,7 @@ from inspection_tools.planning.closures import Closure, Closures
 from inspection_tools.planning.kernels.distances import REACH_MAX
 from inspection_tools.planning.kernels.neighbours import STEPS
 from inspection_tools.planning.kernels.pulling import pull
-from inspection_tools.planning.kernels.search import DONE, START, UNREACHED, search
+from inspection_tools.planning.kernels.search import DONE, START, TIE, UNREACHED, search
 from inspection_tools.planning.landmarks import Landmarks
 from inspection_tools.planning.limits import Limits
 from inspection_tools.planning.parameters import PlannerParameters
@@ -29,6 +29,8 @@ OVERSHOOT_M = 0.15
 """A UAV that takes off may rise so much beyond its height."""
 RISE_MARGIN_M = 0.5
 """Wind of up to 3 m/s carried a UAV less to the side in eleven of twelve take-offs, and once by 0.65 m."""
+FAR_VOXELS, FAR_GREED = 250, 1.2
+"""A way farther than the first may cost so many times as much as the cheapest, which takes long in halls."""
 HALF_DIAGONAL = math.sqrt(3.0) / 2.0
 """Of a voxel: its centre is at most so far from a place in it."""
 
@@ -89,7 +91,7 @@ class PathPlanner:
     def known_m3(self) -> float:
         """Return the volume that is known, free or occupied."""
         grid = None if self._map is None else self._map.grid
-        return 0.0 if grid is None else float(np.count_nonzero(grid.kinds)) * grid.resolution_m**3
+        return 0.0 if grid is None else float(grid.known) * grid.resolution_m**3
 
     def update_map(self, resolution_m: float, side: int, tiles: np.ndarray, voxels: np.ndarray) -> None:
         """Take over tiles of the map: see `VoxelGrid.update`. Another size of voxels begins a new map.
@@ -99,8 +101,8 @@ class PathPlanner:
         """
         known = self._map
         if known is not None and (known.grid.resolution_m, known.grid.side) == (resolution_m, side):
-            known.grid.update(tiles, voxels)
-            known.note(tiles)
+            has_changed = known.grid.update(tiles, voxels)
+            known.note(np.asarray(tiles)[has_changed])
             if self._landmarks is not None:
                 self._landmarks.note()
             return
@@ -230,7 +232,8 @@ def _search(space: Space, start_m: np.ndarray, goal_m: np.ndarray) -> tuple[floa
     """Return the cost between two places in the grid, in voxels, and the step that led to each voxel."""
     ends = np.array([space.grid.index_of(start_m), space.grid.index_of(goal_m)])
     came = np.full(space.squares.shape, UNREACHED, np.int8)
-    return search(space.squares, space.need, space.factors, ends, came), came
+    greed = FAR_GREED if np.ptp(ends, axis=0).max() > FAR_VOXELS else TIE
+    return search(space.squares, space.need, space.factors, ends, came, greed), came
 
 
 def _place(name: str, place_m: np.ndarray) -> np.ndarray:

@@ -35,6 +35,7 @@ class VoxelGrid:
         resolution_m: side of a voxel. side: voxels along a tile.
         corner: (3,) x, y, z of the first voxel. kinds: (d, h, w), z first: UNKNOWN, FREE or OCCUPIED.
         is_taken_as_free: (d, h, w) where UNKNOWN counts as FREE.
+        versions: (d, h, w) of tiles, z first: how often each has changed. known: voxels that are not UNKNOWN.
 
     Raises:
         MapError: the resolution or the side is not positive.
@@ -47,9 +48,11 @@ class VoxelGrid:
         self.corner = np.zeros(3, np.int64)
         self.kinds = np.zeros((0, 0, 0), np.uint8)
         self.is_taken_as_free = np.zeros((0, 0, 0), bool)
+        self.versions = np.zeros((0, 0, 0), np.int64)
+        self.known = 0
 
-    def update(self, tiles: np.ndarray, voxels: np.ndarray) -> None:
-        """Take over tiles.
+    def update(self, tiles: np.ndarray, voxels: np.ndarray) -> np.ndarray:
+        """Take over tiles. Return which of them (n,) have changed.
 
         Args:
             tiles: (n, 3) x, y, z, counted in tiles from the frame's origin.
@@ -68,12 +71,20 @@ class VoxelGrid:
             )
         if np.abs(tiles).max(initial=0) > FARTHEST_TILE:
             raise MapError("A tile is farther from the origin than any map reaches.")
+        has_changed = np.zeros(len(tiles), bool)
         if not len(tiles):
-            return
+            return has_changed
         self._cover(tiles.min(axis=0) * self.side, (tiles.max(axis=0) + 1) * self.side)
-        for (x, y, z), cube in zip((tiles * self.side - self.corner).tolist(), voxels):
-            part = self.kinds[z : z + self.side, y : y + self.side, x : x + self.side]
-            part[...] = cube.reshape(part.shape)
+        side = self.side
+        for n, (x, y, z) in enumerate((tiles * side - self.corner).tolist()):
+            part = self.kinds[z : z + side, y : y + side, x : x + side]
+            cube = voxels[n].reshape(part.shape)
+            has_changed[n] = (part != cube).any()
+            if has_changed[n]:
+                self.known += int(np.count_nonzero(cube)) - int(np.count_nonzero(part))
+                self.versions[z // side, y // side, x // side] += 1
+                part[...] = cube
+        return has_changed
 
     def _cover(self, low: np.ndarray, high: np.ndarray) -> None:
         """Grow to hold the voxels from low to before high, x, y, z."""
@@ -90,7 +101,9 @@ class VoxelGrid:
         old = placed(self.corner - low, self.kinds.shape)
         kinds, is_taken_as_free = np.zeros(size[::-1], np.uint8), np.zeros(size[::-1], bool)
         kinds[old], is_taken_as_free[old] = self.kinds, self.is_taken_as_free
-        self.corner, self.kinds, self.is_taken_as_free = low, kinds, is_taken_as_free
+        versions = np.zeros(size[::-1] // self.side, np.int64)
+        versions[placed((self.corner - low) // self.side, self.versions.shape)] = self.versions
+        self.corner, self.kinds, self.is_taken_as_free, self.versions = low, kinds, is_taken_as_free, versions
 
     def take_as_free(self, place_m: np.ndarray, radius_m: float) -> Taken | None:
         """Let unknown voxels count as free whose centres are in a ball around a place (x, y, z).

@@ -25,6 +25,7 @@ def best_view(
     slopes: tuple[float, float],
     reaches: tuple[float, float],
     least: tuple[float, float],
+    gains: np.ndarray,
 ) -> tuple[int, int]:
     """Return the place that shows most frontier voxels a second, and how many it shows; -1, 0 if none does.
 
@@ -41,6 +42,7 @@ def best_view(
         slopes: likewise.
         reaches: likewise.
         least: voxels, and voxels a second, that a view must show.
+        gains: (n,) the voxels that each place shows; -1: not known. Those that are counted are filled in.
     """
     side = max(1, math.ceil(reaches[1] / CUBES))
     low, size = np.zeros(3, np.int64), np.zeros(3, np.int64)
@@ -64,7 +66,7 @@ def best_view(
     by_bound = np.argsort(-bounds)
     for n in by_bound[:FIRST]:  # what they show is a bound for all others
         known, bound = _within(n, shown, windows, within)
-        gain = _open(n, shown, within[:known])
+        gains[n] = gain = gains[n] if gains[n] >= 0 else _open(n, shown, within[:known])
         if bound >= least[0] and gain >= least[0] and gain / times_s[n] > best_rate:
             best, best_gain, best_rate = n, gain, gain / times_s[n]
     candidates = by_bound[: np.sum(bounds > best_rate)]
@@ -73,8 +75,10 @@ def best_view(
     for n in candidates[np.argsort(-bounds[candidates])][:MOST]:
         if bounds[n] <= best_rate:
             break
-        known, _ = _within(n, shown, windows, within)
-        gain = _open(n, shown, within[:known])
+        if gains[n] < 0:
+            known, _ = _within(n, shown, windows, within)
+            gains[n] = _open(n, shown, within[:known])
+        gain = gains[n]
         if gain >= least[0] and gain / times_s[n] > best_rate:
             best, best_gain, best_rate = n, gain, gain / times_s[n]
     return best, best_gain

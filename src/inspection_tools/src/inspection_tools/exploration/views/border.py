@@ -10,6 +10,7 @@ from inspection_tools.exploration.frontiers import Frontiers
 from inspection_tools.exploration.kernels.best_view import best_view
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
+from inspection_tools.exploration.views.kept_gains import KeptGains
 from inspection_tools.exploration.views.scene import Scene
 from inspection_tools.exploration.views.tried import TriedCells
 from inspection_tools.exploration.views.view import Look, View
@@ -25,6 +26,7 @@ class BorderViews:
 
     def __init__(self, parameters: ExplorerParameters) -> None:
         self._p, self._tried = parameters, TriedCells(parameters.cell, parameters.reach)
+        self._gains = KeptGains(parameters.cell)
 
     def note(self, scene: Scene, looked: Look) -> None:
         """Take what the UAV looked at since the last decision."""
@@ -57,8 +59,10 @@ class BorderViews:
             return None
         times_s, face_m2 = self._times_s(roadmap.ways_m[nodes]), scene.space.grid.resolution_m**2
         least = self._p.worth_min / face_m2, self._p.rate_min / face_m2
-        places = roadmap.nodes[nodes] + 1
-        best, gain = best_view(scene.kinds, places, times_s, *cells, *scene.sight, least)
+        places = roadmap.nodes[nodes]
+        gains = self._gains.of(scene, places, cells)
+        best, gain = best_view(scene.kinds, places + 1, times_s, *cells, *scene.sight, least, gains)
+        self._gains.keep(gains)
         if best < 0:
             return None
         kept = None if present is None else self._kept(scene, roadmap, cells, present, gain / times_s[best])

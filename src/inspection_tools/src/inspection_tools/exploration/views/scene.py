@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inspection_tools.exploration.frontiers import Frontiers, frontier_voxels, in_cells
+from inspection_tools.exploration.frontiers import Frontiers, KnownBorder, in_cells
 from inspection_tools.exploration.kernels.views import seen_from
 from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.unknown.leftovers import Sight
@@ -27,10 +27,11 @@ class Scene:
     sight: Sight
 
     @staticmethod
-    def of(space: Space, parameters: ExplorerParameters) -> Scene:
-        """Return the scene of a space."""
+    def of(space: Space, parameters: ExplorerParameters, known: KnownBorder | None = None) -> Scene:
+        """Return the scene of a space. known: the border of the map as it was; it is brought up to date."""
         kinds = np.pad(space.grid.kinds, 1)
-        return Scene(space, kinds, frontier_voxels(kinds), sight_of(space, parameters))
+        border = (known or KnownBorder()).of(space.grid, kinds)
+        return Scene(space, kinds, border, sight_of(space, parameters))
 
     def cells(self, side_m: float, which: np.ndarray | None = None) -> Frontiers:
         """Return the cells of the border, or of that part of it which a mask (n,) chooses."""

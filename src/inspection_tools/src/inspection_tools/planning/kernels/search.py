@@ -26,7 +26,14 @@ def _estimate(z: int, y: int, x: int, goal: tuple[int, int, int]) -> float:
 
 
 @njit(cache=True, nogil=True)
-def search(squares: np.ndarray, need: int, factors: np.ndarray, ends: np.ndarray, came: np.ndarray) -> float:
+def search(
+    squares: np.ndarray,
+    need: int,
+    factors: np.ndarray,
+    ends: np.ndarray,
+    came: np.ndarray,
+    greed: float = TIE,
+) -> float:
     """Find the cheapest way. A step costs its length times the mean factor of its two voxels.
 
     Args:
@@ -36,6 +43,8 @@ def search(squares: np.ndarray, need: int, factors: np.ndarray, ends: np.ndarray
         ends: (2, 3) z, y, x of start and goal.
         came: (d, h, w) int8, all UNREACHED. Filled with the number of the step that led to a voxel, or START,
             plus DONE.
+        greed: factor of the estimate. The way found costs at most so many times as much as the cheapest one
+            (Pohl, 1970).
 
     Returns:
         The cost in voxels, or infinity: then `came` tells all that the start reaches.
@@ -78,6 +87,6 @@ def search(squares: np.ndarray, need: int, factors: np.ndarray, ends: np.ndarray
             costs[other], steps[other] = new, k
             if size == keys.size:
                 keys, items = np.concatenate((keys, keys)), np.concatenate((items, items))
-            push(keys, items, size, new + TIE * _estimate(c, b, a, goal), other)
+            push(keys, items, size, new + greed * _estimate(c, b, a, goal), other)
             size += 1
     return math.inf
