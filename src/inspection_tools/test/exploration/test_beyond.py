@@ -28,8 +28,10 @@ def walled():
     return kinds
 
 
-def near(kinds, least_m3=0.5):
-    return is_near_room(space_of(kinds), np.array([[20, 20, 20]]), least_m3)
+def near(kinds, least_m3=0.5, known=0):
+    space = space_of(kinds)
+    space.grid.known = known
+    return is_near_room(space, np.array([[20, 20, 20]]), least_m3)
 
 
 def test_a_closed_room_has_no_way_out():
@@ -68,3 +70,17 @@ def test_small_pieces_of_room_do_not_count(least_m3, counts):
     kinds = walled()
     kinds[16:24, 16:24, 30] = UNKNOWN
     assert near(kinds, least_m3).any() == counts
+
+
+@pytest.mark.parametrize(
+    ("high", "known_m3", "counts"), [(8, 641.0, False), (8, 639.0, True), (12, 1e5, True)]
+)
+def test_niches_of_a_large_place_do_not_count_while_all_of_them_are_a_thousandth(high, known_m3, counts):
+    """The UAV's centre keeps 2 voxels to each side: in a niche of 8 x 8 it has room of 4 x 4 x 5, 0.64 m3.
+
+    In one that is 12 high it has 1.28 m3, which always counts.
+    """
+    kinds = walled()
+    kinds[10:30, 10:30, 31:] = OCCUPIED
+    kinds[12 : 12 + high, 12:20, 30:37] = UNKNOWN
+    assert near(kinds, 0.5, round(known_m3 / SIDE_M**3)).any() == counts

@@ -63,6 +63,19 @@ def test_a_hole_is_entered_straight_before_any_view_of_its_border(upside_down):
     np.testing.assert_allclose(decision.column_m[:, :2] - (x, y), 0.0, atol=1e-9)
 
 
+@pytest.mark.parametrize("upside_down", [False, True])
+def test_a_shaft_is_entered_as_far_as_a_range_finder_has_seen_it(upside_down):
+    """Given a thread of free voxels in the hole's middle, down to 0.6 m. The UAV keeps two voxels."""
+    kinds = drawn()
+    kinds[3:FLOOR, 19:21, 19:21] = FREE
+    kinds[1:3] = OCCUPIED  # the floor of the room below
+    kinds = kinds[::-1].copy() if upside_down else kinds
+    here_m = HERE_M * (1.0, 1.0, -1.0) + (0.0, 0.0, SIDE * VOXEL_M) if upside_down else HERE_M
+    z = decided(kinds, here_m).goal_m[2]
+    z = SIDE * VOXEL_M - z if upside_down else z
+    assert z == pytest.approx(0.6 + 1.5 * VOXEL_M)
+
+
 def test_no_shaft_is_entered_without_range_finders_or_through_a_floor():
     assert decided(drawn(), HERE_M, is_steep=False).column_m is None
     assert decided(drawn(hole=OCCUPIED), HERE_M).goal_m is None

@@ -14,6 +14,10 @@ from inspection_tools.planning.space import Space
 
 TOUCHING = np.ones((3, 3, 3), bool)
 """Voxels that share a face, an edge or a corner hang together."""
+PIECE_M3, SMALL_SHARE = 1.0, 0.001
+"""Smaller pieces of room, in which a UAV hardly turns, count only if all of them are more than this share of
+what is known. A large mine is not flown on for a minute for its last niches.
+"""
 
 
 def is_near_room(space: Space, nodes: np.ndarray, least_m3: float) -> np.ndarray:
@@ -42,14 +46,23 @@ def unknown_room(space: Space, fits: np.ndarray, nodes: np.ndarray, least_m3: fl
     fits: (d, h, w) where it could be if all that is unknown were free.
     """
     is_unknown = (space.grid.kinds == UNKNOWN) & (space.squares < space.need)
-    return _large(joined(fits, nodes) & is_unknown, least_m3 / space.grid.resolution_m**3)
+    voxel_m3 = space.grid.resolution_m**3
+    spare = SMALL_SHARE * space.grid.known
+    return _large(joined(fits, nodes) & is_unknown, least_m3 / voxel_m3, PIECE_M3 / voxel_m3, spare)
 
 
-def _large(marked: np.ndarray, voxels_min: float) -> np.ndarray:
-    """Return (d, h, w) the marked voxels without the pieces that have fewer voxels."""
+def _large(marked: np.ndarray, voxels_min: float, small_max: float, spare: float) -> np.ndarray:
+    """Return (d, h, w) the marked voxels without the pieces that have fewer voxels.
+
+    small_max: pieces of fewer voxels count only if all of them together have more than `spare`.
+    """
     pieces, _ = ndimage.label(marked, TOUCHING)
-    is_large = np.bincount(pieces.ravel()) >= voxels_min
+    sizes = np.bincount(pieces.ravel())
+    is_large = sizes >= voxels_min
     is_large[0] = False
+    small = is_large & (sizes < small_max)
+    if sizes[small].sum() <= spare:
+        is_large[small] = False
     large: np.ndarray = is_large[pieces]
     return large
 

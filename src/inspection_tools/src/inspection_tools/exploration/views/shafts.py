@@ -16,6 +16,10 @@ from inspection_tools.planning.voxel_grid import FREE, OCCUPIED, UNKNOWN
 
 DEEP_M = 1.0
 """A shaft goes on for so long at least where the UAV may not be yet."""
+SEEN_M = 4.0
+"""And so far where a range finder has seen that it goes on: then the UAV climbs or sinks it at once."""
+BESIDE_M = 0.15
+"""A range finder looks up and down so far beside the UAV's middle."""
 WIDTH_WORTH = 5.0
 """A metre of width is worth so many metres of way."""
 TRIES = 3
@@ -59,7 +63,8 @@ class ShaftViews:
         best = best[~_is_shown(scene, roadmap, columns[best, -1])]
         if not len(best):
             return None
-        column_m = space.grid.centres_m(columns[best[0]])
+        column = _as_seen(space, squares, columns[best[0]])
+        column_m = space.grid.centres_m(column)
         way_m = float(ways_m[best[0]]) + math.dist(column_m[0], column_m[-1])
         return View(column_m[-1], way_m, 0.0, column_m)
 
@@ -67,6 +72,25 @@ class ShaftViews:
         is_closed = any(math.dist(end_m, closure.place_m) < closure.radius_m for closure in space.closed)
         tries = sum(math.dist(end_m, tried_m) < SAME_M for tried_m in self._tried_m)
         return not is_closed and tries < TRIES
+
+
+def _as_seen(space: Space, squares: np.ndarray, column: np.ndarray) -> np.ndarray:
+    """Return a column (k, 3), z, y, x, and what follows as far as a range finder has seen that it is free.
+
+    squares: clearances if all that is unknown were free.
+    """
+    kinds, reach = space.grid.kinds, math.ceil(BESIDE_M / space.grid.resolution_m)
+    sign = int(np.sign(column[-1, 0] - column[0, 0]))
+    z, y, x = column[-1].tolist()
+    longest = round(SEEN_M / space.grid.resolution_m) + 1
+    found = column.tolist()
+    while len(found) < longest and 0 <= z + sign < len(kinds):
+        z += sign
+        middle = kinds[z, max(y - reach, 0) : y + reach + 1, max(x - reach, 0) : x + reach + 1]
+        if squares[z, y, x] < space.need or not (middle == FREE).any():
+            break
+        found.append([z, y, x])
+    return np.array(found)
 
 
 def _is_shown(scene: Scene, roadmap: Roadmap, voxels: np.ndarray) -> np.ndarray:

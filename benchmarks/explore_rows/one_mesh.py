@@ -1,0 +1,98 @@
+"""Nine places of one mesh, explored without GNSS and without ROS: known share, height, clearance, end."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.explore_rows.meshes import PLACES, MeshPlace
+from gridslam.evaluation.volume.lidars import VIEWS
+from gridslam.volume import FLAT_MISS, VolumeParameters
+from master_thesis.exploring.flight import ExploringFlight
+from master_thesis.exploring.judge import judge_map
+from master_thesis.exploring.places import (
+    EXPLORER,
+    TANK_ARRIVED_M,
+    TANK_EXPLORER,
+    TANK_PLANNER,
+    TANK_UAV,
+    Place,
+)
+from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.course import Outcome, Phase
+from master_thesis.results.clearance import SPACING_M, clearances_along, least
+
+ROW = "one_mesh"
+TIME_S = {"hall": 120.0, "double_bottom": 120.0}
+LONGEST_S = 400.0
+USUAL_S = 200.0
+"""Of simulation; then the UAV flies home."""
+JUDGED_MOST_M3 = 20_000.0
+"""Of a larger box, the judge's voxels do not fit into the memory."""
+HOME_M = 1.0
+
+
+def place_of(name: str, drawn: MeshPlace, world: Path) -> Place:
+    """Return how a place is explored: the double bottom by the small airframe, all else by the iris."""
+    fine = VolumeParameters(resolution_m=0.1, max_range_m=20.0, miss=FLAT_MISS)
+    box_m = drawn.low_m, drawn.high_m
+    if name == "double_bottom":
+        low = (TANK_PLANNER, TANK_EXPLORER, TANK_PLANNER.clearance_m, TANK_UAV, TANK_ARRIVED_M)
+        return Place(world, (0.0, 0.0, 0.0), box_m, fine, *low)
+    volume = replace(fine, resolution_m=0.2) if name == "hall" else fine
+    return Place(world, (0.0, 0.0, 0.0), box_m, volume, explorer=EXPLORER)
+
+
+def fly(name: str, seed: int) -> dict:
+    """Explore a place once; return how it ended and what it knows."""
+    drawn, time_s = PLACES[name](), TIME_S.get(name, USUAL_S)
+    with tempfile.TemporaryDirectory() as folder:
+        world = drawn.written_to(Path(folder))
+        place = place_of(name, drawn, world)
+        given, began_cpu_s = place.loop_parameters(world, seed, LONGEST_S), time.process_time()
+        with ClosedLoop(given) as loop:
+            flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, place.asked(time_s))
+            told, outcome, log = flight.run(), loop.outcome, loop.log
+            flown = {
+                "name": name,
+                "seed": seed,
+                "ended": told.end.value if told.end else "",
+                "reason": told.reason,
+                "end_s": told.ended_s - outcome.times_s.get(Phase.FLYING, math.nan),
+                "home_s": outcome.times_s.get(Phase.HOVERING, math.nan) - told.ended_s,
+                "contact": outcome.collision,
+                "failure": outcome.failure or "",
+                "known_m3": told.known_m3[-1][1] if told.known_m3 else 0.0,
+                "views": told.views,
+                "decision_ms": float(1e3 * np.median(told.cpu_s)) if told.cpu_s else math.nan,
+                "decision_max_ms": float(1e3 * max(told.cpu_s)) if told.cpu_s else math.nan,
+                "flight_cpu_s": time.process_time() - began_cpu_s,
+            }
+            truth = log.truth.array("t_s", "x_m", "y_m", "z_m")
+            odometry = log.odometry.array("t_s", "z_m")
+            poses = log.between(*_flight_s(outcome, truth))
+        off_m = odometry[:, 1] - np.interp(odometry[:, 0], truth[:, 0], truth[:, 3])
+        flown["height_error_m"] = float(np.abs(off_m - off_m[0]).max())
+        is_home = outcome.landed and math.hypot(*truth[-1, 1:3]) < HOME_M
+        box_m3 = float(np.prod(np.subtract(drawn.high_m, drawn.low_m)))
+        uav = place.uav.model, place.uav.lidar
+        clearances = clearances_along(poses, world, uav, outcome.ground, spacing_m=5.0 * SPACING_M)
+        flown |= {"landed_home": bool(is_home), "clearance_m": least(clearances)}
+        if box_m3 <= JUDGED_MOST_M3:
+            rng = np.random.default_rng(seed)
+            view = replace(VIEWS[place.uav.lidar], range_max_m=place.volume.max_range_m)
+            hover_m = np.array((0.0, 0.0, min(1.5, given.publisher.hover_height_m)))
+            judged = judge_map(flight.volume.shown, world, place.box_m, hover_m, place.clearance_m, view, rng)
+            flown |= {"known_share": judged.known_share, "reachable_m3": judged.reachable_m3}
+    return flown
+
+
+def _flight_s(outcome: Outcome, truth: np.ndarray) -> tuple[float, float]:
+    """Return when the UAV was flying, s."""
+    begin_s = outcome.times_s.get(Phase.FLYING, float(truth[0, 0]))
+    return begin_s, outcome.times_s.get(Phase.LANDING, float(truth[-1, 0]))
