@@ -12,6 +12,9 @@ home_s, known_share, mapped_share, views, decision_ms, decision_max_ms}.{median,
 The row `batteries` is a campaign of missions whose battery is too small: see `explore_rows/batteries.py`.
 Keys: explore.batteries.{missions, landings, came_home_for_energy, below_goal, least_charge, median_charge,
 not_home, contacts}.
+
+The row `one_mesh` is nine places of one mesh each, see `explore_rows/meshes.py`. It is flown if it is named.
+Keys: explore.one_mesh.PLACE, for the first seed, with what `explore_rows/one_mesh.py` tells of a flight.
 """
 
 from __future__ import annotations
@@ -24,7 +27,8 @@ from typing import Sequence
 
 import numpy as np
 
-from benchmarks.explore_rows import batteries
+from benchmarks.explore_rows import batteries, one_mesh
+from benchmarks.explore_rows.meshes import PLACES
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
 from gridslam.cloud_odometry.warm_up import warm_up_cloud_odometry
@@ -57,17 +61,21 @@ METRICS = (
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
     parser = trial_options(__doc__ or "")
-    rows = (*ROWS, batteries.ROW)
-    parser.add_argument("--rows", nargs="+", choices=rows, default=None, help="the places; default: all")
+    rows = (*ROWS, batteries.ROW, one_mesh.ROW)
+    parser.add_argument(
+        "--rows", nargs="+", choices=rows, default=None, help="the places; default: all but one_mesh"
+    )
     parser.add_argument(
         "--seeds", nargs="+", type=int, default=None, help="of the flights, and of drawn places"
     )
     given = parser.parse_args(arguments)
     rows = given.rows or (ROWS[:1] if given.brief else (*ROWS, batteries.ROW))
     with Results("explore", given.results, vars(given)) as results:
-        _fly_rows(given, [row for row in rows if row != batteries.ROW], results)
+        _fly_rows(given, [row for row in rows if row not in (batteries.ROW, one_mesh.ROW)], results)
         if batteries.ROW in rows:
             _fly_missions(given, results)
+        if one_mesh.ROW in rows:
+            _fly_meshes(given, results)
 
 
 def _fly_rows(given: argparse.Namespace, rows: Sequence[str], results: Results) -> None:
@@ -88,11 +96,24 @@ def _fly_missions(given: argparse.Namespace, results: Results) -> None:
     print(batteries.ROW, json.dumps(numbers))
 
 
+def _fly_meshes(given: argparse.Namespace, results: Results) -> None:
+    seeds = given.seeds or BRIEF_SEEDS
+    found = run_crossed("explore_one_mesh", fly_mesh, given, place=tuple(PLACES), seed=seeds)
+    for (place, seed), numbers in found.items():
+        if seed == seeds[0]:
+            results.add(f"explore.{one_mesh.ROW}.{place}", numbers)
+        print(place, json.dumps(numbers))
+
+
+def fly_mesh(place: str, seed: int) -> dict:
+    """Explore a place of one mesh once."""
+    _warm_up()
+    return one_mesh.fly(place, seed)
+
+
 def fly(row: str, seed: int, time_s: float) -> dict:
     """Explore a place once; return the metrics, times in s."""
-    warm_up_cloud_odometry()
-    warm_up_volume()
-    warm_up()  # otherwise the first decisions wait for their kernels
+    _warm_up()
     place = place_of(row, seed)
     with tempfile.TemporaryDirectory() as folder:
         flown = fly_and_judge(place, place.written_to(Path(folder)), seed, time_s, 2.0 * TIME_S)
@@ -113,6 +134,12 @@ def fly(row: str, seed: int, time_s: float) -> dict:
         "decision_max_ms": float(1e3 * max(told.cpu_s)),
         "left": {why.value: told.left_m2(why) for why in Why},
     }
+
+
+def _warm_up() -> None:
+    warm_up_cloud_odometry()
+    warm_up_volume()
+    warm_up()  # otherwise the first decisions wait for their kernels
 
 
 def summary(trials: Sequence[dict]) -> dict:

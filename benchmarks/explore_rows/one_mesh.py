@@ -10,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.explore_rows.batteries import ENERGY
 from benchmarks.explore_rows.meshes import PLACES, MeshPlace
 from gridslam.evaluation.volume.lidars import VIEWS
 from gridslam.volume import FLAT_MISS, VolumeParameters
+from inspection_tools.energy import EnergyWatch
 from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.exploring.judge import judge_map
 from master_thesis.exploring.places import (
@@ -56,7 +58,9 @@ def fly(name: str, seed: int) -> dict:
         place = place_of(name, drawn, world)
         given, began_cpu_s = place.loop_parameters(world, seed, LONGEST_S), time.process_time()
         with ClosedLoop(given) as loop:
-            flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, place.asked(time_s))
+            flight = ExploringFlight(
+                loop, place.planner, place.explorer, place.volume, place.asked(time_s), EnergyWatch(ENERGY)
+            )
             told, outcome, log = flight.run(), loop.outcome, loop.log
             flown = {
                 "name": name,
@@ -65,6 +69,8 @@ def fly(name: str, seed: int) -> dict:
                 "reason": told.reason,
                 "end_s": told.ended_s - outcome.times_s.get(Phase.FLYING, math.nan),
                 "home_s": outcome.times_s.get(Phase.HOVERING, math.nan) - told.ended_s,
+                "home_reckoned_s": told.way_home.time_s if told.way_home else math.nan,
+                "home_reckoned_m": told.way_home.length_m if told.way_home else math.nan,
                 "contact": outcome.collision,
                 "failure": outcome.failure or "",
                 "known_m3": told.known_m3[-1][1] if told.known_m3 else 0.0,
@@ -77,6 +83,7 @@ def fly(name: str, seed: int) -> dict:
             odometry = log.odometry.array("t_s", "z_m")
             poses = log.between(*_flight_s(outcome, truth))
         off_m = odometry[:, 1] - np.interp(odometry[:, 0], truth[:, 0], truth[:, 3])
+        flown["home_m"] = _way_m(truth, told.ended_s, outcome.times_s.get(Phase.HOVERING, told.ended_s))
         flown["height_error_m"] = float(np.abs(off_m - off_m[0]).max())
         is_home = outcome.landed and math.hypot(*truth[-1, 1:3]) < HOME_M
         box_m3 = float(np.prod(np.subtract(drawn.high_m, drawn.low_m)))
@@ -90,6 +97,13 @@ def fly(name: str, seed: int) -> dict:
             judged = judge_map(flight.volume.shown, world, place.box_m, hover_m, place.clearance_m, view, rng)
             flown |= {"known_share": judged.known_share, "reachable_m3": judged.reachable_m3}
     return flown
+
+
+def _way_m(truth: np.ndarray, begin_s: float, end_s: float) -> float:
+    """Return the length of the way of the UAV between two times, m, without its trembling."""
+    times_s = np.append(np.arange(begin_s, end_s, 0.5), end_s)
+    places_m = np.stack([np.interp(times_s, truth[:, 0], truth[:, axis]) for axis in (1, 2, 3)], axis=1)
+    return float(np.linalg.norm(np.diff(places_m, axis=0), axis=1).sum())
 
 
 def _flight_s(outcome: Outcome, truth: np.ndarray) -> tuple[float, float]:

@@ -13,7 +13,9 @@ from voxel_room import PLANNER, SIDE_M, TILE, Flight, beams, reachable, room
 
 from inspection_tools.errors import ParameterError
 from inspection_tools.exploration import ExplorationParameters, Explorer, ExplorerParameters
+from inspection_tools.exploration.beyond import is_near_room
 from inspection_tools.exploration.unknown.leftovers import Why
+from inspection_tools.exploration.views import room as room_views
 from inspection_tools.planning import FREE, UNKNOWN
 
 LIDAR = {"spacing": 0.4, "reach": 8.0}
@@ -187,3 +189,22 @@ def test_what_is_neither_true_nor_false_is_refused(value):
 def test_beams_from_above_to_below_are_refused():
     with pytest.raises(ParameterError, match="is above elevation_max"):
         ExplorerParameters(elevation_min=0.3, elevation_max=0.1)
+
+
+@pytest.mark.parametrize(("large_voxels", "looks"), [(0, 0), (10**9, 1)])
+def test_in_a_large_map_room_is_looked_for_at_views_only(monkeypatch, large_voxels, looks):
+    """Given a decision on the way to a view of room, in a map that counts as large, or does not."""
+    calls = []
+    monkeypatch.setattr(room_views, "LARGE_VOXELS", large_voxels)
+    monkeypatch.setattr(
+        room_views, "is_near_room", lambda *asked: calls.append(asked) or is_near_room(*asked)
+    )
+    flight = Flight(room((9.0, 4.0, 3.0), [((4.4, 0.0, 0.0), (4.6, 2.0, 3.0))]), (1.5, 1.5, 1.5))
+    explorer = Explorer(ExplorerParameters(spacing=0.4, worth_min=1e3))
+    goal_m = flight.place_m
+    while math.dist(goal_m, flight.place_m) < 0.8:
+        flight.fly_to(goal_m)
+        goal_m = explorer.decide(flight.space(), flight.place_m).goal_m
+    calls.clear()
+    assert explorer.decide(flight.space(), flight.place_m).goal_m == goal_m
+    assert len(calls) == looks

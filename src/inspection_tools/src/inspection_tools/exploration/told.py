@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 
+from inspection_tools.energy import WayHome
 from inspection_tools.exploration.unknown.leftovers import Leftover, Why
 
 
@@ -29,7 +30,7 @@ class Explored:
 
     end: why it ended; None: it flies. reason: the same as a sentence. ended_s: when. views: that were
     decided. known_m3: time in s, and the free and occupied volume. leftovers: what stays unknown. cpu_s: CPU
-    time of each decision.
+    time of each decision. way_home: as it was reckoned when it ended; None: the battery does not count.
     """
 
     end: End | None = None
@@ -39,6 +40,7 @@ class Explored:
     leftovers: tuple[Leftover, ...] = ()
     cpu_s: list[float] = field(default_factory=list)
     ended_s: float = math.nan
+    way_home: WayHome | None = None
 
     def left_m2(self, why: Why) -> float:
         """Return the area of the border that stays unknown for a reason."""

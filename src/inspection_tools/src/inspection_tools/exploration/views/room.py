@@ -16,6 +16,8 @@ from inspection_tools.exploration.views.tour import covering, first_of_tour
 from inspection_tools.exploration.views.tried import TriedCells
 from inspection_tools.exploration.views.view import Look, View
 
+LARGE_VOXELS = 20_000_000
+"""In a map of more, room is looked for only at views: in a hall it takes seconds."""
 ROOM_CELL = 0.5
 """Side of a cell, as a share of `cell`: so that no small door is lost."""
 
@@ -31,6 +33,9 @@ class RoomViews:
         self._p = parameters
         self._side_m = ROOM_CELL * parameters.cell
         self._tried = TriedCells(self._side_m, parameters.reach)
+        self._near = np.zeros((0, 0, 0), bool)
+        """What was near room at the last view, with a layer around the map."""
+        self._corner = np.zeros(3, np.int64)
 
     def best(
         self,
@@ -52,8 +57,13 @@ class RoomViews:
             present: the view that the UAV flies to. It is kept while it shows anything: views of room are
                 worth little, one like the other.
         """
-        near = np.pad(is_near_room(scene.space, roadmap.nodes, self._p.room_min), 1, mode="edge")
-        cells = scene.cells(self._side_m, near[tuple(scene.border.T)])
+        grid = scene.space.grid
+        is_same = self._near.shape == scene.kinds.shape and (self._corner == grid.corner).all()
+        is_on_way = present is not None and looked.counts < 1.0
+        if not (is_same and is_on_way and scene.kinds.size > LARGE_VOXELS):
+            near = is_near_room(scene.space, roadmap.nodes, self._p.room_min)
+            self._near, self._corner = np.pad(near, 1, mode="edge"), grid.corner
+        cells = scene.cells(self._side_m, self._near[tuple(scene.border.T)])
         self._tried.note(scene, looked, cells)
         cells = cells.chosen(~self._tried.is_left(scene, cells))
         if not len(cells.counts):
