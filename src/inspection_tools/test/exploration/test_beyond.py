@@ -84,3 +84,4 @@ def test_niches_of_a_large_place_do_not_count_while_all_of_them_are_a_thousandth
     kinds[10:30, 10:30, 31:] = OCCUPIED
     kinds[12 : 12 + high, 12:20, 30:37] = UNKNOWN
     assert near(kinds, 0.5, round(known_m3 / SIDE_M**3)).any() == counts
+    assert near(kinds, 0.0, round(known_m3 / SIDE_M**3)).any()  # so asked, all room counts

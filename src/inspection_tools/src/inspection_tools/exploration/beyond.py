@@ -47,7 +47,7 @@ def unknown_room(space: Space, fits: np.ndarray, nodes: np.ndarray, least_m3: fl
     """
     is_unknown = (space.grid.kinds == UNKNOWN) & (space.squares < space.need)
     voxel_m3 = space.grid.resolution_m**3
-    spare = SMALL_SHARE * space.grid.known
+    spare = SMALL_SHARE * space.grid.known if least_m3 > 0.0 else 0.0  # at 0, all room counts
     return _large(joined(fits, nodes) & is_unknown, least_m3 / voxel_m3, PIECE_M3 / voxel_m3, spare)
 
 
