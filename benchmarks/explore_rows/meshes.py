@@ -78,7 +78,7 @@ def wall(at_m: float, y: Range, z: Range, door: tuple[Range, Range]) -> list[tri
 
 def joined(parts: Sequence[trimesh.Trimesh]) -> MeshPlace:
     """Return all parts as one mesh."""
-    mesh = trimesh.util.concatenate(list(parts))
+    mesh: trimesh.Trimesh = trimesh.util.concatenate(list(parts))  # type: ignore[assignment]
     low, high = mesh.bounds
     return MeshPlace(mesh, tuple(low.tolist()), tuple(high.tolist()))
 
@@ -181,16 +181,20 @@ def office() -> MeshPlace:
                 box((x0, door), inner, (0.0, 2.8)),
                 box((door + 1.3, x0 + 14.0 / 3.0), inner, (0.0, 2.8)),
                 box((door, door + 1.3), inner, (2.2, 2.8)),
-                box((door + 0.8, door + 2.4), tuple(sorted((side * 4.2, side * 5.1))), (0.0, 0.75)),
+                box((door + 0.8, door + 2.4), _between(side * 4.2, side * 5.1), (0.0, 0.75)),
             ]
             if n:
-                parts.append(box((x0 - 0.05, x0 + 0.05), tuple(sorted((side * 1.1, side * 5.1))), (0.0, 2.8)))
+                parts.append(box((x0 - 0.05, x0 + 0.05), _between(side * 1.1, side * 5.1), (0.0, 2.8)))
     return joined(parts)
 
 
 PLACES: dict[str, Callable[[], MeshPlace]] = {
     each.__name__: each for each in (ramp, stairs, double_bottom, hole, shaft, hall, storeys, mine, office)
 }
+
+
+def _between(a: float, b: float) -> Range:
+    return min(a, b), max(a, b)
 
 
 def _corridor(floor_m: Sequence[tuple[float, float]], breadth_m: float, height_m: float) -> MeshPlace:
