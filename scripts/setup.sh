@@ -7,7 +7,7 @@
 : "${root:?is set by bringup.sh}" "${log_file:?is set by bringup.sh}"
 # shellcheck source=scripts/platform.sh
 source "$(dirname "${BASH_SOURCE[0]}")/platform.sh"
-readonly interfaces=(geographic_msgs gazebo_msgs mavros_msgs octomap_msgs)
+readonly interfaces=(geographic_msgs gazebo_msgs trajectory_msgs mavros_msgs octomap_msgs)
 readonly venv_package=python3-venv not_for_build="# Not for the build" only_for_tests="# Only for the tests"
 readonly apt_install="apt-get install -y --no-install-recommends" apt_patience=(-o DPkg::Lock::Timeout=600 -o Acquire::Retries=3)
 # Delete the archives (0.3 GB) and their index (50 MB)

@@ -27,6 +27,6 @@ def interface(name):
         found = getattr(importlib.import_module(f"{package}.{kind}"), type_name, None)
         if found is not None:
             return found
-        if package == "geographic_msgs":  # has no services
+        if package in ("geographic_msgs", "trajectory_msgs"):  # have no services
             break
     raise LookupError(f"{name} is not built")

@@ -33,7 +33,7 @@ class Workspace:
         self.root, self.underlay = folder / "ws", folder / "upstream_ws/devel"
         (self.root / "src").mkdir(parents=True)
         (self.root / "src/CMakeLists.txt").touch()
-        for package in ("geographic_msgs", "gazebo_msgs", "mavros_msgs", "octomap_msgs"):
+        for package in ("geographic_msgs", "gazebo_msgs", "mavros_msgs", "octomap_msgs", "trajectory_msgs"):
             (self.root / "src/interfaces" / package).mkdir(parents=True)
         (self.underlay / "share/mavros_msgs/cmake").mkdir(parents=True)
 

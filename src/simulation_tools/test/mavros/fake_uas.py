@@ -27,7 +27,7 @@ class FakeClient:
         self.result = 0
         self._handlers = {}
 
-    def on(self, name, handler):
+    def on(self, name, handler, any_component=False):
         self._handlers.setdefault(name, []).append(handler)
 
     def hear(self, message):

@@ -45,6 +45,11 @@ PUBLISHED = {
     "time_reference": "sensor_msgs/TimeReference",
     "timesync_status": "mavros_msgs/TimesyncStatus",
     "param/param_value": "mavros_msgs/Param",
+    "setpoint_trajectory/desired": "nav_msgs/Path",
+    "manual_control/control": "mavros_msgs/ManualControl",
+    "mount_control/orientation": "geometry_msgs/Quaternion",
+    "camera/image_captured": "mavros_msgs/CameraImageCaptured",
+    "cam_imu_sync/cam_imu_stamp": "mavros_msgs/CamIMUStamp",
 }
 SUBSCRIBED = {
     "setpoint_position/local": "geometry_msgs/PoseStamped",
@@ -67,6 +72,9 @@ SUBSCRIBED = {
     "obstacle/send": "sensor_msgs/LaserScan",
     "mocap/pose": "geometry_msgs/PoseStamped",
     "statustext/send": "mavros_msgs/StatusText",
+    "setpoint_trajectory/local": "trajectory_msgs/MultiDOFJointTrajectory",
+    "manual_control/send": "mavros_msgs/ManualControl",
+    "mount_control/command": "mavros_msgs/MountControl",
     "rc/override": "mavros_msgs/OverrideRCIn",
     "home_position/set": "mavros_msgs/HomePosition",
     "global_position/set_gp_origin": "geographic_msgs/GeoPointStamped",
@@ -96,4 +104,7 @@ SERVED = {
     "home_position/req_update": "std_srvs/Trigger",
     "setpoint_position/mav_frame": "mavros_msgs/SetMavFrame",
     "setpoint_velocity/mav_frame": "mavros_msgs/SetMavFrame",
+    "setpoint_trajectory/mav_frame": "mavros_msgs/SetMavFrame",
+    "setpoint_trajectory/reset": "std_srvs/Trigger",
+    "mount_control/configure": "mavros_msgs/MountConfigure",
 }

@@ -24,7 +24,7 @@ UPSTREAM = {
 }
 """Packages that the distribution may lack, with a program of each."""
 
-INTERFACES = ("gazebo_msgs", "geographic_msgs", "mavros_msgs", "octomap_msgs")
+INTERFACES = ("gazebo_msgs", "geographic_msgs", "mavros_msgs", "octomap_msgs", "trajectory_msgs")
 """Packages of upstream's messages that this workspace builds where nobody else has them."""
 DEFAULT_PORT = 11311
 ONLY_FOR_TESTS = "# Only for the tests"

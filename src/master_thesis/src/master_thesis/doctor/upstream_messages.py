@@ -18,6 +18,8 @@ UPSTREAM_MD5SUMS = {
     "geographic_msgs/GeoPoseStamped": "cc409c8ed6064d8a846fa207bf3fba6b",
     "mavros_msgs/Altitude": "1296a05dc5b6160be0ae04ba9ed3a3fa",
     "mavros_msgs/AttitudeTarget": "456f3af666b22ccd0222ea053a86b548",
+    "mavros_msgs/CamIMUStamp": "ac22af9031671dd528a56f12d0986660",
+    "mavros_msgs/CameraImageCaptured": "9559d135fc7e5e91d3f1b819ebcd7556",
     "mavros_msgs/CommandBool": "e09abbb4e5bae6b558e5010966eb6e9e",
     "mavros_msgs/CommandCode": "e40a5a2c265efa71c1d8f993ddc4ff59",
     "mavros_msgs/CommandHome": "05b5da557a6a0cf6c2b958dba173bca1",
@@ -28,7 +30,10 @@ UPSTREAM_MD5SUMS = {
     "mavros_msgs/ExtendedState": "ae780b1800fe17b917369d21b90058bd",
     "mavros_msgs/GlobalPositionTarget": "076ded0190b9e045f9c55264659ef102",
     "mavros_msgs/HomePosition": "c1167922de8c97acdb0ec714c1dba774",
+    "mavros_msgs/ManualControl": "74244d7d0ed167116f3957aaa1f73a39",
     "mavros_msgs/MessageInterval": "99e633e185b7ee6b477bc9843a87b5ae",
+    "mavros_msgs/MountConfigure": "8d724be18b06cd8e10d8c97c487c546a",
+    "mavros_msgs/MountControl": "214cf13a68b4fed9e2a77b1b436f144e",
     "mavros_msgs/OverrideRCIn": "fd1e1c08fa504ec32737c41f45223398",
     "mavros_msgs/Param": "62165a8f212050223dda9583b0f22c3c",
     "mavros_msgs/ParamGet": "777d24d2a7ab1765ef009a69f464d2bc",
@@ -61,5 +66,7 @@ UPSTREAM_MD5SUMS = {
     "octomap_msgs/GetOctomap": "be9d2869d24fe40d6bc21ac21f6bb2c5",
     "octomap_msgs/Octomap": "9a45536b45c5e409cd49f04bb2d9999f",
     "octomap_msgs/OctomapWithPose": "20b380aca6a508a657e95526cddaf618",
+    "trajectory_msgs/MultiDOFJointTrajectory": "ef145a45a5f47b77b7f5cdde4b16c942",
+    "trajectory_msgs/MultiDOFJointTrajectoryPoint": "3ebe08d1abd5b65862d50e09430db776",
 }
 """From `rosmsg md5` and `rossrv md5`, for the packages of ROS Noetic; mavros_msgs of MAVROS 1.21."""

@@ -6,7 +6,13 @@ from simulation_tools_ros.mavros.plugins.altitude import AltitudePlugin
 from simulation_tools_ros.mavros.plugins.command import CommandPlugin
 from simulation_tools_ros.mavros.plugins.distance_sensor import DistanceSensorPlugin
 from simulation_tools_ros.mavros.plugins.extras.geofence import GeofencePlugin
+from simulation_tools_ros.mavros.plugins.extras.payload import (
+    CameraPlugin,
+    CamImuSyncPlugin,
+    MountControlPlugin,
+)
 from simulation_tools_ros.mavros.plugins.extras.to_fcu import (
+    ManualControlPlugin,
     MocapPlugin,
     ObstacleDistancePlugin,
     StatusTextPlugin,
@@ -21,6 +27,7 @@ from simulation_tools_ros.mavros.plugins.setpoints.setpoint_accel import Setpoin
 from simulation_tools_ros.mavros.plugins.setpoints.setpoint_attitude import SetpointAttitudePlugin
 from simulation_tools_ros.mavros.plugins.setpoints.setpoint_position import SetpointPositionPlugin
 from simulation_tools_ros.mavros.plugins.setpoints.setpoint_raw import SetpointRawPlugin
+from simulation_tools_ros.mavros.plugins.setpoints.setpoint_trajectory import SetpointTrajectoryPlugin
 from simulation_tools_ros.mavros.plugins.setpoints.setpoint_velocity import SetpointVelocityPlugin
 from simulation_tools_ros.mavros.plugins.sys_status import SysStatusPlugin
 from simulation_tools_ros.mavros.plugins.sys_time import SysTimePlugin
@@ -45,6 +52,7 @@ PLUGINS = (
     SetpointVelocityPlugin,
     SetpointAttitudePlugin,
     SetpointAccelPlugin,
+    SetpointTrajectoryPlugin,
     VisionPosePlugin,
     VisionSpeedPlugin,
     OdometryPlugin,
@@ -60,4 +68,8 @@ PLUGINS = (
     ObstacleDistancePlugin,
     MocapPlugin,
     StatusTextPlugin,
+    ManualControlPlugin,
+    MountControlPlugin,
+    CameraPlugin,
+    CamImuSyncPlugin,
 )

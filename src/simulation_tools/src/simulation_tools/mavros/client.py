@@ -68,6 +68,7 @@ class FcuClient:
         self._parameter_timeout_s = min(_PARAMETER_PATIENCE_S, command_timeout_s) / _PARAMETER_TRIES
         self._send_lock = threading.Lock()
         self._handlers: dict[str, list[Handler]] = {}
+        self._of_any_component: set[str] = set()
         self._answers = threading.Condition()
         self._acks: dict[int, int] = {}
         self._parameters: dict[str, float] = {}
@@ -76,13 +77,16 @@ class FcuClient:
         self._count = 0
         self._command_lock = threading.Lock()
 
-    def on(self, name: str, handler: Handler) -> None:
+    def on(self, name: str, handler: Handler, any_component: bool = False) -> None:
         """Call a handler for each message of a MAVLink name from the target, after earlier handlers.
 
-        Messages without a handler are not unpacked.
+        any_component: also for those of the vehicle's other components, such as a camera, which the flight
+        controller forwards. Messages without a handler are not unpacked.
         """
         assert self._codec.wanted is not None
         self._codec.wanted.add(_NUMBERS[name])
+        if any_component:
+            self._of_any_component.add(name)
         self._handlers.setdefault(name, []).append(handler)
 
     @property
@@ -128,10 +132,11 @@ class FcuClient:
         An autopilot's heartbeat from the URL's host tells the port. System id 1 proves nothing, because
         nearly every script uses it, too.
         """
-        target = (self.target.system_id, self.target.component_id)
-        if address[0] != self._remote[0]:
+        if address[0] != self._remote[0] or message.get_srcSystem() != self.target.system_id:
             return False
-        if (message.get_srcSystem(), message.get_srcComponent()) != target:
+        if message.get_type() in self._of_any_component:
+            return address == self._remote
+        if message.get_srcComponent() != self.target.component_id:
             return False
         if message.get_type() == "HEARTBEAT":
             if message.type == common.MAV_TYPE_GCS or message.autopilot == common.MAV_AUTOPILOT_INVALID:

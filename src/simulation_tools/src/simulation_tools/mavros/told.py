@@ -1,4 +1,4 @@
-"""MAVROS's conversions of what a client tells the flight controller: scans, motion capture, texts."""
+"""MAVROS's conversions of what a client tells: scans, motion capture, texts, sticks, gimbals."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import NamedTuple, Sequence
 from pymavlink.dialects.v20 import common
 
 from simulation_tools.bounds import fit_float32
+from simulation_tools.mavros.conversions import Target, require_finite
 from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned
 
 SECTORS = 72
@@ -21,6 +22,7 @@ FRAMES = {
 """Of OBSTACLE_DISTANCE, by MAVROS's names. The angles of GLOBAL begin in the north."""
 TEXT_BYTES = 50
 """Of STATUSTEXT."""
+_INT16 = range(-(2**15), 2**15)
 
 
 class Scan(NamedTuple):
@@ -91,3 +93,31 @@ def status_text(severity: int, text: str) -> common.MAVLink_message:
     if not common.MAV_SEVERITY_EMERGENCY <= severity <= common.MAV_SEVERITY_DEBUG:
         raise ValueError(f"its severity is {severity}, not 0 to 7")
     return common.MAVLink_statustext_message(severity, text.encode("utf-8")[:TEXT_BYTES])
+
+
+def manual_control(
+    target: Target, sticks: tuple[float, float, float, float], buttons: int
+) -> common.MAVLink_message:
+    """Build MANUAL_CONTROL. sticks: x, y, z and r as MAVLink has them, -1000 to 1000; they are not scaled.
+
+    Raises ValueError, one sentence, for a number that is none or that MAVLink cannot hold.
+    """
+    if not all(math.isfinite(one) and int(one) in _INT16 for one in sticks):
+        raise ValueError(f"one of x, y, z and r is not within {_INT16[0]} to {_INT16[-1]}")
+    x, y, z, r = map(int, sticks)
+    return common.MAVLink_manual_control_message(target.system_id, x, y, z, r, buttons)
+
+
+def mount_control(
+    target: Target, mode: int, pitch_roll_yaw: Sequence[float], place: Sequence[float]
+) -> common.MAVLink_message:
+    """Build the command DO_MOUNT_CONTROL.
+
+    pitch_roll_yaw: degrees, or degrees/s, by mode. place: altitude, m, latitude and longitude, 1e-7 degrees.
+    Raises ValueError, one sentence, for a number that is none.
+    """
+    require_finite((*pitch_roll_yaw, *place))
+    command = common.MAV_CMD_DO_MOUNT_CONTROL
+    return common.MAVLink_command_long_message(
+        target.system_id, target.component_id, command, 0, *pitch_roll_yaw, *place, mode
+    )

@@ -1,16 +1,24 @@
-"""MAVROS's plugins that only pass messages on: obstacle_distance, mocap_pose_estimate, statustext/send."""
+"""MAVROS's plugins that only pass messages on: obstacle_distance, mocap_pose_estimate, statustext, ..."""
 
 from __future__ import annotations
 
 import rospy
 from geometry_msgs.msg import Pose, PoseStamped, TransformStamped
-from mavros_msgs.msg import StatusText
+from mavros_msgs.msg import ManualControl, StatusText
+from pymavlink.dialects.v20 import common
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
 from node_tools.conversions import xyz, xyzw
 from simulation_tools.errors import SimulationToolsError
-from simulation_tools.mavros.told import FRAMES, Scan, mocap_estimate, obstacle_distance, status_text
+from simulation_tools.mavros.told import (
+    FRAMES,
+    Scan,
+    manual_control,
+    mocap_estimate,
+    obstacle_distance,
+    status_text,
+)
 from simulation_tools_ros.mavros.uas import Uas
 
 
@@ -75,3 +83,34 @@ class StatusTextPlugin:
 
     def _on_text(self, message: StatusText) -> None:
         self._uas.send_built("A text on statustext/send", lambda: status_text(message.severity, message.text))
+
+
+class ManualControlPlugin:
+    """Takes manual_control/send; publishes manual_control/control: what another pilot sends, -1 to 1.
+
+    As in MAVROS, only x, y, z, r and buttons are passed on.
+    """
+
+    def __init__(self, uas: Uas) -> None:
+        self._uas = uas
+        self._control = uas.advertise("manual_control/control", ManualControl)
+        uas.subscribe("manual_control/send", ManualControl, self._on_sticks)
+        uas.client.on("MANUAL_CONTROL", self._on_control)
+
+    def _on_sticks(self, m: ManualControl) -> None:
+        self._uas.send_built(
+            "A message on manual_control/send",
+            lambda: manual_control(self._uas.client.target, (m.x, m.y, m.z, m.r), m.buttons),
+        )
+
+    def _on_control(self, m: common.MAVLink_message) -> None:
+        self._control.publish(
+            lambda: ManualControl(
+                header=Header(stamp=self._uas.now),
+                x=1e-3 * m.x,
+                y=1e-3 * m.y,
+                z=1e-3 * m.z,
+                r=1e-3 * m.r,
+                buttons=m.buttons,
+            )
+        )
