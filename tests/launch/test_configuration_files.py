@@ -206,6 +206,18 @@ def test_rviz_shows_the_same_of_both_mapping_experiments():
     assert thick == pytest.approx([2.0 * size for size in thin], rel=0.1)
 
 
+def test_exploring_and_inspecting_are_seen_from_the_uav_on():
+    """A tank is as wide as the UAV's surroundings; a view and lines that suit a hold of 30 m hide it."""
+    explore, inspection = (
+        yaml.safe_load((MAPPING_RVIZ / f"{name}.rviz").read_text()) for name in ("explore", "inspection")
+    )
+    views = [config["Visualization Manager"]["Views"] for config in (explore, inspection)]
+    assert views[0] == views[1]
+    assert views[0]["Current"]["Target Frame"] == "base_frame"
+    assert views[0]["Current"]["Distance"] < 10.0
+    assert sizes(explore) == sizes(inspection)
+
+
 def sizes(config):
     """Take the widths of lines and the sizes of arrows out of an RViz file, and return them."""
     taken = []
