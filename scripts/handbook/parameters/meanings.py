@@ -12,11 +12,12 @@ from typing import Any, Iterator
 from handbook.parameters.sources import Module, defaults
 
 UNITS = (
-    r"m/s\^?[23]|m\^?[23]/s|m/rad|m/s|m\^?[23]|rad/s\^?2|rad/s|rad|deg/s|deg|1/s2?|Hz|mm per pixel|mm|px|ms"
-    r"|s|m per m|rad per m|m per rad|rad per rad|m|cd|lux|degrees|%"
+    r"m/s2?/sqrt\(s\)|rad/sqrt\(s\)|m/s\^?[23]|m\^?[23]/s|m/rad|m/s|m\^?[23]|rad/s\^?2|rad/s|rad|deg/s|deg"
+    r"|1/s2?|Hz|mm per pixel|mm|px|ms|s|m per m|rad per m|m per rad|rad per rad|m|cd|lux|tesla|degrees|%"
 )
 BEHIND = (
-    "that up for below above per from until ahead kept with within over on to against of near while by beyond"
+    "it past where that up for below above per from until ahead kept with within over on to against of near "
+    "while by beyond the"
 )
 """Words that may follow a unit in a sentence."""
 UNIT = re.compile(

@@ -20,6 +20,8 @@ FOLDER = Path("parameters")
 """Of these pages, in the site."""
 HEAD = "| name | what it does | default | unit | least | greatest | type |\n|---|---|---|---|---|---|---|\n"
 NODE = tuple[str, str]
+WORDS_MIN = 3
+"""A unit alone, or "as x", is no sentence."""
 
 
 def all_parameters(told: dict[str, Any]) -> dict[NODE, dict[str, Parameter]]:
@@ -90,13 +92,13 @@ def known_parameters() -> dict[NODE, dict[str, Parameter]]:
 
 
 def faults(parameters: dict[NODE, dict[str, Parameter]]) -> list[str]:
-    """Return a sentence for each parameter that has none."""
+    """Return a sentence about each parameter that has none."""
     return [
         f"{package}'s node {node} reads {name}, of which nothing tells: "
         f"give it a sentence in its dataclass, its .cfg or {TOLD.relative_to(ROOT)}."
         for (package, node), rows in parameters.items()
         for name, parameter in rows.items()
-        if not parameter.sentence.strip()
+        if len(parameter.sentence.split()) < WORDS_MIN
     ]
 
 
