@@ -329,7 +329,7 @@ explain_failure() {
   said=$(awk '/^== / { text = "" } { text = text $0 "\n" } END { printf "%s", text }' "$log_file")
   if grep -qiE 'no space left|enough free space' <<<"$said"; then
     fail "$1 The disk is full." "Details: $log_file"
-  elif grep -qiE 'temporary failure|could not resolve|unable to connect|could not connect|cannot initiate the connection|failed to establish a new connection|network is unreachable|connection timed out|failed to fetch|unable to locate package' <<<"$said"; then
+  elif grep -qiE 'temporary failure|could not resolve|unable to connect|could not connect|cannot initiate the connection|failed to establish a new connection|network is unreachable|connection timed out|failed to fetch|unable to locate package|\(from versions: none\)' <<<"$said"; then
     fail "$1 No package registry answers: check the network, or the proxy settings, and call again." "Details: $log_file"
   elif grep -qE 'Could not get lock' <<<"$said"; then
     fail "$1 Another package manager is at work; call again when it is done." "Details: $log_file"

@@ -55,7 +55,13 @@ def of_config(path: Path) -> Iterator[Parameter]:
         values = [ast.literal_eval(number) for number in numbers]
         default, least, most = [*values, None, None][:3]
         yield Parameter(
-            ast.literal_eval(name), TYPES[kind.id], default, least, most, ast.literal_eval(sentence), True
+            ast.literal_eval(name),
+            TYPES[ast.unparse(kind)],
+            default,
+            least,
+            most,
+            ast.literal_eval(sentence),
+            True,
         )
 
 
@@ -95,15 +101,15 @@ def _limits(module: Module, node: ast.ClassDef) -> Iterator[tuple[str, tuple[Any
             if not isinstance(call, ast.Call) or not getattr(call.func, "id", "").startswith("check_"):
                 continue
             first = call.args[0]
-            checked = [first.value] if isinstance(first, ast.Constant) else names
+            checked = [str(first.value)] if isinstance(first, ast.Constant) else names
             bounds = tuple(_number(module, bound) for bound in call.args[2:4])
             if len(bounds) == 2:
-                yield from ((name, bounds) for name in checked)
+                yield from ((name, (bounds[0], bounds[1])) for name in checked)
 
 
 def _texts_of(values: ast.expr) -> list[str]:
     parts = values.elts if isinstance(values, (ast.Tuple, ast.List)) else []
-    return [part.value for part in parts if isinstance(part, ast.Constant)]
+    return [str(part.value) for part in parts if isinstance(part, ast.Constant)]
 
 
 def _number(module: Module, expression: ast.expr) -> Any:

@@ -89,9 +89,8 @@ def _read(module: Module, scope: list[ast.AST], call: ast.Call, found: Readings)
         with suppress(LookupError):  # cepa's come from its .cfg
             found.names.update(module.value(call.args[0]))
     elif name in _readers(module) and call.args and isinstance(call.args[0], ast.Constant):
-        found.names.setdefault(
-            _readers(module)[name] + call.args[0].value.lstrip("~"), _default(module, call)
-        )
+        key = _readers(module)[name] + str(call.args[0].value).lstrip("~")
+        found.names.setdefault(key, _default(module, call))
     for keyword in call.keywords:  # Class(**rospy.get_param("~planner", {}))
         inner = keyword.value
         if (
@@ -119,7 +118,7 @@ def _keys(argument: ast.expr, scope: list[ast.AST]) -> list[str]:
         return [argument.value[1:]] if argument.value.startswith("~") and len(argument.value) > 1 else []
     if isinstance(argument, ast.JoinedStr) and isinstance(argument.values[0], ast.Constant):
         start = str(argument.values[0].value)
-        inner = argument.values[1].value if len(argument.values) == 2 else None
+        inner = getattr(argument.values[1], "value", None) if len(argument.values) == 2 else None
         if start.startswith("~") and isinstance(inner, ast.Name):
             return [start[1:] + value for value in _values_of(inner.id, scope)]
     if isinstance(argument, ast.Name):

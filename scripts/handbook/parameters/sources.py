@@ -107,9 +107,9 @@ class Module:
         if found:
             home, node = found
             return SimpleNamespace(**defaults(home, node, depth + 1))
-        home = self._home(name)
-        if home:
-            return home._named(self.imports[name][1], depth + 1)
+        origin = self._home(name)
+        if origin:
+            return origin._named(self.imports[name][1], depth + 1)
         raise LookupError(f"{name} in {self.path}")
 
 

@@ -42,8 +42,8 @@ def _of_node(
     found: dict[str, Parameter] = {}
     classes = [(prefix, *known) for prefix, home, name in read.classes if (known := home.find_class(name))]
     classes += [(prefix, *_named(path, sources)) for prefix, path in own.get("classes", {}).items()]
-    for prefix, home, name in classes:
-        for parameter in of_class(home, name):
+    for prefix, home, filled in classes:
+        for parameter in of_class(home, filled):
             found[prefix + parameter.name] = dataclasses.replace(parameter, name=prefix + parameter.name)
     for config in read.configs:
         for parameter in of_config(ROOT / "src" / f"{config}.cfg"):
