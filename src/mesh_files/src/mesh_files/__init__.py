@@ -1,1 +1,0 @@
-"""Reads mesh files of other programs as triangles in metres, z up."""
