@@ -103,7 +103,8 @@ def shoot(
     world: Path, part: SurveyPlan, folder: Path, marks: Path, seed: int, rng: np.random.Generator
 ) -> list[Taken]:
     """Store photographs with disturbed poses. Return the true ones."""
-    for _ in photograph(world, poses_of(part), folder, part.camera, seed, marks):
+    detail_m = 1e-3 * part.asked.resolution
+    for _ in photograph(world, poses_of(part), folder, part.camera, seed, marks, detail_m):
         pass
     taken = []
     for path in photographs_in(folder):

@@ -22,8 +22,13 @@ import numpy as np
 tiles, voxels = np.argwhere(np.ones((2, 2, 2))), np.ones((8, 4096), np.uint8)
 start_m, goal_m = np.array((1.2, 1.5, 1.5)), np.array((1.8, 1.5, 1.5))
 """
+PLATE = """
+from pathlib import Path
+Path("plate.obj").write_text("v 0 0 0\\nv 1 0 0\\nv 0 1 0\\nf 1 2 3\\n")
+"""
 PYTHON = {
     "src/stamp_pairing/README.md": ("", "paired.fresh('reference', 500_000_000, None) == (1.5, 0.0)"),
+    "src/mesh_files/README.md": (PLATE, "len(parts[0].triangles) == 1"),
     "src/cepa/README.md": (GIVEN, "decision.velocity_xy != (0.0, 0.0)"),
     "src/gridslam/README.md": (GIVEN + POSE, "update is not None"),
     "src/inspection_tools/README.md": (
@@ -59,7 +64,10 @@ def test_a_python_snippet_runs(page, monkeypatch, tmp_path):
     mission = tmp_path / "mission.yaml"
     mission.write_text(fenced("src/inspection_tools/doc/reference.md", "yaml")[0])
     names: dict = {}
-    exec(given + block.replace('"mission.yaml"', repr(str(mission))), names)
+    text = given + block
+    for name in ("mission.yaml", "plate.obj"):
+        text = text.replace(f'"{name}"', repr(str(tmp_path / name)))
+    exec(text, names)
     assert eval(afterwards, names)
 
 

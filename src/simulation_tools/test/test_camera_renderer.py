@@ -9,6 +9,7 @@ import pytest
 from simulation_tools.camera.defects import Defect, decals_of, read_defects
 from simulation_tools.camera.errors import PhotographError
 from simulation_tools.camera.kernels import crack_share
+from simulation_tools.camera.metering import Seen, meter
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.camera.renderer import Renderer
 from simulation_tools.camera.surfaces import linear, surfaces_of
@@ -73,6 +74,53 @@ def test_the_speed_follows_the_light(tmp_path):
         for cd in (24_000.0, 48_000.0)
     ]
     assert speeds[0] == pytest.approx(2.0 * speeds[1])
+
+
+BOX = "<visual name='{}'><pose>{} 0 0 0</pose><geometry><box><size>{}</size></box></geometry></visual>"
+PAST_A_STANCHION = (
+    '<sdf version="1.6"><world name="hold"><model name="hold"><static>true</static><link name="l">'
+    + BOX.format("plate", "2.5 1 0", "1 1.2 50")
+    + BOX.format("far", "40 0 0", "1 200 200")
+    + BOX.format("stanchion", "0.95 -0.5 0", "0.1 0.1 9")
+    + "</link></model></world></sdf>"
+)
+
+
+def test_what_is_asked_for_is_exposed_past_a_near_stanchion_and_before_a_dark_room(tmp_path):
+    """A plate is 2 m away to the left, before a wall 39 m away, and behind a stanchion at 0.9 m."""
+    (tmp_path / "hold.world").write_text(PAST_A_STANCHION)
+    found = surfaces_of(load_world(str(tmp_path / "hold.world")))
+    optics = CameraOptics(160, 120, 90.0, read_noise_e=0.0)
+    renderer = Renderer(found, decals_of((), found), optics)
+    detail_m = 3.0 / optics.focal_px  # the far wall covers more with each pixel
+    plate = np.s_[30:90, 25:60]
+    of_all = renderer.photograph(OPTICAL, np.random.default_rng(1)).picture[plate]
+    assert np.median(of_all) >= 250  # by the median of all, the plate is white
+    shot = renderer.photograph(OPTICAL, np.random.default_rng(1), detail_m)
+    assert 60 < np.median(shot.picture[plate]) < 160  # 18 % of white is 118
+    lit = renderer.meter(OPTICAL, detail_m).metered
+    assert lit.lost < 0.01
+    assert lit.iso == shot.iso
+    assert renderer.meter(OPTICAL, detail_m, -1.0).metered.iso == pytest.approx(0.5 * shot.iso)
+
+
+def test_the_median_counts_by_what_is_asked_for_and_by_all_where_nothing_is():
+    light = 1000.0 * np.array((4.0, 1.0, 2.0, 3.0))
+    seen = Seen(light, light, light, np.array((0.0, 1.0, 1.0, 8.0)))  # the last one is most of the area
+    told = meter(seen, 1e-3, 4.0, protects=False)
+    assert told.gain * 3000.0 == pytest.approx(0.18)
+    of_all = meter(seen._replace(areas_m2=np.zeros(4)), 1e-3, 4.0, protects=False)
+    assert of_all.gain * 2500.0 == pytest.approx(0.18)
+
+
+def test_white_and_black_of_what_is_asked_for_are_kept_from_being_lost():
+    """A tenth is ten times as bright as the rest: white by the median, which is lowered by 1 EV at least."""
+    light = 1000.0 * np.array([1.0] * 9 + [10.0])
+    seen = Seen(light, light, light, np.ones(10))
+    plain, kept = (meter(seen, 1e-3, 4.0, protects=each) for each in (False, True))
+    assert plain.lost == pytest.approx(0.1)
+    assert kept.lost == 0.0
+    assert np.log2(kept.gain / plain.gain) == pytest.approx(-1.0)  # 0.18 / 2 * 10 = 0.9 of white
 
 
 def test_a_crack_fills_its_share_of_a_pixel():

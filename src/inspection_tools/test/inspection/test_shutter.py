@@ -167,3 +167,36 @@ def test_parameters_for_a_plan_are_those_of_its_detail_and_its_camera():
     plan = SurveyPlan("", (0.0, 0.0, 1.0), camera, SurveyParameters(resolution=2.0), FlightParameters(), ())
     p = InspectionParameters().for_plan(plan)
     assert (p.detail, p.reach, p.exposure) == (2.0, pytest.approx(2.0), 0.001)
+
+
+def test_a_photograph_that_is_white_is_taken_again_at_rest_with_another_exposure_a_few_times():
+    lead = inspection(parameters=replace(QUICK, exposures=3, passing_speed=0.5))
+    uav, biases = Uav(lead), {1: [], 2: [], 3: []}
+    given = {2: [(0.6, -2.0), (0.3, -4.0), (0.2, -6.0)], 3: [(0.01, 0.5)]}
+    while not lead.is_home and uav.stamp_s < 120.0:
+        before = len(uav.asked)
+        uav.step()
+        if len(uav.asked) > before:  # its picture comes at once
+            task = uav.asked[-1]
+            biases[task.number].append(lead.metering(task))
+            if given.get(task.number):
+                lead.expose_again(task, *given[task.number].pop(0))
+    detail_m = 1e-3 * QUICK.detail
+    assert biases == {
+        1: [(detail_m, 0.0)], 2: [(detail_m, 0.0), (detail_m, -2.0), (detail_m, -4.0)], 3: [(detail_m, 0.0)]
+    }  # fmt: skip
+    assert lead.todo.done == {1, 2, 3}
+    assert not lead.todo.left_out
+
+
+def test_the_last_photograph_is_taken_again_although_the_uav_is_on_its_way_home():
+    lead = inspection(VIEWS[:1])
+    uav = Uav(lead)
+    while not lead.todo.done:
+        uav.step()
+    lead.look(uav.stamp_s, uav.place_m)
+    assert lead.end is not None
+    assert lead.expose_again(lead.todo.tasks[0], 0.5, 2.0)
+    uav.fly()
+    assert len(uav.asked) == 2
+    assert lead.is_home

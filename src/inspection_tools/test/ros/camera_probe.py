@@ -5,6 +5,7 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
 import roslib.message
 import rospy
 from geometry_msgs.msg import Point, Pose, Quaternion
@@ -24,10 +25,17 @@ class Inspection:
     """Notes what it is told."""
 
     def __init__(self):
-        self.lost_ones, self.aborts, self.todo = [], [], Todo([])
+        self.lost_ones, self.aborts, self.todo, self.exposures = [], [], Todo([]), []
 
     def judge(self, _task, _shot):
         return ""
+
+    def metering(self, _task):
+        return 0.001, -0.5
+
+    def expose_again(self, task, lost, bias_ev):
+        self.exposures.append((task.number, lost, bias_ev))
+        return True
 
     def lost(self, task, why):
         self.lost_ones.append((task.number, why))
@@ -47,7 +55,15 @@ class Folder:
         return Path(f"{record.view}.jpg")
 
 
-def shoot(_):
+class Everything:
+    """All of a picture of 16 x 16 px is asked for."""
+
+    def of(self, _taken, _detail_m):
+        return np.array([(4.0, 4.0), (12.0, 12.0)]), np.ones(2)
+
+
+def shoot(request):
+    asked.append((request.detail, request.bias))
     while camera == "hangs":
         time.sleep(0.05)
     stamp = rospy.Time.from_sec(10.0 + time.monotonic())
@@ -64,7 +80,7 @@ def wait_for(condition):
 
 rospy.init_node("camera_probe", disable_signals=True)
 rospy.Service("camera/shoot", SHOOT, shoot)
-said, stamps = [], []
+said, stamps, asked = [], [], []
 takes = photographer.Photographer(said.append, lambda: None)
 takes.poses.note(StampedPose(10.0, (1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 1.0)))
 threading.Thread(target=takes.work, daemon=True).start()
@@ -92,4 +108,13 @@ picture.header.stamp = stamps[-1]
 pictures.publish(picture)
 wait_for(lambda: not takes.waits)
 told["late"] = {**stored, "shots": takes.shots, "waits": takes.waits}
+white = Inspection()
+takes.begin(white, photographer.Album(Folder("white", []), lambda _: None, Everything()))
+takes.take(TASKS[1], 10.0)
+wait_for(lambda: not takes.is_shooting)
+picture = Image(height=16, width=16, encoding="rgb8", step=48, data=bytes([255]) * 768)
+picture.header.stamp = stamps[-1]
+pictures.publish(picture)
+wait_for(lambda: not takes.waits)
+told["white"] = {"exposures": white.exposures, "asked": asked[-1], "waits": takes.waits}
 print(json.dumps(told), flush=True)

@@ -34,5 +34,12 @@ def test_a_picture_that_comes_when_another_survey_is_flown_belongs_to_its_own(to
     assert told["late"]["shots"] == 0  # of the survey that is flown
 
 
+def test_the_camera_is_told_what_is_asked_for_and_a_white_picture_is_taken_again(told):
+    assert told["white"]["asked"] == [0.001, -0.5]
+    ((number, lost, bias_ev),) = told["white"]["exposures"]
+    assert (number, lost) == (2, 1.0)
+    assert -4.5 < bias_ev < -2.4  # two stops below -0.5 EV at least
+
+
 def test_nobody_waits_for_it_any_more(told):
     assert not any(each["waits"] for each in told.values())

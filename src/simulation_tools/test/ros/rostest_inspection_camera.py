@@ -124,7 +124,15 @@ class TestInspectionCamera(unittest.TestCase):
         self.warned.wait_for("The true pose is ignored")
         self.assertTrue(self.shoot(ShootRequest()).success)
 
-    def test_7_a_clock_that_jumps_back_is_followed(self):
+    def test_7_the_exposure_follows_the_bias_and_a_bias_that_makes_no_sense_is_refused(self):
+        plain, darker = (self.shoot(ShootRequest(bias=each)) for each in (0.0, -0.5))
+        self.assertAlmostEqual(math.log2(plain.iso / darker.iso), 0.5, places=6)
+        for request in (ShootRequest(bias=math.nan), ShootRequest(bias=1e9), ShootRequest(detail=-1.0)):
+            told = self.shoot(request)
+            self.assertFalse(told.success)
+            self.assertIn("makes no sense", told.status_message)
+
+    def test_8_a_clock_that_jumps_back_is_followed(self):
         type(self).seconds = 1.0
         self.fly(0.1)
         told = self.shoot(ShootRequest(not_before=rospy.Time.from_sec(self.seconds)))

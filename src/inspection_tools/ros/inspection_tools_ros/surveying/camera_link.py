@@ -64,17 +64,20 @@ class CameraLink:
         """Tilt the camera; pi / 2 looks straight up."""
         self._tilts.publish(angle_rad)
 
-    def shoot(self, stamp_s: float, what: Callable[[Any], Any]) -> Any:
+    def shoot(
+        self, stamp_s: float, what: Callable[[Any], Any], detail_m: float = 0.0, bias_ev: float = 0.0
+    ) -> Any:
         """Open the shutter; return what belongs to the shot.
 
         stamp_s: of the UAV's pose at which it opens, or at a later one. what: returns it, by the answer.
+        detail_m, bias_ev: by which the camera exposes, see Shoot.srv.
 
         Raises:
             CameraError: it did not; one sentence.
         """
         try:
             shoot = self._shoot_again if self._hangs else self._shoot
-            told = shoot(rospy.Time(0, round(1e9 * stamp_s)))
+            told = shoot(rospy.Time(0, round(1e9 * stamp_s)), detail_m, bias_ev)
         except (rospy.ServiceException, rospy.ROSException) as error:
             self._hangs = True
             raise CameraError(f"The camera does not answer: {error}.") from None

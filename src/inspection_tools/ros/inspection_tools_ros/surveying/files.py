@@ -8,14 +8,17 @@ from typing import NamedTuple
 
 import rospy
 
+from inspection_tools.errors import SurveyError
 from inspection_tools.inspection import InspectionParameters, PriorMap, Todo
 from inspection_tools.inspection.taken import done_in
 from inspection_tools.msg import SurveyGoal
 from inspection_tools.photographs.folder import PhotographFolder
 from inspection_tools.planning import PlannerParameters
+from inspection_tools.survey.asked_for import AskedFor
 from inspection_tools.survey.parameters import SurveyParameters
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan
+from inspection_tools.survey.surface.mesh_file import read_mesh
 from inspection_tools.survey.surface.reading import read_room
 
 
@@ -68,6 +71,16 @@ def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
         rospy.loginfo("%d photographs are in %s already.", len(done), goal.folder)
     todo = Todo(views, done, parameters.tries)
     return SurveyFiles(plan, folder, todo, wanted)
+
+
+def asked_for(plan: SurveyPlan) -> AskedFor | None:
+    """Return what tells what each photograph of a plan is to show; None: its mesh cannot be read."""
+    try:
+        mesh = read_mesh(Path(plan.source))
+    except SurveyError as error:
+        rospy.logwarn("%s No photograph is taken again because of its exposure.", error)
+        return None
+    return AskedFor(mesh, plan.camera, plan.asked.incidence)
 
 
 class Drawings:

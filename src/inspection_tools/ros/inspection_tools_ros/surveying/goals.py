@@ -27,7 +27,7 @@ from inspection_tools_ros.begun_goal import BegunGoal
 from inspection_tools_ros.map_feed import MapFeed
 from inspection_tools_ros.new_goal import NewGoal
 from inspection_tools_ros.surveying.detector_link import DetectorLink
-from inspection_tools_ros.surveying.files import Drawings, SurveyName, digest_of, files_of, name_of
+from inspection_tools_ros.surveying.files import Drawings, SurveyName, asked_for, digest_of, files_of, name_of
 from inspection_tools_ros.surveying.photographer import Album
 
 FINE_MM = 0.5
@@ -86,7 +86,7 @@ class SurveyGoals:
         if any(wanted) or is_draft:
             search = BackgroundSearch(Path(goal.plan), files.folder.folder / "closer.yaml", wanted)
             self.second_look = SecondLook(inspection, search, is_draft)
-        self.album = Album(files.folder, self._taker(files.plan.source))
+        self.album = Album(files.folder, self._taker(files.plan.source), asked_for(files.plan))
         for path, _ in records_in(files.folder.folder)[0]:
             self.album.on_stored(path)
         return inspection

@@ -16,7 +16,9 @@ from inspection_tools.inspection.slam_path import FollowedRecords, LevelPose, Sl
 from inspection_tools.inspection.taken import RecentPoses, record_of, shot_of
 from inspection_tools.inspection.todo import Task
 from inspection_tools.photographs.folder import PhotographFolder
+from inspection_tools.photographs.metering import metering
 from inspection_tools.photographs.record import PhotographError, PhotographRecord
+from inspection_tools.survey.asked_for import AskedFor
 from inspection_tools_ros.surveying import messages
 from inspection_tools_ros.surveying.camera_link import LAST_PICTURE_S, PICTURE_S, CameraError, CameraLink
 
@@ -24,10 +26,14 @@ CAMERA_TRIES = 3
 
 
 class Album(NamedTuple):
-    """Where the photographs of a survey go. on_stored: called with the path of each that is stored."""
+    """Where the photographs of a survey go. on_stored: called with the path of each that is stored.
+
+    asked_for: tells what each is to show; None: nobody knows.
+    """
 
     folder: PhotographFolder
     on_stored: Callable[[Path], None]
+    asked_for: AskedFor | None = None
 
 
 class Asked(NamedTuple):
@@ -39,12 +45,16 @@ class Asked(NamedTuple):
 
 
 class Taken(NamedTuple):
-    """A photograph whose picture is to come. odom_in_map: with which its record was made; None: no SLAM."""
+    """A photograph whose picture is to come. bias_ev: its exposure compensation.
+
+    odom_in_map: with which its record was made; None: no SLAM.
+    """
 
     asked: Asked
     record: PhotographRecord
     is_good: bool
     odom_in_map: LevelPose | None
+    bias_ev: float = 0.0
 
 
 class Photographer:
@@ -139,12 +149,13 @@ class Photographer:
             self._slam_path = None
 
     def _shoot(self, asked: Asked, stamp_s: float) -> None:
+        detail_m, bias_ev = asked.inspection.metering(asked.task)
         try:
-            self._camera.shoot(stamp_s, partial(self._taken, asked))
+            self._camera.shoot(stamp_s, partial(self._taken, asked, bias_ev), detail_m, bias_ev)
         except CameraError as error:
             self._miss(asked, str(error))
 
-    def _taken(self, asked: Asked, told: Any) -> Taken:
+    def _taken(self, asked: Asked, bias_ev: float, told: Any) -> Taken:
         """Judge a photograph whose shutter has just opened, before its picture can come or be lost."""
         inspection, _, task = asked
         stamp_s = told.stamp.to_sec()
@@ -154,7 +165,7 @@ class Photographer:
         fault = inspection.judge(task, shot_of(record))
         if fault:
             rospy.loginfo("Photograph %d is shot again: %s.", task.number, fault)
-        return Taken(asked, record, not fault, body.odom_in_map)
+        return Taken(asked, record, not fault, body.odom_in_map, bias_ev)
 
     def _store(self, taken: Taken, picture: np.ndarray) -> None:
         """Store a picture that has come, if it is good."""
@@ -172,10 +183,24 @@ class Photographer:
             return
         name = f"Photograph {task.number}" if task.number > 0 else "A closer photograph"
         rospy.loginfo("%s is stored; still open: %d.", name, len(inspection.todo.open))
+        self._meter(taken, picture)
         if taken.odom_in_map is not None:
             self.records.add(path, taken.record, taken.odom_in_map)
         album.on_stored(path)
         self._last.publish(messages.small(picture, rospy.Time.from_sec(taken.record.stamp_s)))
+
+    def _meter(self, taken: Taken, picture: np.ndarray) -> None:
+        """Let a photograph be taken again if too much of what it is to show is white or black."""
+        inspection, album, task = taken.asked
+        if album.asked_for is None:
+            return
+        detail_m, _ = inspection.metering(task)
+        told = metering(picture, *album.asked_for.of(taken.record.taken, detail_m))
+        if told.change_ev and inspection.expose_again(task, told.lost, taken.bias_ev + told.change_ev):
+            rospy.loginfo(
+                "Photograph %d is taken again with %+.1f EV: %.0f %% of what it shows is white or black.",
+                task.number, told.change_ev, 100.0 * told.lost,
+            )  # fmt: skip
 
     def _lose(self, taken: Taken) -> None:
         self._miss(taken.asked, "The camera's picture did not come, or it was cut.")

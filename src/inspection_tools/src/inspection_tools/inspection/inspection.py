@@ -242,6 +242,24 @@ class Inspection:
             if self.end is End.DONE:
                 self.end, self.is_home, self._look_s = None, False, -math.inf
 
+    def metering(self, task: Task) -> tuple[float, float]:
+        """Return by what the camera exposes a photograph: the detail that it is to show, m; its bias, EV."""
+        return self._p.detail_m(is_closer=task.number < 0), self.todo.bias_of(task)
+
+    def expose_again(self, task: Task, lost: float, bias_ev: float) -> bool:
+        """Take again a photograph that is stored, if too much of what it is to show is white or black.
+
+        lost: share of it, 0..1. bias_ev: exposure compensation that shows more. Return whether it is taken.
+        """
+        with self._lock:
+            tried = self.todo.exposures_of(task) + 1
+            if lost <= self._p.lost_max or tried >= self._p.exposures:
+                return False
+            self.todo.expose_again(task, bias_ev)
+            if self.end is End.DONE:
+                self.end, self.is_home, self._look_s = None, False, -math.inf
+            return True
+
     def note_stored(self, stored: Collection[int]) -> None:
         """Take what the folder holds of the photographs: what somebody has deleted is taken again."""
         with self._lock:
@@ -348,7 +366,8 @@ class Inspection:
     def _set_out(self, task: Task, stamp_s: float, here_m: np.ndarray) -> str:
         """Set out for a photograph. Return why there is no way; empty: it flies."""
         try:
-            leg, way = self._legs.to(task, stamp_s, here_m, self.tilt_rad, self.todo.failures_of(task))
+            failures, may_pass = self.todo.failures_of(task), not self.todo.exposures_of(task)
+            leg, way = self._legs.to(task, stamp_s, here_m, self.tilt_rad, failures, may_pass)
         except NoPathError as error:
             return str(error)
         with self._lock:

@@ -23,19 +23,25 @@ class Legs:
         self._planner, self._p = planner, parameters
 
     def to(
-        self, task: Task, stamp_s: float, here_m: np.ndarray, tilt_rad: float, failures: int
+        self,
+        task: Task,
+        stamp_s: float,
+        here_m: np.ndarray,
+        tilt_rad: float,
+        failures: int,
+        may_pass: bool = True,
     ) -> tuple[PhotographLeg, Way]:
         """Return the leg to a photograph, and the way that is flown.
 
         If no way leads to its place, one to a place nearby counts. tilt_rad: of the gimbal now. failures: of
-        this photograph so far.
+        this photograph so far. may_pass: it may be taken in passing, if others are.
 
         Raises:
             NoPathError: there is no way.
         """
         way_m = self._way_m(body_place_m(task.view, self._p.camera_m), stamp_s, here_m)
         length_m = float(np.linalg.norm(np.diff(way_m, axis=0), axis=1).sum())
-        passes = self._p.passing_speed > 0.0 and task.number > 0 and failures == 0
+        passes = self._p.passing_speed > 0.0 and task.number > 0 and failures == 0 and may_pass
         leg = PhotographLeg(
             task, way_m[-1], stamp_s, length_m, task.view.tilt_rad - tilt_rad, self._p, failures,
             self._beyond(way_m, stamp_s) if passes else None,

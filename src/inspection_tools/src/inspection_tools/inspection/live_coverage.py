@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from inspection_tools.camera.taken import Taken
-from inspection_tools.photographs.record import PhotographRecord
+from inspection_tools.photographs.record import PhotographError, PhotographRecord
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.showing import Showing
 from inspection_tools.survey.surface.reading import read_surface
@@ -48,9 +48,16 @@ class LiveCoverage:
         self.planned = self._showing.by([Taken.of_view(v) for v in plan.views[: photographs or None]])
         self.shown = np.zeros(len(self.patches), bool)
 
-    def take(self, record: PhotographRecord) -> None:
-        """Take a photograph that was stored."""
-        self.shown |= self._showing.by([record.taken])
+    def take(self, record: PhotographRecord, picture: Path | None = None) -> None:
+        """Take a photograph that was stored. picture: its file; None: all of it counts as well exposed.
+
+        Raises:
+            PhotographError: the picture cannot be read.
+        """
+        try:
+            self.shown |= self._showing.by([replace(record.taken, path=picture)])
+        except (OSError, ValueError, SyntaxError) as error:
+            raise PhotographError(f"{picture}: cannot be read ({error}).") from None
 
     @property
     def so_far(self) -> CoverageSoFar:

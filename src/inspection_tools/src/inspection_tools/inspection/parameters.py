@@ -35,6 +35,9 @@ class InspectionParameters:
         blur_max: A photograph with more blur on the surface is shot again, as a share of the detail.
         lux_min: And one with less light in its middle.
         iso_max: And one with a higher ISO speed: it is dark.
+        lost_max: If a greater share of what it is to show is white or black, 0..1, it is taken with another
+            exposure, too.
+        exposures: So many exposures of one photograph at most.
         deviation_max: And one whose place is known less well, m: the pose's standard deviation.
         tries: A photograph that failed so often is left out.
         wait: If there is no way to any photograph, the UAV hovers so long before they count as failed, s. The
@@ -73,6 +76,8 @@ class InspectionParameters:
     blur_max: float = 0.5
     lux_min: float = 40.0
     iso_max: float = 25600.0
+    lost_max: float = 0.02
+    exposures: int = 3
     deviation_max: float = 0.5
     tries: int = 3
     wait: float = 10.0
@@ -105,6 +110,10 @@ class InspectionParameters:
         own = replace(self, detail=detail_mm, reach=reach_m, exposure=camera.exposure)
         sharp_m_s = 1e-3 * own.still * own.most_blur_mm() / camera.exposure
         return replace(own, passing_speed=min(plan.flying.shooting_speed, sharp_m_s, self.speed))
+
+    def detail_m(self, is_closer: bool = False) -> float:
+        """Return what a pixel covers at most of what a photograph is to show, m."""
+        return 1e-3 * (self.closer if is_closer else self.detail)
 
     def blur_mm(self, shift_m: float, turn_rad: float, is_closer: bool = False) -> float:
         """Return what a motion during the exposure blurs on the surface, where the detail is just drawn, mm.
@@ -139,6 +148,8 @@ class InspectionParameters:
         check_number("blur_max", self.blur_max, 0.05, 1000.0)
         check_number("lux_min", self.lux_min, 0.0, 1e5)
         check_number("iso_max", self.iso_max, 50.0, 1e6)
+        check_number("lost_max", self.lost_max, 0.0, 1.0)
+        check_whole("exposures", self.exposures, 1, 10)
         check_number("deviation_max", self.deviation_max, 0.001, 100.0)
         check_whole("tries", self.tries, 1, 20)
         check_number("wait", self.wait, 0.0, 600.0)

@@ -70,6 +70,7 @@ class Todo:
         self.tasks = tuple(Task(number, view) for number, view in enumerate(views, start=1))
         self._open = deque(task for task in self.tasks if task.number not in done)
         self._tries, self._failures = tries, dict[int, int]()
+        self._biases_ev: dict[int, list[float]] = {}
         self.done = {number for number in done if number <= len(self.tasks)}
         self.left_out: dict[int, str] = {}
         self._closer = min((0, *done))  # a folder may hold closer looks already
@@ -117,6 +118,21 @@ class Todo:
             self._open.appendleft(task)
         else:
             self._open.append(task)
+
+    def expose_again(self, task: Task, bias_ev: float) -> None:
+        """It was exposed badly: it comes next, with this exposure compensation. That is no failure."""
+        self.done.discard(task.number)
+        self._remove(task)
+        self._biases_ev.setdefault(task.number, []).append(bias_ev)
+        self._open.appendleft(task)
+
+    def bias_of(self, task: Task) -> float:
+        """Return the exposure compensation, EV, with which it is to be taken."""
+        return self._biases_ev.get(task.number, [0.0])[-1]
+
+    def exposures_of(self, task: Task) -> int:
+        """Return how many exposures of it were bad."""
+        return len(self._biases_ev.get(task.number, ()))
 
     def note_stored(self, stored: Collection[int]) -> None:
         """Open again what counts as taken, but is not stored any more. stored: numbers of what is."""

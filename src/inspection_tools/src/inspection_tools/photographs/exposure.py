@@ -22,12 +22,23 @@ def exposed(path: Path) -> np.ndarray:
         OSError: it is no picture; see `listing.check_picture`.
     """
     with Image.open(path) as image:
-        size = -(-image.width // BLOCK), -(-image.height // BLOCK)
+        size = _size(image)
         image.draft("RGB", size)
         light = np.array(image.convert("RGB").resize(size, Image.Resampling.BOX))
     darkest, brightest = light.min(axis=2), light.max(axis=2)
     told: np.ndarray = (darkest < WHITE) & (brightest > BLACK)
     return told
+
+
+def blocks_of(picture: np.ndarray) -> np.ndarray:
+    """Return (rows, columns, 3), uint8: the means of a picture's blocks of 8 px. picture: uint8, RGB."""
+    image = Image.fromarray(picture)
+    return np.array(image.resize(_size(image), Image.Resampling.BOX))
+
+
+def _size(image: Image.Image) -> tuple[int, int]:
+    """Return how many blocks an image has in a row, and in a column."""
+    return -(-image.width // BLOCK), -(-image.height // BLOCK)
 
 
 def at(blocks: np.ndarray, pixels: np.ndarray) -> np.ndarray:

@@ -34,7 +34,7 @@ class Shutter:
         if found is None:
             return
         try:
-            answer = ServiceCall(SERVICE, found, PATIENCE_S)(rospy.Time(0))
+            answer = ServiceCall(SERVICE, found, PATIENCE_S)(not_before=rospy.Time(0))
         except rospy.ServiceException as error:
             self.said = None if "there is no such service" in str(error) else str(error)
         else:

@@ -62,14 +62,15 @@ def judge_photographs(
         InspectionToolsError: one sentence.
     """
     listing = countable(folder)
-    kept = [record for _, record in listing.whole if round(record.stamp_s, 6) in truths]
+    kept = [(path, record) for path, record in listing.whole if round(record.stamp_s, 6) in truths]
     if not kept:
         return None
     told, camera = taken_in(folder, listing, plan.camera)
     true = []
-    for record in kept:
+    for path, record in kept:
         place_m, turn = truths[round(record.stamp_s, 6)]
-        taken = Taken(np.array(place_m), Rotation.from_quat(turn).as_matrix(), record.blur_px)
+        axes = Rotation.from_quat(turn).as_matrix()
+        taken = Taken(np.array(place_m), axes, record.blur_px, name=path.name, path=path)
         true.append(taken.moved(record.shift_m, record.turn_rad))
     planned = read_taken(plan_file, plan.camera)[0][:views]
     source = Path(plan.source)
@@ -83,10 +84,10 @@ def judge_photographs(
     written = write_coverage(
         folder.parent / "coverage_truth.json", by_truth, str(world), "truth", true, plan.asked
     )
-    off_m = [float(np.linalg.norm(np.array(r.position_m) - t.place_m)) for r, t in zip(kept, true)]
+    off_m = [float(np.linalg.norm(np.array(r.position_m) - t.place_m)) for (_, r), t in zip(kept, true)]
     turns = [
         Rotation.from_quat(r.orientation_xyzw).inv() * Rotation.from_matrix(t.axes)
-        for r, t in zip(kept, true)
+        for (_, r), t in zip(kept, true)
     ]
     off_deg = [float(np.degrees(turn.magnitude())) for turn in turns]
     return Judged(

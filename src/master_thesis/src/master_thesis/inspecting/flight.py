@@ -208,7 +208,7 @@ class InspectingFlight:
             lead.take_more(more.views)
 
     def _photograph(self, task: Task, estimate: OdometryEstimate) -> None:
-        lead, shot = self.inspection, self._shoot(estimate)
+        lead, shot = self.inspection, self._shoot(task, estimate)
         if not lead.judge(task, shot) and task.number in lead.todo.done:
             self.photographed.true.append(self._true().moved(shot.shift_m, shot.turn_rad))
             self.photographed.told.append(self._told(estimate).moved(shot.shift_m, shot.turn_rad))
@@ -239,15 +239,16 @@ class InspectingFlight:
             loop.point_front(motion.time_s, (math.cos(turn), math.sin(turn)))
         self._gimbal.command(lead.tilt_rad)
 
-    def _shoot(self, estimate: OdometryEstimate) -> Shot:
+    def _shoot(self, task: Task, estimate: OdometryEstimate) -> Shot:
         assert self._camera is not None
         self.photographed.shots += 1
-        lux, iso = self._renderer.meter(self._camera.pose)
+        light = self._renderer.meter(self._camera.pose, *self.inspection.metering(task))
         depths_m = self._renderer.depths_m(self._camera.pose, marks_px(self._renderer.optics))
         blur, _ = blur_px(self._camera, self._renderer.optics, depths_m)
         # As in the node: the drift, which only grows, is SLAM's to correct.
         deviation_m = math.sqrt(max(np.linalg.eigvalsh(estimate.matched_covariance[:3, :3]).max(), 0.0))
-        return Shot(blur, lux, iso, deviation_m, *motion_of(self._camera, self._renderer.optics.exposure_s))
+        motion = motion_of(self._camera, self._renderer.optics.exposure_s)
+        return Shot(blur, light.lux, light.metered.iso, deviation_m, *motion)
 
     def _true(self) -> Taken:
         assert self._camera is not None

@@ -35,10 +35,12 @@ def photograph(
     camera: SurveyCamera,
     seed: int,
     defects: Path | None = None,
+    detail_m: float = 0.0,
 ) -> Iterator[Path]:
     """Store a photograph from each pose, and yield its path. A folder with photographs is continued.
 
-    defects: file of them; None: the one beside the world, if there is one.
+    defects: file of them; None: the one beside the world, if there is one. detail_m: what a pixel covers at
+    most of what the photographs are to show, by which they are exposed; 0: all that is in them counts.
     """
     marks, _ = defects_in(world, defects)
     surfaces = surfaces_of(load_world(str(world)), marks.coatings)
@@ -47,7 +49,7 @@ def photograph(
     store, rng = PhotographFolder(folder, camera), np.random.default_rng(seed)
     start_s = 0.0 if store.last_stamp_s is None else store.last_stamp_s + SECONDS_APART
     for number, pose in enumerate(poses):
-        shot = renderer.photograph(pose, rng)
+        shot = renderer.photograph(pose, rng, detail_m)
         record = PhotographRecord(
             stamp_s=start_s + number * SECONDS_APART,
             position_m=pose.position_m,

@@ -8,6 +8,7 @@ import numpy as np
 
 from simulation_tools.camera import kernels
 from simulation_tools.camera.defects import Decals
+from simulation_tools.camera.metering import BASE_ISO, Metered, Seen, asked_m2, meter
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.camera.surfaces import Surfaces
 from simulation_tools.camera.textures import clouds, grain, levels
@@ -18,27 +19,30 @@ METERED = 32
 """Points along each side of a picture by which the exposure is metered before it is taken."""
 WHITE = 16384.0
 """Linear value of white. Two stops above it are kept until the picture is developed."""
-MIDDLE = 0.18
-"""What the median of the picture becomes, as a share of white."""
-BASE_ISO, MOST_ISO = 100.0, 25_600.0
-SATURATION_LX_S = 0.78
-"""Exposure that saturates a sensor at ISO 100 (ISO 12232: 78 / speed)."""
 
 
 class Photograph(NamedTuple):
-    """picture: uint8 (height, width, 3), sRGB. lux: in the picture's middle. iso: chosen by the median."""
+    """picture: uint8 (height, width, 3), sRGB. lux: in the picture's middle. iso: chosen by the meter."""
 
     picture: np.ndarray
     lux: float
     iso: float
 
 
+class Lighting(NamedTuple):
+    """What a photograph will be like. lux: in the picture's middle. metered: its exposure."""
+
+    lux: float
+    metered: Metered
+
+
 class _Points(NamedTuple):
-    """faces (n,), lit (n,), lights (n, 4) of `kernels.light`."""
+    """faces (n,), lit (n,), lights (n, 4) of `kernels.light`; points_m (n, 3) in the world."""
 
     faces: np.ndarray
     lit: np.ndarray
     lights: np.ndarray
+    points_m: np.ndarray
 
 
 class Renderer:
@@ -52,8 +56,14 @@ class Renderer:
         self._tiles = levels(clouds(1, 0.4), 6)
         self._clouds = clouds(2, 1.3)
 
-    def photograph(self, optical_pose: Pose, rng: np.random.Generator) -> Photograph:
-        """Return what the camera sees. optical_pose: of the optical frame in the world. rng: of the noise."""
+    def photograph(
+        self, optical_pose: Pose, rng: np.random.Generator, detail_m: float = 0.0, bias_ev: float = 0.0
+    ) -> Photograph:
+        """Return what the camera sees. optical_pose: of the optical frame in the world. rng: of the noise.
+
+        detail_m: what a pixel covers at most of what the photograph is to show; 0: the whole picture counts.
+        bias_ev: exposure compensation.
+        """
         optics = self.optics
         columns, rows = -(-optics.width // STEP) + 1, -(-optics.height // STEP) + 1
         x, y = np.meshgrid(np.arange(columns) * STEP, np.arange(rows) * STEP)
@@ -63,8 +73,9 @@ class Renderer:
         mixed = np.empty((rows - 1, columns - 1), np.bool_)
         kernels.mixed_cells(faces, lit, mixed)
         ambient = optics.ambient * float(lights[..., 2].mean())
-        gain, iso = self._exposure(grid, ambient)
-        look: Any = (self._surfaces.albedos, self._marks, self._tiles, self._clouds, gain * WHITE, ambient)
+        metered = self.meter(optical_pose, detail_m, bias_ev).metered
+        gain = metered.gain * WHITE
+        look: Any = (self._surfaces.albedos, self._marks, self._tiles, self._clouds, gain, ambient)
         raw = np.zeros((optics.height, optics.width, 3), np.uint16)
         kernels.fill_grid(raw, faces, mixed, lights, STEP, *look)
         at = np.argwhere(mixed)
@@ -73,17 +84,19 @@ class Renderer:
             patches = self._refined(optical_pose, places)
             kernels.fill_patches(raw, places, *patches, *look)
         lux = float(lights[rows // 2, columns // 2, 2]) + ambient
-        return Photograph(self._developed(raw, iso, rng), lux, iso)
+        picture = self._developed(raw, metered.iso, rng)
+        return Photograph(picture, lux, metered.iso)
 
-    def meter(self, optical_pose: Pose) -> tuple[float, float]:
-        """Return lux in the picture's middle, and the ISO speed, as `photograph` finds them, but at once."""
+    def meter(self, optical_pose: Pose, detail_m: float = 0.0, bias_ev: float = 0.0) -> Lighting:
+        """Return light and exposure of a photograph before it is taken."""
         optics = self.optics
         across, down = optics.width / METERED, optics.height / METERED
         x, y = np.meshgrid((np.arange(METERED) + 0.5) * across, (np.arange(METERED) + 0.5) * down)
         grid = self._look(optical_pose, np.column_stack((x.ravel(), y.ravel())))
         middle = self._look(optical_pose, np.array([optics.centre_px]))
         ambient = optics.ambient * float(grid.lights[:, 2].mean())
-        return float(middle.lights[0, 2]) + ambient, self._exposure(grid, ambient)[1]
+        metered = self._metered(optical_pose, grid, ambient, detail_m, bias_ev)
+        return Lighting(float(middle.lights[0, 2]) + ambient, metered)
 
     def depths_m(self, optical_pose: Pose, pixels: np.ndarray) -> np.ndarray:
         """Return (n,) how far ahead along the optical axis the surface at pixels (n, 2) is; inf: none."""
@@ -112,7 +125,7 @@ class Renderer:
         kernels.light(
             pixels.astype(np.float64), faces, lit, points, self._axes, self._surfaces.offsets_m, *args, lights
         )
-        return _Points(faces, lit, lights)
+        return _Points(faces, lit, lights, points)
 
     def _on_plane(
         self, faces: np.ndarray, eye: np.ndarray, directions: np.ndarray, distances: np.ndarray
@@ -146,21 +159,27 @@ class Renderer:
             k, b, a = np.nonzero(ask)
             if len(k):
                 seen = self._look(pose, places[k] + np.column_stack((a, b)))
-                faces[k, b, a], lit[k, b, a], lights[k, b, a] = seen
+                faces[k, b, a], lit[k, b, a], lights[k, b, a] = seen[:3]
                 known[k, b, a] = True
         return faces, lit, lights
 
-    def _exposure(self, grid: _Points, ambient: float) -> tuple[float, float]:
-        """Return the factor from lux times albedo to a share of white, and the ISO speed that has it."""
-        optics, seen = self.optics, grid.faces >= 0
-        if not seen.any():
-            return 0.0, MOST_ISO
-        albedos = self._surfaces.albedos[grid.faces[seen]] @ (0.2126, 0.7152, 0.0722)
-        middle = float(np.median((grid.lights[seen, 2] + ambient) * grid.lights[seen, 3] * albedos))
-        per_lux = 0.65 * optics.exposure_s / (np.pi * optics.f_number**2 * SATURATION_LX_S)
-        iso = BASE_ISO * MIDDLE / max(middle * per_lux, 1e-12)
-        iso = float(np.clip(iso, BASE_ISO, MOST_ISO))
-        return per_lux * iso / BASE_ISO, iso
+    def _metered(self, pose: Pose, grid: _Points, ambient: float, detail_m: float, bias_ev: float) -> Metered:
+        """Return the exposure for what is seen at the points of a grid."""
+        seen = grid.faces >= 0
+        faces, lights = grid.faces[seen], grid.lights[seen]
+        light = (lights[:, 2] + ambient) * lights[:, 3]
+        albedos = self._surfaces.albedos[faces]
+        rays = grid.points_m[seen] - np.array(pose.position_m)
+        lengths_m = np.maximum(np.linalg.norm(rays, axis=1), 1e-6)
+        depths_m = np.maximum(rays @ pose.rotation[:, 2], 1e-6)
+        facing = np.abs(np.einsum("ij,ij->i", self._surfaces.normals[faces], rays)) / lengths_m
+        areas_m2 = asked_m2(depths_m, lengths_m / depths_m, facing, self.optics.focal_px, detail_m)
+        points = Seen(
+            light * (albedos @ (0.2126, 0.7152, 0.0722)), light * albedos.min(axis=1),
+            light * albedos.max(axis=1), areas_m2,
+        )  # fmt: skip
+        exposure_s, f_number = self.optics.exposure_s, self.optics.f_number
+        return meter(points, exposure_s, f_number, bias_ev, protects=detail_m > 0.0)
 
     def _developed(self, raw: np.ndarray, iso: float, rng: np.random.Generator) -> np.ndarray:
         electrons = self.optics.full_well_e * BASE_ISO / iso  # of white

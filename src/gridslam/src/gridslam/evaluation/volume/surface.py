@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import trimesh
@@ -16,14 +12,14 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import ArrayLike
 from scipy.spatial import cKDTree
 
-from gridslam.errors import EvaluationError, reason_of
+from gridslam.errors import EvaluationError
+from mesh_files.errors import MeshFileError
+from mesh_files.worlds import read_triangles
 
 CANDIDATES = 4
 """Triangles that are compared for each point: those of the nearest samples."""
 CHUNK = 50_000
-WORLD_SUFFIXES = (".world", ".sdf")
-READING_S = 600.0
-"""Wall time in which a world is read."""
+MOST_TRIANGLES = 20_000_000
 
 
 @dataclass(frozen=True)
@@ -114,50 +110,12 @@ class Surface:
 
 
 def read_surface(path: Path) -> Surface:
-    """Read an SDF world, or a mesh that trimesh knows (STL, OBJ, PLY, GLB, DAE). z is up.
-
-    COLLADA and 3MF tell their unit; others are in metres.
+    """Read an SDF world, or a mesh of the kinds that `mesh_files` knows, in metres, z up.
 
     Raises:
         EvaluationError: the file cannot be read, or has no surface.
     """
-    if not path.is_file():
-        raise EvaluationError(f"{path}: there is no such file. Give an SDF world or a mesh.")
-    if path.suffix.lower() in WORLD_SUFFIXES:
-        with tempfile.TemporaryDirectory() as folder:
-            return _read_mesh(_mesh_of_world(path, Path(folder) / "world.glb"))
-    return _read_mesh(path)
-
-
-def _mesh_of_world(world: Path, mesh: Path) -> Path:
-    """Let `simulation_tools` write the mesh of a world: it alone reads SDF."""
-    command = [sys.executable, "-m", "simulation_tools.world.mesh_file", str(world), str(mesh)]
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=READING_S)
-    except subprocess.TimeoutExpired:
-        raise EvaluationError(f"{world}: its surfaces were not read within {READING_S:g} s.") from None
-    if done.returncode:
-        told = (done.stderr.strip().splitlines() or ["simulation_tools did not say why."])[-1]
-        raise EvaluationError(f"{world}: its surfaces cannot be read. {told}")
-    return mesh
-
-
-def _read_mesh(path: Path) -> Surface:
-    try:
-        scene: Any = trimesh.load_scene(path)
-        metres = trimesh.units.unit_conversion(scene.units, "meters") if scene.units else 1.0
-    except Exception as error:  # trimesh's loaders raise whatever their formats' libraries raise
-        raise EvaluationError(f"{path}: cannot be read as a mesh ({reason_of(error)}).") from error
-    names: list[str] = []
-    triangles, part = [], []
-    for node in scene.graph.nodes_geometry:
-        transform, geometry = scene.graph[node]
-        mesh = scene.geometry[geometry]
-        if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
-            corners = trimesh.transform_points(mesh.vertices, transform)[mesh.faces]
-            part.append(np.full(len(corners), len(names)))
-            triangles.append(metres * corners)
-            names.append(str(node))
-    if not triangles:
-        raise EvaluationError(f"{path}: there is no surface in it.")
-    return Surface(np.concatenate(triangles), tuple(names), np.concatenate(part))
+        return Surface(*read_triangles(path, MOST_TRIANGLES))
+    except MeshFileError as error:
+        raise EvaluationError(f"{path}: {error}.") from None

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import logging
 from functools import lru_cache
-from io import BytesIO
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from lxml import etree
 
+from mesh_files.errors import MeshFileError
+from mesh_files.reading import read_parts
 from simulation_tools.world.shapes.terrain import MeshError
 from simulation_tools.world.shapes.triangle_mesh import TriangleMesh
 
@@ -41,22 +40,19 @@ def read_mesh(path: str, submesh: str = "", centred: bool = False) -> TriangleMe
 
 
 def _triangles(path: str, submesh: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (n, 3), m, and triangles (m, 3)."""
-    import trimesh  # half a second to import, and most worlds hold no mesh file
-
-    logging.getLogger("trimesh").setLevel(logging.CRITICAL)  # it reports each texture that it does not find
+    """Return vertices (n, 3), m, and triangles (m, 3). Its <up_axis> is ignored, as in Gazebo."""
     kind = Path(path).suffix.lower()
     try:
-        source = BytesIO(_PART_OF[kind](path, submesh)) if submesh and kind in _PART_OF else path
-        loaded: Any = trimesh.load(source, file_type=kind[1:], force="mesh", process=False)
-        vertices, triangles = np.asarray(loaded.vertices, np.float64), np.asarray(loaded.faces, np.int32)
-        if loaded.units:  # of COLLADA only; its <up_axis> is ignored, as Gazebo and RViz do
-            vertices = vertices * trimesh.units.unit_conversion(loaded.units, "meters")
-    except MeshError:
-        raise
-    except Exception as error:  # trimesh's readers raise many kinds of errors
-        raise MeshError(f"{path}: The mesh cannot be read: {str(error) or type(error).__name__}.") from None
-    return vertices.reshape(-1, 3), triangles.reshape(-1, 3)
+        content = _PART_OF[kind](path, submesh) if submesh and kind in _PART_OF else None
+        parts = read_parts(Path(path), content, turns=False)
+    except MeshFileError as error:
+        raise MeshError(f"{path}: The mesh cannot be used: {error}.") from None
+    except (OSError, etree.LxmlError) as error:
+        raise MeshError(f"{path}: The mesh cannot be read: {error}.") from None
+    starts = np.cumsum([0] + [len(each.vertices_m) for each in parts])
+    vertices = np.concatenate([each.vertices_m for each in parts])
+    triangles = np.concatenate([each.triangles + start for each, start in zip(parts, starts)])
+    return vertices, triangles.astype(np.int32)
 
 
 def _part_of_collada(path: str, submesh: str) -> bytes:

@@ -1,0 +1,1 @@
+"""Reads mesh files of other programs as triangles in metres, z up."""

@@ -1,0 +1,76 @@
+"""Triangles of mesh files and of SDF worlds, whose meshes `simulation_tools` writes: it alone reads SDF."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from mesh_files.errors import MeshFileError
+from mesh_files.reading import Part, read_parts
+
+WORLD_SUFFIXES = (".world", ".sdf")
+READING_S = 600.0
+"""Wall time in which a world is read."""
+LEAST_M2 = 1e-12
+"""Twice the area of a triangle that counts."""
+
+
+def read_surfaces(path: Path) -> list[Part]:
+    """Return the things of a mesh file or of an SDF world, as `read_parts` does.
+
+    Raises:
+        MeshFileError: the file cannot be used.
+    """
+    if not path.is_file():
+        raise MeshFileError("there is no such file. Give a mesh or an SDF world")
+    if path.suffix.lower() not in WORLD_SUFFIXES:
+        return read_parts(path)
+    with tempfile.TemporaryDirectory() as folder:
+        return read_parts(_mesh_of_world(path, Path(folder) / "world.glb"))
+
+
+def _mesh_of_world(world: Path, mesh: Path) -> Path:
+    command = [sys.executable, "-m", "simulation_tools.world.mesh_file", str(world), str(mesh)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=READING_S)
+    except subprocess.TimeoutExpired:
+        raise MeshFileError(f"its surfaces were not read within {READING_S:g} s") from None
+    if done.returncode:
+        told = (done.stderr.strip().splitlines() or ["simulation_tools did not say why."])[-1]
+        raise MeshFileError(f"its surfaces cannot be read. {told.rstrip('.')}")
+    return mesh
+
+
+class Triangles(NamedTuple):
+    """corners_m: (m, 3, 3). names: of the things. part: (m,) index of each triangle's thing."""
+
+    corners_m: np.ndarray
+    names: tuple[str, ...]
+    part: np.ndarray
+
+
+def read_triangles(path: Path, most: int = 2_000_000) -> Triangles:
+    """Return the triangles of a mesh file or of an SDF world that have finite corners and an area.
+
+    Raises:
+        MeshFileError: the file cannot be used, or it has none, or more than `most`.
+    """
+    parts = read_surfaces(path)
+    count = sum(len(each.triangles) for each in parts)
+    if count > most:
+        raise MeshFileError(
+            f"has {count:,} triangles, more than the {most:,} that are worked with: "
+            "simplify it, for example in MeshLab (Quadric Edge Collapse Decimation)"
+        )
+    corners_m = np.concatenate([each.vertices_m[each.triangles] for each in parts])
+    part = np.repeat(np.arange(len(parts)), [len(each.triangles) for each in parts])
+    across = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
+    kept = np.isfinite(corners_m).all(axis=(1, 2)) & (np.linalg.norm(across, axis=1) > LEAST_M2)
+    if not kept.any():
+        raise MeshFileError("none of its triangles has finite corners and an area. Export it again")
+    return Triangles(corners_m[kept], tuple(each.name for each in parts), part[kept])
