@@ -37,8 +37,9 @@ def test_every_picture_has_a_text():
 
 
 def test_a_picture_without_a_text_is_found():
-    text = '![](a.png) ![ ](b.png) ![w](c.png) `![](code.png)`\n<img src="d.png"> <img src="e.png" alt="w">\n'
+    text = '![](a.png) ![ ](b.png) ![`w` x](c.png) `![](code.png)`\n<img src="d.png"> <img src="e.png" alt="w">'
     assert [file for words, file in pictures(text) if not words] == ["a.png", "b.png", "d.png"]
+    assert ("`w` x", "c.png") in pictures(text)
 
 
 def test_every_parameter_has_a_sentence(parameters):
