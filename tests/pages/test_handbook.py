@@ -105,7 +105,8 @@ def test_one_text_may_tell_of_several_attributes():
 
 def test_a_nodes_docstring_tells_of_its_parameters():
     told = private_parameters(
-        "A node.\n\nParameters (private):\n    frame (str, default map)\n    x, y (float, 0): of the\n        base.\n"
+        "A node.\n\nParameters (private):\n"
+        "    frame (str, default map)\n    x, y (float, 0): of the\n        base.\n"
         "    plan (str): of ~inspect. late (bool, false): wait; so (int, 3): often.\n\nNo.\n"
     )
     of_base = "Of the base."
