@@ -17,7 +17,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = {path.parent.name: path / "how_it_works.md" for path in sorted(ROOT.glob("src/*/doc"))}
 PAGES.update(
-    {name: ROOT / f"src/{name}/README.md" for name in ("kernel_cache", "stamp_pairing", "mesh_files", "node_tools")}
+    {
+        name: ROOT / f"src/{name}/README.md"
+        for name in ("kernel_cache", "stamp_pairing", "mesh_files", "node_tools")
+    }
 )
 """The page of each package that holds its map."""
 MODULES_UP_TO_ROOMS = 2

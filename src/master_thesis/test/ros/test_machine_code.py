@@ -130,10 +130,8 @@ def test_what_cannot_be_compiled_is_one_sentence_and_is_tried_again(part, tmp_pa
 def test_after_an_interruption_the_next_call_compiles(part, tmp_path, monkeypatch):
     package = tmp_path / "loops_to_compile"
     waiting = "def warm_up():\n    while (Path(__file__).parent / 'held').exists():\n        sleep(0.01)"
-    held_source = "from pathlib import Path\nfrom time import sleep" + KERNELS.replace(
-        "def warm_up():", waiting
-    )
-    (package / "warm_up.py").write_text(held_source)
+    imports = "from pathlib import Path\nfrom time import sleep"
+    (package / "warm_up.py").write_text(imports + KERNELS.replace("def warm_up():", waiting))
     (package / "held").touch()  # the compiler cannot be ready before the interruption
     with monkeypatch.context() as patch:
         patch.setattr(machine_code._Compiler, "complaint", lambda self: interrupt())

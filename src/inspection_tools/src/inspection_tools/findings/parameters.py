@@ -18,6 +18,8 @@ class FindingParameters:
         rust_red: Least light of red, as a multiple of green's; yellow paint has less.
         rust_size: Least side of a square as large as a rust spot, m.
         crack_contrast: Least share of light that the middle of a crack lacks beside both its sides.
+        crack_rough: Look for cracks on rough surfaces (concrete, asphalt, scale), too, where grain is as
+            dark as a crack. It is measured on pictures alone; photographs of a mesh do without.
         crack_length: Least length of a crack, m.
         crack_detail: Cracks are looked for where a pixel covers at most so much in the worst direction, mm.
         crack_incidence: And where the surface is seen at most so flat, deg.
@@ -51,6 +53,7 @@ class FindingParameters:
     rust_red: float = 1.7
     rust_size: float = 0.015
     crack_contrast: float = 0.14
+    crack_rough: bool = True
     crack_length: float = 0.06
     crack_detail: float = 1.3
     crack_closer: float = 0.5
@@ -74,10 +77,11 @@ class FindingParameters:
 
     def for_mesh(self, mesh: Mesh) -> FindingParameters:
         """Return them for photographs of a mesh."""
+        plain = replace(self, crack_rough=False)
         if not any(map(is_mapped, mesh.names)):
-            return self
+            return plain
         bent = max(self.line_bent, self.line_bent_on_maps)
-        return replace(self, line_bent=bent, crossing=max(self.crossing, self.crossing_on_maps))
+        return replace(plain, line_bent=bent, crossing=max(self.crossing, self.crossing_on_maps))
 
     def __post_init__(self) -> None:
         check_number("rust_colour", self.rust_colour, 0.01, 1.0)

@@ -12,6 +12,7 @@ from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.kernels import block_light, dark_ridges
 from inspection_tools.findings.picture.lines import Line, line_through, pieces_joined
 from inspection_tools.findings.picture.paint import RED, is_all_red, unlike_coatings, unlike_the_most
+from inspection_tools.findings.picture.rough_cracks import cracks_on_rough
 
 BLOCK_PX = 4
 """Colour is judged in blocks: single pixels are noisy, and JPEG halves the colour's resolution."""
@@ -26,6 +27,10 @@ NOISE_PX = 32
 """Noise is measured in blocks: the sensor's in the dark, and that of a rough surface."""
 NOISES = 3.0
 """A ridge is so many times deeper than the noise."""
+MOST_CONTRAST = 0.99
+"""Of a ridge that is looked for on the roughest surface."""
+ROUGH = 1.5
+"""A surface is rough where a ridge must be so many times deeper than on a plain one."""
 COARSE_MM = 1.0
 """Of a pixel, at which the widest cracks are looked for."""
 MOST_PIXELS = 400
@@ -93,19 +98,37 @@ def _cracks(
 ) -> list[Candidate]:
     """Return the cracks in a picture that is so many times smaller. rust: blocks of the whole picture."""
     light = ndimage.gaussian_filter(light, SMOOTH_PX, truncate=2.5)
-    ridges = dark_ridges(light, REACH_PX, _contrasts(light, parameters.crack_contrast, looked_at), NOISE_PX)
+    contrasts = _contrasts(light, parameters.crack_contrast, looked_at)
     rows, columns = (
         np.minimum(np.arange(size) * times // BLOCK_PX, blocks - 1)
         for size, blocks in zip(light.shape, rust.shape)
     )
-    ridges &= ~rust[np.ix_(rows, columns)]
+    free = ~rust[np.ix_(rows, columns)]
+    ridges = dark_ridges(light, REACH_PX, contrasts, NOISE_PX) & free
     found = []
     for group in pieces_joined(_groups(ridges)):
         line = line_through(group, light)
         if is_thin(line, parameters):
             pixels = _some(line.pixels) * times + 0.5 * (times - 1)
             found.append(Candidate("crack", pixels, len(group) * times**2))
+            x, y = group.T
+            free[y, x] = False
+    if parameters.crack_rough:
+        is_rough = _rough_places(contrasts, parameters.crack_contrast, light.shape) & free
+        for group in cracks_on_rough(light, SMOOTH_PX, is_rough, parameters):
+            pixels = _some(group) * times + 0.5 * (times - 1)
+            found.append(Candidate("crack", pixels, len(group) * times**2))
     return found
+
+
+def _rough_places(contrasts: np.ndarray, least: float, shape: tuple[int, ...]) -> np.ndarray:
+    """Return (height, width) bool: where the surface's own contrasts are as great as that of a crack."""
+    rows, columns = (
+        np.minimum(np.arange(size) // NOISE_PX, blocks - 1) for size, blocks in zip(shape, contrasts.shape)
+    )
+    is_rough = (contrasts > ROUGH * least) & (contrasts < 1.0)
+    places: np.ndarray = is_rough[np.ix_(rows, columns)]
+    return places
 
 
 def _smaller(light: np.ndarray, times: int) -> np.ndarray:
@@ -142,7 +165,7 @@ def _contrasts(light: np.ndarray, least: float, looked_at: np.ndarray | None) ->
     ]
     noise = 1.48 * np.median(blocks[0], axis=2) / np.maximum(np.median(blocks[1], axis=2), 1e-6)
     noise = ndimage.maximum_filter(noise, 3)
-    contrasts = np.clip(NOISES * noise, least, 1.0)
+    contrasts = np.clip(NOISES * noise, least, MOST_CONTRAST)
     if looked_at is not None:
         y = np.minimum((np.arange(rows) + 0.5) / rows * looked_at.shape[0], looked_at.shape[0] - 1).astype(
             int

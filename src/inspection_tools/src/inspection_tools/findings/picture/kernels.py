@@ -46,3 +46,25 @@ def dark_ridges(light: np.ndarray, reach: int, contrasts: np.ndarray, side: int)
                 or (light[y - slant, x + slant] > most and light[y + slant, x - slant] > most)
             )
     return out
+
+
+@njit(cache=True)
+def ridge_strength(values: np.ndarray, factor: float) -> np.ndarray:
+    """Return (height, width), float32: the largest eigenvalue of the Hessian, times a factor; at least 0.
+
+    values: (height, width), float32. The second differences are those of neighbouring pixels.
+    """
+    height, width = values.shape
+    out = np.zeros((height, width), np.float32)
+    for y in range(1, height - 1):
+        for x in range(1, width - 1):
+            middle = 2.0 * values[y, x]
+            xx = values[y, x - 1] - middle + values[y, x + 1]
+            yy = values[y - 1, x] - middle + values[y + 1, x]
+            xy = 0.25 * (
+                values[y - 1, x - 1] + values[y + 1, x + 1] - values[y - 1, x + 1] - values[y + 1, x - 1]
+            )
+            half = 0.5 * (xx - yy)
+            largest = 0.5 * (xx + yy) + np.sqrt(half * half + xy * xy)
+            out[y, x] = factor * max(largest, 0.0)
+    return out

@@ -1,0 +1,1 @@
+"""What `bench findings` measures on photographs of others."""

@@ -1,0 +1,181 @@
+"""Public photographs with their truth: masks of pixels, or a table of yes and no."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Iterator
+
+import numpy as np
+from PIL import Image
+from scipy.io import loadmat
+
+from inspection_tools.photographs.listing import pictures_in, read_picture
+from inspection_tools.photographs.record import PhotographError
+
+YES, NO = ("1", "yes", "true", "y"), ("0", "no", "false", "n")
+FEW_VALUES = 16
+"""A mask with more values was compressed with losses, and is cut at half its range."""
+DARK, BRIGHT, MOST_SHARE = 8, 247, 0.98
+"""A picture of which more is darker or brighter than these (of 255) shows nothing."""
+
+
+class SetError(Exception):
+    """A set cannot be read; the message is one sentence."""
+
+
+@dataclass
+class PublicSet:
+    """Photographs with masks or answers.
+
+    label: value of the pixels of a mask that count; None: all but the most frequent value. left_out: name of
+    each other picture, with the reason.
+    """
+
+    masks: dict[Path, Path] = field(default_factory=dict)
+    answers: dict[Path, bool] = field(default_factory=dict)
+    label: int | None = None
+    left_out: dict[str, str] = field(default_factory=dict)
+
+    def pictures(self) -> Iterator[tuple[Path, np.ndarray]]:
+        """Yield each picture, uint8 (height, width, 3), that shows something."""
+        for path in (*self.masks, *self.answers):
+            try:
+                picture = read_picture(path)
+                _check_shows(picture)
+            except (PhotographError, SetError) as error:
+                self.left_out[path.name] = str(error)
+                continue
+            yield path, picture
+
+    def mask(self, path: Path, shape: tuple[int, ...]) -> np.ndarray | None:
+        """Return the pixels of a picture that are marked, bool (height, width); None: left out, as told."""
+        try:
+            mask = read_mask(self.masks[path], self.label)
+            if mask.shape != shape:
+                raise SetError(f"Its mask has {mask.shape[1]} x {mask.shape[0]} px, and not its size.")
+        except (SetError, OSError, ValueError, KeyError) as error:
+            self.left_out[path.name] = str(error)
+            return None
+        return mask
+
+
+def with_masks(photographs: Path, masks: Path, label: int | None = None) -> PublicSet:
+    """Return the pictures of a folder that have a mask of the same name in another, whatever its suffix.
+
+    Raises:
+        SetError: there is no pair.
+    """
+    of_stem = {each.stem: each for each in sorted(masks.rglob("*")) if each.is_file()}
+    found = PublicSet(label=label)
+    for path in _pictures(photographs):
+        if path.stem in of_stem:
+            found.masks[path] = of_stem[path.stem]
+        else:
+            found.left_out[path.name] = f"{masks} has no mask of that name."
+    if not found.masks:
+        raise SetError(f"No picture in {photographs} has a mask of its name in {masks}.")
+    return found
+
+
+def with_answers(photographs: Path, table: Path, kind: str) -> PublicSet:
+    """Return the pictures that a table answers for: columns `name` and the kind, yes or no.
+
+    Raises:
+        SetError: the table has other columns or values, or answers for none of the pictures.
+    """
+    with open(table, newline="", encoding="utf-8-sig") as file:
+        rows = list(csv.DictReader(file))
+    if not rows or "name" not in rows[0] or kind not in rows[0]:
+        raise SetError(f"{table}: its first line must name the columns name,{kind}.")
+    by_name = {path.name: path for path in _pictures(photographs)}
+    found = PublicSet()
+    for number, row in enumerate(rows, 2):
+        answer = (row[kind] or "").strip().lower()
+        if answer not in YES + NO:
+            raise SetError(f"{table}, line {number}: {kind} must be yes or no, not {row[kind]!r}.")
+        if row["name"] in by_name:
+            found.answers[by_name[row["name"]]] = answer in YES
+        else:
+            found.left_out[row["name"]] = f"{photographs} has no such picture."
+    if not found.answers:
+        raise SetError(f"{table} answers for no picture of {photographs}.")
+    return found
+
+
+def read_mask(path: Path, label: int | None = None) -> np.ndarray:
+    """Return a mask, bool (height, width): the pixels of a label, or what has not the most frequent value.
+
+    So it may be black on white, in colours, a palette, of 16 bits, or a label image of Matlab.
+
+    Raises:
+        SetError: it cannot be read.
+    """
+    if path.suffix == ".mat":
+        labels = _label_image(loadmat(path))
+        if labels is None:
+            raise SetError(f"{path.name} holds no image of labels.")
+        return _marked(labels, label)
+    try:
+        with Image.open(path) as image:
+            values = np.asarray(image)
+    except (OSError, SyntaxError) as error:
+        raise SetError(f"Its mask {path.name} cannot be read: {error}.") from None
+    if label is None:
+        values = _few_values(values)
+    return _marked(values, label)
+
+
+def _marked(values: np.ndarray, label: int | None) -> np.ndarray:
+    marked: np.ndarray = values != _most_frequent(values) if label is None else values == label
+    if marked.ndim != 2:
+        raise SetError("Its mask has colours, so no label chooses pixels of it.")
+    return marked
+
+
+def _few_values(values: np.ndarray) -> np.ndarray:
+    """Return a mask's values (height, width), few of them: a number for each colour, or two halves."""
+    if values.ndim == 3:
+        colours = values[..., :3].astype(np.int64)
+        values = (colours[..., 0] << 16) + (colours[..., 1] << 8) + colours[..., -1]
+        if len(np.unique(values)) > FEW_VALUES:
+            values = colours.max(axis=2)
+    if len(np.unique(values)) > FEW_VALUES:
+        values = values > 0.5 * (float(values.min()) + float(values.max()))
+    return values
+
+
+def _label_image(content: object) -> np.ndarray | None:
+    """Return the first image of whole numbers in what Matlab has written."""
+    if isinstance(content, dict):
+        parts = [value for name, value in content.items() if not name.startswith("__")]
+    elif isinstance(content, np.ndarray) and content.dtype.names:
+        parts = [content[name] for name in content.dtype.names]
+    elif isinstance(content, np.ndarray) and content.dtype == object:
+        parts = list(content.ravel())
+    else:
+        is_image = isinstance(content, np.ndarray) and content.ndim == 2 and min(content.shape) > 1
+        return content if is_image and content.dtype.kind in "uib" else None  # type: ignore[union-attr, return-value]
+    return next((image for image in map(_label_image, parts) if image is not None), None)
+
+
+def _most_frequent(values: np.ndarray) -> float:
+    found, counts = np.unique(values, return_counts=True)
+    return found[counts.argmax()]
+
+
+def _check_shows(picture: np.ndarray) -> None:
+    green = picture[..., 1]
+    if max((green < DARK).mean(), (green > BRIGHT).mean()) > MOST_SHARE:
+        raise SetError("It is black or white all over.")
+
+
+def _pictures(folder: Path) -> list[Path]:
+    if not folder.is_dir():
+        raise SetError(f"{folder} is no folder.")
+    return [
+        path
+        for each in sorted({folder, *(p for p in folder.rglob("*") if p.is_dir())})
+        for path in pictures_in(each)
+    ]

@@ -1,0 +1,130 @@
+"""Given pictures and truth of any make, `bench findings` counts as one would by hand."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+from scipy.io import savemat
+
+from benchmarks import findings
+from benchmarks.findings_rows.public_set import SetError, read_mask, with_answers, with_masks
+from benchmarks.findings_rows.scores import of_answer, of_pixels, total
+
+MASK = np.zeros((40, 60), bool)
+MASK[20, 5:55] = True
+
+
+def written(path, kind):
+    """A mask in a file, as sets have them."""
+    values = MASK.astype(np.uint8)
+    if kind == "matlab":
+        savemat(path.with_suffix(".mat"), {"groundTruth": {"Segmentation": values + 1, "Boundaries": values}})
+        return path.with_suffix(".mat")
+    images = {
+        "ones": Image.fromarray(values),
+        "black on white": Image.fromarray(255 - 255 * values),
+        "colour": Image.fromarray(values[..., None] * np.array((84, 105, 77), np.uint8)),
+        "16 bit": Image.fromarray(values.astype(np.uint16) * 40000),
+    }
+    if kind == "palette":
+        image = Image.fromarray(values, "P")
+        image.putpalette([9, 9, 9, 10, 9, 9])
+    else:
+        image = images[kind]
+    image.save(path)
+    return path
+
+
+@pytest.mark.parametrize("kind", ["ones", "black on white", "colour", "16 bit", "palette", "matlab"])
+def test_masks_of_all_kinds_are_read_alike(tmp_path, kind):
+    np.testing.assert_array_equal(read_mask(written(tmp_path / "a.png", kind)), MASK)
+
+
+def test_a_label_chooses_and_a_compressed_mask_is_halved(tmp_path):
+    labels = MASK.astype(np.uint8) + 1
+    labels[0, :5] = 3
+    savemat(tmp_path / "a.mat", {"groundTruth": {"Segmentation": labels}})
+    np.testing.assert_array_equal(read_mask(tmp_path / "a.mat", 2), MASK)
+    thick = np.kron(MASK[::8, ::8], np.ones((8, 8))).astype(bool)
+    Image.fromarray(thick).convert("L").save(tmp_path / "b.jpg", quality=70)
+    np.testing.assert_array_equal(read_mask(tmp_path / "b.jpg"), thick)
+
+
+def test_scores_are_those_by_hand():
+    found = np.zeros_like(MASK)
+    found[23, 5:30] = True  # near the mask
+    found[35, 5:30] = True  # far from it
+    score = of_pixels(found, MASK, 3.0)
+    assert (score.right, score.found, score.shown, score.true) == (25, 50, 25, 50)
+    assert (score.precision, score.recall, score.f) == (0.5, 0.5, 0.5)
+    nothing = of_pixels(np.zeros_like(MASK), MASK, 3.0)
+    assert (nothing.precision, nothing.recall, nothing.f) == (1.0, 0.0, 0.0)
+    both = total(
+        [of_answer(True, True), of_answer(True, False), of_answer(False, True), of_answer(False, False)]
+    )
+    assert (both.precision, both.recall) == (0.5, 0.5)
+
+
+@pytest.fixture
+def pictures(tmp_path):
+    (tmp_path / "pictures").mkdir()
+    rng = np.random.default_rng(1)
+    shots = {"a": 120 * np.ones((40, 60)), "b": 255 * np.ones((40, 60)), "c": 90 * np.ones((40, 60))}
+    for name, light in shots.items():
+        grey = np.clip(light + rng.normal(0.0, 2.0, light.shape), 0, 255).astype(np.uint8)
+        grey[MASK] = np.where(name == "b", 255, grey[MASK] // 3)
+        Image.fromarray(grey).save(tmp_path / f"pictures/{name}.png")
+    Image.fromarray(np.full((4, 4), 9, np.uint8)).save(tmp_path / "pictures/d.png")
+    return tmp_path / "pictures"
+
+
+def test_what_does_not_fit_is_left_out_and_named(pictures, tmp_path):
+    (tmp_path / "masks").mkdir()
+    for name, mask in (("a", MASK), ("b", MASK), ("c", MASK[:20])):
+        Image.fromarray(mask).save(tmp_path / f"masks/{name}.png")
+    found = with_masks(pictures, tmp_path / "masks")
+    masks = {path.name: found.mask(path, picture.shape[:2]) for path, picture in found.pictures()}
+    np.testing.assert_array_equal(masks["a.png"], MASK)
+    assert set(found.left_out) == {"b.png", "c.png", "d.png"}
+    assert found.left_out["b.png"] == "It is black or white all over."
+    assert found.left_out["c.png"] == "Its mask has 60 x 20 px, and not its size."
+
+
+def test_a_table_answers(pictures, tmp_path, capsys):
+    (tmp_path / "truth.csv").write_text("\ufeffname,crack\na.png,yes\nc.png,No\nb.png,yes\nx.png,no\n")
+    call = [
+        "--photographs",
+        str(pictures),
+        "--truth",
+        str(tmp_path / "truth.csv"),
+        "--results",
+        str(tmp_path),
+    ]
+    findings.main(call)
+    said = capsys.readouterr().out
+    assert "crack in pictures: 2 pictures, 2 left out." in said
+    assert "left out: x.png" in said
+    numbers = json.loads((tmp_path / "benchmarks.json").read_text())["findings"]["pictures"]["crack"]["ours"]
+    assert (numbers["true"], numbers["others"]) == (1, 1)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("name,rust\na.png,yes\n", r"its first line must name the columns name,crack\.$"),
+        ("name,crack\na.png,perhaps\n", r"line 2: crack must be yes or no, not 'perhaps'\.$"),
+        ("name,crack\nz.png,yes\n", r"answers for no picture of .*pictures\.$"),
+    ],
+)
+def test_a_table_that_cannot_be_read_is_refused(pictures, tmp_path, text, said):
+    (tmp_path / "truth.csv").write_text(text)
+    with pytest.raises(SetError, match=said):
+        with_answers(pictures, tmp_path / "truth.csv", "crack")
+
+
+def test_without_photographs_nothing_is_measured(capsys):
+    findings.main(["--brief"])
+    assert capsys.readouterr().out.startswith("bench findings: nothing is measured without --photographs")
