@@ -59,6 +59,12 @@ class PlanarScan:
         return replace(self, angles_rad=other.angles_rad)
 
 
+def typical_range_m(scan: PlanarScan) -> float:
+    """Return the median range of the beams that hit something, m; inf if none did."""
+    hits = scan.ranges_m[scan.ranges_m < scan.range_max_m]
+    return float(np.median(hits)) if len(hits) else math.inf
+
+
 def _pose(values: Iterable[float]) -> tuple[float, float, float]:
     pose = tuple(float(value) for value in values)
     if len(pose) != 3 or not all(math.isfinite(value) for value in pose):

@@ -130,6 +130,21 @@ def test_a_step_that_is_much_longer_than_any_before_is_doubted():
     assert odometry.doubt.reason == "odometry has moved by 6.90 m and 0 degrees at once"
 
 
+def test_a_way_home_without_readings_is_no_jump_after_a_slow_one():
+    # Given a small robot, ten readings a second: it drives off at 0.4 m/s, and turns on the spot at 3 rad/s
+    readings = [(0.1 * i, (0.04 * i, 0.0, 0.0)) for i in range(40)]
+    readings += [(4.0 + 0.1 * i, (1.6, 0.0, 0.3 * i)) for i in range(10)]
+    # and that comes on by 0.3 m only while readings lack for 5 s
+    x, y, yaw = se2.compose((1.6, 0.0, 2.7), (0.3, 0.0, 0.0))
+    readings.append((10.0, (x, y, yaw)))
+    # When readings lack for 5 s again, in which it comes to where it began, and turns
+    readings.append((15.0, (0.1, 0.0, 0.05)))
+    found, said, _ = followed(readings)
+    # Then odometry is believed: it is far less than the robot can do in this time
+    assert said == []
+    assert_same(found[-1], readings[-1][1])
+
+
 @settings(max_examples=40)
 @given(poses, poses, steps)
 def test_a_restored_state_goes_on_as_if_nothing_had_been(before, after, move):

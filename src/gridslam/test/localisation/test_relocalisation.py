@@ -8,6 +8,7 @@ from planar_world import UST, Drift, along, drive, hold, rectangle_route
 from rooms import WALLS
 
 from gridslam import PoseError, SlamParameters, se2
+from gridslam.evaluation import Walls
 from gridslam.localisation import relocaliser
 from gridslam.session import SlamSession
 
@@ -73,6 +74,45 @@ def test_odometry_that_turns_badly_finds_the_place_all_the_same(room, seed):
     assert "tracking" in states[states.index("lost") : int(10.0 / 0.25)]
     assert np.hypot(*error[:2]) < 0.1
     assert sum("found again" in sentence for sentence in said) == 1
+
+
+SMALL = Walls.from_polygons(
+    [
+        np.array([(-1.3, -1.1), (1.3, -1.1), (1.3, 0.4), (0.9, 0.4), (0.9, 1.1), (-1.3, 1.1)]),
+        np.array([(-1.1, 0.7), (-0.8, 0.7), (-0.8, 0.95), (-1.1, 0.95)]),
+    ]
+)
+
+
+def test_in_a_room_of_two_metres_nobody_drives_a_metre_for_each_scan():
+    # Given a map of a room of 2.6 x 2.2 m, scans a metre apart, and a start 0.7 m and a radian off
+    square = np.array([(-0.5, -0.5), (0.4, -0.5), (0.4, 0.3), (-0.5, 0.3), (-0.5, -0.5), (0.4, -0.5)])
+    truth = along(square, 0.1)
+    log = drive(SMALL, truth, LIDAR, 0)
+    parameters = dataclasses.replace(PARAMETERS, linearUpdate=0.3, angularUpdate=0.5)
+    mapping = SlamSession(parameters, starting_pose=tuple(truth[0]))
+    for pair in zip(log.scans, log.odometry):
+        mapping.process(*pair)
+    parameters = dataclasses.replace(PARAMETERS, linearUpdate=1.0, angularUpdate=7.0)
+    session = SlamSession(
+        parameters,
+        starting_map=mapping.grid(),
+        starting_pose=tuple(truth[0] + (0.4, 0.6, 1.0)),
+        localisation_only=True,
+        say=lambda sentence: None,
+    )
+    # When it is lost
+    session.process(log.scans[0], log.odometry[0])
+    session.tracking.lose("the test says so")
+    lost = []
+    for pair in zip(log.scans[1:], log.odometry[1:]):
+        session.process(*pair)
+        lost.append(session.tracking.is_lost)
+    # Then it is found where it is before it has driven 1.5 m
+    way_m = np.cumsum(np.hypot(*np.diff(truth[:, :2], axis=0).T))
+    assert way_m[lost.index(False)] < 1.5
+    found = se2.compose(session.map_to_odom, log.odometry[-1])
+    assert np.hypot(*(found - truth[-1])[:2]) < 0.1
 
 
 def blocked(scan):

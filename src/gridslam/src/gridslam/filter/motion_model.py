@@ -117,12 +117,12 @@ class Motion:
         """Whether odometry's covariances alone say how uncertain the step is."""
         return self.covariance is not None and bool((self.deviations <= self.told + 1e-9).all())
 
-    def is_enough(self, parameters: SlamParameters, stamp_s: float) -> bool:
-        """Whether a scan at this time is worth processing."""
+    def is_enough(self, parameters: SlamParameters, stamp_s: float, enough_m: float = math.inf) -> bool:
+        """Whether a scan at this time is worth processing. ``enough_m``: a way that is enough, too."""
         travelled_m, turned_rad, tried_s = self.tried.tolist()
         return (
             self.due
-            or self.distance_m - travelled_m >= parameters.linearUpdate
+            or self.distance_m - travelled_m >= min(parameters.linearUpdate, enough_m)
             or self.turned_rad - turned_rad >= parameters.angularUpdate
             or (parameters.temporalUpdate >= 0.0 and stamp_s - tried_s > parameters.temporalUpdate)
         )

@@ -104,8 +104,11 @@ class ParticleFilter:
         base_in_odom: Sequence[float] | np.ndarray,
         stamp_s: float,
         covariance: np.ndarray | None = None,
+        enough_m: float = math.inf,
     ) -> bool:
         """Move with the odometry only. Return whether it was enough for a scan at this time.
+
+        enough_m: so much way is enough, too, if it is less than `linearUpdate`.
 
         Raises:
             ScanError: the odometry is not a finite pose.
@@ -115,7 +118,7 @@ class ParticleFilter:
         if self._motion is None:
             raise StateError("There is no pose before the first scan.")
         self._motion.add(odometry, self.parameters, covariance)
-        return self._motion.is_enough(self.parameters, stamp_s)
+        return self._motion.is_enough(self.parameters, stamp_s, enough_m)
 
     def refuse(self, stamp_s: float) -> None:
         """Do not use the scan at this time: the next one comes after as much motion as between two scans."""

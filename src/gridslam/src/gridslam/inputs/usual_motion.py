@@ -25,6 +25,8 @@ class UsualMotionState:
     longest_m: float
     longest_rad: float
     longest_s: float
+    fastest_mps: float
+    fastest_radps: float
 
     def __post_init__(self) -> None:
         if not all(0.0 <= getattr(self, field.name) < math.inf for field in fields(self)):
@@ -38,6 +40,8 @@ class UsualMotion:
         self.readings = 0
         self.way_m = self.turned_rad = self.seconds = 0.0
         self.longest_m = self.longest_rad = self.longest_s = 0.0
+        self.fastest_mps = self.fastest_radps = 0.0
+        """Greatest speeds of steps that are no shorter than the mean one: a shorter one exaggerates noise."""
 
     @property
     def is_known(self) -> bool:
@@ -53,11 +57,20 @@ class UsualMotion:
         self.longest_m = max(self.longest_m, way_m)
         self.longest_rad = max(self.longest_rad, turned_rad)
         self.longest_s = max(self.longest_s, seconds)
+        if seconds > 0.0 and seconds >= self.seconds / self.readings:
+            self.fastest_mps = max(self.fastest_mps, way_m / seconds)
+            self.fastest_radps = max(self.fastest_radps, turned_rad / seconds)
 
     def most(self, seconds: float) -> tuple[float, float]:
-        """Return the greatest way in m and turn in rad that a step of this time had, or would have had."""
+        """Return the greatest way in m and turn in rad that a step of this time had, or would have had.
+
+        A long step tells little of the speed, as after a pause without readings. So the fastest step counts.
+        """
         times = max(1.0, seconds / self.longest_s) if self.longest_s else 1.0
-        return times * self.longest_m, times * self.longest_rad
+        return (
+            max(times * self.longest_m, seconds * self.fastest_mps),
+            max(times * self.longest_rad, seconds * self.fastest_radps),
+        )
 
     def mean(self, seconds: float) -> tuple[float, float]:
         """Return the mean way in m, and turning in rad, in this time."""

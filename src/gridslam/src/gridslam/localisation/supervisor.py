@@ -9,7 +9,7 @@ import numpy as np
 
 from gridslam.localisation.relocaliser import Relocaliser, SearchState
 from gridslam.localisation.standstill import Standstill, StandstillState
-from gridslam.scan import PlanarScan
+from gridslam.scan import PlanarScan, typical_range_m
 
 if TYPE_CHECKING:
     from gridslam.filter.grid_slam import GridSlam
@@ -21,6 +21,10 @@ SCANS_IN_VAIN = 20
 """After this many scans the search ends, if the map is SLAM's own."""
 PAUSE_APART_MAX = 8
 """After a search of an earlier map in vain, the next one waits for this many more scans at most."""
+SEEK_RANGE_SHARE = 0.25
+"""While the vehicle is lost, a scan counts after this share of the scan's typical range, if that is less than
+`linearUpdate`. In rooms of a few metres nobody drives a metre for each scan.
+"""
 FOUND_DEVIATION = (0.05, 0.05, 0.02)
 """m, m, rad: uncertainty of a place that was found."""
 STANDSTILL_DEVIATION = (0.3, 0.3, 0.2)
@@ -114,7 +118,7 @@ class Supervisor:
     def _seek(
         self, slam: GridSlam, scan: PlanarScan, base: np.ndarray, covariance: np.ndarray | None
     ) -> None:
-        if slam.follow(base, scan.stamp_s, covariance):
+        if slam.follow(base, scan.stamp_s, covariance, SEEK_RANGE_SHARE * typical_range_m(scan)):
             slam.refuse(scan.stamp_s)
             self._relocaliser.add(scan, base)
             self._look(slam, scan)
