@@ -14,7 +14,10 @@ Keys: explore.batteries.{missions, landings, came_home_for_energy, below_goal, l
 not_home, contacts}.
 
 The row `one_mesh` is nine places of one mesh each, see `explore_rows/meshes.py`. It is flown if it is named.
-Keys: explore.one_mesh.PLACE, for the first seed, with what `explore_rows/one_mesh.py` tells of a flight.
+The row `decisions` is the CPU time of decisions in a large hall, without a flight; see
+`explore_rows/decisions.py`. Keys: explore.decisions.MILLIMETRES of a voxel.
+
+Keys of `one_mesh`: explore.one_mesh.PLACE, of the first seed; `explore_rows/one_mesh.py` has what they hold.
 """
 
 from __future__ import annotations
@@ -27,7 +30,7 @@ from typing import Sequence
 
 import numpy as np
 
-from benchmarks.explore_rows import batteries, one_mesh
+from benchmarks.explore_rows import batteries, decisions, one_mesh
 from benchmarks.explore_rows.meshes import PLACES
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
@@ -45,6 +48,8 @@ MISSION_SEEDS = tuple(range(1201, 1401))
 TIME_S, BRIEF_TIME_S = 400.0, 15.0
 """Of simulation; then the UAV flies home, explored or not."""
 KNOWN_MIN = 0.99
+NAMED = (one_mesh.ROW, decisions.ROW)
+"""Rows that are measured only if they are named."""
 SHARES = ("known_share", "mapped_share")
 METRICS = (
     "time_99_s",
@@ -61,7 +66,7 @@ METRICS = (
 def main(arguments: Sequence[str] | None = None) -> None:
     """Fly, print and write."""
     parser = trial_options(__doc__ or "")
-    rows = (*ROWS, batteries.ROW, one_mesh.ROW)
+    rows = (*ROWS, batteries.ROW, *NAMED)
     parser.add_argument(
         "--rows", nargs="+", choices=rows, default=None, help="the places; default: all but one_mesh"
     )
@@ -71,11 +76,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given = parser.parse_args(arguments)
     rows = given.rows or (ROWS[:1] if given.brief else (*ROWS, batteries.ROW))
     with Results("explore", given.results, vars(given)) as results:
-        _fly_rows(given, [row for row in rows if row not in (batteries.ROW, one_mesh.ROW)], results)
+        _fly_rows(given, [row for row in rows if row in ROWS], results)
         if batteries.ROW in rows:
             _fly_missions(given, results)
         if one_mesh.ROW in rows:
             _fly_meshes(given, results)
+        if decisions.ROW in rows:
+            for voxel_m in decisions.VOXELS_M:
+                numbers = decisions.measure(voxel_m)
+                results.add(f"explore.{decisions.ROW}.{round(1e3 * voxel_m)}", numbers)
+                print(voxel_m, json.dumps(numbers))
 
 
 def _fly_rows(given: argparse.Namespace, rows: Sequence[str], results: Results) -> None:
