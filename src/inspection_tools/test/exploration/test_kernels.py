@@ -127,6 +127,19 @@ def test_border_that_is_far_away_costs_hardly_anything():
     assert min(took_s(16) for _ in range(3)) < 25.0 * min(took_s(1) for _ in range(3))
 
 
+def test_of_a_great_many_places_few_are_looked_from_that_were_not_before():
+    rng = np.random.default_rng(1)
+    kinds = np.full((10, 300, 300), FREE, np.uint8)
+    places, cells = (rng.integers(0, kinds.shape, (n, 3)) for n in (21_000, 2000))
+    gains, view = unknown(places), (cells, np.full(len(cells), 20), (-0.3, 0.3), (1.0, 30.0))
+    best, gain = best_view(kinds, places, np.full(len(places), 9.0), *view, (20.0, 0.1), gains)
+    assert gain == gains.max() == gains[best]
+    assert 16 < np.count_nonzero(gains >= 0) <= 16 + 250
+    # Then the next decision knows these, and looks from others
+    best_view(kinds, places, np.full(len(places), 9.0), *view, (20.0, 0.1), gains)
+    assert np.count_nonzero(gains >= 0) <= 16 + 500
+
+
 @settings(max_examples=20, deadline=None)
 @given(SEEDS)
 def test_frontiers_are_unknown_voxels_beside_free_ones(seed):

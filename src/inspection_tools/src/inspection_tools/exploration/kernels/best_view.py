@@ -13,6 +13,8 @@ CUBES = 4
 """Cubes of cells along the lidar's reach: then few cells are looked at that are too far."""
 FIRST, MOST = 16, 1000
 """So many places are looked at first, to know what the best one shows at least; and so many at most then."""
+MANY, MOST_OF_MANY = 20_000, 250
+"""Of more places than the first, as in halls, only so many: most of them have been looked at before."""
 
 
 @njit(cache=True, nogil=True)
@@ -72,10 +74,14 @@ def best_view(
     candidates = by_bound[: np.sum(bounds > best_rate)]
     for n in candidates:
         bounds[n] = _within(n, shown, windows, within)[1] / times_s[n]
+    left = MOST if len(places) <= MANY else MOST_OF_MANY
     for n in candidates[np.argsort(-bounds[candidates])][:MOST]:
         if bounds[n] <= best_rate:
             break
         if gains[n] < 0:
+            if left == 0:
+                continue
+            left -= 1
             known, _ = _within(n, shown, windows, within)
             gains[n] = _open(n, shown, within[:known])
         gain = gains[n]
