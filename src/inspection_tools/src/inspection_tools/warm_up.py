@@ -20,7 +20,8 @@ from inspection_tools.survey.surface.rays import Rays
 def warm_up() -> float:
     """Plan, explore, survey and look at a picture, all small; return the seconds that it took."""
     start = time.perf_counter()
-    candidates_in(np.full((32, 32, 3), 100, np.uint8), FindingParameters())
+    rough = np.random.default_rng(1).integers(20, 240, (64, 64, 1)).astype(np.uint8)
+    candidates_in(np.repeat(rough, 3, axis=2), FindingParameters())
     _survey()
     warm_up_exploration()
     return time.perf_counter() - start
