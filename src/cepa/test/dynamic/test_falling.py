@@ -74,6 +74,31 @@ def test_what_stands_or_rises_does_not_fall(speed, climb):
     assert found_in(lambda t: Boxes(np.concatenate((standing, lifted(t)))), speed, 5.0, climb) is None
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_rim_of_a_manhole_does_not_fall(seed):
+    """A UAV sinks past the lintel of a manhole, drifts before it, and sees its sides edge-on."""
+    rng = np.random.default_rng(seed)
+    low_y, low_z, plate = rng.uniform(-0.6, 0.2), HEIGHT_M - rng.uniform(0.3, 0.6), (1.5, 1.53)
+    high_y, high_z = low_y + 0.6, low_z + 0.8
+    corners = [
+        ((plate[0], -3.0, 0.0), (plate[1], low_y, 5.0)),
+        ((plate[0], high_y, 0.0), (plate[1], 3.0, 5.0)),
+        ((plate[0], low_y, 0.0), (plate[1], high_y, low_z)),
+        ((plate[0], low_y, high_z), (plate[1], high_y, 5.0)),
+        ((6.0, -3.0, 0.0), (6.2, 3.0, 5.0)),
+    ]
+    room, falling, picture = Boxes(np.array(corners)), Falling(0.05), CloudPicture()
+    sinks, begin = rng.uniform(0.1, 0.8), np.array([rng.uniform(0.0, 1.0), 0.5 * (low_y + high_y), high_z])
+    begin[2] += rng.uniform(-0.4, 0.4)
+    for t in np.arange(0.0, 2.5, PERIOD_S).tolist():
+        place = begin + t * np.array((0.1, 0.05, -sinks))
+        motion = Motion(t, tuple(place.tolist()), LEVEL, (0.1, 0.05, -sinks))
+        points = picture.take_in(cloud_of(room, place), motion)
+        points += rng.normal(0.0, 0.01, points.shape)
+        falling.take_in(points, picture.free, PICTURE_ROW_TAN * picture.rows_in_one, motion)
+        assert not len(falling.columns(motion))
+
+
 @pytest.mark.parametrize(("edge_m", "sinks"), [(1.0, 0.5), (2.0, 1.0)])
 def test_a_load_that_comes_down_onto_the_way_is_not_flown_under(edge_m, sinks):
     """It would be at the UAV's height, on its way, when a UAV that flies on at 1 m/s is there."""

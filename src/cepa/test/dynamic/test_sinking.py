@@ -47,6 +47,9 @@ def test_what_comes_is_found_in_time_to_leave_and_not_long_before(speed, way, st
         (lambda t, x: 5.0, 0.0),  # a ceiling
         (lambda t, x: 8.0 - 0.3 * x, 2.0),  # one that slopes
         (lambda t, x: 5.0 if x < 3.0 else 3.5, 2.0),  # a beam under it
+        (lambda t, x: 5.0 - 0.15 * (0.4 < x < 0.43), 0.1),  # a stiffener on it, which the UAV slowly passes
+        (lambda t, x: 5.0 - 0.15 * (x > 0.4), 0.2),  # a step in it
+        (lambda t, x: 5.0 - 0.35 * (t > 4.0), 0.0),  # a beam above a UAV that turns on the spot
         (lambda t, x: 4.0 + 0.5 * t, 0.0),  # a load that is lifted
         (lambda t, x: 30.0 - 0.5 * t, 0.0),  # one that is far up
     ],

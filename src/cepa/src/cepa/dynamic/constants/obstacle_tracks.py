@@ -149,6 +149,9 @@ loads are found later while the UAV flies fast."""
 SINKING_RESIDUAL_M = 0.05
 """m: Heights that are farther off a straight line are no even motion. Source: chosen. Greater: rough ceilings
 move."""
+SINKING_UNEVEN = 0.12
+"""1: Nor are those that are farther off by this share of the way down; a step is off by 0.17. Source: chosen.
+Greater: stiffeners that the UAV passes come down."""
 SINKING_SPANS_S = (0.25, 0.5, 1.0)
 """s: The speed is taken over the first of these times in which it is significant. Source: chosen. Greater:
 slower loads are found, later."""
@@ -188,6 +191,9 @@ found later, and what stands falls more rarely."""
 FALLING_RESIDUAL_M = 0.05
 """m: Heights that are farther off a straight line are no even motion. Source: chosen. Greater: what is uneven
 falls."""
+FALLING_BESIDE_M = 0.15
+"""m: The way that something comes down was free so far beside and below, too. Source: flown. Greater: loads
+beside a wall are found later."""
 FALLING_APART_M = 1.5
 """m: Cells within so much are one load. Source: chosen. Greater: two loads are one."""
 FALLING_BEYOND_M = 0.5

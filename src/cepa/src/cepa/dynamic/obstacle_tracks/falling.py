@@ -11,6 +11,7 @@ import numpy as np
 from cepa.dynamic.constants.obstacle_tracks import (
     ARRIVES_S,
     FALLING_APART_M,
+    FALLING_BESIDE_M,
     FALLING_BEYOND_M,
     FALLING_CELL_M,
     FALLING_CELLS,
@@ -58,7 +59,9 @@ class Falling:
     """Keeps how low clouds have seen things over the UAV in each cell of a plan, and tells which come down.
 
     Something comes down where the lowest point of a cell sinks evenly, into what an earlier cloud has seen
-    free. So a wall of which the UAV sees more and more does not fall.
+    free. So a wall of which the UAV sees more and more does not fall. All the way that it came must have been
+    free, and so must what is beside and below. So the rim of a manhole does not fall, either: what is lowest
+    over the UAV there sinks as the UAV does.
     """
 
     def __init__(self, body_above_m: float) -> None:
@@ -126,7 +129,8 @@ class Falling:
         between_m = FALLING_SPREAD * np.hypot(*(places[:, :2] - newest.position_m[:2]).T)  # of two channels
         falls = -slopes * lasted_s > np.maximum(FALLING_DROP_M, 2.0 * between_m)
         falls &= (-slopes > SINKING_LEAST_M_S) & (residual_m < FALLING_RESIDUAL_M + 0.4 * between_m)
-        falls[falls] = _was_free(places[falls], self._seen[first])
+        sunk_m = heights[0] - heights[-1]
+        falls[falls] = _was_free(places[falls], sunk_m[falls], self._seen[first])
         return places[falls], -slopes[falls]
 
     def _close(self, places: np.ndarray, speeds: np.ndarray, motion: Motion) -> None:
@@ -144,12 +148,25 @@ class Falling:
             places, speeds = places[~is_one], speeds[~is_one]
 
 
-def _was_free(places: np.ndarray, seen: _Seen) -> np.ndarray:
-    """Return which places (k, 3), m in the odometry's frame, a cloud has seen free (k,)."""
+def _was_free(places: np.ndarray, sunk_m: np.ndarray, seen: _Seen) -> np.ndarray:
+    """Return which places (k, 3), m in the odometry's frame, a cloud has seen free (k,).
+
+    sunk_m (k,): from how far above something would have come since then. All that way must have been free,
+    and what is FALLING_BESIDE_M beside and below it. A side, a sill or a lintel that the UAV sinks past is
+    free at its very edge only.
+    """
     x, y, z = (places - seen.position_m).T
-    rows, bins = seen.free_m.shape
-    h = np.hypot(x, y)
-    row = np.floor(z / (np.maximum(h, 1e-6) * seen.row_tan) + 0.5 * rows).astype(np.int64)
-    column = np.floor((np.arctan2(y, x) + math.pi) * bins / (2.0 * math.pi)).astype(np.int64) % bins
-    inside = (row >= 0) & (row < rows)
-    return inside & (seen.free_m[np.clip(row, 0, rows - 1), column] > h + FALLING_CELL_M)
+    h_m, (rows, bins) = np.maximum(np.hypot(x, y), 1e-6), seen.free_m.shape
+    row_m, middle = h_m * seen.row_tan, 0.5 * rows
+    row = np.floor(z / row_m + middle).astype(np.int64)
+    column = np.floor((np.arctan2(y, x) + math.pi) * bins / (2.0 * math.pi)).astype(np.int64)
+    free = (row >= 0) & (row < rows)
+    free &= seen.free_m[np.clip(row, 0, rows - 1), column % bins] > h_m + FALLING_CELL_M
+    lowest = np.floor((z - FALLING_BESIDE_M) / row_m + middle).astype(np.int64).clip(0, rows - 1)
+    highest = np.maximum(np.floor((z + sunk_m) / row_m + middle).astype(np.int64) - 1, row)
+    beside = np.ceil(np.arctan2(FALLING_BESIDE_M, h_m) * bins / (2.0 * math.pi)).astype(np.int64)
+    for k in np.flatnonzero(free):
+        around = np.arange(column[k] - beside[k], column[k] + beside[k] + 1) % bins
+        way_m = seen.free_m[lowest[k] : highest[k] + 1, around]
+        free[k] = way_m.min() > h_m[k] + FALLING_CELL_M
+    return free

@@ -21,6 +21,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
     SINKING_SIGNIFICANCE,
     SINKING_SLOPE,
     SINKING_SPANS_S,
+    SINKING_UNEVEN,
     UPRIGHT_COSINE,
 )
 from cepa.motion import Motion, Ranging
@@ -106,7 +107,8 @@ def _speed_m_s(heights: deque[_Height]) -> float:
     """Return how fast the newest heights rise, m/s; 0.0: they stand, or belong to several things.
 
     A ceiling that slopes comes nearer as well while the UAV flies along it. So the speed must be greater than
-    a share of the UAV's own.
+    a share of the UAV's own. A stiffener or a step that a slow UAV passes is nearer at once. So the heights
+    must change evenly.
     """
     newest = heights[-1]
     if not math.isfinite(newest.z_m):
@@ -129,7 +131,8 @@ def _speed_m_s(heights: deque[_Height]) -> float:
         flown_m_s = math.dist(part[0, 1:3], part[-1, 1:3]) / lasted_s
         noise = max(residual_m, 0.5 * SINKING_RESIDUAL_M) / math.sqrt(spread)
         least = max(SINKING_LEAST_M_S + SINKING_SLOPE * flown_m_s, SINKING_SIGNIFICANCE * noise)
-        if residual_m < SINKING_RESIDUAL_M and abs(speed) > least:
+        most_m = min(SINKING_RESIDUAL_M, SINKING_UNEVEN * abs(speed) * lasted_s)
+        if residual_m < most_m and abs(speed) > least:
             return speed
     return 0.0
 
