@@ -165,7 +165,8 @@ def test_a_match_finds_the_pose_from_nearby(seed):
     )
     seen = (patches(rng, 2000) - true.place) @ true.rotation
     guess = true.moved(np.concatenate((rng.uniform(-0.09, 0.09, 3), rng.uniform(-0.03, 0.03, 3))))
-    found = match(planes, seen, np.zeros(3), guess, 1e-3 * np.eye(6), P)
+    weights = np.full(len(seen), 1.0 / (P.points_per_reading * P.point_noise_m**2))
+    found = match(planes, seen, weights, np.zeros(3), guess, 1e-3 * np.eye(6), P)
     off = found.pose.difference(true)
     told = np.array([True, False, True])  # nothing tells y: floor, wall and slope are all parallel to it
     assert np.abs(off[:3][told]).max() < 0.01
@@ -207,6 +208,37 @@ def test_few_points_of_its_top_make_a_deck_no_thin_plate():
         planes.add(level_points(rng, 0.05), below)
         planes.add(top[::200], above)
     assert found_on(planes, top, above) == 0
+
+
+def test_a_deck_has_two_sides_in_the_same_voxels():
+    """Each side is where it is, and only who can see it finds it, whichever was seen first."""
+    rng = np.random.default_rng(11)
+    below, above = np.array((0.0, 0.0, -1.0)), np.array((0.0, 0.0, 1.0))
+    for first, second in ((below, above), (above, below)):
+        planes, seen = PlaneMap(P), {below[2]: level_points(rng, 0.05), above[2]: level_points(rng, 0.2)}
+        for eye in (first, second):
+            planes.add(seen[eye[2]], eye)
+        for eye in (below, above):
+            assert found_on(planes, seen[eye[2]], eye) > 0.95 * len(seen[eye[2]])
+            assert mean_distance_m(planes, seen[eye[2]], eye) == pytest.approx(0.0, abs=0.003)
+
+
+def test_the_rim_of_an_opening_makes_a_deck_no_thin_plate():
+    """From above, the rim's side is seen near the underside's plane, and the top 0.15 m off it."""
+    rng = np.random.default_rng(12)
+    below, above = np.array((0.0, 0.0, -1.0)), np.array((0.0, 0.0, 1.0))
+    planes, top = PlaneMap(P), level_points(rng, 0.2)
+    planes.add(level_points(rng, 0.05), below)
+    planes.add(np.vstack((top[:2000], level_points(rng, 0.05)[:200])), above)
+    assert abs(mean_distance_m(planes, top, above)) < 0.01
+
+
+def mean_distance_m(planes, points, place):
+    """How far points (n, 3), seen from a place, lie above their planes in the mean, each alike."""
+    information, pull, table = np.empty((6, 6)), np.empty(6), (planes.keys, planes.planes)
+    seen = points - place, np.ones(len(points)), np.zeros(3), np.eye(3), place
+    normal_equations(*seen, planes.levels_m, 1e3, *table, information, pull)
+    return -pull[2] / information[2, 2]
 
 
 def test_a_thin_plate_counts_for_both_sides_once_it_was_seen_from_both():

@@ -31,6 +31,28 @@ def test_the_map_tells_the_slope_of_the_floor_where_a_place_lies_on_it(slope_deg
     x, y = (each.ravel() for each in np.meshgrid(np.arange(0.0, 4.0, 0.1), np.arange(0.0, 4.0, 0.1)))
     planes.add(np.column_stack((x, y, rise * (x + y) / math.sqrt(2.0))), np.array((2.0, 2.0, 6.0)))
     on_it = np.array((1.3, 2.6, rise * 3.9 / math.sqrt(2.0)))
-    assert planes.slope_at(on_it) == pytest.approx(np.full(2, rise / math.sqrt(2.0)), abs=0.01)
-    assert planes.slope_at(on_it + np.array((0.0, 0.0, 0.5))) is None
-    assert planes.slope_at(on_it + np.array((20.0, 0.0, 0.0))) is None
+    eye = np.array((2.0, 2.0, 6.0))
+    assert planes.slope_at(on_it, eye) == pytest.approx(np.full(2, rise / math.sqrt(2.0)), abs=0.01)
+    assert planes.slope_at(on_it + np.array((0.0, 0.0, 0.5)), eye) is None
+    assert planes.slope_at(on_it + np.array((20.0, 0.0, 0.0)), eye) is None
+
+
+@pytest.mark.parametrize("slope_deg", [8.0, 20.0])
+def test_a_ramp_that_was_first_seen_from_below_its_top_is_a_floor(slope_deg):
+    """It rises by 12 m times the tangent. The eye is lower than its upper end, but on its upper side."""
+    planes, rise = PlaneMap(CloudOdometryParameters()), math.tan(math.radians(slope_deg))
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(0.0, 12.0, 0.1), np.arange(0.0, 2.0, 0.1)))
+    planes.add(np.column_stack((x, y, rise * x)), np.array((-3.0, 1.0, 1.5)))
+    upper = np.array((11.3, 1.3, rise * 11.3))
+    up = np.array((0.0, 0.0, 1.5))
+    assert planes.slope_at(upper, upper + up) == pytest.approx((rise, 0.0), abs=0.01)
+    assert planes.slope_at(upper, upper - up) is None
+
+
+def test_a_plane_through_single_rings_on_floor_and_wall_is_no_slope():
+    """Two lines in a voxel of 1 m, on the floor and 0.3 m up the wall, are coplanar. Its halves are lines."""
+    planes, y = PlaneMap(CloudOdometryParameters()), np.arange(0.02, 1.0, 0.02)
+    rings = (0.2, 0.1), (0.8, 0.4)
+    on_floor, on_wall = (np.column_stack((0 * y + at, y, 0 * y + up)) for at, up in rings)
+    planes.add(np.vstack((on_floor, on_wall)), np.array((0.3, 0.5, 3.0)))
+    assert planes.slope_at(np.array((0.4, 0.5, 0.2)), np.array((0.4, 0.5, 3.0))) is None

@@ -272,3 +272,21 @@ def test_a_cloud_whose_map_jumps_does_not_move_a_height_that_the_range_finder_te
         assert floor.at(t)[0] == pytest.approx(2.0, abs=0.05)
     assert floor.floor_m == 0.0
     assert floor.map_m > 0.1
+
+
+def test_over_a_slope_clouds_tell_the_height_and_the_range_finder_the_floor():
+    """For 4 s the floor rises by 1.6 m, and the UAV 2 m above it. Then the range finder tells the height."""
+    floor = FloorHeight(LidarOdometryParameters())
+    for k in range(1200):
+        t = 0.01 * k
+        turn = 0.5 * math.pi * min(max(t - 3.0, 0.0), 4.0)
+        risen_m = 1.6 * (turn - math.sin(turn)) / (2.0 * math.pi)
+        floor.on_acceleration(t, 0.2 * math.pi * math.sin(turn))
+        if k % 5 == 0:
+            floor.on_slope(t, 3.0 <= t < 7.0)
+            floor.on_range(t, 2.0)
+            floor.on_height(t, 2.0 + risen_m, 1e-4)
+        if t > 2.0:
+            assert floor.at(t)[0] == pytest.approx(2.0 + risen_m, abs=0.04)
+            assert floor.floor_m == pytest.approx(risen_m, abs=0.06)
+    assert floor.at(12.0)[0] == pytest.approx(3.6, abs=0.02)

@@ -36,6 +36,10 @@ FREE_HEIGHT_M = 0.1
 the range finder has misled the height."""
 LEVEL_SLOPE = 0.05
 """m per m: a floor whose plane in the map rises by less is level."""
+SLOPE_UNKNOWN_S = 1.0
+"""So long after the map has told a slope it still counts, where the map has no floor below."""
+RANGE_SIGMA_M = 0.03
+"""Standard deviation of the end of a range, if it is one more point of the cloud."""
 POINTS_MIN = 20
 """Fewer points are no cloud."""
 FIRST_HEIGHT_S = 1.0
@@ -77,6 +81,7 @@ class CloudOdometry(BodySensedOdometry):
         self._lidar_m = np.zeros(3)
         """Of the lidar in the base frame, when it gave the newest cloud."""
         self._way_m = 0.0
+        self._slope_s = -math.inf  # when the map has told the floor's slope
 
     def on_cloud(
         self, stamp_s: float, points: np.ndarray, lidar_in_base: tuple[Sequence[float], Sequence[float]]
@@ -141,7 +146,7 @@ class CloudOdometry(BodySensedOdometry):
             place = place + dt_s * self._velocity
             self._covariance[PLACE, PLACE] += self._p.speed_noise**2 * dt_s**3 * np.eye(3)
             self._covariance[5, 5] += self._p.turn_noise**2 * dt_s
-        if self.height.is_known_at(stamp_s):
+        if self._is_by_range(stamp_s):
             height_m, climb, variance_m2 = self.height.at(stamp_s)
             place = np.array((*place[:2], height_m + self.height.map_m))
             place[2] -= self._levelling.rise_m(place)
@@ -167,10 +172,10 @@ class CloudOdometry(BodySensedOdometry):
             if len(in_base) < POINTS_MIN:
                 remarks.append("The cloud tells no place: nothing has been in range yet.")
             return None
-        points = thinned(in_base, self._p.thinned_m)
+        points, weights = self._weighed(in_base)
         prior, freed = np.linalg.inv(self._covariance), self._covariance.copy()
         freed[2, 2] = max(freed[2, 2], FREE_HEIGHT_M**2)
-        found = match(self.planes, points, self._lidar_m, predicted, np.linalg.inv(freed), self._p)
+        found = match(self.planes, points, weights, self._lidar_m, predicted, np.linalg.inv(freed), self._p)
         if (
             found.found < POINTS_MIN
             or found.agreement < self._p.agreement_min
@@ -185,7 +190,7 @@ class CloudOdometry(BodySensedOdometry):
             return None
         self._covariance = np.linalg.inv(found.information + prior)
         rise_m = self._levelling.rise_m(found.pose.place)
-        if self.height.is_known_at(stamp_s):
+        if self._is_by_range(stamp_s):
             height_m, variance_m2 = found.height_alone()
             self.height.on_height(stamp_s, height_m + rise_m, variance_m2)
             x, y, _ = found.pose.place
@@ -198,8 +203,20 @@ class CloudOdometry(BodySensedOdometry):
         untold = found.untold(self._p.told_m)
         if len(untold) > 1 or (len(untold) and abs(untold[0, 2]) < 0.7):
             remarks.append("The cloud tells no place along some direction: its surfaces are parallel to it.")
-        self._untold = untold if not self.height.is_known_at(stamp_s) else _level(untold)
+        self._untold = untold if not self._is_by_range(stamp_s) else _level(untold)
         return found
+
+    def _weighed(self, in_base: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the points (n, 3) that are matched and their weights (n,), 1/m2.
+
+        Over a slope the end of the newest range is one of them: walls alone do not tell the height.
+        """
+        points = thinned(in_base, self._p.thinned_m)
+        weights = np.full(len(points), 1.0 / (self._p.points_per_reading * self._p.point_noise_m**2))
+        if self.height.is_sloping and self._sensors.below_m is not None:
+            points = np.vstack((points, self._sensors.below_m))
+            weights = np.append(weights, RANGE_SIGMA_M**-2)
+        return points, weights
 
     def _move(self, stamp_s: float, found: CloudMatch | None, predicted: PoseInSpace) -> None:
         pose = found.pose if found else predicted
@@ -207,7 +224,7 @@ class CloudOdometry(BodySensedOdometry):
             dt_s = stamp_s - self._stamp_s
             if found:
                 self._velocity = (pose.place - self._pose.place) / dt_s
-                if self.height.is_known_at(stamp_s):
+                if self._is_by_range(stamp_s):
                     self._velocity[2] = self.height.at(stamp_s)[1]
                 self._velocity_covariance = 2.0 * self._covariance[PLACE, PLACE] / dt_s**2
             else:
@@ -218,16 +235,21 @@ class CloudOdometry(BodySensedOdometry):
         self._pose = pose
 
     def _follow_slope(self, stamp_s: float) -> None:
-        """Tell how fast the floor below rises or sinks, by the map of planes."""
-        if not self.height.is_known_at(stamp_s):
+        """Tell whether the floor below slopes, by the map of planes. Where that has none, it is as before."""
+        below_m = self._sensors.below_m
+        if below_m is None or not self.height.is_known_at(stamp_s):
             return
-        x, y, z = self._pose.place
-        over_floor_m = self.height.at(stamp_s)[0] - self.height.floor_m
-        slope = self.planes.slope_at(np.array((x, y, z - over_floor_m)))
-        rising_m_s = 0.0
-        if slope is not None and np.linalg.norm(slope) > LEVEL_SLOPE:
-            rising_m_s = float(slope @ self._velocity[:2])
-        self.height.on_slope(stamp_s, rising_m_s)
+        here = self._pose.place
+        slope = self.planes.slope_at(here + self._pose.rotation @ below_m, here)
+        if slope is not None:
+            self._slope_s = stamp_s
+            self.height.on_slope(stamp_s, bool(np.linalg.norm(slope) > LEVEL_SLOPE))
+        elif stamp_s - self._slope_s > SLOPE_UNKNOWN_S:
+            self.height.on_slope(stamp_s, False)
+
+    def _is_by_range(self, stamp_s: float) -> bool:
+        """Whether the range finder tells the height: it has counted lately, and the floor below is level."""
+        return self.height.is_known_at(stamp_s) and not self.height.is_sloping
 
     def _is_keyframe_due(self, stamp_s: float, found: CloudMatch | None) -> bool:
         if self._keyframe is None or self.planes.is_empty:

@@ -80,6 +80,7 @@ class CloudMatch:
 def match(
     planes: PlaneMap,
     points: np.ndarray,
+    weights: np.ndarray,
     origin: np.ndarray,
     predicted: PoseInSpace,
     prior: np.ndarray,
@@ -90,6 +91,7 @@ def match(
     Args:
         planes: the map.
         points: (n, 3) in the base frame, m.
+        weights: (n,) of the points, 1/m2.
         origin: (3,) of the lidar in the base frame, m.
         predicted: the pose before.
         prior: (6, 6) information of the prediction: move and turn in the map's axes.
@@ -98,7 +100,6 @@ def match(
     References: Vizzo et al. 2023 (KISS-ICP) for a robust kernel that shrinks; Yuan et al. 2022 for planes in
     voxels of several sizes.
     """
-    weights = np.full(len(points), 1.0 / (p.points_per_reading * p.point_noise_m**2))
     information, pull = np.empty((6, 6)), np.empty(6)
     pose, reach_m, found, near = predicted, p.first_reach_m, 0, 0
     for _ in range(STEPS_MAX):

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from gridslam.cloud_odometry.kernels.planes import MOMENTS, PLANE, add_points, fit_planes, floor_slope
+from gridslam.cloud_odometry.kernels.planes import (
+    MOMENTS,
+    OTHER_SIDE,
+    PLANE,
+    add_points,
+    fit_planes,
+    floor_slope,
+)
 from gridslam.cloud_odometry.kernels.table import EMPTY, HALF, MASK, first_of_each_cube, rehash
 from gridslam.cloud_odometry.parameters import CloudOdometryParameters
 
@@ -41,10 +48,13 @@ class PlaneMap:
         """Return the number of voxels, of all levels."""
         return self._voxels
 
-    def slope_at(self, place: np.ndarray) -> np.ndarray | None:
-        """Return (2,) the rise per metre along x and y of the floor at a place (3,), m; None: not known."""
+    def slope_at(self, place: np.ndarray, eye: np.ndarray) -> np.ndarray | None:
+        """Return (2,) the rise per metre along x and y of the floor at a place (3,), m; None: not known.
+
+        eye: (3,) m, from where it is seen.
+        """
         slope = np.empty(2)
-        return slope if floor_slope(place, self.levels_m, self.keys, self.planes, slope) else None
+        return slope if floor_slope(place, eye, self.levels_m, self.keys, self.planes, slope) else None
 
     def add(self, points: np.ndarray, origin: np.ndarray) -> None:
         """Enter points (n, 3) that were seen from an origin (3,), m, in the map's frame.
@@ -73,7 +83,7 @@ class PlaneMap:
 
     def _fit(self, slots: np.ndarray, origin: np.ndarray) -> None:
         keys = self.keys[slots]
-        levels = keys >> 60
+        levels = (keys >> 60) % OTHER_SIDE
         places = np.column_stack([((keys >> shift) & MASK) - HALF for shift in (40, 20, 0)])
         middles = (places + 0.5) * self.levels_m[levels][:, None]
         fit_planes(

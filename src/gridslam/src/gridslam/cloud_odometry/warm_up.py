@@ -22,6 +22,6 @@ def warm_up_cloud_odometry() -> float:
     level = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
     for stamp_s in (0.0, 1.0, 2.0):
         odometry.on_cloud(stamp_s, points, level)
-    odometry.planes.slope_at(np.zeros(3))  # without a range finder it does not ask for the floor
+    odometry.planes.slope_at(np.zeros(3), np.zeros(3))  # without a range finder it does not ask for the floor
     PlaneMap(CloudOdometryParameters()).reserve(FIRST_SLOTS)  # only a larger map needs it
     return time.perf_counter() - start

@@ -21,11 +21,13 @@ class BodySensors:
     """Takes the readings in the order of their stamps.
 
     Attributes:
-        inertial: the IMU's last readings. height: over the floor of the start.
+        inertial: the IMU's last readings. height: over the floor of the start. below_m: (3,) m, where the
+        newest range ended, in the base frame; None before the first one.
     """
 
     def __init__(self, parameters: LidarOdometryParameters) -> None:
         self.inertial, self.height = InertialHistory(), FloorHeight(parameters)
+        self.below_m: np.ndarray | None = None
 
     def on_imu(self, reading: InertialReading) -> None:
         """Take a reading of the IMU."""
@@ -61,6 +63,7 @@ class BodySensors:
         end = np.array((x, y, z)) + range_m * matrix_of_quaternion(finder_in_base[1])[:, 0]
         below_m = -float((matrix_of_lean(lean.roll_rad, lean.pitch_rad) @ end)[2])
         if below_m > 0.0:
+            self.below_m = end
             self.height.on_range(stamp_s, below_m, 0.5 * limits_m[0] if is_close else 0.0)
 
 

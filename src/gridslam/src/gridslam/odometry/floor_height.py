@@ -46,10 +46,6 @@ JUMP_M, JUMP_S = 0.07, 3.0
 EDGE_JUMP_M, EDGE_READING_SIGMA_M = 0.05, 0.3
 """A reading that differs from the one before it by more than the first, beside the climb, may be an edge that
 enters the range finder's cone. Its standard deviation is the second; the readings that follow tell more."""
-SLOPE_SPREAD = 0.5
-"""m in the root of a second at 1 m/s of rise: how uncertain it is how far a sloping floor has risen."""
-BEND_S = 0.5
-"""So late it may be seen that the floor slopes. So long the range finder may have misled the height."""
 SILENT_S = 1.0
 """If the last reading that counted is older, the height is not known any more; the next one begins anew."""
 HELD_S = 0.05
@@ -58,7 +54,10 @@ uncertainty grows by ``acceleration_unknown``."""
 
 
 class FloorHeight:
-    """Height and climb speed over the floor of the start."""
+    """Height and climb speed over the floor of the start.
+
+    is_sloping: whether the floor below slopes, so that clouds alone tell the height.
+    """
 
     def __init__(self, parameters: LidarOdometryParameters) -> None:
         self._p = parameters
@@ -74,7 +73,7 @@ class FloorHeight:
         self._off_m = 0.0  # by which the newest height by clouds is off
         self._edge_s = -math.inf  # time of the newest reading that was off by a step
         self._jump_s = -math.inf  # time of the newest jump of the height by clouds
-        self._rising_m_s = 0.0  # of the floor below
+        self.is_sloping = False  # the floor below
 
     @property
     def floor_m(self) -> float:
@@ -131,6 +130,10 @@ class FloorHeight:
         """
         self._advance(stamp_s)
         variance_m2 = self._p.range_noise_m**2 + sigma_m**2
+        if self.is_sloping:
+            self._alive = [self._alive[0].over_slope(height_m, variance_m2)]
+            self._range_m, self._range_s, self._counted_s = height_m, stamp_s, stamp_s
+            return
         jump_m, past_s = height_m - self._range_m, stamp_s - self._range_s
         self._range_m, self._range_s = height_m, stamp_s
         last_s = max(self._told_s, -math.inf if self._counted_s is None else self._counted_s)
@@ -168,9 +171,12 @@ class FloorHeight:
             self._alive = [_at_rest(best, height_m - self.map_m, variance_m2)]
             self._told_s = stamp_s
             return
-        is_at_edge = stamp_s - self._edge_s < EDGE_S or self._rising_m_s != 0.0
-        variance_m2 += (EDGE_SIGMA_M if is_at_edge else CLOUD_SIGMA_M) ** 2
         model = np.array((1.0, stamp_s - (self._stamp_s or stamp_s), 0.0, 0.0, 1.0))
+        if self.is_sloping:
+            self._alive = [replace(self._alive[0].measured(model, height_m, variance_m2), log_chance=0.0)]
+            return
+        is_at_edge = stamp_s - self._edge_s < EDGE_S
+        variance_m2 += (EDGE_SIGMA_M if is_at_edge else CLOUD_SIGMA_M) ** 2
         off_m = height_m - float(model @ self._alive[0].state)
         if abs(off_m - self._off_m) > JUMP_M:
             self._jump_s = stamp_s
@@ -187,21 +193,26 @@ class FloorHeight:
         )
         self._off_m = height_m - float(model @ self._alive[0].state)
 
-    def on_slope(self, stamp_s: float, rising_m_s: float) -> None:
-        """Take how fast the floor below rises from an instant on, because the UAV flies along a slope.
+    def on_slope(self, stamp_s: float, is_sloping: bool) -> None:
+        """Take whether the floor below slopes from an instant on.
 
-        0: it is level, as far as anything tells. Over a slope the range finder alone does not tell the
-        height, so clouds count as at an edge.
+        Over a slope the range finder does not tell a climb from a floor that rises. So clouds alone tell the
+        height, and what the map of the clouds is off by stays. Where the slope ends the floor is as high as
+        clouds and range finder together tell.
         """
-        is_sloping = rising_m_s != 0.0
-        if not is_sloping and self._rising_m_s == 0.0:
+        if is_sloping == self.is_sloping:
             return
         self._advance(stamp_s)
-        self._rising_m_s = rising_m_s
-        if is_sloping and self._alive[0].level != SLOPING:
-            self._alive = [each.over_slope((BEND_S * rising_m_s) ** 2) for each in self._alive]
-        elif not is_sloping and self._alive[0].level == SLOPING:
-            self._alive = [replace(each, level=NEW, readings=0) for each in self._alive]
+        self.is_sloping = is_sloping
+        best = self._alive[0]
+        level = SLOPING if is_sloping else self._level_at(float(best.state[FLOOR]))
+        self._alive = [replace(best, log_chance=0.0, level=level, readings=0)]
+        self._off_m, self._jump_s = 0.0, -math.inf
+
+    def _level_at(self, floor_m: float) -> int:
+        """Return the index of the level at a height, or `NEW`."""
+        near = (i for i, seen in enumerate(self._levels) if abs(seen.height_m - floor_m) < SAME_LEVEL_M)
+        return next(near, NEW)
 
     def _begin(self, stamp_s: float, height_m: float, variance_m2: float) -> None:
         """Begin at a reading over the floor of before, as if at rest."""
@@ -246,11 +257,9 @@ class FloorHeight:
         model[HEIGHT, CLIMB], model[HEIGHT, BIAS], model[CLIMB, BIAS] = dt, -0.5 * dt * pull, -pull
         added[:2, :2] = ((q * dt**3 / 3.0, q * dt**2 / 2.0), (q * dt**2 / 2.0, q * dt))
         added[BIAS, BIAS] = BIAS_WALK**2 * dt
-        kept = math.exp(-dt / MAP_TIME_S)
+        kept = 1.0 if self.is_sloping else math.exp(-dt / MAP_TIME_S)
         model[MAP, MAP], added[MAP, MAP] = kept, MAP_SIGMA_M**2 * (1.0 - kept**2)
-        added[FLOOR, FLOOR] = (SLOPE_SPREAD * self._rising_m_s) ** 2 * dt
-        risen_m = dt * self._rising_m_s
-        push = np.array((0.5 * dt * dt * acceleration, dt * acceleration, 0.0, risen_m, 0.0))
+        push = np.array((0.5 * dt * dt * acceleration, dt * acceleration, 0.0, 0.0, 0.0))
         self._alive = [
             replace(
                 each, state=model @ each.state + push, covariance=model @ each.covariance @ model.T + added

@@ -126,11 +126,14 @@ class Hypothesis:
         covariance[MAP, MAP] += off_m**2
         return replace(self, covariance=covariance)
 
-    def over_slope(self, variance_m2: float) -> Hypothesis:
-        """Return it over a floor that slopes. Height and floor may be off alike, by a variance."""
-        covariance = self.covariance.copy()
-        covariance[np.ix_((HEIGHT, FLOOR), (HEIGHT, FLOOR))] += variance_m2
-        return replace(self, covariance=covariance, level=SLOPING, readings=0)
+    def over_slope(self, range_m: float, variance_m2: float) -> Hypothesis:
+        """Return it over a sloping floor, which lies so far below it. That tells nothing of its height."""
+        state, covariance = self.state.copy(), self.covariance.copy()
+        state[FLOOR] = state[HEIGHT] - range_m
+        covariance[FLOOR, :] = covariance[HEIGHT, :]
+        covariance[:, FLOOR] = covariance[:, HEIGHT]
+        covariance[FLOOR, FLOOR] = covariance[HEIGHT, HEIGHT] + variance_m2
+        return replace(self, state=state, covariance=covariance, level=SLOPING, readings=0, has_counted=True)
 
     def _shifted(self, off_m: float, level: int, variance_m2: float, chance: float) -> Hypothesis:
         """Return it with height and floor moved alike, so that the readings fit as before."""

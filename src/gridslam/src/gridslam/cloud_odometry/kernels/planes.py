@@ -15,18 +15,23 @@ GROWTH = 1.2
 """A plane is fitted anew when its voxel has so many times the points."""
 NORMAL, MIDDLE, IS_PLANE, FROM_BEHIND = 0, 3, 6, 7
 """Columns of planes (m, 8): unit normal to the side from which it was seen, mean of the points in the map's
-frame, 1 if it is one, and the number of points on it that were seen from the other side."""
+frame, 1 if it is one, and how many more points that were seen from the other side lie on it than off it."""
 PLANE = 8
+OTHER_SIDE = 4
+"""Added to the level of a voxel, it names the record of what was seen there from behind the voxel's plane."""
 BEHIND_M, BEHIND_POINTS = 0.05, 5.0
 """Who is so far behind a plane does not see it, but the other side of what it belongs to. The plane of a thin
-plate has two sides: so many points that were seen from behind lie so near to it."""
-LEVEL = 0.9
-"""A plane whose normal is so steep is a floor or a deck, taken as level when it is asked who is behind it: a
-plane of few points leans by degrees, and at a flat angle nearly all would be before it."""
+plate has two sides: of the points that were seen from behind, so many more lie so near to it than off it."""
+LEVEL = 0.996
+"""A plane that leans by less than 5 degrees is taken as level when it is asked who is behind it: a plane of
+few points leans a little, and at a flat angle nearly all would be before it."""
 FLOOR_NORMAL, FLOOR_REACH_M = 0.7, 0.15
 """A floor's normal is at least so steep: it may slope by 45 degrees. So near to it, a place is on it, m."""
 FLOOR_LEVEL = 2
 """The coarsest level whose planes tell a floor's slope: wide ones follow a bend too late."""
+SAME_SLOPE = 0.05
+"""m per m: two levels that differ by less agree on a slope. A plane through few rings on floor and wall is
+one of its own level only."""
 WIDTH_SHARE = 0.12
 """A plane's points scatter at least this share of the voxel's side along it: a line is no plane."""
 
@@ -69,9 +74,18 @@ def add_points(
             if keys[slot] == EMPTY:
                 keys[slot] = key
                 new += 1
-            row, plane = moments[slot], planes[slot]
+            plane = planes[slot]
             if plane[IS_PLANE] > 0.0 and _before_m(plane, origin) < -BEHIND_M:
-                plane[FROM_BEHIND] += abs(_before_m(plane, points[index])) <= BEHIND_M
+                if abs(_before_m(plane, points[index])) <= BEHIND_M:
+                    plane[FROM_BEHIND] += 1.0
+                else:
+                    plane[FROM_BEHIND] = max(plane[FROM_BEHIND] - 1.0, 0.0)
+                    key = key_of(level + OTHER_SIDE, i, j, k)
+                    slot = slot_of(keys, key)
+                    if keys[slot] == EMPTY:
+                        keys[slot] = key
+                        new += 1
+            row = moments[slot]
             if row[COUNT] >= points_max:
                 continue
             u, v, w = x - (i + 0.5) * side, y - (j + 0.5) * side, z - (k + 0.5) * side
@@ -128,13 +142,15 @@ def fit_planes(
             plane[MIDDLE] = x + middles[index, 0]
             plane[MIDDLE + 1] = y + middles[index, 1]
             plane[MIDDLE + 2] = z + middles[index, 2]
-            _orient(axes[:, 0].copy(), origin, was_plane, plane)
+            _orient(axes[:, 0].copy(), origin, was_plane, n, plane)
             plane[IS_PLANE] = 1.0
 
 
 @njit(cache=True)
-def _orient(normal: np.ndarray, origin: np.ndarray, was_plane: bool, plane: np.ndarray) -> None:
-    """Enter a normal (3,) of a plane with its middle. It stays on the side from which it was seen first."""
+def _orient(
+    normal: np.ndarray, origin: np.ndarray, was_plane: bool, points: float, plane: np.ndarray
+) -> None:
+    """Enter a normal (3,) of a plane with its middle, to the side from which most of its points were seen."""
     turn = 0.0
     for axis in range(3):
         turn += normal[axis] * plane[NORMAL + axis]
@@ -142,19 +158,44 @@ def _orient(normal: np.ndarray, origin: np.ndarray, was_plane: bool, plane: np.n
     if not was_plane:
         plane[FROM_BEHIND] = 0.0
         turn = _before_m(plane, origin)
+    elif plane[FROM_BEHIND] > 0.5 * points:
+        plane[FROM_BEHIND] = max(points - plane[FROM_BEHIND], 0.0)
+        turn = -turn
     if turn < 0.0:
         plane[NORMAL : NORMAL + 3] = -normal
 
 
 @njit(cache=True)
-def floor_slope(
-    place: np.ndarray, levels_m: np.ndarray, keys: np.ndarray, planes: np.ndarray, slope: np.ndarray
-) -> bool:
-    """Set the rise per metre along x and y (2,) of the floor at a place (3,).
+def _slot_seen_from(
+    eye: np.ndarray, level: int, i: int, j: int, k: int, keys: np.ndarray, planes: np.ndarray
+) -> int:
+    """Return the slot of a voxel's plane that an eye (3,) can see; -1: there is none."""
+    slot = slot_of(keys, key_of(level, i, j, k))
+    if keys[slot] == EMPTY or planes[slot, IS_PLANE] == 0.0:
+        return -1
+    if _before_m(planes[slot], eye) >= -BEHIND_M:
+        return slot
+    other = slot_of(keys, key_of(level + OTHER_SIDE, i, j, k))
+    if keys[other] != EMPTY and planes[other, IS_PLANE] > 0.0 and _before_m(planes[other], eye) >= -BEHIND_M:
+        return other
+    return slot if planes[slot, FROM_BEHIND] >= BEHIND_POINTS else -1
 
-    Return whether there is a plane that was seen from above and on which the place lies. The coarsest one up
-    to ``FLOOR_LEVEL`` counts.
+
+@njit(cache=True)
+def floor_slope(
+    place: np.ndarray,
+    eye: np.ndarray,
+    levels_m: np.ndarray,
+    keys: np.ndarray,
+    planes: np.ndarray,
+    slope: np.ndarray,
+) -> bool:
+    """Set the rise per metre along x and y (2,) of the floor at a place (3,) that is seen from an eye (3,).
+
+    Return whether there is one: the planes of two levels on which the place lies agree. The coarsest ones up
+    to ``FLOOR_LEVEL`` count.
     """
+    has_other, along_x, along_y = False, 0.0, 0.0
     for step in range(FLOOR_LEVEL + 1):
         level = FLOOR_LEVEL - step
         side = levels_m[level]
@@ -163,16 +204,19 @@ def floor_slope(
             int(np.floor(place[1] / side)),
             int(np.floor(place[2] / side)),
         )
-        slot = slot_of(keys, key_of(level, i, j, k))
-        plane = planes[slot]
-        if keys[slot] == EMPTY or plane[IS_PLANE] == 0.0 or plane[NORMAL + 2] < FLOOR_NORMAL:
+        slot = _slot_seen_from(eye, level, i, j, k, keys, planes)
+        if slot < 0 or abs(planes[slot, NORMAL + 2]) < FLOOR_NORMAL:
             continue
-        off_m = 0.0
+        plane, off_m = planes[slot], 0.0
         for axis in range(3):
             off_m += plane[NORMAL + axis] * (place[axis] - plane[MIDDLE + axis])
-        if abs(off_m) <= FLOOR_REACH_M:
-            slope[0], slope[1] = -plane[NORMAL] / plane[NORMAL + 2], -plane[NORMAL + 1] / plane[NORMAL + 2]
+        if abs(off_m) > FLOOR_REACH_M:
+            continue
+        slope[0], slope[1] = -plane[NORMAL] / plane[NORMAL + 2], -plane[NORMAL + 1] / plane[NORMAL + 2]
+        if has_other and np.hypot(slope[0] - along_x, slope[1] - along_y) < SAME_SLOPE:
+            slope[0], slope[1] = 0.5 * (slope[0] + along_x), 0.5 * (slope[1] + along_y)
             return True
+        has_other, along_x, along_y = True, slope[0], slope[1]
     return False
 
 
@@ -194,8 +238,8 @@ def normal_equations(
 
     points: (n, 3) in the base frame. weights: (n,) 1/m2. origin: (3,) from which they were seen, in the base
     frame. rotation (3, 3), place (3,): base to map. Each distance e from a plane counts by Geman and
-    McClure's 1 / (1 + (e / reach_m)^2)^2. A plane that was seen from the other side only does not count: a
-    deck has two, as far apart as it is thick. information: (6, 6), pull: (6,): of a move and a small turn
+    McClure's 1 / (1 + (e / reach_m)^2)^2. Only planes that were seen from the same side count: a deck has two
+    sides, as far apart as it is thick. information: (6, 6), pull: (6,): of a move and a small turn
     about the base, in the map's axes; set here. Return how many points have a plane, and how many of these
     are within the reach of it.
     """
@@ -212,14 +256,16 @@ def normal_equations(
         x, y, z = u + place[0], v + place[1], w + place[2]
         for level in range(len(levels_m)):
             side = levels_m[level]
-            key = key_of(level, int(np.floor(x / side)), int(np.floor(y / side)), int(np.floor(z / side)))
-            slot = slot_of(keys, key)
+            column_x, column_y, layer = (
+                int(np.floor(x / side)),
+                int(np.floor(y / side)),
+                int(np.floor(z / side)),
+            )
+            slot = _slot_seen_from(eye, level, column_x, column_y, layer, keys, planes)
+            if slot < 0:
+                continue
             plane = planes[slot]
-            if keys[slot] == EMPTY or plane[IS_PLANE] == 0.0:
-                continue
             a, b, c = plane[NORMAL], plane[NORMAL + 1], plane[NORMAL + 2]
-            if plane[FROM_BEHIND] < BEHIND_POINTS and _before_m(plane, eye) < -BEHIND_M:
-                continue
             e = a * (x - plane[MIDDLE]) + b * (y - plane[MIDDLE + 1]) + c * (z - plane[MIDDLE + 2])
             weight = weights[index] / (1.0 + (e / reach_m) ** 2) ** 2
             j[0], j[1], j[2] = a, b, c
