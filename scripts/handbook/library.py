@@ -9,6 +9,8 @@ from handbook.pages import ROOT
 
 FOLDER = Path("library")
 """Of these pages, in the site."""
+FOUND_LATER = "---\nsearch:\n  boost: 0.3\n---\n"
+"""The search shows what a user reads first."""
 
 
 def packages(root: Path = ROOT) -> dict[str, Path]:
@@ -33,7 +35,7 @@ def page_of(package: str) -> Path:
 
 def page(package: str, folder: Path, root: Path = ROOT) -> str:
     """Return the page of a package: what each of its public modules offers."""
-    parts = [f"# {package}\n\n{_docstring(root / folder / '__init__.py')}\n"]
+    parts = [f"{FOUND_LATER}# {package}\n\n{_docstring(root / folder / '__init__.py')}\n"]
     inner = [
         path.parent
         for path in sorted((root / folder).glob("*/__init__.py"))
