@@ -12,6 +12,7 @@ cpu_ms}, each but the first two with .median and .worst. Further rows (`--rows`)
 gnss_denied.killed.PART.{briefly, for_good}: parts of the chain die in flight.
 gnss_denied.stops.{LIDAR, urg_after_lost_scan}.{stops, median_s, worst_s, ...}: it loses its pose and stops.
 gnss_denied.boxes: boxes of 0.5 m lie under the way.
+gnss_denied.landings: Experiment 1, and where it lands.
 gnss_denied.restart.{closure, restart}: SLAM closes the loop, or begins a new map, in flight.
 gnss_denied.climbs.WORLD.{puck, m8, ust}: climbs in `hold_3d` and `ballast_tank` by odometry, SLAM beside;
 --beside: with other libraries on the same clouds.
@@ -27,7 +28,7 @@ from typing import Sequence
 
 import numpy as np
 
-from benchmarks.gnss_rows import boxes, climbs, corrections, killed, stops
+from benchmarks.gnss_rows import boxes, climbs, corrections, killed, landings, stops
 from benchmarks.gnss_rows.beside import NAMES
 from benchmarks.gnss_rows.climb_places import CLIMBS
 from benchmarks.shared.results import Results, table
@@ -39,7 +40,7 @@ from master_thesis.trials.workers import count
 from master_thesis.worlds.scenario import LIDARS
 
 WORLDS = ("room", "hold")
-ROWS = ("missions", "killed", "stops", "boxes", "restart", "climbs")
+ROWS = ("missions", "killed", "stops", "boxes", "landings", "restart", "climbs")
 SEEDS = (1, 2, 3, 4, 5)
 SHORT_SEEDS, BRIEF_SEEDS = (1, 2, 3), (1,)
 BRIEF_CLIMB_MIN = 0.5
@@ -80,6 +81,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             _stop(given, results)
         if "boxes" in given.rows:
             _fly_seeds("boxes", boxes, {}, given, results)
+        if "landings" in given.rows:
+            _fly_seeds("landings", landings, {}, given, results)
         if "restart" in given.rows:
             for kind in ("closure", "restart"):
                 _fly_seeds(f"restart.{kind}", corrections, {"kind": kind}, given, results)
