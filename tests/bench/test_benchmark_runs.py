@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from benchmarks import avoidance, cepa, experiment_1, px4_vision, sim
-from benchmarks.gnss_rows import boxes, stops
+from benchmarks.gnss_rows import boxes, landings, stops
 from benchmarks.shared import places
 from benchmarks.shared.flights import Question
 from benchmarks.shared.forked import in_a_copy
@@ -72,6 +72,15 @@ def test_the_summary_of_stops_tells_those_in_curves_apart():
     assert stops.summary([straight])["turning_worst_s"] is None
     never = stops.summary([straight, {**turning, "slow_s": None}])
     assert (never["median_s"], never["worst_s"]) == (None, None)
+
+
+def test_the_summary_of_landings_counts_those_upright_near_the_goal():
+    """One is near and stands, one lies on a rotor, one is far off, of one nobody knows how it stands."""
+    cases = ((0.2, 1.0), (0.3, 31.0), (0.6, 1.0), (0.4, math.nan))
+    flown = [{"flown": True, "contact": False, "off_goal_m": off, "tilt_deg": tilt} for off, tilt in cases]
+    found = landings.summary(flown)
+    assert (found["flights"], found["flown"], found["contact"], found["upright_near"]) == (4, 4, 0, 1)
+    assert found["off_goal_m"] == {"median": pytest.approx(0.35), "worst": 0.6}
 
 
 def test_the_narrow_hallway_is_as_wide_as_it_says(tmp_path):
