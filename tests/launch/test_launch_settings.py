@@ -116,6 +116,8 @@ def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, given, leader
         config = loaded(path, f"world:={world}", *given)
         params = {key: each.value for key, each in config.params.items()}
         assert {node.name for node in config.nodes} & {"explore", "inspect"} == leaders
+        is_tank_inspected = file == "inspection" and radius_m < 0.3
+        assert params["/cepa/algorithm"] == ("improved" if is_tank_inspected else "dynamic")
         for leader in leaders:
             assert params["/cepa/body_radius"] == params[f"/{leader}/planner/radius"] == radius_m
             clearance_m = radius_m + params[f"/{leader}/planner/margin"]
@@ -159,14 +161,15 @@ def test_an_inspection_explores_unless_it_gets_a_plan_or_a_drawing():
 
 
 @pytest.mark.ros
-def test_an_inspection_explores_as_explore_launch_does_but_for_the_speed():
-    folder = ROOT / "src/master_thesis/launch"
+def test_an_inspection_explores_as_explore_launch_does_but_for_the_speed_and_cepa_in_tanks():
+    folder, other = ROOT / "src/master_thesis/launch", ["/explore/speed", "/explore/ahead"]
     for world in ("hold_3d", "hold_3d_cargo", "ballast_tank"):
+        left_out = [*other, "/explore/climbs_first"] if world == "ballast_tank" else other
         explored, inspected = (
             {
                 key: each.value
                 for key, each in loaded(folder / f"{file}.launch", f"world:={world}").params.items()
-                if key.startswith("/explore/") and key not in ("/explore/speed", "/explore/ahead")
+                if key.startswith("/explore/") and key not in left_out
             }
             for file in ("explore", "inspection")
         )
@@ -181,6 +184,7 @@ def test_flights_without_ros_explore_as_the_launch_file_does(world):
     place = place_of(world, 1)
     asked, explorer = place.asked(600.0), place.explorer
     assert given["/position_controller/max_speed"] == explorer.speed
+    assert given["/cepa/algorithm"] == given["/experiment/algorithm"] == place.uav.algorithm == "dynamic"
     for name in ("arrived", "ahead", "climbs_first", "steep"):
         assert given[f"/explore/{name}"] == getattr(asked, name), name
     for name in (
