@@ -23,7 +23,7 @@ from cepa_ros.conversions import scan_of
 from geometry_msgs.msg import TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from rospy.numpy_msg import numpy_msg
-from sensor_msgs.msg import LaserScan, PointCloud2, PointField
+from sensor_msgs.msg import Imu, LaserScan, PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
 
 from cepa import SteeringLoop
@@ -80,6 +80,13 @@ class Recorded(SteeringLoop):
         v.x, v.y, v.z = state.velocity_m_s
         take = super().on_odometry
         return self._told("/UAV/odometry", message, stamp_ns, lambda m: take(stamp_ns, state))
+
+    def on_imu(self, stamp_ns, reading):
+        message = Imu()
+        w, f = message.angular_velocity, message.linear_acceleration
+        (w.x, w.y, w.z), (f.x, f.y, f.z) = reading.rates_rad_s, reading.force_m_s2
+        take = super().on_imu
+        return self._told("/mavros/imu/data", message, stamp_ns, lambda m: take(stamp_ns, reading))
 
     def on_scan(self, stamp_ns, scan, frame):
         message = LaserScan()
@@ -158,13 +165,13 @@ def as_received(message):
     return numpy_msg(LaserScan)().deserialize(buffer.getvalue())
 
 
-def flown(monkeypatch, kind, lidar, conditions):
+def flown(monkeypatch, kind, lidar, conditions, imu):
     """Fly with a recorded loop; return it, and the lidar's pose on the body."""
     monkeypatch.setattr(steering_chain, "SteeringLoop", kind)
     simulation = SimulationParameters(
         str(ROOT / "src/master_thesis/worlds/forest.world"), lidar=lidar, seed=3
     )
-    parameters = ClosedLoopParameters(simulation, algorithm="dynamic", conditions=conditions)
+    parameters = ClosedLoopParameters(simulation, algorithm="dynamic", conditions=conditions, imu=imu)
     with ClosedLoop(parameters) as loop:
         loop.run(until=lambda loop: loop.time_s >= END_S)
         return loop._steering._loop, loop.lidar.pose_in_body
@@ -183,18 +190,18 @@ def write_bag(path, messages, pose):
 
 
 @pytest.mark.parametrize(
-    ("kind", "lidar", "conditions"),
+    ("kind", "lidar", "conditions", "imu"),
     [
-        pytest.param(Recorded, "ust", Conditions(scan_loss=0.6), id="lost scans"),
-        pytest.param(OdometryJumps, "ust", Conditions(), id="odometry jumps"),
-        pytest.param(ClockGoesBack, "ust", Conditions(), id="clock goes back"),
-        pytest.param(CloudsAreLate, "puck", Conditions(), id="late clouds"),
+        pytest.param(Recorded, "ust", Conditions(scan_loss=0.6), True, id="lost scans, with an IMU"),
+        pytest.param(OdometryJumps, "ust", Conditions(), False, id="odometry jumps"),
+        pytest.param(ClockGoesBack, "ust", Conditions(), False, id="clock goes back"),
+        pytest.param(CloudsAreLate, "puck", Conditions(), False, id="late clouds"),
     ],
 )
 def test_the_node_commands_what_the_loop_has_flown(
-    monkeypatch, tmp_path, ros_master, kind, lidar, conditions
+    monkeypatch, tmp_path, ros_master, kind, lidar, conditions, imu
 ):
-    recorded, pose = flown(monkeypatch, kind, lidar, conditions)
+    recorded, pose = flown(monkeypatch, kind, lidar, conditions, imu)
     bag = str(tmp_path / "flight.bag")
     write_bag(bag, recorded.messages, pose)
     expected = [
@@ -206,7 +213,12 @@ def test_the_node_commands_what_the_loop_has_flown(
 
     master = rosgraph.Master("/test", ros_master.environment["ROS_MASTER_URI"])
     master.setParam("/use_sim_time", True)
-    words = "algorithm:=dynamic", "visualiser:=false", f"lidar:={lidar}"
+    words = (
+        "algorithm:=dynamic",
+        "visualiser:=false",
+        f"lidar:={lidar}",
+        f"imu:={'/mavros/imu/data' if imu else ' '}",
+    )
     ros_master.start("roslaunch", "cepa", "cepa.launch", *words)
     probe = str(ROOT / "tests/flights/replay_probe.py")
     run = ros_master.run(sys.executable, probe, bag, timeout_s=200.0)

@@ -19,7 +19,7 @@ ELSEWHERE = [
     path for path in constants_page.DYNAMIC.rglob("*.py") if constants_page.FOLDER not in path.parents
 ]
 LAYOUT = {
-    *("ANGLE_ERROR_RAD", "LEAST_M", "LEAST_HORIZONTAL_M"),  # what arithmetic needs
+    *("ANGLE_ERROR_RAD", "LEAST_M", "LEAST_HORIZONTAL_M", "FIXED"),  # what arithmetic needs
     *("POSITION", "ACCELERATION_MAX", "NOT_CUT", "BITS", "BY_REACH", "NOBODY", "REMOVED", "GIVEN_UP_UNTIL"),
 }
 """Numbers that may stand elsewhere: places in rows, bits and marks, which nobody tunes."""

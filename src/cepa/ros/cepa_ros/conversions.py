@@ -10,14 +10,15 @@ import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry as OdometryMessage
+from sensor_msgs.msg import Imu, PointCloud2, PointField
 from sensor_msgs.msg import LaserScan as LaserScanMessage
-from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
-from cepa import Decision, LaserScan2D, Reason, ScanError, VelocityError
+from cepa import Decision, LaserScan2D, MotionError, Reason, ScanError, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
 from cepa.dynamic.constants.choice import HELD_S
 from cepa.dynamic.report import Report, View
+from cepa.steering.inertial_path import NOT_MEASURED, InertialReading
 from cepa.steering.own_motion import OwnState
 from node_tools.conversions import xyz, xyzw
 
@@ -72,6 +73,19 @@ def _check_length(message: LaserScanMessage, scan: LaserScan2D) -> None:
         raise ScanError(
             f"The scan has {beams} ranges, but its angles ask for {steps + 1.0:.0f}; check the driver."
         )
+
+
+def inertial_of(message: Imu) -> InertialReading:
+    """Return a sensor_msgs/Imu in the axes of the body, as MAVROS gives it.
+
+    Raises:
+        MotionError: it holds no rates.
+    """
+    if message.angular_velocity_covariance[0] < 0.0:
+        raise MotionError("The IMU tells no rates (its covariance begins with -1).")
+    has_force = message.linear_acceleration_covariance[0] >= 0.0
+    force = xyz(message.linear_acceleration) if has_force else NOT_MEASURED
+    return InertialReading(xyz(message.angular_velocity), force)
 
 
 def velocity_of(twist: Twist, what: str) -> tuple[float, float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Sequence
+from typing import NamedTuple, Sequence
 
 import numpy as np
 
@@ -14,6 +14,17 @@ Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 LEVEL: Quaternion = (0.0, 0.0, 0.0, 1.0)
 """Of a frame whose axes are those of the odometry's."""
+
+
+class Doubt(NamedTuple):
+    """What of the odometry may be drift, because no IMU confirms it."""
+
+    turn: bool
+    """About the vertical."""
+    shift: bool
+
+
+DOUBTED = Doubt(True, True)
 
 
 @dataclass(frozen=True)
@@ -35,6 +46,8 @@ class Motion:
     """m/s: vertical part of the reference velocity, upwards."""
     age_s: float = 0.0
     """s: how much older than the scan pose and velocity are."""
+    doubt: Doubt = DOUBTED
+    """What of the odometry may be drift."""
 
     def __post_init__(self) -> None:
         numbers = (self.stamp_s, *self.position_m, *self.velocity_m_s, self.climb_ref_m_s, self.age_s)
@@ -58,6 +71,7 @@ class Motion:
         mount_xyzw: Sequence[float] = (0.0, 0.0, 0.0, 1.0),
         climb_ref_m_s: float = 0.0,
         age_s: float = 0.0,
+        doubt: Doubt = DOUBTED,
     ) -> Motion:
         """Return the motion of a lidar that is mounted on a body.
 
@@ -70,6 +84,7 @@ class Motion:
             mount_xyzw: orientation of the lidar in the body's frame, a unit quaternion.
             climb_ref_m_s: see the field.
             age_s: see the field.
+            doubt: see the field.
 
         Raises:
             MotionError: as the class.
@@ -85,7 +100,7 @@ class Motion:
         )
         velocity = body @ np.asarray(body_velocity_m_s)
         vectors = tuple(position.tolist()), orientation, tuple(velocity.tolist())
-        return cls(stamp_s, *vectors, climb_ref_m_s, age_s)
+        return cls(stamp_s, *vectors, climb_ref_m_s, age_s, doubt)
 
     @property
     def yaw_rad(self) -> float:
@@ -103,7 +118,7 @@ class Motion:
         c, s = math.cos(0.5 * turn_rad), math.sin(0.5 * turn_rad)
         qx, qy, qz, qw = self.orientation_xyzw
         turned = (c * qx - s * qy, c * qy + s * qx, c * qz + s * qw, c * qw - s * qz)
-        return Motion(self.stamp_s, place_m, turned, self.velocity_m_s, self.climb_ref_m_s)
+        return Motion(self.stamp_s, place_m, turned, self.velocity_m_s, self.climb_ref_m_s, doubt=self.doubt)
 
     def rotation(self) -> np.ndarray:
         """Return the matrix (3, 3) that turns the lidar's frame into the odometry's."""

@@ -13,9 +13,11 @@ import numpy as np
 from cepa.dynamic.cost_to_go.kernels.ways import cross_section
 from cepa.dynamic.dynamic import Dynamic
 from cepa.dynamic.free_space.free_ranges import FreeRanges
+from cepa.dynamic.obstacle_tracks.kernels.falling import fall_rates
 from cepa.dynamic.obstacle_tracks.tracker import ObstacleTracker
+from cepa.dynamic.remembered.kernels.voxels import outside
 from cepa.dynamic.remembered.voxel_memory import VoxelMemory
-from cepa.motion import Cloud, Motion
+from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, LaserScan2D
 from cepa.thesis.improved import Improved
@@ -49,6 +51,11 @@ def warm_up_dynamic() -> float:
         cloud = Cloud(points, (-0.3, 0.3), 0.5, 10.0)
         motion = Motion(stamp_s, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
         climbing.steer(_wall_ahead(WALL_M), (1.0, 0.1), (1.0, 0.0), motion, cloud)
+    with_ranges = Dynamic()
+    with_ranges.take_ranges([Ranging((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), OPEN_M, 0.05, 10.0)])
+    with_ranges.steer(_wall_ahead(WALL_M), (1.0, 0.1), (1.0, 0.0), motion)
+    outside(np.zeros((3, 3)), 0.0, 0.0, 1.0)
+    fall_rates(np.arange(3.0), np.zeros((3, 2)), np.empty(2), np.empty(2))
     VoxelMemory().have_stood(np.zeros((3, 3)), np.zeros(3), 0.0)
     cross_section(np.ones((9, 9)), np.ones((9, 9)), 1.0, 2.0, np.empty((9, 2), np.int64))
     free = FreeRanges(Beams(np.ones(9), np.ones(9, bool), 0.0, 0.1, 1.0), (0.0, 0.0, 0.0, 1.0), 1.0)

@@ -35,7 +35,7 @@ def test_each_layer_knows_the_distance_to_what_is_at_its_height(seed, count):
     points = rng.uniform((-1.5, -1.5, -1), (1.5, 1.5, 1), (count, 3))
     field = np.empty((LAYERS, SIDE, SIDE))
     columns = np.empty((SIDE, SIDE), np.uint64)
-    distance_layers(points, CELL_M, LAYER_M, BELOW_M, ABOVE_M, FAR_M, columns, field)
+    distance_layers(points, 0.0, CELL_M, LAYER_M, BELOW_M, ABOVE_M, FAR_M, columns, field)
     axis = CELL_M * (np.arange(SIDE) - SIDE // 2)
     level_m = LAYER_M / 7  # what 63 bits hold: 4 layers of 7 levels, and 30 for the body
     for layer, distances in enumerate(field):
@@ -57,7 +57,7 @@ def test_a_layer_stays_as_it_is_when_the_uav_climbs_into_the_next(seed, risen):
     columns, fields = np.empty((SIDE, SIDE), np.uint64), np.empty((2, LAYERS, SIDE, SIDE))
     for field, risen_m in zip(fields, (0.0, risen * LAYER_M)):
         seen = points - (0.0, 0.0, risen_m)
-        distance_layers(seen, CELL_M, LAYER_M, BELOW_M, ABOVE_M, FAR_M, columns, field)
+        distance_layers(seen, 0.0, CELL_M, LAYER_M, BELOW_M, ABOVE_M, FAR_M, columns, field)
     both = slice(max(risen, 0), LAYERS + min(risen, 0)), slice(max(-risen, 0), LAYERS + min(-risen, 0))
     np.testing.assert_array_equal(fields[0][both[0]], fields[1][both[1]])
 
@@ -160,7 +160,7 @@ def test_a_layer_is_unseen_where_the_body_meets_an_unseen_cell(seed):
     origin, body = rng.uniform(-1.0, 1.0, 3), np.array([0.35, 0.2, 0.1])
     unseen = np.empty((LAYERS, 9, 9), np.bool_)
     heights = np.array([origin[2] - 0.2, 100.0])
-    unseen_layers(stamps, origin, OLDEST_S, SEEN, LAYER_M, body, heights, unseen)
+    unseen_layers(stamps, origin, OLDEST_S, SEEN, LAYER_M, body, heights, unseen, 0, 9)
     for layer, i, j in np.ndindex(unseen.shape):
         height = (layer - LAYERS // 2) * LAYER_M
         row, column = (math.floor((origin[a] + 0.2 * (n - 4)) / 0.2) for a, n in ((1, i), (0, j)))

@@ -14,7 +14,7 @@ from cepa.dynamic.free_space.cloud_picture import CloudPicture
 from cepa.dynamic.kernels.response import fly
 from cepa.dynamic.observer import response_of
 from cepa.dynamic.obstacle_tracks.falling import Falling
-from cepa.dynamic.obstacle_tracks.kernels.falling import lowest_over
+from cepa.dynamic.obstacle_tracks.kernels.falling import fall_rates, lowest_over
 
 FAR_M, LIMITS_RAD = 30.0, (-0.7, 0.9)
 CHANNELS_RAD = np.linspace(*LIMITS_RAD, 64)
@@ -132,3 +132,18 @@ def test_the_lowest_points_are_those_of_a_slow_search(seed):
             if z < expected[cell, 2]:
                 expected[cell] = x, y, z
     assert np.array_equal(lowest, expected)
+
+
+def test_a_rate_of_fall_is_that_of_the_line_of_least_squares():
+    rng = np.random.default_rng(1)
+    times_s, heights_m = np.sort(rng.uniform(5.0, 6.0, 12)), rng.normal(2.0, 0.3, (12, 5))
+    heights_m[4, 2] = math.inf
+    slopes, residuals = np.empty((2, 5))
+    fall_rates(times_s, heights_m, slopes, residuals)
+    for k in (0, 1, 3, 4):
+        line = np.polyfit(times_s, heights_m[:, k], 1)
+        assert slopes[k] == pytest.approx(line[0])
+        assert residuals[k] == pytest.approx(
+            np.sqrt(np.mean((heights_m[:, k] - np.polyval(line, times_s)) ** 2))
+        )
+    assert np.isnan([slopes[2], residuals[2]]).all()

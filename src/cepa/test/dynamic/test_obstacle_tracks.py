@@ -12,6 +12,7 @@ from planar_flight import Lidar, Scene, box, forest
 from cepa import ParameterError
 from cepa.dynamic.free_space.free_ranges import FreeRanges
 from cepa.dynamic.obstacle_tracks.tracker import ObstacleTracker, TrackerParameters
+from cepa.motion import DOUBTED, Doubt
 from cepa.scan import Beams
 
 SCAN_S = 0.025
@@ -76,14 +77,27 @@ class Odometry:
 
 
 def watch(
-    world, seconds, speed=0.0, seed=0, start_x=0.0, skip=lambda t: False, parameters=None, noise_m=0.03
+    world,
+    seconds,
+    speed=0.0,
+    seed=0,
+    start_x=0.0,
+    skip=lambda t: False,
+    parameters=None,
+    noise_m=0.03,
+    doubt=DOUBTED,
+    drift=None,
 ):
-    """Fly along x, swaying, and yield (t, place in odometry, points, what moves) of each scan."""
+    """Fly along x, swaying, and yield (t, place in odometry, points, what moves) of each scan.
+
+    doubt: what of the odometry an IMU leaves in doubt. drift: in place of the odometry's error, (turn, shift)
+    at a time.
+    """
     rng = np.random.default_rng(seed)
     movers, odometry = ObstacleTracker(parameters), Odometry(rng, noise_m)
     for k in range(round(seconds / SCAN_S)):
         t = k * SCAN_S
-        turn, shift = odometry.error(speed)
+        turn, shift = odometry.error(speed) if drift is None else drift(t)
         if skip(t):
             continue
         place = np.array([start_x + speed * t, 0.0])
@@ -96,7 +110,12 @@ def watch(
         directions = np.stack([np.cos(believed), np.sin(believed)], axis=1)
         points = place + shift + ranges[hit, None] * directions[hit]
         bins = bins_of(believed, np.minimum(ranges, RANGE_MAX_M - RANGE_MARGIN_M))
-        yield t, shift, points, movers.update(t, points - place - shift, place + shift, free_as(bins))
+        yield (
+            t,
+            shift,
+            points,
+            movers.update(t, points - place - shift, place + shift, free_as(bins), doubt=doubt),
+        )
 
 
 FEW_TRUNKS = Scene(circles=np.array([(3.0, 4.0, 0.2), (6.0, -5.0, 0.3), (8.0, 3.5, 0.25), (2.0, -4.0, 0.2)]))
@@ -135,6 +154,28 @@ def test_people_abreast_are_no_drift_of_the_odometry(persons, standing, velocity
     assert min(len(moving.positions) for moving in sets) >= persons - 1
     velocities = np.array([np.median(moving.velocities, axis=0) for moving in sets])
     assert np.median(velocities, axis=0) == pytest.approx(velocity, abs=0.4)
+
+
+@pytest.mark.parametrize("persons", [4, 6, 8])
+def test_slow_people_abreast_are_found_where_an_imu_confirms_the_odometry(persons):
+    # At 0.45 m/s they come no faster than an odometry may drift for a while; nothing stands
+    places = [(7.0, 1.1 * (k - 0.5 * (persons - 1))) for k in range(persons)]
+    world = World(circles=[(place, np.array((-0.45, 0.0)), 0.3) for place in places])
+    doubt = Doubt(turn=True, shift=False)
+    sets = [moving for t, _, _, moving in watch(world, 2.0, seed=1, doubt=doubt) if t > 1.5]
+    assert min(len(moving.positions) for moving in sets) == persons
+    velocities = np.array([np.median(moving.velocities, axis=0) for moving in sets])
+    assert np.median(velocities, axis=0) == pytest.approx((-0.45, 0.0), abs=0.15)
+
+
+@pytest.mark.parametrize(
+    ("doubt", "seems_to_move"), [(DOUBTED, False), (Doubt(True, False), False), (Doubt(False, False), True)]
+)
+def test_a_heading_that_drifts_is_recognised_where_the_imu_does_not_confirm_it(doubt, seems_to_move):
+    # 0.06 rad/s: what stands 9 m away seems to move at 0.5 m/s
+    far = World(Scene(circles=np.array([(8.5, y, 0.25) for y in (-3.0, -1.0, 1.0, 3.0)])))
+    sets = watch(far, 1.0, seed=1, noise_m=0.0, doubt=doubt, drift=lambda t: (0.06 * t, np.zeros(2)))
+    assert any(len(moving.positions) for _, _, _, moving in sets) == seems_to_move
 
 
 @pytest.mark.parametrize("edge", [1.0, 2.0])

@@ -13,7 +13,7 @@ import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
-from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
+from sensor_msgs.msg import Imu, LaserScan, PointCloud2, PointField, Range
 from visualization_msgs.msg import MarkerArray
 
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
@@ -68,6 +68,7 @@ class CloudsTest(unittest.TestCase):
         cls.odometry = Input("odometry", Odometry)
         cls.clouds = Input("cloud", PointCloud2)
         cls.ranges_up = Input("range_finder_up", Range)
+        cls.imu = Input("imu", Imu)
         cls.mounts = Mounts()
         cls.mounts.add("base_frame", "up_link", pitch=-math.pi / 2)
         cls.warned = Warned("/cepa")
@@ -189,6 +190,22 @@ class CloudsTest(unittest.TestCase):
         self.fly(low_wall())
         self.warned.wait_for("clock jumped back")
         wait_until(lambda: self.fly(low_wall())[2] > 0.2, "the next climb")
+
+    def test_5_an_imu_that_is_silent_or_makes_no_sense_is_told_once(self):
+        silence = "No reading of the IMU has come"
+        for _ in range(11):
+            self.fly(low_wall())
+        self.warned.wait_for(silence)
+        no_rates = Imu()
+        no_rates.angular_velocity_covariance[0] = -1.0
+        not_finite = Imu()
+        not_finite.angular_velocity.z = math.nan
+        for sentence, message in (("tells no rates", no_rates), ("rates are not finite", not_finite)):
+            message.header.stamp = self.stamps.next(0.01)
+            self.imu.send(message)
+            self.warned.wait_for(sentence)
+        self.fly(low_wall())
+        self.assertEqual(self.warned.count(silence), 1)
 
     def test_6_an_algorithm_that_stays_level_comes_no_nearer_to_the_ceiling_than_r_lb(self):
         client = dynamic_reconfigure.client.Client("/cepa", timeout=200.0)

@@ -13,10 +13,11 @@ from cepa.dynamic.dynamic import Dynamic
 from cepa.errors import AttitudeError
 from cepa.keep_out import KeepOut
 from cepa.levelling import LidarAttitude, levelled
-from cepa.motion import Cloud, Ranging, Vector3
+from cepa.motion import DOUBTED, Cloud, Ranging, Vector3
 from cepa.scan import LaserScan2D
 from cepa.steering.clouds import CloudLimits, SensedPoints
 from cepa.steering.height_guard import guarded_climb
+from cepa.steering.inertial_check import InertialCheck
 from cepa.steering.mount import Mount, in_lidar_frame
 from cepa.steering.own_motion import OwnMotion, OwnState
 from stamp_pairing.pairing import Paired
@@ -52,14 +53,18 @@ class Answering:
     """Asks the algorithm, and knows what the algorithm needs of odometry.
 
     warn: takes a sentence whenever something is missing, as often as it is. limits: of the sensor that gives
-    clouds; None: there is none.
+    clouds; None: there is none. check: compares odometry and IMU; None: there is no IMU.
     """
 
     def __init__(
-        self, algorithm: Algorithm, warn: Callable[[str], None], limits: CloudLimits | None = None
+        self,
+        algorithm: Algorithm,
+        warn: Callable[[str], None],
+        limits: CloudLimits | None = None,
+        check: InertialCheck | None = None,
     ) -> None:
         self._warn = warn
-        self._limits = limits
+        self._limits, self._check = limits, check
         self._motion = OwnMotion(warn)
         self.algorithm, self._keep_out, self._is_ready = algorithm, KeepOut(), True
         self._last_xy = (0.0, 0.0)
@@ -102,7 +107,8 @@ class Answering:
         started_s, cpu_started_s = time.perf_counter(), time.thread_time()
         motion = None
         if self.algorithm.wants_motion:
-            motion, goes_on = self._motion.at(paired, mount, v_ref[2])
+            doubt = self._check.doubt_at(paired.leader.stamp_ns) if self._check else DOUBTED
+            motion, goes_on = self._motion.at(paired, mount, v_ref[2], doubt)
             if not goes_on:
                 self.algorithm.reset()
         own: OwnState | None = paired.fresh("odometry", MAX_AGE_NS, None)

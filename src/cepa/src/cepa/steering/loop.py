@@ -12,6 +12,8 @@ from cepa.motion import Ranging, Vector3
 from cepa.scan import LaserScan2D
 from cepa.steering.answering import RANGE_FINDERS, STANDSTILL, Answer, Answering
 from cepa.steering.clouds import CloudLimits, SensedPoints
+from cepa.steering.inertial_check import LAG_NS, InertialCheck
+from cepa.steering.inertial_path import InertialReading
 from cepa.steering.mount import MountOf
 from cepa.steering.own_motion import OwnState
 from cepa.steering.scan_watch import ScanWatch
@@ -56,6 +58,7 @@ class SteeringLoop:
         warn: takes a sentence each time that something is wrong. Let it drop repetitions.
         limits: of the sensor that gives clouds; None: there is none.
         uses_range_finders: whether range finders look up and down.
+        uses_imu: whether there is an IMU. While it confirms the odometry, what moves alike is no drift.
         is_replay: for a recording. Every scan is answered with the messages that belong to it, however late
             they come, and nothing brakes. In flight the newest scan counts, and none waits for the next one.
         on_restart: called when the clock went back.
@@ -70,11 +73,13 @@ class SteeringLoop:
         uses_range_finders: bool = False,
         is_replay: bool = False,
         on_restart: Callable[[], None] = lambda: None,
+        uses_imu: bool = False,
     ) -> None:
         self._mount_of, self._warn, self._is_replay = mount_of, warn, is_replay
         self._on_restart = on_restart
         self._pairing = _pairing(limits, uses_range_finders, is_replay)
-        self._answering = Answering(algorithm, warn, limits)
+        self._check = InertialCheck(warn) if uses_imu else None
+        self._answering = Answering(algorithm, warn, limits, self._check)
         self._scan_watch = ScanWatch(warn)
         self._waiting: deque[Paired] = deque()  # in a replay, for the lidar's mounting
         self._newest_scan_ns: int | None = None
@@ -103,6 +108,8 @@ class SteeringLoop:
 
     def on_odometry(self, stamp_ns: int, state: OwnState) -> list[Command]:
         """Take in the UAV's own motion. It is also the clock by which a UAV without scans brakes."""
+        if self._check is not None:
+            self._check.on_odometry(stamp_ns, state)
         commands = self._answer(self._pairing.offer("odometry", stamp_ns, state))
         if not self._is_replay and self._scan_watch.must_brake(stamp_ns, self.algorithm.commit_s):
             self._braked_ns = stamp_ns
@@ -120,6 +127,13 @@ class SteeringLoop:
         """
         return self._answer(self._pairing.offer(source, stamp_ns, ranging))
 
+    def on_imu(self, stamp_ns: int, reading: InertialReading) -> list[Command]:
+        """Take in a reading of the IMU, in the body's axes."""
+        if self._check is None:
+            return []
+        self._check.on_reading(stamp_ns, reading)
+        return self._answer([]) if self._is_replay else []
+
     def on_scan(self, stamp_ns: int, scan: LaserScan2D, frame: str) -> list[Command]:
         """Take in a scan. frame: that of its lidar."""
         self._watch_clock(stamp_ns)
@@ -133,6 +147,8 @@ class SteeringLoop:
         self._on_restart()
         for part in (self._pairing, self._answering, self._scan_watch):
             part.restart()
+        if self._check is not None:
+            self._check.restart()
         self._braked_ns = 0
 
     def _answer(self, ready: list[Paired]) -> list[Command]:
@@ -142,6 +158,8 @@ class SteeringLoop:
             return commands  # in flight no scan waits
         self._waiting.extend(ready)
         while self._waiting:
+            if self._lacks_imu(self._waiting[0].leader.stamp_ns):
+                break
             framed: FramedScan = self._waiting[0].leader.value
             try:
                 mount = self._mount_of(framed.frame)
@@ -156,6 +174,12 @@ class SteeringLoop:
             commands.append(self._command(paired, self._answering.answer(paired, framed.scan, mount)))
         self._complain_of_held()
         return commands
+
+    def _lacks_imu(self, scan_ns: int) -> bool:
+        """Whether a scan of a recording waits for the IMU, as long as its readings come."""
+        if not self._is_replay or self._check is None or len(self._waiting) > SCANS_IN_ORDER:
+            return False
+        return self._check.newest_ns is not None and self._check.newest_ns < scan_ns - LAG_NS
 
     def _command(self, paired: Paired, answer: Answer) -> Command:
         scan_ns = paired.leader.stamp_ns

@@ -6,7 +6,7 @@ import math
 from typing import Callable, NamedTuple
 
 from cepa.errors import MotionError
-from cepa.motion import Motion, Quaternion, Vector3
+from cepa.motion import DOUBTED, Doubt, Motion, Quaternion, Vector3
 from cepa.steering.mount import Mount
 from stamp_pairing.pairing import Paired
 
@@ -36,14 +36,16 @@ class OwnMotion:
         """Forget the last motion, as after a clock that jumped back."""
         self._last: Motion | None = None
 
-    def at(self, paired: Paired, mount: Mount, climb_ref_m_s: float) -> tuple[Motion | None, bool]:
+    def at(
+        self, paired: Paired, mount: Mount, climb_ref_m_s: float, doubt: Doubt = DOUBTED
+    ) -> tuple[Motion | None, bool]:
         """Return the lidar's motion for a scan, and whether it goes on from that for the last scan.
 
         The motion is None, with a warning, if odometry does not tell it.
         """
         last, self._last = self._last, None
         try:
-            self._last = _motion(paired, mount, climb_ref_m_s)
+            self._last = _motion(paired, mount, climb_ref_m_s, doubt)
         except MotionError as error:
             self._warn(f"{error} Nothing is remembered, and the last command counts as own velocity.")
         return self._last, self._last is None or last is None or not self._has_jumped(last, self._last)
@@ -66,7 +68,7 @@ class OwnMotion:
         return True
 
 
-def _motion(paired: Paired, mount: Mount, climb_ref_m_s: float) -> Motion:
+def _motion(paired: Paired, mount: Mount, climb_ref_m_s: float, doubt: Doubt) -> Motion:
     """Raises MotionError."""
     odometry = paired.values["odometry"]
     if odometry is None:
@@ -79,4 +81,4 @@ def _motion(paired: Paired, mount: Mount, climb_ref_m_s: float) -> Motion:
         raise MotionError("The odometry tells no velocity.")
     body = state.position_m, state.orientation_xyzw, state.velocity_m_s
     age_s = 1e-9 * max(0, age_ns)
-    return Motion.of_mounted(1e-9 * paired.leader.stamp_ns, *body, *mount[1:], climb_ref_m_s, age_s)
+    return Motion.of_mounted(1e-9 * paired.leader.stamp_ns, *body, *mount[1:], climb_ref_m_s, age_s, doubt)

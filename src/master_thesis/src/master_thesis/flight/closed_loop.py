@@ -25,6 +25,7 @@ from inspection_tools.position_controller import STOP, PositionCommand
 from master_thesis.errors import FlightError
 from master_thesis.flight.conditions import Delivery
 from master_thesis.flight.course import Action, Outcome, Phase
+from master_thesis.flight.due import Due
 from master_thesis.flight.flight_log import FlightLog
 from master_thesis.flight.judging.contacts import UavParts
 from master_thesis.flight.lidar.nodding import NoddingLidar
@@ -33,7 +34,7 @@ from master_thesis.flight.monitor import Monitor
 from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.flight.publisher_link import PublisherLink
 from master_thesis.flight.steering_chain import Flown, SteeringChain
-from master_thesis.flight.without_gnss import Estimated, Outage, OwnOdometry
+from master_thesis.flight.without_gnss import IMU_PERIOD_US, Estimated, Outage, OwnOdometry, felt_by
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.px4.modes import Mode
 from simulation_tools.sensors.odometry import OdometrySample
@@ -93,7 +94,9 @@ class ClosedLoop:
             parameters.padding,
             parameters.yaw_regulator,
             parameters.range_finders,
+            uses_imu=parameters.imu,
         )
+        self._imu_due = Due(IMU_PERIOD_US) if parameters.imu else None
         self.position_controller = PositionController(parameters.position_controller)
         self._mission: Mission | None = None
         self._returns = False
@@ -159,6 +162,8 @@ class ClosedLoop:
             self._truth = output.ground_truth.pose
         if output.scan is not None:
             output = self._levelled(self._spoiled(output))
+        if self._imu_due is not None and self._imu_due(output.time_us):
+            self._steering.on_imu(output.time_us, *felt_by(self._px4))
         has_reached_goal = False
         for estimated in self._odometry_known(output):
             has_reached_goal |= self._on_odometry(estimated)

@@ -43,8 +43,9 @@ class ClosedLoopParameters:
     zero. mission: waypoints instead of the goal. The goal counts as reached after the last one, or after
     duration_s. return_to_start: after duration_s the UAV flies back to its start, and the goal counts as
     reached there. patience_s: if a waypoint takes longer, the run fails. algorithm: of `cepa.ALGORITHMS`.
-    range_finders: CEPA uses those that look up and down: see the node's. nod: of the lidar
-    wherever the UAV stops; None: none. conditions: those that are worse than the simulation's own parameters.
+    range_finders: CEPA uses those that look up and down: see the node's. imu: CEPA compares the odometry with
+    the flight controller's IMU. nod: of the lidar wherever the UAV stops; None: none. conditions: those that
+    are worse than the simulation's own parameters.
     """
 
     simulation: SimulationParameters
@@ -55,6 +56,7 @@ class ClosedLoopParameters:
     patience_s: float = 60.0
     algorithm: str = "improved"
     range_finders: bool = False
+    imu: bool = False
     nod: Nod | None = None
     pose_source: str = "ground_truth"
     cepa: CepaParameters = STEADY_CEPA

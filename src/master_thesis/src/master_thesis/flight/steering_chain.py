@@ -10,6 +10,7 @@ from cepa import LaserScan2D, Ranging, SteeringLoop
 from cepa.algorithm import Algorithm
 from cepa.steering.answering import RANGE_FINDERS, Answer
 from cepa.steering.clouds import CloudLimits, SensedPoints
+from cepa.steering.inertial_path import InertialReading
 from cepa.steering.loop import Command
 from cepa.steering.mount import Mount
 from cepa.steering.own_motion import OwnState
@@ -54,7 +55,7 @@ class SteeringChain:
     Every message goes in when it comes, and each call returns what is to be flown.
 
     payload: the UAV's further sensors. uses_range_finders: CEPA heeds those that look up and down. warn:
-    takes a sentence whenever something is wrong.
+    takes a sentence whenever something is wrong. uses_imu: CEPA compares the odometry with an IMU.
     """
 
     def __init__(
@@ -67,6 +68,7 @@ class SteeringChain:
         yaw_regulator: YawRegulatorParameters,
         uses_range_finders: bool,
         warn: Callable[[str], None] = lambda sentence: None,
+        uses_imu: bool = False,
     ) -> None:
         self._lidar_limits = lidar.range_min, lidar.range_max
         self._geometry = ScanGeometry(lidar.beams, lidar.angle_min, lidar.angle_increment)
@@ -78,7 +80,9 @@ class SteeringChain:
         self._uses_cloud = limits is not None
         self._wants_single_beams = algorithm.wants_single_beams
         self._range_finders = RANGE_FINDERS if uses_range_finders else ()
-        self._loop = SteeringLoop(algorithm, lambda frame: mount, warn, limits, uses_range_finders)
+        self._loop = SteeringLoop(
+            algorithm, lambda frame: mount, warn, limits, uses_range_finders, uses_imu=uses_imu
+        )
         self.newest_scan: LaserScan2D | None = None  # the algorithm's input: filtered and padded
 
     def on_reference(self, time_us: int, v_ref_m_s: Vector3) -> Sequence[Flown]:
@@ -99,6 +103,10 @@ class SteeringChain:
         state = OwnState(sample.linear_velocity_m_s, pose.position_m, pose.orientation_xyzw)
         commands = self._loop.on_odometry(1000 * time_us, state)
         return self._turned(commands) if commands else NOTHING
+
+    def on_imu(self, time_us: int, rates_rad_s: Vector3, force_m_s2: Vector3) -> None:
+        """Take in what the IMU feels, in the body's axes."""
+        self._loop.on_imu(1000 * time_us, InertialReading(rates_rad_s, force_m_s2))
 
     def on_payload(self, time_us: int, due: Sequence[PayloadSensor]) -> list[Flown]:
         """Measure with those further sensors that are due and that the algorithm uses."""

@@ -42,6 +42,13 @@ PARTS = (LIDAR, RANGE_FINDER, BRIDGE, SLAM)
 """The bridge is vision_pose_publisher, which begins anew when it comes back. So does SLAM."""
 
 
+def felt_by(px4: Px4) -> tuple[Vector3, Vector3]:
+    """Return the rates, rad/s, and the specific force, m/s2, about the body's axes as MAVROS tells them."""
+    estimate = px4.estimate[0]
+    rates, force = (flu_to_frd(estimate[name].tolist()) for name in ("rates", "specific_force"))
+    return rates, force
+
+
 @dataclass(frozen=True)
 class Outage:
     """A part of the chain dies in flight.
@@ -171,8 +178,7 @@ class OwnOdometry:
         return InertialReading(
             t_s,
             attitude_to_enu(estimate["attitude"].tolist()),
-            flu_to_frd(estimate["rates"].tolist()),
-            flu_to_frd(estimate["specific_force"].tolist()),
+            *felt_by(self._px4),
         )
 
     def _estimated(self, time_us: int, estimate: OdometryEstimate) -> Estimated:

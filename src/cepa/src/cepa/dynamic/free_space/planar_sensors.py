@@ -7,6 +7,7 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
+from cepa.dynamic.free_space.kernels.planar import stamp_below_ranges, stamp_discs
 from cepa.motion import Motion, Ranging
 
 
@@ -65,23 +66,17 @@ def stamp_plane(cells: Cells, plane: LidarPlane, motion: Motion, body: Body) -> 
     The latter is what flight in a plane assumes: what a beam passed is free at the height of flight.
     """
     i, j, k, x, y, z = cells.around(np.array(motion.position_m))
-    h = np.hypot(x[None, :], y[:, None])
-    bearing = np.arctan2(y[:, None], x[None, :])
-    bins = np.rint(bearing * plane.free_m.size / (2.0 * math.pi)).astype(int) % plane.free_m.size
-    rows, columns = np.nonzero(plane.free_m[bins] > h + 0.5 * cells.edge_m)
-    levels = k[body.levels(z, cells.height_m)]
-    cells.stamps[i[rows, None], j[columns, None], levels] = motion.stamp_s
-    normal = motion.rotation()[:, 2]
-    tilted_m = -(normal[0] * x[columns] + normal[1] * y[rows]) / normal[2]
-    level = np.floor((tilted_m - z[0]) / cells.height_m + 0.5).astype(int)
-    inside = (level >= 0) & (level < z.size)
-    cells.stamps[i[rows[inside]], j[columns[inside]], k[level[inside]]] = motion.stamp_s
+    is_body, normal = body.levels(z, cells.height_m), np.ascontiguousarray(motion.rotation()[:, 2])
+    edges = cells.edge_m, cells.height_m
+    stamp_below_ranges(cells.stamps, (i, j, k), x, y, z, edges, plane.free_m, is_body, normal, motion.stamp_s)
 
 
 def stamp_ranges(
     cells: Cells, rangings: Sequence[Ranging], motion: Motion, body: Body, radius_m: float
 ) -> None:
     """Stamp what range finders have passed above and below the body, as wide as ``radius_m``."""
+    if not rangings:
+        return
     i, j, k, x, y, z = cells.around(np.array(motion.position_m))
     rotation, is_beside = motion.rotation(), ~body.levels(z, cells.height_m)
     for ranging in rangings:
@@ -89,14 +84,14 @@ def stamp_ranges(
         along_m = (z - start[2]) / way[2] if way[2] else np.full(z.shape, math.inf)
         room_m = ranging.free_m - 0.5 * cells.height_m
         is_passed = is_beside & (along_m >= -0.5 * cells.height_m) & (along_m <= room_m)
-        for level in np.flatnonzero(is_passed):
-            at = start + along_m[level] * way
-            rows, columns = np.nonzero(np.hypot(x[None, :] - at[0], y[:, None] - at[1]) < radius_m)
-            cells.stamps[i[rows], j[columns], k[level]] = motion.stamp_s
+        middles = start[:2] + np.where(is_passed, along_m, 0.0)[:, None] * way[:2]
+        stamp_discs(cells.stamps, (i, j, k), x, y, middles, is_passed, radius_m, motion.stamp_s)
 
 
 def cells_around(body: Body, radius_m: float, cells: Cells, motion: Motion) -> tuple[np.ndarray, ...]:
     """Return the indices y, x, z of the cells at the body's levels within ``radius_m`` of its middle."""
     i, j, k, x, y, z = cells.around(np.array(motion.position_m))
-    rows, columns = np.nonzero(np.hypot(x, y[:, None]) < radius_m)
-    return i[rows, None], j[columns, None], k[body.levels(z, cells.height_m)]
+    reach = math.ceil(radius_m / cells.edge_m) + 1
+    near = slice(max(0, len(x) // 2 - reach), len(x) // 2 + reach + 1)
+    rows, columns = np.nonzero(np.hypot(x[near], y[near, None]) < radius_m)
+    return i[near][rows, None], j[near][columns, None], k[body.levels(z, cells.height_m)]

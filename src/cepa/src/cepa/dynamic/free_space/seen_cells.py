@@ -88,10 +88,7 @@ class SeenCells:
 
         origin: (3,) m, of the middle layer in the odometry's frame.
         """
-        p = self._p
-        body = np.array([p.body_radius, BODY_SHARE_SEEN * p.body_below, BODY_SHARE_SEEN * p.body_above])
-        heights = np.array([p.height_min, p.height_max])
-        unseen_layers(self._stamps_s, origin, oldest_s, CELL, self._layer_m, body, heights, self._unseen)
+        self._fill_unseen(oldest_s, origin, 0, self._unseen.shape[1])
         return self._unseen
 
     def open_own_place(
@@ -101,17 +98,31 @@ class SeenCells:
 
         unseen: what `unseen_since` has just returned. The reach is that in equal directions.
         """
-        before, middle = unseen.copy(), unseen.shape[1] // 2
+        middle = unseen.shape[1] // 2
         body = self._body(middle_m)
+        is_seen = not unseen[LAYERS // 2, middle, middle]
         place = cells_around(body, body.radius + OWN_REACH_M, self._cells, motion)
-        seen_s = self._stamps_s[place]
+        reach = math.ceil((body.radius + OWN_REACH_M + body.radius) / SEEN_CELL_M) + 2
+        first, last = (
+            max(0, middle - reach),
+            middle + reach + 1,
+        )  # no other cell of ``unseen`` meets the place
+        window = unseen[:, first:last, first:last]
+        before, seen_s = window.copy(), self._stamps_s[place]
         self._stamps_s[place] = motion.stamp_s  # for the next line only: nobody has seen it
-        is_own = before > self.unseen_since(oldest_s, origin)
+        self._fill_unseen(oldest_s, origin, first, last)
         self._stamps_s[place] = seen_s
-        np.copyto(unseen, before)
-        unseen[is_own] = BY_REACH
-        is_seen = not before[LAYERS // 2, middle, middle]
+        is_own = before > window
+        window[:] = before
+        window[is_own] = BY_REACH
         return self._own_place.follow(origin[:2].copy(), is_seen)
+
+    def _fill_unseen(self, oldest_s: float, origin: np.ndarray, first: int, last: int) -> None:
+        p = self._p
+        body = np.array([p.body_radius, BODY_SHARE_SEEN * p.body_below, BODY_SHARE_SEEN * p.body_above])
+        heights = np.array([p.height_min, p.height_max])
+        where = CELL, self._layer_m, body, heights, self._unseen
+        unseen_layers(self._stamps_s, origin, oldest_s, *where, first, last)
 
     @property
     def _cells(self) -> Cells:

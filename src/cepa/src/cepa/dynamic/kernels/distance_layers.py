@@ -43,6 +43,7 @@ def levels_of_layer(layers: int, layer_m: float, body_m: float) -> int:
 @njit(cache=True)
 def distance_layers(
     points: np.ndarray,
+    middle_m: float,
     cell: float,
     layer_m: float,
     below: float,
@@ -54,8 +55,8 @@ def distance_layers(
     """Fill ``field`` (layers, n, n) with the horizontal distance to the nearest obstacle, at most ``far`` m.
 
     points (m, 3): obstacles relative to the UAV, m; they count at the middle of their cell, and half a cell
-    nearer. A point belongs to every layer whose height it is at most ``below`` under and ``above`` over; what
-    ``above`` lacks to whole levels is added.
+    nearer. middle_m: height of the middle layer there. A point belongs to every layer whose height it is at
+    most ``below`` under and ``above`` over; what ``above`` lacks to whole levels is added.
     columns (n, n) uint64: is overwritten. The transform is exact: along x, then along y.
     """
     layers, n, _ = field.shape
@@ -67,12 +68,14 @@ def distance_layers(
     columns[:] = np.uint64(0)
     for k in range(points.shape[0]):
         i, j = math.floor(points[k, 1] / cell + 0.5) + half, math.floor(points[k, 0] / cell + 0.5) + half
-        level = math.floor((points[k, 2] - lowest) / level_m)
+        level = math.floor((points[k, 2] - middle_m - lowest) / level_m)
         if 0 <= i < n and 0 <= j < n and 0 <= level <= BITS:
             columns[i, j] |= np.uint64(1) << np.uint64(level)
     most = math.ceil(far / cell) + 1
     along_x = np.empty((n, n), np.float32)
-    cells, is_new, occupied = np.zeros((n, n), np.bool_), np.ones(n, np.bool_), np.zeros(n, np.bool_)
+    cells = np.zeros((n, n), np.bool_)
+    begins, ends = np.zeros(n, np.int64), np.zeros(n, np.int64)  # of each row: where an obstacle is in reach
+    firsts, lasts = np.zeros(n, np.int64), np.zeros(n, np.int64)  # of each row: which cells have changed
     squared = np.empty(n, np.float32)
     distances = np.empty(most * most + 1)
     for k in range(distances.size):
@@ -80,57 +83,89 @@ def distance_layers(
     for layer in range(layers):
         band = bits_of(layer * count, layer * count + body)
         for i in range(n):
-            is_new[i] = _is_changed(columns[i], band, cells[i]) or layer == 0
-            if is_new[i]:
-                occupied[i] = _along_row(cells[i], most, along_x[i])
+            firsts[i], lasts[i] = _changed(columns[i], band, cells[i])
+            if firsts[i] < lasts[i]:
+                begins[i], ends[i] = _along_row(cells[i], most, along_x[i])
         for i in range(n):
-            first, last = max(0, i - most + 1), min(n, i + most)
-            if not is_new[first:last].any():
-                field[layer, i] = field[layer - 1, i]  # the layers mostly hold the same
-                continue
-            if not occupied[first:last].any():
-                field[layer, i] = distances[-1]
-                continue
-            squared[:] = np.float32(most * most)
-            for k in range(first, last):
-                if occupied[k]:
-                    rise = np.float32((k - i) * (k - i))
-                    for j in range(n):
-                        squared[j] = min(squared[j], along_x[k, j] + rise)
-            for j in range(n):
+            low, high = max(0, i - most + 1), min(n, i + most)
+            first, last = 0, n
+            if layer > 0:  # the layers mostly hold the same
+                first = max(0, firsts[low:high].min() - most + 1)
+                last = min(n, lasts[low:high].max() + most - 1)
+                field[layer, i] = field[layer - 1, i]
+                if lasts[low:high].max() == 0:
+                    continue
+            squared[first:last] = np.float32(most * most)
+            for k in range(low, high):
+                rise = np.float32((k - i) * (k - i))
+                for j in range(max(first, begins[k]), min(last, ends[k])):
+                    squared[j] = min(squared[j], along_x[k, j] + rise)
+            for j in range(first, last):
                 field[layer, i, j] = distances[int(squared[j])]
 
 
 @njit(cache=True)
-def _is_changed(columns: np.ndarray, band: np.uint64, cells: np.ndarray) -> bool:
-    """Fill ``cells`` (n,) with whether a row's columns hold anything in the band; tell if that changes."""
-    changed = False
+def _changed(columns: np.ndarray, band: np.uint64, cells: np.ndarray) -> tuple[int, int]:
+    """Fill ``cells`` (n,) with whether a row's columns hold anything in the band.
+
+    Return the first that changes, and the one after the last; n and 0 if none does.
+    """
+    first, last = columns.size, 0
     for j in range(columns.size):
         holds = (columns[j] & band) != 0
-        changed |= holds != cells[j]
-        cells[j] = holds
-    return changed
+        if holds != cells[j]:
+            first, last = min(first, j), j + 1
+            cells[j] = holds
+    return first, last
 
 
 @njit(cache=True)
-def _along_row(cells: np.ndarray, most: int, squared: np.ndarray) -> bool:
-    """Fill ``squared`` (n,) with the squared distance to the row's nearest obstacle, if there is one."""
+def _along_row(cells: np.ndarray, most: int, squared: np.ndarray) -> tuple[int, int]:
+    """Fill ``squared`` (n,) with the squared distance to the row's nearest obstacle, at most ``most``.
+
+    Only where one is nearer; return the first column there, and that after the last one.
+    """
     n = cells.size
-    if not cells.any():
-        return False
-    away = most
+    begin, end = n, 0
     for j in range(n):
+        if cells[j]:
+            begin, end = min(begin, j), j
+    if begin == n:
+        return 0, 0
+    begin, end = max(0, begin - most + 1), min(n, end + most)
+    away = most
+    for j in range(begin, end):
         if cells[j]:
             away = 0
         elif away < most:
             away += 1
         squared[j] = away
     away = most
-    for j in range(n - 1, -1, -1):
+    for j in range(end - 1, begin - 1, -1):
         if squared[j] == 0.0:
             away = 0
         elif away < most:
             away += 1
         nearest = min(squared[j], np.float32(away))
         squared[j] = nearest * nearest
-    return True
+    return begin, end
+
+
+@njit(cache=True)
+def shade(
+    field: np.ndarray, plane: np.ndarray, known: np.ndarray, unseen: np.ndarray, at: np.ndarray
+) -> None:
+    """Lower ``field`` (layers, n, n) to what a plane shows (n, n), m, where nobody has looked.
+
+    There ``known`` (n, n), m, counts, too. In the middle layer the plane counts everywhere. unseen (layers,
+    k, k): 0 where somebody has looked. at (n,): the row and column of ``unseen`` that each cell is in.
+    """
+    layers, n, _ = field.shape
+    for layer in range(layers):
+        is_middle = layer == layers // 2
+        for i in range(n):
+            for j in range(n):
+                if unseen[layer, at[i], at[j]] != 0:
+                    field[layer, i, j] = min(field[layer, i, j], min(plane[i, j], known[i, j]))
+                elif is_middle:
+                    field[layer, i, j] = min(field[layer, i, j], plane[i, j])

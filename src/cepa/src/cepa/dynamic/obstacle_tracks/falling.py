@@ -25,7 +25,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
     SINKING_FORGET_S,
     SINKING_LEAST_M_S,
 )
-from cepa.dynamic.obstacle_tracks.kernels.falling import lowest_over
+from cepa.dynamic.obstacle_tracks.kernels.falling import fall_rates, lowest_over
 from cepa.motion import Motion
 
 NO_COLUMNS = np.empty((0, 6))
@@ -118,19 +118,17 @@ class Falling:
         first = int(np.argmax(times_s[-1] - times_s <= span_s + 1e-6))
         times_s, heights = times_s[first:], heights[first:]
         lasted_s = times_s[-1] - times_s[0]
-        is_there = np.isfinite(heights).all(axis=0)
-        if len(times_s) < FALLING_FEWEST or lasted_s < 0.8 * span_s or not is_there.any():
+        if len(times_s) < FALLING_FEWEST or lasted_s < 0.8 * span_s:
             return NOTHING
-        newest, places, heights = self._seen[-1], places[is_there], heights[:, is_there]
-        times_s = times_s - times_s.mean()
-        off_m = heights - heights.mean(axis=0)
-        slopes = times_s @ off_m / (times_s @ times_s)
-        residual_m = np.sqrt(np.mean((off_m - times_s[:, None] * slopes) ** 2, axis=0))
-        between_m = FALLING_SPREAD * np.hypot(*(places[:, :2] - newest.position_m[:2]).T)  # of two channels
+        slopes, residual_m = np.empty((2, len(places)))
+        fall_rates(times_s, heights, slopes, residual_m)  # NaN where it was not seen: it does not fall
+        x, y, _ = self._seen[-1].position_m
+        between_m = FALLING_SPREAD * np.hypot(places[:, 0] - x, places[:, 1] - y)  # of two channels
         falls = -slopes * lasted_s > np.maximum(FALLING_DROP_M, 2.0 * between_m)
         falls &= (-slopes > SINKING_LEAST_M_S) & (residual_m < FALLING_RESIDUAL_M + 0.4 * between_m)
-        sunk_m = heights[0] - heights[-1]
-        falls[falls] = _was_free(places[falls], sunk_m[falls], self._seen[first])
+        if falls.any():
+            sunk_m = heights[0, falls] - heights[-1, falls]
+            falls[falls] = _was_free(places[falls], sunk_m, self._seen[first])
         return places[falls], -slopes[falls]
 
     def _close(self, places: np.ndarray, speeds: np.ndarray, motion: Motion) -> None:

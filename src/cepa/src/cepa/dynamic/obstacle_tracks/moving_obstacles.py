@@ -101,7 +101,7 @@ class MovingObstacles:
         floor_m, ceiling_m = self._p.floor_height - z, self._p.ceiling_height - z
         is_level = self._tracker.clear_of_floor(points, floor_m, ceiling_m) if len(points) else NO_POINTS
         scan = points, (x, y), free, is_level, z
-        self._moving = self._tracker.update(motion.stamp_s, *scan, are_upright)
+        self._moving = self._tracker.update(motion.stamp_s, *scan, are_upright, motion.doubt)
         self._moving_s = motion.stamp_s
 
 

@@ -37,6 +37,7 @@ from cepa.dynamic.obstacle_tracks.kernels.drift import align
 from cepa.dynamic.obstacle_tracks.kernels.evidence import are_behind, are_free, have_moved
 from cepa.dynamic.obstacle_tracks.kernels.tracks import are_fast, associate, correct, predict, weigh
 from cepa.dynamic.obstacle_tracks.tracks import MovingTracks, TrackerParameters, nothing_moves
+from cepa.motion import DOUBTED, Doubt
 
 UPRIGHT = np.array([1.0, 0.0, 0.0])
 """Times a scan's plane: only the lidar's height is left."""
@@ -83,6 +84,7 @@ class ObstacleTracker:
         is_level: np.ndarray | None = None,
         height_m: float = 0.0,
         are_upright: bool = True,
+        doubt: Doubt = DOUBTED,
     ) -> MovingTracks:
         """Return what moves at a scan.
 
@@ -92,8 +94,9 @@ class ObstacleTracker:
         height. A beam that passes over a thing shows neither that it is gone, nor that it was not there, nor
         how wide it is. is_level: (n,) bool, which points belong neither to floor nor ceiling
         (`clear_of_floor`); None: all. height_m: of the lidar in the odometry's frame. are_upright: things
-        are taken to be the same at all heights, so an earlier scan that leant otherwise tells, too. After a
-        clock that went back, or LONGEST_SCAN_GAP_S without a scan, everything is forgotten.
+        are taken to be the same at all heights, so an earlier scan that leant otherwise tells, too. doubt:
+        what of the odometry may be drift; the rest is taken as it is. After a clock that went back, or
+        LONGEST_SCAN_GAP_S without a scan, everything is forgotten.
         """
         dt_s = stamp_s - self._stamp_s
         if not 0.0 < dt_s <= LONGEST_SCAN_GAP_S:
@@ -118,7 +121,7 @@ class ObstacleTracker:
         matches = np.empty(len(clusters), np.int64)
         owners = np.empty(len(self._tracks), np.int64)
         associate(clusters, self._tracks, p.gate_m, matches, owners)
-        self._align(dt_s, points, pose, clusters, owners)
+        self._align(dt_s, points, pose, clusters, owners, doubt)
         plane = plane_of(height_m, free) * (UPRIGHT if are_upright else 1.0)
         planes = self._frames.planes * (UPRIGHT if are_upright else 1.0)
         self._learn(dt_s, points, pose, (plane, planes), free, clusters, owners)
@@ -138,13 +141,22 @@ class ObstacleTracker:
         return np.array([*_moved(sensor_xy, self._turn, self._shift), self._turn])
 
     def _align(
-        self, dt_s: float, points: np.ndarray, pose: np.ndarray, clusters: np.ndarray, owners: np.ndarray
+        self,
+        dt_s: float,
+        points: np.ndarray,
+        pose: np.ndarray,
+        clusters: np.ndarray,
+        owners: np.ndarray,
+        doubt: Doubt,
     ) -> None:
         """Align the scan with what stands, and keep what that says of the odometry's drift."""
+        limits = self._drift.limits_after(dt_s, doubt)
+        if not any(doubt):
+            return
         motion = np.empty(3)
         x, y, _ = pose.tolist()
         standing = clusters, self._tracks, owners, self._moving, points, pose
-        if not align(*standing, dt_s, STANDING_MIN, self._drift.limits_after(dt_s), motion):
+        if not align(*standing, dt_s, STANDING_MIN, limits, motion):
             return
         self._drift.take_in(motion)
         along_x, along_y, turn = motion.tolist()

@@ -8,7 +8,7 @@ from cepa.dynamic.constants.distance_fields import HEIGHT_ERROR_M, LAYERS, SHADI
 from cepa.dynamic.constants.free_space import SEEN_CELL_M
 from cepa.dynamic.free_space.planar_sensors import LidarPlane
 from cepa.dynamic.kernels.distance_field import fill_distances
-from cepa.dynamic.kernels.distance_layers import distance_layers
+from cepa.dynamic.kernels.distance_layers import distance_layers, shade
 from cepa.dynamic.remembered.field_grid import field_grid_of
 from cepa.parameters import CepaParameters
 
@@ -26,10 +26,10 @@ class LayeredField:
     def of_points(self, points: np.ndarray, heights_m: np.ndarray) -> np.ndarray:
         """Return the distance to the nearest of points (m, 3), m, at heights (LAYERS,), m above the lidar."""
         p, around = self._p, 0.5 * self.grid.layer_m + HEIGHT_ERROR_M
-        above_middle = points - (0.0, 0.0, heights_m[LAYERS // 2])
         body = p.body_below + around, p.body_above + around
         grid = self.grid.cell_m, self.grid.layer_m
-        distance_layers(above_middle, *grid, *body, self.far_m, self._columns, self._distance)
+        middle_m = float(heights_m[LAYERS // 2])
+        distance_layers(points, middle_m, *grid, *body, self.far_m, self._columns, self._distance)
         return self._distance
 
     def shade(self, distance: np.ndarray, plane: LidarPlane, points: np.ndarray, unseen: np.ndarray) -> None:
@@ -41,10 +41,7 @@ class LayeredField:
         n, k = distance.shape[1], unseen.shape[1]
         finer = SEEN_CELL_M / self.grid.cell_m
         at = np.clip(np.floor((np.arange(n) - n // 2) / finer + 0.5).astype(int) + k // 2, 0, k - 1)
-        shaded = unseen[:, at[:, None], at] != 0
         near = points[np.abs(points[:, 2]) < SHADING_M, :2]
         known = np.empty(distance.shape[1:])
         fill_distances(np.ascontiguousarray(near), 0.0, 0.0, known, self.grid.cell_m, self.far_m)
-        np.minimum(distance, np.minimum(plane.distance, known), out=distance, where=shaded)
-        middle = distance[len(distance) // 2]
-        np.minimum(middle, plane.distance[0], out=middle)
+        shade(distance, plane.distance[0], known, unseen, at)

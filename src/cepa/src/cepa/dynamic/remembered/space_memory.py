@@ -17,6 +17,7 @@ from cepa.dynamic.free_space.planar_sensors import LidarPlane
 from cepa.dynamic.free_space.seen_cells import SeenCells
 from cepa.dynamic.obstacle_tracks.falling import Falling
 from cepa.dynamic.remembered.field_grid import FieldGrid
+from cepa.dynamic.remembered.kernels.voxels import outside
 from cepa.dynamic.remembered.layered_field import LayeredField
 from cepa.dynamic.remembered.voxel_memory import VoxelMemory
 from cepa.motion import Cloud, Motion, Ranging
@@ -199,7 +200,7 @@ class SpaceMemory:
         if rangings:
             returns = np.concatenate((returns, ends_of(rangings, motion, p.body_below, p.body_above)))
         for x, y, _, _, radius, _ in movers:
-            returns = returns[np.hypot(returns[:, 0] - x, returns[:, 1] - y) > radius + BESIDE_DISC_M]
+            returns = outside(returns, x, y, radius + BESIDE_DISC_M)
         picture = self._picture.nearest, PICTURE_ROW_TAN, SEEN_PAST_M, NEAR_M, SEEN_THROUGH_CLOUDS
         return self._points.update(returns, np.array(motion.position_m), motion.stamp_s, oldest_s, picture)
 

@@ -106,13 +106,17 @@ def free_distances(
     all_around = azimuth[1] - azimuth[0] > 2.0 * math.pi * (1.0 - 2.0 / bins)
     angles = (np.arange(bins) + 0.5) * 2.0 * math.pi / bins - math.pi
     cos, sin = np.cos(angles), np.sin(angles)
+    lowest = np.empty(nearest.shape[1], nearest.dtype)
     for i in range(rows):
+        lowest[:] = np.inf
+        for k in range(i * high, (i + 1) * high):
+            for m in range(lowest.size):  # without a branch, so that several directions go at once
+                lowest[m] = nearest[k, m] if nearest[k, m] < lowest[m] else lowest[m]
         up = (i + 0.5 - 0.5 * rows) * high * row_tan
         for j in range(bins):
             least = math.inf
-            for k in range(i * high, (i + 1) * high):
-                for m in range(j * wide, (j + 1) * wide):
-                    least = min(least, nearest[k, m])
+            for m in range(j * wide, (j + 1) * wide):
+                least = min(least, lowest[m])
             if math.isinf(least):
                 x, y = cos[j], sin[j]
                 a = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * up

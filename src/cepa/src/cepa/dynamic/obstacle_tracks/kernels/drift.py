@@ -22,6 +22,9 @@ from cepa.dynamic.obstacle_tracks.kernels.columns import (
 from cepa.dynamic.obstacle_tracks.kernels.sides import reaches_of, shift_of
 from kernel_cache.compiler import njit
 
+FIXED = 1e12
+"""A weight that leaves no room for a correction."""
+
 
 @njit(cache=True)
 def align(
@@ -44,7 +47,7 @@ def align(
     odometry. If there are, the points, the clusters and the pose are moved by it.
 
     limits (2, 3): the least and the greatest ``motion``. Many things that move alike look as an error of the
-    odometry does, but no odometry is so bad.
+    odometry does, but no odometry is so bad. Where both are 0 nothing is corrected.
     """
     motion[:] = 0.0
     moves = 0
@@ -62,6 +65,9 @@ def align(
                 shifts[t] = math.nan
     for _ in range(4):
         matrix = np.diag(np.array([1.0 / DRIFT_SHIFT_M**2, 1.0 / DRIFT_SHIFT_M**2, 1.0 / DRIFT_TURN_RAD**2]))
+        for k in range(3):
+            if limits[0, k] == limits[1, k]:
+                matrix[k, k] = FIXED
         right = np.zeros(3)
         count = 0
         for t in range(tracks.shape[0]):

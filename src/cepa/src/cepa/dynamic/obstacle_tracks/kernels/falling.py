@@ -35,3 +35,27 @@ def lowest_over(
             lowest[row * n + column, 0] = x + origin[0]
             lowest[row * n + column, 1] = y + origin[1]
             lowest[row * n + column, 2] = z + origin[2]
+
+
+@njit(cache=True)
+def fall_rates(times: np.ndarray, heights: np.ndarray, slopes: np.ndarray, residuals: np.ndarray) -> None:
+    """Fit a line through each column of ``heights`` (n, k), m, over ``times`` (n,), s.
+
+    Fill ``slopes`` (k,), m/s, and ``residuals`` (k,), m, the root of the mean square. Both are NaN
+    where a height is not finite.
+    """
+    n, middle_s = times.size, times.mean()
+    spread = 0.0
+    for i in range(n):
+        spread += (times[i] - middle_s) ** 2
+    for k in range(heights.shape[1]):
+        total, slope, square = 0.0, 0.0, 0.0
+        for i in range(n):
+            total += heights[i, k]
+        middle_m = total / n  # not finite if one of them is not
+        for i in range(n):
+            slope += (times[i] - middle_s) * (heights[i, k] - middle_m)
+        slope = slope / spread if spread > 0.0 else math.nan
+        for i in range(n):
+            square += (heights[i, k] - middle_m - slope * (times[i] - middle_s)) ** 2
+        slopes[k], residuals[k] = slope, math.sqrt(square / n)

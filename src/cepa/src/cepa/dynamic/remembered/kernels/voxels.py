@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from cepa.dynamic.constants.remembered import BESIDE_UP_M, PARTS_OF_A_MISS
+from cepa.dynamic.kernels.angles import column_of
 from kernel_cache.compiler import njit
 
 NOBODY = -1
@@ -70,6 +71,18 @@ def remember(
 
 
 @njit(cache=True)
+def outside(points: np.ndarray, x: float, y: float, radius: float) -> np.ndarray:
+    """Return the ``points`` (m, 3) farther than ``radius`` from (x, y) in a plan, in their order."""
+    kept, count = np.empty_like(points), 0
+    for k in range(points.shape[0]):
+        across, along = points[k, 0] - x, points[k, 1] - y
+        if abs(across) > radius or abs(along) > radius or math.hypot(across, along) > radius:
+            kept[count] = points[k]
+            count += 1
+    return kept[:count]
+
+
+@njit(cache=True)
 def _misses(nearest: np.ndarray, row_tan: float, x: float, y: float, z: float, h: float, gap: float) -> int:
     """Return how much the newest cloud says that a point has gone, in parts of a miss; 0: it does not.
 
@@ -82,7 +95,9 @@ def _misses(nearest: np.ndarray, row_tan: float, x: float, y: float, z: float, h
     row, high = math.floor(z * per_m + 0.5 * rows), math.floor(BESIDE_UP_M * per_m)
     if not 0 < row < rows - 1:
         return 0
-    column = int((math.atan2(y, x) + math.pi) * bins / (2.0 * math.pi)) % bins
+    column = column_of(x, y, bins / (2.0 * math.pi), bins)
+    if nearest[row, column] <= h + gap:  # mostly the point itself
+        return 0
     found = 0
     for k in range(max(0, row - high - 1), min(rows, row + high + 2)):
         for m in range(column - 1, column + 2):
