@@ -33,15 +33,11 @@ class Cells(NamedTuple):
 
         The places are x (n,), y (n,) and z (levels,), relative to ``origin``.
         """
-        n, levels = self.stamps.shape[0], self.stamps.shape[2]
-        edges = np.array([self.edge_m, self.edge_m, self.height_m])
-        counts = np.array([n, n, levels])
-        first = np.floor(origin / edges).astype(int) - counts // 2
-        columns, rows, heights = (np.arange(low, low + count) for low, count in zip(first, counts))
-        x, y, z = (
-            (cells + 0.5) * edge - o for cells, edge, o in zip((columns, rows, heights), edges, origin)
-        )
-        return rows % n, columns % n, heights % levels, x, y, z
+        (x, y, z), (n, _, levels) = origin.tolist(), self.stamps.shape
+        columns, rows = (np.arange(n) + (math.floor(o / self.edge_m) - n // 2) for o in (x, y))
+        heights = np.arange(levels) + (math.floor(z / self.height_m) - levels // 2)
+        places = (columns + 0.5) * self.edge_m - x, (rows + 0.5) * self.edge_m - y
+        return rows % n, columns % n, heights % levels, *places, (heights + 0.5) * self.height_m - z
 
 
 class Body(NamedTuple):

@@ -158,14 +158,20 @@ def shade(
     """Lower ``field`` (layers, n, n) to what a plane shows (n, n), m, where nobody has looked.
 
     There ``known`` (n, n), m, counts, too. In the middle layer the plane counts everywhere. unseen (layers,
-    k, k): 0 where somebody has looked. at (n,): the row and column of ``unseen`` that each cell is in.
+    k, k): 0 where somebody has looked. at (n,): the row or column of ``unseen`` that each cell is in.
     """
     layers, n, _ = field.shape
+    both = np.minimum(plane, known)
+    begins = np.searchsorted(at, np.arange(unseen.shape[1] + 1))  # of the cells that each row is of
     for layer in range(layers):
-        is_middle = layer == layers // 2
-        for i in range(n):
-            for j in range(n):
-                if unseen[layer, at[i], at[j]] != 0:
-                    field[layer, i, j] = min(field[layer, i, j], min(plane[i, j], known[i, j]))
-                elif is_middle:
-                    field[layer, i, j] = min(field[layer, i, j], plane[i, j])
+        for row in range(unseen.shape[1]):
+            for column in range(unseen.shape[2]):
+                if unseen[layer, row, column] == 0:
+                    continue
+                for i in range(begins[row], begins[row + 1]):
+                    for j in range(begins[column], begins[column + 1]):
+                        field[layer, i, j] = min(field[layer, i, j], both[i, j])
+    middle = field[layers // 2]
+    for i in range(n):
+        for j in range(n):
+            middle[i, j] = min(middle[i, j], plane[i, j])

@@ -154,9 +154,14 @@ def stamp_seen(
     per_rad = bins / (2.0 * math.pi)
     first_x, first_y = math.floor(origin[0] / cell[0]) - n // 2, math.floor(origin[1] / cell[0]) - n // 2
     first_z = math.floor(origin[2] / cell[1]) - levels // 2
-    heights = np.empty(levels)
+    heights, is_beyond = np.empty(levels), np.empty(levels, np.bool_)
     for k in range(levels):
-        heights[(first_z + k) % levels] = (first_z + k + 0.5) * cell[1] - origin[2]
+        z = (first_z + k + 0.5) * cell[1] - origin[2]
+        heights[(first_z + k) % levels], is_beyond[(first_z + k) % levels] = z, abs(z) > reach[1]
+    farthest = np.zeros(bins)
+    for k in range(rows):
+        for m in range(bins):
+            farthest[m] = max(farthest[m], free[k, m])
     for i in range(first_y, first_y + n):
         y = (i + 0.5) * cell[0] - origin[1]
         for j in range(first_x, first_x + n):
@@ -167,10 +172,14 @@ def stamp_seen(
                 continue
             h = math.sqrt(x * x + y * y)
             b = column_of(x, y, per_rad, bins)
+            if h >= near and h >= own[0] and farthest[b] <= h + 0.5 * cell[0]:  # nothing is seen there
+                for m in range(levels):
+                    column[m] = -math.inf if is_beyond[m] else column[m]
+                continue
             per_m = 1.0 / (max(h, LEAST_HORIZONTAL_M) * row_tan)
             for m in range(levels):
                 z = heights[m]
-                if abs(z) > reach[1]:
+                if is_beyond[m]:
                     column[m] = -math.inf
                     continue
                 row = math.floor(z * per_m + 0.5 * rows)

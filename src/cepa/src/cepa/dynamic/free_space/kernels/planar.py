@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from cepa.dynamic.kernels.angles import bin_of
 from kernel_cache.compiler import njit
 
 
@@ -29,14 +30,12 @@ def stamp_below_ranges(
     """
     i, j, k = cells
     bins, levels = free_m.size, z.size
+    per_rad = bins / (2.0 * math.pi)
     farthest = free_m.max()
     for row in range(y.size):
         for column in range(x.size):
-            h = math.hypot(x[column], y[row]) + 0.5 * edges[0]
-            if h >= farthest:
-                continue
-            bearing = math.atan2(y[row], x[column])
-            if not free_m[int(np.rint(bearing * bins / (2.0 * math.pi))) % bins] > h:
+            h = math.sqrt(x[column] * x[column] + y[row] * y[row]) + 0.5 * edges[0]
+            if h >= farthest or not free_m[bin_of(x[column], y[row], per_rad) % bins] > h:
                 continue
             seen = stamps[i[row], j[column]]
             for level in range(levels):
