@@ -10,17 +10,13 @@ import numpy as np
 from gridslam.loop_closure.edges import Edges, Match
 from gridslam.loop_closure.links.scan_links import ScanLinks
 from gridslam.loop_closure.parameters import LoopClosureParameters
-from gridslam.loop_closure.path.alternatives import COST_MARGIN, Alternatives, asked_of_closures
 from gridslam.loop_closure.path.measured_path import MeasuredPath
-from gridslam.loop_closure.path.pose_graph import optimise, robust_cost
+from gridslam.loop_closure.path.pose_graph import optimise
 from gridslam.loop_closure.path.step_uncertainty import StepUncertainty, step_edges
 from gridslam.maps.new_map import MapDraft
 
 SETTLED_M = 0.01
 """m: a correction ends when no pose has moved by more in a round of linking passes and optimising."""
-
-FLIP_TOLERANCE = 1e-3
-"""See `optimise`: enough to tell which of two alternatives fits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +49,6 @@ ON_THE_WAY, AT_THE_END = Effort(2, 1e-3), Effort(5, 1e-5)
 def corrected_poses(
     path: MeasuredPath,
     uncertainty: StepUncertainty,
-    found: Alternatives,
     links: ScanLinks,
     closures: Sequence[Match],
     effort: Effort,
@@ -64,39 +59,13 @@ def corrected_poses(
     The better the path, the more scans of different passes can be linked, and the other way round.
     """
     poses = path.poses
-    uncertainty = decided_by_closures(path, uncertainty, found, links, closures, parameters)
     for round_ in range(effort.rounds):
         if round_ > 0 and not links.link_passes(poses, path.way_m):
             break
         before = poses
         steps = step_edges(path, uncertainty, links.information(), poses, parameters)
-        edges = Edges.joined([steps, links.stacked(), found.links, Edges.of(closures)])
+        edges = Edges.joined([steps, links.stacked(), Edges.of(closures)])
         poses = optimise(before, edges, effort.tolerance, is_far=round_ == 0)
         if round_ > 0 and np.abs(poses - before)[:, :2].max() < SETTLED_M:
             break
     return poses
-
-
-def decided_by_closures(
-    path: MeasuredPath,
-    uncertainty: StepUncertainty,
-    found: Alternatives,
-    links: ScanLinks,
-    closures: Sequence[Match],
-    parameters: LoopClosureParameters,
-) -> StepUncertainty:
-    """Return the steps' uncertainty with each alternative decided: by scans, or by what closures fit best."""
-
-    def fitted(tried: Alternatives, start: np.ndarray) -> float:
-        steps = step_edges(path, tried.applied(uncertainty), links.information(), start, parameters)
-        edges = Edges.joined([steps, links.stacked(), found.links, Edges.of(closures)])
-        return robust_cost(optimise(start, edges, FLIP_TOLERANCE, is_far=True), edges)
-
-    asked = asked_of_closures(found, path, uncertainty, closures)
-    cost = fitted(found, path.poses) if asked else 0.0
-    for which in asked:
-        tried = found.flipped(which)
-        flipped = fitted(tried, tried.moved(which, path, uncertainty))
-        if flipped < cost - COST_MARGIN:
-            found, cost = tried, flipped
-    return found.applied(uncertainty)

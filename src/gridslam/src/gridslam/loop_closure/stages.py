@@ -17,7 +17,6 @@ from gridslam.loop_closure.local_maps.local_map import LocalMap
 from gridslam.loop_closure.local_maps.stretches import LocalMaps
 from gridslam.loop_closure.matches import match
 from gridslam.loop_closure.parameters import LoopClosureParameters
-from gridslam.loop_closure.path.alternatives import Alternatives, ScansAround, alternatives
 from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.path.step_uncertainty import DoubtfulNodes, StepUncertainty, step_uncertainty
 from gridslam.loop_closure.snapshot import Snapshot
@@ -57,7 +56,6 @@ class Stages:
         self._path, self._maps = MeasuredPath.empty(), LocalMaps(parameters)
         self._clouds = PathClouds(parameters)
         self._links = ScanLinks(parameters)
-        self._scans_around = ScansAround(self._maps, parameters)
         self._matches = MatchSet()
         self._counted: tuple[int, ...] = ()
         """Indices of the matches that count."""
@@ -175,7 +173,7 @@ class Stages:
         if way_m - self._searched_far_m < p.search_far_m:
             return []
         self._searched_far_m = way_m
-        steps = self._way_uncertainty(doubtful).covariances
+        steps = self._step_uncertainty(doubtful).covariances
         recent = recent or maps.around(self._path, revisit.newer)
         candidates = far_candidates(revisit, steps, recent, maps, p)
         return self._remember(self._matched(candidates, recent), doubtful)
@@ -249,7 +247,7 @@ class Stages:
         """Add matches to those known. Return their indices."""
         first = len(self._matches.matches)
         if found:
-            covariances = self._way_uncertainty(doubtful).covariances
+            covariances = self._step_uncertainty(doubtful).covariances
             climbs = step_variances_m2(self._path, self._parameters)
             path = UncorrectedPath(self._path, covariances, climbs)
             for each in found:
@@ -266,15 +264,6 @@ class Stages:
         is_spanned[wrong - 1] = False
         doubtful = replace(doubtful, unmatched=(*doubtful.unmatched, *wrong.tolist()))
         return step_uncertainty(self._path, is_spanned, doubtful, self._parameters, scale)
-
-    def _alternatives(self, uncertainty: StepUncertainty) -> Alternatives:
-        return alternatives(self._path, uncertainty, self._scans_around)
-
-    def _way_uncertainty(self, doubtful: DoubtfulNodes) -> StepUncertainty:
-        """Return how uncertain the steps are, if those hold, too, for which nothing speaks yet."""
-        uncertainty = self._step_uncertainty(doubtful)
-        found = self._alternatives(uncertainty)
-        return uncertainty.undecided(found.steps[~found.is_seen | found.is_by_odometry])
 
     def _is_off(self, index: int) -> bool:
         """Return whether the present path differs from a match's measurement."""
@@ -293,8 +282,7 @@ class Stages:
     def _corrected(self, effort: Effort, doubtful: DoubtfulNodes) -> MeasuredPath:
         closures = [self._matches.matches[index] for index in self._counted]
         uncertainty, path, p = self._step_uncertainty(doubtful), self._path, self._parameters
-        found = self._alternatives(uncertainty)
-        poses = corrected_poses(path, uncertainty, found, self._links, closures, effort, p)
+        poses = corrected_poses(path, uncertainty, self._links, closures, effort, p)
         return path.corrected_to(poses, fitted_heights(path, closures, p))
 
     def _moved_m(self, corrected: MeasuredPath) -> float:

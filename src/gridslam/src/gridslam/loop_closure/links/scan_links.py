@@ -20,7 +20,7 @@ from gridslam.loop_closure.path.odometry_scale import odometry_scale
 from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 from gridslam.maps.tile_pool import require_indices
 from gridslam.scan import PlanarScan
-from gridslam.tracking.wrong_steps import MATCH_SIGMA, apart, are_wrong
+from gridslam.tracking.wrong_steps import MATCH_SIGMA, are_wrong
 
 SPACING_M = 0.5
 """m: of the scans just before a scan, those closer to each other than this add nothing."""
@@ -29,8 +29,6 @@ PASSES_MAX = 3
 TRY_AGAIN_M = 0.1
 """m: two scans that could not be linked are tried again when their poses have moved by more than this."""
 NOTHING = np.zeros((3, 3))
-SPAN_MAX = 3
-"""A link over at most so many steps tells which of them is wrong."""
 OPEN_M = 1.0
 """m: a link with a greater standard deviation leaves a direction open, as along a bare corridor."""
 
@@ -94,26 +92,13 @@ class ScanLinks:
         return np.array(self._information[1:]).reshape(-1, 3, 3)
 
     def wrong_steps(self, path: MeasuredPath) -> np.ndarray:
-        """Return the nodes to which the filter's step is wrong, by a link and by odometry.
-
-        It is the step's own link, or one over it and its neighbours. Then the step that differs most from
-        odometry is the wrong one, unless it has a link of its own.
-        """
+        """Return the nodes to which the filter's step is wrong, by its own link and by odometry."""
         self._stack()
-        older, newer, links, covariance = self._stacked
-        spans = newer - older
-        by_odometry = se2.between(path.odometry[older], path.odometry[newer])
-        covariances = covariance + spans[:, None, None] * np.diag(MATCH_SIGMA**2)
-        chained = path.chained()
-        wrong = are_wrong(se2.between(chained[older], chained[newer]), by_odometry, links, covariances)
-        own = newer[spans == 1]
-        found = set(newer[wrong & (spans == 1)].tolist())
-        odd = apart(path.steps, se2.between(path.odometry[:-1], path.odometry[1:]))
-        for i in np.flatnonzero(wrong & (spans > 1) & (spans <= SPAN_MAX)).tolist():
-            node = int(older[i] + 1 + odd[older[i] : newer[i]].argmax())
-            if node not in own:
-                found.add(node)
-        return np.array(sorted(found), int)
+        own = self._stacked.newer - self._stacked.older == 1
+        newer, links = self._stacked.newer[own], self._stacked.newer_in_older[own]
+        by_odometry = se2.between(path.odometry[newer - 1], path.odometry[newer])
+        covariances = self._stacked.covariance[own] + np.diag(MATCH_SIGMA**2)
+        return newer[are_wrong(path.steps[newer - 1], by_odometry, links, covariances)]
 
     def _add(self, edge: Edge) -> None:
         older, newer = edge.older, edge.newer

@@ -69,10 +69,6 @@ class MeasuredPath:
         none = np.empty(0)
         return cls(none, rows, rows, np.empty((0, 3, 3)), rows, none, none, none)
 
-    def chained(self) -> np.ndarray:
-        """Return the poses (k, 3) to which the measured steps lead, without any correction."""
-        return chained(self.poses[0], self.steps) if len(self) else self.poses
-
     @property
     def way_in_space_m(self) -> np.ndarray:
         """(k,) length of the path up to each node, climbs included as far as they are known."""
@@ -137,12 +133,3 @@ def odometry_covariances(steps: np.ndarray, parameters: LoopClosureParameters) -
     heading = p.odometry_rad_per_sqrt_m**2 * way + p.odometry_rad_per_sqrt_rad**2 * turned
     covariances[:, 2, 2] = heading + STEP_SIGMA_MIN_RAD**2
     return covariances
-
-
-def chained(start: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return the poses (n + 1, 3) along steps (n, 3) from a pose on."""
-    yaw = start[2] + np.concatenate([[0.0], np.cumsum(steps[:, 2])])
-    cos, sin = np.cos(yaw[:-1]), np.sin(yaw[:-1])
-    moved = np.column_stack([cos * steps[:, 0] - sin * steps[:, 1], sin * steps[:, 0] + cos * steps[:, 1]])
-    xy = start[:2] + np.concatenate([np.zeros((1, 2)), np.cumsum(moved, axis=0)])
-    return np.column_stack([xy, se2.wrap(yaw)])

@@ -12,7 +12,6 @@ from gridslam.loop_closure.edges import Edges
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.measured_path import MeasuredPath, odometry_covariances
 from gridslam.tracking.evidence import Agreement
-from gridslam.tracking.wrong_steps import MATCH_SIGMA
 
 STEPS_MIN, CHI_SQUARE_75, SHARE_MIN = 20, 4.108, 0.04
 """To learn how good odometry is: least number of steps, the chi-square (3 degrees of freedom) that three
@@ -69,22 +68,6 @@ class StepUncertainty:
     """(k - 1,) whether no scan has measured the step."""
     scale: float
     """Odometry's ways were multiplied by this; see `odometry_scale`."""
-    is_spanned: np.ndarray
-    """(k - 1,) whether a link that measures every direction spans the step."""
-    is_matched: np.ndarray
-    """(k - 1,) whether the filter's step holds alone, without odometry's; see `alternatives`."""
-
-    def decided(self, by_filter: np.ndarray, by_odometry: np.ndarray) -> StepUncertainty:
-        """Return it with steps, by their indices, that hold by the filter alone or by odometry alone."""
-        is_matched, is_open = self.is_matched.copy(), self.is_open.copy()
-        is_matched[by_filter], is_open[by_odometry] = True, True
-        return replace(self, is_matched=is_matched, is_open=is_open)
-
-    def undecided(self, steps: np.ndarray) -> StepUncertainty:
-        """Return it with steps, by their indices, of which each may be the filter's or odometry's."""
-        covariances = self.covariances.copy()
-        covariances[steps] = self.open_covariances[steps]
-        return replace(self, covariances=covariances)
 
 
 def step_uncertainty(
@@ -125,8 +108,6 @@ def step_uncertainty(
         if_open,
         is_unknown | ~is_spanned & np.isin(nodes, doubtful.guessed),
         scale,
-        is_spanned,
-        np.zeros(len(path.steps), bool),
     )
 
 
@@ -144,9 +125,6 @@ def step_edges(
     of it the scan has met. Matches against one map have similar errors; `step_share` tells how firmly
     the steps hold. Where links say nothing, it is trusted only like odometry.
 
-    Where no link spans a step, and odometry's differs, one of both was chosen before (`alternatives`). It is
-    as firm as the scan's match, or as odometry. The other one counts as if it had erred by the difference.
-
     Odometry may be better than assumed. How good it is, the present path ``poses`` (k, 3) tells. But
     where no link joins a step's scan, it stays as assumed, beside the filter's step.
     """
@@ -158,12 +136,9 @@ def step_edges(
         link_information[is_linked] + inverses(of_odometry[is_linked])
     )
     held[u.is_open] = u.open_covariances[u.is_open]
-    held[u.is_matched] = path.covariances[u.is_matched] + np.diag(MATCH_SIGMA**2)
-    by_odometry = share[:, None, None] * of_odometry
-    by_odometry[u.is_matched] = u.open_covariances[u.is_matched]
     older = np.tile(np.arange(len(u.by_odometry)), 2)
     steps = np.concatenate([_scaled_steps(path, u, held), u.by_odometry])
-    return Edges(older, older + 1, steps, np.concatenate([held, by_odometry]))
+    return Edges(older, older + 1, steps, np.concatenate([held, share[:, None, None] * of_odometry]))
 
 
 def _scaled_steps(path: MeasuredPath, uncertainty: StepUncertainty, held: np.ndarray) -> np.ndarray:
