@@ -1,4 +1,4 @@
-"""Each package's CHANGELOG.rst is read as REP-132 wants, and its versions are the package's."""
+"""Each package's CHANGELOG.rst is as REP-132 wants; the page for users tells the same releases, shortly."""
 
 from __future__ import annotations
 
@@ -7,7 +7,20 @@ from pathlib import Path
 
 import pytest
 
-PACKAGES = sorted(path.parent for path in Path(__file__).resolve().parents[2].glob("src/*/package.xml"))
+ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = sorted(path.parent for path in ROOT.glob("src/**/package.xml"))
+LINES_MAX = 30
+"""Of a release on the page for users."""
+
+
+def version(package: Path) -> str:
+    return re.search(r"<version>(.*)</version>", (package / "package.xml").read_text()).group(1)
+
+
+def releases() -> dict[str, str]:
+    """Return the releases of the page for users: what stands under each heading."""
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    return dict(re.findall(r"^## ([^\n]*)\n(.*?)(?=^## |\Z)", text, re.M | re.S))
 
 
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
@@ -16,7 +29,24 @@ def test_a_changelog_has_sections_of_bullets(package):
     title = f"Changelog for package {package.name}"
     assert lines[:3] == ["^" * len(title), title, "^" * len(title)]
     headings = [lines[i - 1] for i, line in enumerate(lines) if line and set(line) == {"-"}]
-    version = re.search(r"<version>(.*)</version>", (package / "package.xml").read_text()).group(1)
-    assert headings[0] == "Forthcoming" or headings[0].startswith(version)
+    assert headings[0] == "Forthcoming" or headings[0].startswith(version(package))
+    assert all(re.fullmatch(r"\d+\.\d+\.\d+ \(\d{4}-\d\d-\d\d\)", each) for each in headings[1:])
     rest = [line for line in lines[3:] if line and line not in headings and set(line) != {"-"}]
-    assert all(re.match(r"\* \w|  \S", line) for line in rest)
+    assert all(re.match(r"\* \w|\* ``|  \S", line) for line in rest)
+
+
+def test_all_packages_have_one_version():
+    assert len({version(path.parent) for path in ROOT.glob("src/**/package.xml")}) == 1
+
+
+def test_the_page_for_users_tells_the_newest_release_of_every_package():
+    newest = next(heading for heading in releases() if heading != "Forthcoming")
+    assert newest.split(" ")[0] == version(PACKAGES[0])
+    for package in PACKAGES:
+        text = (package / "CHANGELOG.rst").read_text(encoding="utf-8")
+        assert f"\n{newest}\n{'-' * len(newest)}\n" in text, package.name
+
+
+def test_a_release_on_the_page_for_users_is_short():
+    long = {name: len(text.splitlines()) for name, text in releases().items() if name != "Forthcoming"}
+    assert {name: lines for name, lines in long.items() if lines > LINES_MAX} == {}
