@@ -42,7 +42,7 @@ class PublicSet:
         """Yield each picture, uint8 (height, width, 3), that shows something."""
         for path in (*self.masks, *self.answers):
             try:
-                picture = read_picture(path)
+                picture = _read(path)
                 _check_shows(picture)
             except (PhotographError, SetError) as error:
                 self.left_out[path.name] = str(error)
@@ -163,6 +163,17 @@ def _label_image(content: object) -> np.ndarray | None:
 def _most_frequent(values: np.ndarray) -> float:
     found, counts = np.unique(values, return_counts=True)
     return found[counts.argmax()]
+
+
+def _read(path: Path) -> np.ndarray:
+    """Return a picture, uint8 (height, width, 3). Many sets are grey, and `findings` reads colours only."""
+    try:
+        with Image.open(path) as image:
+            if image.mode == "L":
+                return np.array(image.convert("RGB"))
+    except (OSError, SyntaxError) as error:
+        raise SetError(f"It cannot be read: {error}.") from None
+    return read_picture(path)
 
 
 def _check_shows(picture: np.ndarray) -> None:

@@ -15,6 +15,7 @@ FENCE = re.compile(r"^[ ]*(```|~~~)")
 LINK = re.compile(r"`[^`]*`|(?<=\]\()([^)\s]+)(?=[^)]*\))")
 """`code`, or where a link leads."""
 IMAGE = re.compile(r"!\[([^\]]*)\]\(([^)\s]+)[^)]*\)|<img\s[^>]*>")
+CODE = re.compile(r"`[^`]*`")
 PICTURES = (".png", ".svg", ".jpg", ".gif", ".webp")
 
 
@@ -36,11 +37,16 @@ def prose_lines(text: str) -> Iterator[tuple[bool, str]]:
             yield not fence, line
 
 
+def _without_pictures(code: re.Match[str]) -> str:
+    """Return `code` of a line; nothing if it shows how a picture is written."""
+    return "" if IMAGE.search(code.group()) else code.group()
+
+
 def pictures(text: str) -> list[tuple[str, str]]:
     """Return each picture of a page: what it shows, in words, and its file."""
     found = []
     for is_prose, line in prose_lines(text):
-        for match in IMAGE.finditer(re.sub(r"`[^`]*`", "", line)) if is_prose else ():
+        for match in IMAGE.finditer(CODE.sub(_without_pictures, line)) if is_prose else ():
             if match.group(2):
                 found.append((match.group(1).strip(), match.group(2)))
             else:

@@ -17,7 +17,7 @@ from handbook.lists import spread  # noqa: E402
 from handbook.pages import all_pages, pictures, with_links, without_words  # noqa: E402
 from handbook.parameters import tables  # noqa: E402
 from handbook.parameters.launches import set_by_launch_files  # noqa: E402
-from handbook.parameters.meanings import Parameter, attributes  # noqa: E402
+from handbook.parameters.meanings import Parameter, attributes, private_parameters  # noqa: E402
 from handbook.staging import Stage  # noqa: E402
 
 PYTHON = ROOT / ".docs/env/bin/python"
@@ -37,8 +37,9 @@ def test_every_picture_has_a_text():
 
 
 def test_a_picture_without_a_text_is_found():
-    text = '![](a.png) ![ ](b.png) ![w](c.png) `![](code.png)`\n<img src="d.png"> <img src="e.png" alt="w">\n'
+    text = '![](a.png) ![ ](b.png) ![`w`](c.png) `![](code.png)`\n<img src="d.png"> <img src="e.png" alt="w">'
     assert [file for words, file in pictures(text) if not words] == ["a.png", "b.png", "d.png"]
+    assert ("`w`", "c.png") in pictures(text)
 
 
 def test_every_parameter_has_a_sentence(parameters):
@@ -100,6 +101,23 @@ def test_one_text_may_tell_of_several_attributes():
         "Sizes.\n\nAttributes:\n    a, b: Of both,\n        m.\n    c: Third.\n\nRaises:\n    E: no.\n"
     )
     assert told == {"a": "Of both, m.", "b": "Of both, m.", "c": "Third."}
+
+
+def test_a_nodes_docstring_tells_of_its_parameters():
+    told = private_parameters(
+        "A node.\n\nParameters (private):\n"
+        "    frame (str, default map)\n    x, y (float, 0): of the\n        base.\n"
+        "    plan (str): of ~inspect. late (bool, false): wait; so (int, 3): often.\n\nNo.\n"
+    )
+    of_base = "Of the base."
+    assert told == {
+        "frame": "",
+        "x": of_base,
+        "y": of_base,
+        "plan": "Of ~inspect.",
+        "late": "Wait",
+        "so": "Often.",
+    }
 
 
 def test_each_page_is_in_the_menu_once():

@@ -24,6 +24,7 @@ UNIT = re.compile(
     rf"^(?:[\w|, ]*, )?({UNITS})(?:,[^:]*)?:"
     rf"|(?:, in|\bin|,) ({UNITS})(?=[.;,:]|$| (?:{'|'.join(BEHIND.split())})\b)"
 )
+NAMED = re.compile(r"((?:\w+, )*\w+) \((?:str|bool|int|float|dict|map)\b[^)]*\)")
 TYPES = {"double_t": "float", "int_t": "int", "bool_t": "bool", "str_t": "str"}
 
 
@@ -90,6 +91,17 @@ def attributes(docstring: str) -> dict[str, str]:
         r"^    (\w[\w, ]*?): (.*?)(?=^    \w[\w, ]*?: |\Z)", section.group(1) if section else "", re.M | re.S
     ):
         found.update({name: " ".join(text.split()) for name in names.split(", ")})
+    return found
+
+
+def private_parameters(docstring: str) -> dict[str, str]:
+    """Return what a node's docstring tells under "Parameters (private):", as "name (type, default): text"."""
+    section = re.search(r"Parameters \(private\):(.*?)(?=\n\s*\n|\Z)", docstring, re.S)
+    parts = NAMED.split(" ".join(section.group(1).split()) if section else "")
+    found = {}
+    for names, text in zip(parts[1::2], parts[2::2]):
+        sentence = text.strip(" ;:")
+        found.update({name: sentence[:1].upper() + sentence[1:] for name in names.split(", ")})
     return found
 
 

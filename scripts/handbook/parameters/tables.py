@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import re
 from functools import cache
@@ -10,7 +11,7 @@ from typing import Any, Iterator
 
 from handbook.pages import ROOT
 from handbook.parameters.launches import set_by_launch_files
-from handbook.parameters.meanings import Parameter, of_class, of_config, shown
+from handbook.parameters.meanings import Parameter, of_class, of_config, private_parameters, shown
 from handbook.parameters.readings import UNKNOWN, readings_of
 from handbook.parameters.sources import Module, Sources
 
@@ -61,7 +62,10 @@ def _of_node(
     for name in [*written, *launched]:
         found.setdefault(name, Parameter(name, "dict" if name in written else ""))
     always = {**own.get("sentences", {}), **written}
-    otherwise = {**told.get("every node", {}), **{name: text for name, text in launched.items() if text}}
+    otherwise = {**launched, **told.get("every node", {})}
+    for node_class in module.classes.values():
+        own_words = private_parameters(ast.get_docstring(node_class) or "")
+        otherwise |= {name: text for name, text in own_words.items() if len(text.split()) >= WORDS_MIN}
     return {
         name: dataclasses.replace(
             found[name], sentence=always.get(name) or found[name].sentence or otherwise.get(name, "")

@@ -37,13 +37,6 @@ def test_any_name_and_suffix_counts_in_the_order_in_which_one_counts(tmp_path):
     assert (stamps["99.25.JPG"], stamps["wall.png"]) == (99.25, 0.0)
 
 
-def test_a_picture_of_16_bits_keeps_its_greys(tmp_path):
-    shoot(tmp_path, "a.png")
-    Image.fromarray(np.array([[0, 0x40FF], [0x8000, 0xFFFF]], np.uint16)).save(tmp_path / "a.png")
-    picture, _ = read_photograph(tmp_path / "a.png")
-    np.testing.assert_array_equal(picture[..., 1], [[0, 0x40], [0x80, 0xFF]])
-
-
 def cut(path):
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
 
@@ -122,3 +115,27 @@ def test_a_turned_picture_is_not_read_as_if_it_stood_upright(tmp_path):
     turned(tmp_path / "1.jpg")
     with pytest.raises(PhotographError, match="orientation 6"):
         read_photograph(tmp_path / "1.jpg")
+
+
+@pytest.mark.parametrize("name", ["a b.HEIC", "Übersicht.dng", "c.jxl"])
+def test_a_picture_of_a_kind_that_is_not_read_is_told(tmp_path, name):
+    shoot(tmp_path, "1.jpg")
+    (tmp_path / name).write_bytes(b"a picture")
+    (tmp_path / name).with_suffix(".json").write_text(json.dumps(POSE))
+    (left_out,) = listed(tmp_path).left_out
+    assert left_out.name == name
+    assert "not read here. Export it as JPEG." in left_out.why
+    (tmp_path / "1.DNG").write_bytes(b"as the camera took it")  # beside the JPEG it is the same photograph
+    assert listed(tmp_path).left_out == (left_out,)
+
+
+@pytest.mark.parametrize(("name", "depth"), [("1.tif", np.uint16), ("1.png", np.uint16), ("1.jpg", np.uint8)])
+def test_a_picture_without_colours_shows_no_rust_and_does_not_count(tmp_path, name, depth):
+    """Pillow makes of 16 bits a white picture."""
+    grey = np.linspace(0, np.iinfo(depth).max, 48 * 64).reshape(48, 64).astype(depth)
+    Image.fromarray(grey).save(tmp_path / name)
+    (tmp_path / "1.json").write_text(json.dumps(POSE))
+    (left_out,) = listed(tmp_path).left_out
+    assert "no colours" in left_out.why
+    with pytest.raises(PhotographError, match="no colours"):
+        read_photograph(tmp_path / name)

@@ -59,6 +59,8 @@ def test_no_plate_grows(tmp_path, original, reading, lost):
         "frame,strake,side,original,forward,aft\n1,A,P,14.0,9.1,9.7\n",
         "\ufeffFrame;Strake;Side;Original (mm);Fwd. [mm];Aft\n1;A;PORT;14,0;9,1;9,7\n",
         "frame\tstrake\tside\toriginal_mm\tforward_mm\taft_mm\n1.0\tA\tport\t14.0\t9.1 mm\t9.7\n",
+        'sep=;\n"Frame";"Strake";"Side";"Original, mm";"Forward";"Aft"\n1;A;"Port";"14,0";"9,1";9,7\n',
+        '"Frame","Strake","Side","Original\n; (mm)","Forward","Aft"\n"1","A","P","14,0","9,1","9,7"\n',
         "# gauged on Monday\n\nframe|strake|side|original|forward|aft\n\n Fr. 1 | a | p | 14.0 | 9.1 | 9.7\n",
     ],
 )

@@ -141,6 +141,46 @@ def test_from_outside_the_uav_takes_off_beside_a_tower_on_legs_and_not_below_it(
     assert 0.0 < z < 1.2
 
 
+def lattice_mast(path, width_m=8.0, height_m=12.0, apart_m=2.0):
+    """Bars of 0.1 m along the four sides of a mast, upright and level: a UAV fits between them."""
+    bars, half = [], 0.5 * width_m
+    for along, size in ((0, (width_m, 0.1, 0.1)), (1, (0.1, width_m, 0.1))):
+        for side in (-half, half):
+            for z in np.arange(0.0, height_m + 0.1, apart_m):
+                bars.append(trimesh.creation.box(size))
+                bars[-1].apply_translation((0.0, side, z) if along == 0 else (side, 0.0, z))
+            for at in np.arange(-half, half + 0.1, apart_m):
+                bars.append(trimesh.creation.box((0.1, 0.1, height_m)))
+                middle = (at, side, 0.5 * height_m) if along == 0 else (side, at, 0.5 * height_m)
+                bars[-1].apply_translation(middle)
+    trimesh.util.concatenate(bars).export(path)
+    return path
+
+
+def test_from_outside_the_uav_does_not_fly_in_a_lattice_whose_inner_sides_it_photographs(tmp_path):
+    asked = SurveyParameters(outside=True, voxel=0.25, patch=1.0)
+    surface = read_surface(lattice_mast(tmp_path / "mast.stl"), asked)
+    room = surface.room
+    places_m = room.outer(np.argwhere(room.flyable) + 0.5)
+    low = places_m[:, 2] < 8.0  # below its open top, which one sees out of
+    assert not ((np.abs(places_m[:, :2]) < 2.0).all(axis=1) & low).any()
+    beside = (np.abs(places_m[:, :2]).max(axis=1) < 6.0) & low
+    assert beside.sum() > 1000
+    points, normals = surface.patches.points_m, surface.patches.normals
+    faces_in = (np.abs(points[:, 0] + 3.95) < 0.02) & (normals[:, 0] > 0.9)
+    assert faces_in.any()
+
+
+def test_from_outside_the_uav_flies_between_two_buildings(tmp_path):
+    blocks = [trimesh.creation.box((30.0, 4.0, 8.0)) for _ in range(2)]
+    for block, y in zip(blocks, (-5.0, 5.0)):
+        block.apply_translation((0.0, y, 4.0))
+    trimesh.util.concatenate(blocks).export(tmp_path / "street.stl")
+    room = read_room(tmp_path / "street.stl", SurveyParameters(outside=True, voxel=0.4, patch=1.0))
+    middle_m = np.column_stack((np.linspace(-12.0, 12.0, 7), np.zeros(7), np.full(7, 4.0)))
+    assert room.at(room.flyable, middle_m).all()
+
+
 def test_without_the_flag_the_inside_of_a_closed_tower_is_planned(tmp_path):
     surface = read_surface(tower(tmp_path / "tower.stl", False), SurveyParameters(voxel=0.2, patch=1.0))
     assert (np.abs(surface.room.home_m[:2]) < 1.8).all()

@@ -52,7 +52,7 @@ def read_table(path: Path, heads: Mapping[str, Sequence[str]], needed: Sequence[
     try:
         for cells in lines:
             values = [each.strip() for each in cells]
-            if not any(values) or values[0].startswith("#"):
+            if not any(values) or values[0].startswith("#") or _is_of_excel(values):
                 continue
             where = f"{path}, line {lines.line_num}"
             if columns is None:
@@ -96,8 +96,16 @@ def _text_of(path: Path) -> str:
     raise TableError(f"{path}: is no text. Store the table as CSV in UTF-8.")
 
 
+def _is_of_excel(values: Sequence[str]) -> bool:
+    """Return whether a row is Excel's "sep=;": it tells the separator to Excel."""
+    return values[0].lower().startswith("sep=")
+
+
 def _separator_of(text: str) -> str:
-    head = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
+    """Return what separates the head's words. A word in quotes may have several lines."""
+    plain = re.sub(r'"[^"]*"', "", text)
+    lines = (line for line in plain.splitlines() if line.strip() and not line.startswith("#"))
+    head = next((line for line in lines if not _is_of_excel([line])), "")
     return max(SEPARATORS, key=head.count)
 
 

@@ -18,7 +18,7 @@ from inspection_tools.photograph_poses.pose import Poses
 from inspection_tools.photograph_poses.storing import store
 from inspection_tools.photograph_poses.table import moved_to_places, poses_of_table
 from inspection_tools.photograph_poses.world_frame import WorldFrame
-from inspection_tools.photographs.listing import LeftOut, pictures_in
+from inspection_tools.photographs.listing import LeftOut, pictures_in, unread_in
 from inspection_tools.photographs.record import PhotographError
 
 FIRST = "first"
@@ -49,11 +49,13 @@ def main(arguments: list[str] | None, read_flight: Callable[[BagQuery], Flight])
     except InspectionToolsError as error:
         print(f"place_photographs: {error}", file=sys.stderr)
         return 1
-    for each in poses.left_out:
+    stems = {path.stem for path in pictures_in(given.folder)}
+    unread = [path for path in unread_in(given.folder) if path.stem not in stems]
+    for each in (*poses.left_out, *map(LeftOut.of_kind, unread)):
         print(f"place_photographs: left out: {each.name}: {each.why}", file=sys.stderr)
     for remark in poses.remarks:
         print(f"place_photographs: {remark}", file=sys.stderr)
-    print(f"placed: {len(poses.of)} of {len(pictures_in(given.folder))} photographs")
+    print(f"placed: {len(poses.of)} of {len(pictures_in(given.folder)) + len(unread)} photographs")
     return 0
 
 
@@ -116,7 +118,9 @@ def _poses(given: argparse.Namespace, read_flight: Callable[[BagQuery], Flight])
     folder: Path = given.folder
     photographs = pictures_in(folder)
     if not photographs:
-        raise PhotographError(f"{folder}: there is no photograph in it.")
+        unread = unread_in(folder)
+        kinds = f" that can be read; {unread[0].name} is of another kind. Export it as JPEG" if unread else ""
+        raise PhotographError(f"{folder}: there is no photograph in it{kinds}.")
     frame = None
     if given.origin is not None and given.origin != FIRST:
         frame = _frame(given.origin, given.heading)

@@ -23,6 +23,13 @@ from inspection_tools.photographs.record import PhotographError, PhotographRecor
 
 SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
 """Of pictures, in small letters; a file may have them in any."""
+UNREAD = (
+    ".heic", ".heif", ".avif", ".jxl", ".jp2", ".gif", ".dng", ".cr2", ".cr3", ".nef", ".arw",
+    ".raf", ".orf", ".rw2",
+)  # fmt: skip
+"""Of pictures whose kind is not read here."""
+COLOURED = ("RGB", "RGBA", "RGBX", "P", "PA", "CMYK", "YCbCr", "LAB", "HSV")
+"""Pillow's names of what has colours, with 8 bits for each."""
 START_OF_JPEG, START_OF_SCAN, END_OF_JPEG, TAIL_BYTES = b"\xff\xd8", b"\xda", b"\xff\xd9", 4096
 ORIENTATION, UPRIGHT = 0x0112, 1
 """EXIF's tag, and its value for a picture that is stored as it is to be seen."""
@@ -44,6 +51,11 @@ class LeftOut(NamedTuple):
         for each in (path, path.with_suffix(".json")):
             why = why.removeprefix(f"{each}: ").replace(str(each), each.name)
         return cls(path.name, why[:1].upper() + why[1:])
+
+    @classmethod
+    def of_kind(cls, path: Path) -> LeftOut:
+        """Return a picture whose kind is not read here."""
+        return cls(path.name, f"Its kind, {path.suffix}, is not read here. Export it as JPEG.")
 
 
 @dataclass(frozen=True)
@@ -77,6 +89,10 @@ def listed(folder: Path, pixels: bool = True) -> Listing:
             whole.append((path, read_record(path.with_suffix(".json"))))
         except InspectionToolsError as error:
             left_out.append(LeftOut.of(path, error))
+    for path in unread_in(folder):
+        if path.stem not in owners:  # beside a JPEG of its name it is the same photograph
+            owners[path.stem] = path.name
+            left_out.append(LeftOut.of_kind(path))
     for path in sorted(folder.glob("*.json")):
         if path.stem not in owners and _is_record(path):
             left_out.append(LeftOut(path.name, "There is no photograph beside it."))
@@ -113,17 +129,9 @@ def read_picture(path: Path) -> np.ndarray:
     try:
         with Image.open(path) as image:
             _check_as_a_whole(image, path)
-            return _of_eight_bits(image)
+            return np.array(image.convert("RGB"))  # one may write to it
     except _DAMAGES as error:
         raise PhotographError(_damage(error, path)) from None
-
-
-def _of_eight_bits(image: Image.Image) -> np.ndarray:
-    """Return a picture's values, uint8 (height, width, 3), which one may write to."""
-    if image.mode.startswith("I"):  # 16 bits of grey, which Pillow would cut at 255
-        grey = np.clip(np.asarray(image).astype(np.int64) >> 8, 0, 255).astype(np.uint8)
-        return np.repeat(grey[..., None], 3, axis=2)
-    return np.array(image.convert("RGB"))
 
 
 def size_of(path: Path) -> tuple[int, int]:
@@ -165,12 +173,18 @@ def _damage(error: Exception, path: Path) -> str:
 
 
 def _check_as_a_whole(image: Image.Image, path: Path) -> None:
-    """Raise an error if a JPEG has no end, or if a picture is stored turned.
+    """Raise an error if a JPEG has no end, or if a picture has no colours or is stored turned.
 
-    Nobody tells how the calibration of a turned picture is meant.
+    Nobody tells how the calibration of a turned picture is meant. Rust is known by its colour. What has 16
+    bits in one channel would become white.
     """
     if image.format == "JPEG" and not _has_end(path):
         raise EOFError("it has no end")
+    if image.mode not in COLOURED:
+        raise PhotographError(
+            f"{path}: it has no colours, by which rust is known ({image.mode}). Give the photograph in "
+            "colour, with 8 bits for each."
+        )
     turned = image.getexif().get(ORIENTATION, UPRIGHT)
     if turned != UPRIGHT:
         raise PhotographError(
@@ -208,6 +222,13 @@ def pictures_in(folder: Path) -> list[Path]:
     if not folder.is_dir():
         return []
     return sorted((path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES), key=_order)
+
+
+def unread_in(folder: Path) -> list[Path]:
+    """Return the pictures of a folder whose kind is not read here."""
+    if not folder.is_dir():
+        return []
+    return sorted((path for path in folder.iterdir() if path.suffix.lower() in UNREAD), key=_order)
 
 
 def _order(path: Path) -> tuple:

@@ -20,6 +20,7 @@ from inspection_tools.survey.surface.samples import (
     normals_of,
     samples_within,
 )
+from inspection_tools.survey.surface.surrounded import surrounded_voxels
 
 EDGE_M = 0.6
 """More on each side of the box around a mesh."""
@@ -60,10 +61,12 @@ def room_of_mesh(
     blocked[tuple(index[inside].T)] = True
     into = mesh.triangles_m[near] - INTO_M * normals[:, None]
     mark_columns(np.ascontiguousarray(((into - corner_m) / p.voxel)[:, :, ::-1]), blocked)
+    kept_out = None
     if p.outside:
         blocked |= is_sheltered(blocked)
+        kept_out = surrounded_voxels(mesh.triangles_m[near], blocked, corner_m, p.voxel)
         blocked[: int(np.floor((low_m - corner_m)[2] / p.voxel))] = True
-    room = room_of(blocked, corner_m, p.voxel, p.clearance_m, home_m, p.outside)
+    room = room_of(blocked, corner_m, p.voxel, p.clearance_m, home_m, p.outside, kept_out)
     kept = Samples(samples.points_m[inside], samples.triangles[inside], samples.areas_m2[inside])
     return room, kept, near
 

@@ -84,11 +84,13 @@ def room_of(
     clearance_m: float,
     home_m: np.ndarray | None,
     outside: bool = False,
+    kept_out: np.ndarray | None = None,
 ) -> Room:
     """Return the room of a UAV among blocked voxels (d, h, w).
 
     home_m: None: in the room of which surfaces enclose most, open to the outside or not. If they enclose
     nothing, as of a pillar on a field, in the largest. outside: in the largest that reaches the outside.
+    kept_out: (d, h, w) air in which the UAV does not fly.
 
     Raises:
         SurveyError: the UAV fits nowhere, or not at its home.
@@ -97,6 +99,8 @@ def room_of(
     reach = min(math.isqrt(need) + 2, REACH_MAX)
     squares = squared_clearances(blocked, reach)
     fits = squares >= need
+    if kept_out is not None:
+        fits &= ~kept_out
     numbers, count = ndimage.label(fits)
     if not count:
         raise SurveyError(
