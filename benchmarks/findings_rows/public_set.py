@@ -154,9 +154,11 @@ def _label_image(content: object) -> np.ndarray | None:
         parts = [content[name] for name in content.dtype.names]
     elif isinstance(content, np.ndarray) and content.dtype == object:
         parts = list(content.ravel())
+    elif isinstance(content, np.ndarray):
+        is_image = content.ndim == 2 and min(content.shape) > 1 and content.dtype.kind in "uib"
+        return content if is_image else None
     else:
-        is_image = isinstance(content, np.ndarray) and content.ndim == 2 and min(content.shape) > 1
-        return content if is_image and content.dtype.kind in "uib" else None  # type: ignore[union-attr, return-value]
+        return None
     return next((image for image in map(_label_image, parts) if image is not None), None)
 
 

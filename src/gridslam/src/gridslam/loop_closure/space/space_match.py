@@ -121,7 +121,9 @@ def _place(planes: PlaneMap, query: Query, start: np.ndarray, climb_m: float) ->
     x, y, yaw = start.tolist()
     pose = PoseInSpace(np.array((x, y, climb_m)), about_z(yaw))
     prior = np.diag(START_SIGMAS**-2)
-    return Placed(match(planes, query.points_m, query.lidar_m, pose, prior, MATCHING))
+    weight = 1.0 / (MATCHING.points_per_reading * MATCHING.point_noise_m**2)
+    weights = np.full(len(query.points_m), weight)
+    return Placed(match(planes, query.points_m, weights, query.lidar_m, pose, prior, MATCHING))
 
 
 def _covariance(placed: Placed, parameters: LoopClosureParameters) -> np.ndarray | None:
