@@ -137,7 +137,7 @@ def test_a_calibration_that_is_not_read_is_refused(tmp_path, more, told):
 def test_a_reduced_copy_is_left_out(tmp_path):
     (tmp_path / "calibration.yaml").write_text(yaml.safe_dump(calibration()))
     for name, size in (("1.jpg", (1280, 960)), ("2.jpg", (640, 480)), ("3.jpg", (960, 1280))):
-        Image.new("L", size, 120).save(tmp_path / name)
+        Image.new("RGB", size, (120, 120, 120)).save(tmp_path / name)
         pose = {"position_m": [0.0, 0.0, 0.0], "orientation_xyzw": [0.0, 0.0, 0.0, 1.0]}
         (tmp_path / name).with_suffix(".json").write_text(json.dumps(pose))
     listing = listed(tmp_path)

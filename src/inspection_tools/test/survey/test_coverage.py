@@ -72,7 +72,7 @@ def test_the_command_judges_a_folder_of_photographs(room_file, tmp_path):
     """The optical frame of a camera that looks along x: its z axis is the map's x, its x the map's -y."""
     record = {"position_m": [1, 0, 0], "orientation_xyzw": [-0.5, 0.5, -0.5, 0.5], "blur_px": 0.0}
     (tmp_path / "1.json").write_text(json.dumps(record))
-    Image.new("L", (648, 486), 128).save(tmp_path / "1.jpg")
+    Image.new("RGB", (648, 486), (128, 128, 128)).save(tmp_path / "1.jpg")
     focal = CAMERA.focal_px
     (tmp_path / "calibration.yaml").write_text(
         "{image_width: 648, image_height: 486, camera_matrix: "
