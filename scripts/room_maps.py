@@ -19,7 +19,7 @@ PAGES = {path.parent.name: path / "how_it_works.md" for path in sorted(ROOT.glob
 PAGES.update(
     {
         name: ROOT / f"src/{name}/README.md"
-        for name in ("kernel_cache", "stamp_pairing", "mesh_files", "node_tools")
+        for name in ("kernel_cache", "stamp_pairing", "mesh_files", "flight_limits", "node_tools")
     }
 )
 """The page of each package that holds its map."""

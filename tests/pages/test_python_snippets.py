@@ -28,6 +28,7 @@ Path("plate.obj").write_text("v 0 0 0\\nv 1 0 0\\nv 0 1 0\\nf 1 2 3\\n")
 """
 PYTHON = {
     "src/stamp_pairing/README.md": ("", "paired.fresh('reference', 500_000_000, None) == (1.5, 0.0)"),
+    "src/flight_limits/README.md": ("", "limits.ceiling_m == 8.0 and limits.boxes[0].holds((12, 0, 7))"),
     "src/mesh_files/README.md": (PLATE, "len(parts[0].triangles) == 1"),
     "src/cepa/README.md": (GIVEN, "decision.velocity_xy != (0.0, 0.0)"),
     "src/gridslam/README.md": (GIVEN + POSE, "update is not None"),

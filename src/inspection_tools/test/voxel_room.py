@@ -5,8 +5,9 @@ import math
 import numpy as np
 from scipy import ndimage
 
+from flight_limits import parse_limits
 from inspection_tools.errors import NoPathError
-from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner, PlannerParameters, parse_limits
+from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner, PlannerParameters
 
 SIDE_M = 0.2
 TILE = 52

@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from voxel_room import PLANNER, SIDE_M, TILE, Flight, reachable, room
 
+from flight_limits import parse_limits
 from inspection_tools.energy import EnergyParameters, EnergyWatch
 from inspection_tools.exploration import End, Exploration, ExplorationParameters, Explorer, ExplorerParameters
 from inspection_tools.exploration.unknown.leftovers import Why
-from inspection_tools.planning import OCCUPIED, UNKNOWN, PathPlanner, parse_limits
+from inspection_tools.planning import OCCUPIED, UNKNOWN, PathPlanner
 from inspection_tools.pose.trust import Trust
 
 HOVER_M = np.array((1.3, 1.3, 1.2))

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from flight_limits import Limits
 from inspection_tools.exploration.frontiers import KnownBorder, frontier_voxels, in_cells
 from inspection_tools.exploration.kernels.best_view import best_view
 from inspection_tools.exploration.kernels.lattice import lattice_ways
@@ -19,7 +20,6 @@ from inspection_tools.exploration.views.kept_gains import KeptGains
 from inspection_tools.exploration.views.scene import Scene
 from inspection_tools.planning import FREE, UNKNOWN, PlannerParameters
 from inspection_tools.planning.kernels.neighbours import STEPS
-from inspection_tools.planning.limits import Limits
 from inspection_tools.planning.space import Space
 from inspection_tools.planning.voxel_grid import VoxelGrid
 

@@ -8,7 +8,7 @@ import pytest
 from drawn_voxels import SIDE, block, kinds_of, planner_on, tiles_of, voxels_on
 
 from inspection_tools import InspectionToolsError, MapError, NoPathError, ParameterError, PoseError
-from inspection_tools.planning import KeepOut, Limits, PathPlanner, PlannerParameters
+from inspection_tools.planning import KeepOutBox, Limits, PathPlanner, PlannerParameters
 
 SLIM = PlannerParameters(radius=1.4, margin=0.0, comfort=0.0, preference=0.0)
 """Keeps 2 squared voxels of 1 m: no voxel beside a wall's face."""
@@ -142,7 +142,7 @@ def test_a_uav_beside_a_wall_leaves_it_and_comes_no_nearer():
 
 
 def test_a_keep_out_box_is_flown_around_with_clearance():
-    box = KeepOut((5.0, 0.0, 0.0), (7.0, 8.0, 12.0), "tank")
+    box = KeepOutBox((5.0, 0.0, 0.0), (7.0, 8.0, 12.0), "tank")
     planner = planner_on(block(12, 12, 12), SLIM, limits=Limits((box,)))
     plan = planner.plan((2.5, 3.5, 6.5), (9.5, 3.5, 6.5))
     crossed = voxels_on(plan.points_m)

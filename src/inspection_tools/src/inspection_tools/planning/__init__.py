@@ -1,6 +1,7 @@
 """Paths through known free space on a map of voxels. It needs numba, so import it by its own name."""
 
-from inspection_tools.planning.limits import KeepOut, Limits, parse_limits, read_limits
+from flight_limits import KeepOutBox, Limits
+from inspection_tools.planning.limits import read_limits
 from inspection_tools.planning.parameters import PlannerParameters
 from inspection_tools.planning.planner import PathPlanner, Plan
 from inspection_tools.planning.voxel_grid import FREE, OCCUPIED, UNKNOWN, VoxelGrid
@@ -9,12 +10,11 @@ __all__ = [
     "FREE",
     "OCCUPIED",
     "UNKNOWN",
-    "KeepOut",
+    "KeepOutBox",
     "Limits",
     "PathPlanner",
     "Plan",
     "PlannerParameters",
     "VoxelGrid",
-    "parse_limits",
     "read_limits",
 ]

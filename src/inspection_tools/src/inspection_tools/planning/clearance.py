@@ -6,8 +6,8 @@ from typing import Sequence
 
 import numpy as np
 
+from flight_limits import KeepOutBox
 from inspection_tools.planning.kernels.distances import squared_clearances
-from inspection_tools.planning.limits import KeepOut
 from inspection_tools.planning.voxel_grid import UNKNOWN, Taken, VoxelGrid, placed
 
 BLOCK = 64
@@ -23,7 +23,7 @@ class ClearanceMap:
         grid: the map. reach: voxels; greater distances are cut there. boxes: keep-out boxes.
     """
 
-    def __init__(self, grid: VoxelGrid, reach: int, boxes: Sequence[KeepOut] = ()):
+    def __init__(self, grid: VoxelGrid, reach: int, boxes: Sequence[KeepOutBox] = ()):
         self.grid, self.reach, self._boxes = grid, reach, tuple(boxes)
         self._corner = grid.corner
         self._squares = np.zeros((0, 0, 0), np.uint16)

@@ -8,6 +8,7 @@ from typing import Sequence
 
 import numpy as np
 
+from flight_limits import Limits
 from inspection_tools.errors import NoPathError, PoseError
 from inspection_tools.planning import refusals
 from inspection_tools.planning.clearance import ClearanceMap
@@ -17,7 +18,6 @@ from inspection_tools.planning.kernels.neighbours import STEPS
 from inspection_tools.planning.kernels.pulling import pull
 from inspection_tools.planning.kernels.search import DONE, START, TIE, UNREACHED, search
 from inspection_tools.planning.landmarks import Landmarks
-from inspection_tools.planning.limits import Limits
 from inspection_tools.planning.parameters import PlannerParameters
 from inspection_tools.planning.room_above import room_above_m
 from inspection_tools.planning.space import Space

@@ -8,9 +8,9 @@ from typing import Sequence
 
 import numpy as np
 
+from flight_limits import Limits
 from inspection_tools.planning.closures import Closure
 from inspection_tools.planning.kernels.pulling import leg_costs
-from inspection_tools.planning.limits import Limits
 from inspection_tools.planning.parameters import PlannerParameters
 from inspection_tools.planning.voxel_grid import VoxelGrid
 
