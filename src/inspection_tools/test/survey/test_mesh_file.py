@@ -9,8 +9,11 @@ import trimesh
 
 from inspection_tools.camera.taken import Taken
 from inspection_tools.errors import SurveyError
+from inspection_tools.findings.command import main as findings
 from inspection_tools.findings.placing import MeshSurface
+from inspection_tools.report.command import main as report
 from inspection_tools.survey import SurveyCamera, SurveyParameters
+from inspection_tools.survey.command import main as survey
 from inspection_tools.survey.coverage import judge
 from inspection_tools.survey.surface.mesh_file import Mesh, read_mesh
 from inspection_tools.survey.surface.of_mesh import room_of_mesh
@@ -178,3 +181,15 @@ def test_triangles_that_are_cut_keep_their_area_in_the_box(seed):
         share * normals_of(triangle)[1][0], rel=0.02, abs=0.2
     )
     assert (samples.triangles == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [(survey, ["plan"]), (survey, ["coverage"]), (findings, []), (report, [])],
+    ids=["plan", "coverage", "findings", "report"],
+)
+def test_the_help_tells_the_axis_that_the_reader_turns(command, words, capsys):
+    """glTF 2.0, 3.4: y is up."""
+    with pytest.raises(SystemExit):
+        command([*words, "--help"])
+    assert "glTF or GLB (m, y up)" in " ".join(capsys.readouterr().out.split())

@@ -26,6 +26,7 @@ from inspection_tools.findings.search import plan_nearer, search_folders
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.plan_file import read_plan, write_plan
 from inspection_tools.survey.surface.reading import Surface, read_surface
+from mesh_files import KINDS
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -38,9 +39,7 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--plan", type=Path, help="that was flown: write closer.yaml, a plan of nearer photographs of cracks"
     )
-    parser.add_argument(
-        "--mesh", type=Path, help="STL, OBJ, PLY or GLB, or an SDF world. Needed for photographs with poses"
-    )
+    parser.add_argument("--mesh", type=Path, help=f"{KINDS}. Needed for photographs with poses")
     parser.add_argument(
         "--coating", type=_colour, action="append", default=[], metavar="R,G,B",
         help="colour of a coating that is as red as rust, sRGB from 0 to 255; may be given several times",

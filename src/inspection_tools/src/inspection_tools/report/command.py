@@ -19,6 +19,7 @@ from inspection_tools.survey.plan_file import read_plan
 from inspection_tools.survey.poses import PLAN_SUFFIXES
 from inspection_tools.survey.surface.mesh_file import Mesh, read_mesh
 from inspection_tools.survey.surface.reading import read_surface
+from mesh_files import KINDS
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -28,7 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
         description="Write report.html of an inspection's folder, or plan.html of a plan before its flight.",
     )
     parser.add_argument("folder", type=Path, help="of an inspection, or of photographs; or a plan (YAML)")
-    parser.add_argument("--mesh", type=Path, help="the surface: STL, OBJ, PLY or GLB, or an SDF world")
+    parser.add_argument("--mesh", type=Path, help=f"the surface: {KINDS}")
     parser.add_argument("--ship", type=Path, help="YAML file of frames, strakes and areas")
     parser.add_argument("--last", type=Path, help="folder of the last survey, to compare with")
     parser.add_argument("--thickness", type=Path, help="CSV file of thickness readings")

@@ -12,19 +12,20 @@
 
   function showPhotograph(number, finding) {
     const shot = data.photographs[number];
-    const held = document.querySelector(`[data-thumb="${number}"] img`);
+    const link = document.querySelector(`[data-thumb="${number}"] a`);
+    const held = link && link.querySelector("img");
     const frame = byId("photo-frame");
     frame.textContent = "";
-    if (held) {
+    if (link) {
       const picture = document.createElement("img");
-      picture.src = held.src;
+      picture.src = held ? held.src : link.href; // without a small picture, the original beside the page
       picture.alt = `Photograph ${shot.number}`;
       frame.append(picture);
       for (const [id, x, y, radius] of shot.marks) frame.append(markIn(picture, id, x, y, radius, id === finding));
     }
     byId("photo-name").textContent = `Photograph ${shot.number} of ${data.photographs.length}`;
-    byId("photo-link").href = held ? held.closest("a").href : "#";
-    byId("photo-link").hidden = !held;
+    byId("photo-link").href = link ? link.href : "#";
+    byId("photo-link").hidden = !link;
     byId("panel").dataset.photograph = String(number);
     byId("panel").classList.add("filled");
     if (view) view.showFrustum(number);
@@ -151,6 +152,7 @@
       this.camera.up.set(0, 0, 1);
       this.controls = new THREE.OrbitControls(this.camera, canvas);
       this.controls.addEventListener("change", () => this.draw());
+      this.controls.addEventListener("start", () => { this.isWhole = false; });
       this.shots = new THREE.LineSegments(frustumLines(data.photographs, 0.35),
         new THREE.LineBasicMaterial({ color: 0x2f5fa8, transparent: true, opacity: 0.55 }));
       this.chosenShot = new THREE.LineSegments(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xd11149 }));
@@ -206,10 +208,12 @@
       this.renderer.setSize(width, height, false);
       this.camera.aspect = width / height;
       this.camera.updateProjectionMatrix();
+      if (this.isWhole) this.whole(); // a telephone that is turned would cut it
       this.draw();
     }
 
     whole() {
+      this.isWhole = true;
       const low = new THREE.Vector3(...data.surface.low);
       const high = new THREE.Vector3(...data.surface.high);
       const upright = Math.tan(Math.PI / 360 * this.camera.fov);
@@ -223,6 +227,7 @@
     showPlace(finding, fly) {
       this.chosen = finding;
       if (fly) {
+        this.isWhole = false;
         const at = new THREE.Vector3(...finding.at);
         const away = new THREE.Vector3(...finding.normal).multiplyScalar(7).add(new THREE.Vector3(0.8, 0.8, 1.5));
         this.controls.target.copy(at);

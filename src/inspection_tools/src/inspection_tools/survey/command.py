@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from inspection_tools.errors import InspectionToolsError, SurveyError
+from mesh_files import KINDS
 
 OF_ASKED = (
     "resolution", "incidence", "share", "patch", "voxel", "spacing", "radius", "margin", "comfort", "finer",
@@ -74,7 +75,7 @@ def _parser() -> argparse.ArgumentParser:
 
 
 def _add_surface(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--mesh", type=Path, help="STL, OBJ, PLY or GLB (m, z up), or an SDF world")
+    parser.add_argument("--mesh", type=Path, help=KINDS)
     parser.add_argument("--home", type=float, nargs=3, metavar=("X", "Y", "Z"), help="place of take-off, m")
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gridslam.errors import EvaluationError
 from gridslam.evaluation.argument_types import finite, positive
+from mesh_files import KINDS
 
 LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
 OF_PATH = ("lidar", "elevation", "field_of_view", "range", "lidar_at")
@@ -16,7 +17,7 @@ OF_PATH = ("lidar", "elevation", "field_of_view", "range", "lidar_at")
 def add_volume_arguments(parser: argparse.ArgumentParser) -> None:
     """Tell a parser the arguments, and what judges them."""
     parser.add_argument("map", type=Path, help="map to judge, .bt or .ot")
-    parser.add_argument("world", type=Path, help="SDF world, or a mesh: .glb, .stl, .obj or .ply; m, z up")
+    parser.add_argument("world", type=Path, help=KINDS)
     parser.add_argument(
         "--path", type=Path, help="true poses of the lidar in the world, TUM form with heights"
     )
