@@ -188,7 +188,10 @@ if (view) {
     view.canvas.dispatchEvent(new PointerEvent(kind, {clientX, clientY, pointerId: 1}));
   inView = panel.dataset.finding;
 }
-document.body.dataset.clicked = JSON.stringify([byTable, byMark, inView]);
+for (const each of document.querySelectorAll('[data-thumb] img')) each.remove();
+document.querySelector('#finding-2 [data-show-finding]').click();
+const original = document.querySelector('#photo-frame img');
+document.body.dataset.clicked = JSON.stringify([byTable, byMark, inView, original && original.src]);
 </script>"""
 
 
@@ -197,7 +200,8 @@ document.body.dataset.clicked = JSON.stringify([byTable, byMark, inView]);
 )
 def test_a_browser_shows_the_photograph_of_a_finding_that_is_clicked(page, tmp_path):
     text = page.read_text(encoding="utf-8")
-    (tmp_path / "page.html").write_text(text.replace("</body>", CLICKS + "</body>"), encoding="utf-8")
+    clicked_page = page.with_name("clicked.html")  # beside its photographs
+    clicked_page.write_text(text.replace("</body>", CLICKS + "</body>"), encoding="utf-8")
     command = [
         BROWSER,
         "--headless",
@@ -206,16 +210,15 @@ def test_a_browser_shows_the_photograph_of_a_finding_that_is_clicked(page, tmp_p
         "--enable-unsafe-swiftshader",
     ]
     command += ["--enable-logging=stderr", "--dump-dom", f"--user-data-dir={tmp_path / 'profile'}"]
-    done = subprocess.run(
-        [*command, f"file://{tmp_path}/page.html"], capture_output=True, text=True, timeout=200.0
-    )
+    done = subprocess.run([*command, f"file://{clicked_page}"], capture_output=True, text=True, timeout=200.0)
     console = [line for line in done.stderr.splitlines() if "CONSOLE" in line and "GL Driver" not in line]
     assert not console
     clicked = re.search(r'data-clicked="([^"]*)"', done.stdout)
     assert clicked, done.stderr[-2000:]
-    by_table, by_mark, in_view = json.loads(clicked[1].replace("&quot;", '"'))
+    by_table, by_mark, in_view, original = json.loads(clicked[1].replace("&quot;", '"'))
     assert by_table == ["2", "1", 1] or by_table == ["2", "0", 1]
     assert by_mark in ("1", "2")
+    assert original == (page.parent / "photographs" / f"{by_table[1]}.000000.jpg").as_uri()
     if libraries() and "with-3d" in done.stdout:
         assert in_view == "2"
 
