@@ -1,6 +1,7 @@
 """A launch compiles what its flight needs, before it takes off, and says how far it is."""
 
 import io
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -127,6 +128,15 @@ def test_what_cannot_be_compiled_is_one_sentence_and_is_tried_again(part, tmp_pa
             said_by_compiling(part)
 
 
+@pytest.fixture
+def blocked():
+    """A process that blocks signals, as a node does. What it starts inherits that."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, (signal.SIGINT, signal.SIGTERM))
+    yield
+    signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@pytest.mark.usefixtures("blocked")
 def test_after_an_interruption_the_next_call_compiles(part, tmp_path, monkeypatch):
     package = tmp_path / "loops_to_compile"
     waiting = "def warm_up():\n    while (Path(__file__).parent / 'held').exists():\n        sleep(0.01)"

@@ -13,7 +13,6 @@ import contextlib
 import hashlib
 import json
 import os
-import signal
 import subprocess
 import sys
 import threading
@@ -155,9 +154,12 @@ class _Compiler:
         )
 
     def stop(self) -> None:
-        """End the process, if it still runs."""
-        with contextlib.suppress(ProcessLookupError):
-            self._child.send_signal(signal.SIGTERM)
+        """End the process, if it still runs.
+
+        It is killed: it inherits what its parent blocks or ignores, and a node blocks SIGTERM. numba writes
+        its machine code aside, so nothing is left half.
+        """
+        self._child.kill()
         self._child.wait()
 
     def _read_counts(self, progress: _Progress) -> None:

@@ -23,6 +23,7 @@ from master_thesis.report.size import Size
 ROOT = Path(__file__).resolve().parents[5]
 PATIENCE_S = 90.0
 BUILD_PATIENCE_S = 600.0
+_DISPLAY_END_S = 5.0
 ALTERED_FILE = "src/cepa/cfg"
 GENERATED_FROM = (".msg", ".srv", ".action", ".cfg")
 _BUILD_COST_S, _LAUNCH_COST_S = 60.0, 12.0
@@ -223,5 +224,9 @@ def _display() -> Iterator[str]:
         yield f":{number}"
     finally:
         server.terminate()
-        server.wait()
+        try:
+            server.wait(_DISPLAY_END_S)
+        except subprocess.TimeoutExpired:  # the caller blocks signals, and the server inherited that
+            server.kill()
+            server.wait()
         server.stdout.close()
