@@ -17,13 +17,15 @@ cd "$root"
 source scripts/console.sh
 # shellcheck source=scripts/setup.sh
 source scripts/setup.sh
+# shellcheck source=scripts/launch.sh
+source scripts/launch.sh
 # shellcheck source=scripts/docs.sh
 source scripts/docs.sh
 
 usage() {
   cat <<'TEXT'
 ./bringup.sh                                     fly Experiment 1 in the forest with CEPA's algorithm dynamic; print where the results are
-./bringup.sh <launch file> [arg:=value ...]      start a launch file of master_thesis with its arguments
+./bringup.sh <launch file> [arg:=value ...]      start a launch file with its arguments (PACKAGE/FILE where two packages have one)
 ./bringup.sh test [pytest arguments]             run every test, four at a time; arguments go to pytest (-n 0: one at a time)
 ./bringup.sh test --changed [REF]                run the tests that changes since REF (main) can touch; say what is left out
 ./bringup.sh bench [name [arguments]]            run all benchmarks, or one (--help lists them; NAME --help prints its arguments)
@@ -34,10 +36,10 @@ usage() {
 Each call first sets up what is missing: distribution packages, .venv, build. Details go to logs/bringup.log.
 TEXT
   echo
-  echo "Launch files (\`roslaunch --ros-args master_thesis FILE\` prints the arguments of one):"
+  echo "Launch files (\`roslaunch --ros-args PACKAGE FILE\` prints the arguments of one):"
   local file
-  for file in src/master_thesis/launch/*.launch; do # the first sentence of its comment
-    printf '  %-21s %s\n' "$(basename "$file")" "$(tr '\n' ' ' <"$file" | sed -E 's/^[^-]*<!-- *//; s/ *-->.*//; s/ +/ /g; s/\. .*/./')"
+  for file in $(launch_files); do # the first sentence of its comment
+    printf '  %-38s %s\n' "$(package_of "$file")/$(basename "$file")" "$(tr '\n' ' ' <"$file" | sed -E 's/^[^-]*<!-- *//; s/ *-->.*//; s/ +/ /g; s/\. .*/./')"
   done
 }
 
@@ -53,9 +55,6 @@ load_workspace() {
   export PYTHONUNBUFFERED=1 # so that a node's output appears at once, also in a pipe or a file
 }
 
-# takes_argument LAUNCH_FILE NAME
-takes_argument() { grep -q "<arg name=\"$2\"" "src/master_thesis/launch/$1"; }
-
 # absolute PATH: makes a path absolute, from the caller's folder
 absolute() {
   # shellcheck disable=SC2088 # after an argument's := the shell does not expand a tilde
@@ -64,59 +63,6 @@ absolute() {
     "~/"*) echo "$HOME/${1#"~/"}" ;;
     *) echo "$caller/$1" ;;
   esac
-}
-
-# launch FILE [arg:=value ...]: flies, then prints the results; the exit code tells whether the run succeeded
-launch() {
-  local file=$1 argument arguments=() given=" " child code=0
-  shift
-  for argument in "$@"; do
-    case $argument in # nodes run in another folder
-      world:=hold_3d | world:=hold_3d_cargo | world:=ballast_tank) ;; # names of ours, not files
-      world:=?* | results:=?* | mission:=?* | limits:=?* | plan:=?* | drawing:=?* | defects:=?* | starting_map:=?* | slam_config:=?* | ardupilot:=?*)
-        argument=${argument%%:=*}:=$(absolute "${argument#*:=}")
-        ;;
-    esac
-    given+="${argument%%:=*} "
-    arguments+=("$argument")
-  done
-  set_up --first-flight
-  load_workspace
-  if takes_argument "$file" results && [[ $given != *" results "* ]]; then
-    arguments+=("results:=$root/results")
-  fi
-  if takes_argument "$file" headless && [[ -z ${DISPLAY:-} && $given != *" headless "* ]]; then
-    say "no display is there, so this runs headless"
-    arguments+=(headless:=true)
-  fi
-  .venv/bin/python -m master_thesis_ros.launch.request "src/master_thesis/launch/$file" "${arguments[@]}" || exit 1
-  RESULTS_NAMED_IN=$(mktemp) # the experiment's node writes its folder there
-  export LAUNCH_CHECKED=1 RESULTS_NAMED_IN
-  say "roslaunch master_thesis $file ${arguments[*]}"
-  set -m # a separate process group, so that Ctrl-C works as roslaunch expects
-  roslaunch --no-summary master_thesis "$file" "${arguments[@]}" &
-  child=$!
-  set +m
-  trap 'kill -INT "$child" 2>/dev/null' INT TERM
-  wait "$child" || code=$?
-  while kill -0 "$child" 2>/dev/null; do wait "$child" || code=$?; done
-  trap - INT TERM
-  report_results "$file" "$code"
-}
-
-# report_results LAUNCH_FILE CODE: prints the results of the run that has named its folder in RESULTS_NAMED_IN.
-# The exit code is 0 only if roslaunch ended well (CODE 0) and result.json tells a success.
-report_results() {
-  local folder
-  folder=$(<"$RESULTS_NAMED_IN")
-  rm -f "$RESULTS_NAMED_IN"
-  if [[ -n $folder && -f $folder/result.json ]]; then
-    .venv/bin/python scripts/summarise.py "$folder/result.json" "$2"
-  elif (($2 != 0)); then
-    fail "roslaunch gave up with code $2; the reason stands above."
-  elif takes_argument "$1" results; then
-    fail "The run ended without a result; ROS's own logs are in ${ROS_LOG_DIR:-${ROS_HOME:-$HOME/.ros}/log}/latest."
-  fi
 }
 
 # run_tests [--changed [REF]] [ARGUMENT ...]: runs all tests, or those that changes since REF can touch
@@ -196,7 +142,7 @@ run_report() {
 
 main() {
   case ${1:-} in
-    "") launch experiment_1.launch scenario:=forest algorithm:=dynamic ${DISPLAY:+rviz:=true} ;;
+    "") launch src/master_thesis/launch/experiment_1.launch scenario:=forest algorithm:=dynamic ${DISPLAY:+rviz:=true} ;;
     -h | --help | help) usage ;;
     setup)
       set_up
@@ -207,8 +153,8 @@ main() {
     report) run_report "${@:2}" ;;
     docs) run_docs "${@:2}" ;;
     *)
-      local file=${1%.launch}.launch
-      [[ -f src/master_thesis/launch/$file ]] || fail "There is no launch file '$file' in src/master_thesis/launch, and no other call of that name. See ./bringup.sh --help."
+      local file
+      file=$(find_launch_file "$1") || exit 1
       launch "$file" "${@:2}"
       ;;
   esac

@@ -1,0 +1,45 @@
+"""`./bringup.sh NAME` finds a launch file in whatever package it is."""
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def found(asked):
+    script = 'source scripts/console.sh && source scripts/launch.sh && find_launch_file "$1"'
+    return subprocess.run(["bash", "-c", script, "-", asked], cwd=ROOT, capture_output=True, text=True)
+
+
+@pytest.mark.parametrize(
+    ("asked", "file"),
+    [
+        ("explore", "src/master_thesis/launch/explore.launch"),
+        ("sitl.launch", "src/simulation_tools/launch/sitl.launch"),
+        ("gridslam/volume", "src/gridslam/launch/volume.launch"),
+        ("inspection_tools/tools.launch", "src/inspection_tools/launch/tools.launch"),
+    ],
+)
+def test_a_name_is_enough_where_one_package_has_it(asked, file):
+    assert found(asked).stdout == f"{file}\n"
+
+
+def test_where_two_packages_have_the_name_both_calls_are_told():
+    said = found("tools.launch")
+    assert said.returncode == 1
+    assert said.stderr == (
+        "bringup: Several packages have a launch file 'tools.launch'. Call one of them:\n"
+        "  ./bringup.sh inspection_tools/tools.launch\n"
+        "  ./bringup.sh simulation_tools/tools.launch\n"
+    )
+
+
+@pytest.mark.parametrize("asked", ["nothing", "gridslam/explore", "flight", "*", "xplore", "gridslam/"])
+def test_what_no_user_starts_is_one_sentence(asked):
+    """Also parts that launch files include, patterns, and parts of a name."""
+    said = found(asked)
+    assert (said.returncode, said.stdout) == (1, "")
+    assert said.stderr.startswith(f"bringup: There is no launch file '{asked}.launch' in a package of src")
+    assert said.stderr.count("\n") == 1
