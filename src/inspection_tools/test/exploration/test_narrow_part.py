@@ -30,6 +30,21 @@ def test_the_middle_of_a_hole_is_amid_its_rim_and_not_the_middle_of_a_voxel(y_m,
     np.testing.assert_allclose(shifted_m, (-0.25, 0.7, 1.3), atol=0.011)
 
 
+@pytest.mark.parametrize("z_m", [0.97, 1.05, 1.19, 1.35, 1.43])
+def test_a_way_at_the_rim_of_a_high_manhole_is_shifted_to_its_middle(z_m):
+    @of_legs
+    def through_a_manhole(a_m, b_m):
+        """A manhole of 0.6 x 0.8 m, from z = 0.8 on: from 1.0 to 1.4 m its sides are nearer than its ends."""
+        shares = np.linspace(0.0, 1.0, 10)[:, None]
+        _, y, z = np.floor((a_m + shares * (b_m - a_m)) / SIDE_M + 1e-9).T
+        wide = np.minimum(np.minimum(y - 3, 10 - y), np.minimum(z - 7, 16 - z))
+        return math.inf if (wide < 1).any() else math.dist(a_m, b_m) * float(5.0 - wide.min())
+
+    places_m = [np.array((x, 0.65, z_m)) for x in (-0.25, 0.0, 0.25)]
+    shifted_m = places_m[0] + middle_of(places_m, through_a_manhole)
+    np.testing.assert_allclose(shifted_m, (-0.25, 0.7, 1.2), atol=0.011)
+
+
 def test_a_way_along_a_wall_is_no_passage_nor_is_one_that_nobody_can_fly():
     @of_legs
     def beside_a_wall(a_m, b_m):

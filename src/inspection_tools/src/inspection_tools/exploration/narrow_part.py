@@ -18,6 +18,10 @@ distance it aims at the place abeam, and so does not go on before it is back.
 
 SHIFT_M, SHIFT_STEP_M, ALONG_M = 0.3, 0.02, 0.05
 """A part is shifted to its middle by so much at most, in such steps. It counts in pieces of this length."""
+RIM_M = 0.6
+"""What is as wide as the widest place within `SHIFT_M` may reach so far: a way at one rim of a manhole of
+0.8 m sees the other rim.
+"""
 ALIKE = 1e-6
 """Costs whose difference is less are the same."""
 
@@ -32,19 +36,31 @@ def middle_of(places_m: Sequence[np.ndarray], cost_m: Cost) -> np.ndarray | None
     passage, as a way along a wall: there is more room to one side. Or it may not be flown straight.
     """
     pieces_m = np.array(in_steps(places_m, ALONG_M))
-    steps_m = np.arange(-SHIFT_M, SHIFT_M + 1e-9, SHIFT_STEP_M)
+    steps_m = np.arange(-RIM_M, RIM_M + 1e-9, SHIFT_STEP_M)
     shift_m = None
     if not np.isfinite(cost_m(pieces_m[:-1], pieces_m[1:])).all():
         return None
     for axis in _axes_across(pieces_m[-1] - pieces_m[0]):
         known_m = np.zeros(3) if shift_m is None else shift_m
-        widest = _widest(pieces_m + known_m + steps_m[:, None, None] * axis, cost_m)
-        runs = np.split(widest, np.flatnonzero(np.diff(widest) > 1) + 1)
-        between = [run for run in runs if run[0] > 0 and run[-1] < len(steps_m) - 1]
-        if between:
-            middles_m = [0.5 * (steps_m[run[0]] + steps_m[run[-1]]) for run in between]
+        narrowness = _narrowness(pieces_m + known_m + steps_m[:, None, None] * axis, cost_m)
+        middles_m = _middles_m(steps_m, narrowness)
+        if middles_m:
             shift_m = known_m + min(middles_m, key=abs) * axis
     return shift_m
+
+
+def _middles_m(steps_m: np.ndarray, narrowness: np.ndarray) -> list[float]:
+    """Return the middles of all runs of steps (k,) that are as wide as the widest within `SHIFT_M`.
+
+    A run that has more room beside it, or whose ends are not seen, has no middle.
+    """
+    least = narrowness[np.abs(steps_m) <= SHIFT_M + ALIKE].min()
+    (wide,) = np.nonzero(narrowness <= least + ALIKE)
+    runs = np.split(wide, np.flatnonzero(np.diff(wide) > 1) + 1)
+    ended = [run for run in runs if run[0] > 0 and run[-1] < len(steps_m) - 1]
+    alike = [run for run in ended if narrowness[run].min() >= least - ALIKE]
+    middles_m = [0.5 * float(steps_m[run[0]] + steps_m[run[-1]]) for run in alike]
+    return [middle_m for middle_m in middles_m if abs(middle_m) <= SHIFT_M + ALIKE]
 
 
 def _axes_across(along_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -57,12 +73,12 @@ def _axes_across(along_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first, second / max(float(np.linalg.norm(second)), 1e-9)
 
 
-def _widest(parts_m: np.ndarray, cost_m: Cost) -> np.ndarray:
-    """Return which of parts (k, n, 3) beside each other have the most room at their narrowest place."""
+def _narrowness(parts_m: np.ndarray, cost_m: Cost) -> np.ndarray:
+    """Return the cost of a metre (k,) at the narrowest place of each of parts (k, n, 3) beside each other."""
     begins_m, ends_m = parts_m[:, :-1], parts_m[:, 1:]
     lengths_m = np.maximum(np.linalg.norm(ends_m - begins_m, axis=2), 1e-9)
-    narrowest = (cost_m(begins_m, ends_m) / lengths_m).max(axis=1)
-    return np.flatnonzero(narrowest <= narrowest.min() + ALIKE)
+    narrowness: np.ndarray = (cost_m(begins_m, ends_m) / lengths_m).max(axis=1)
+    return narrowness
 
 
 class Drift:
