@@ -71,8 +71,8 @@ def test_the_readmes_list_every_node(package):
 
 def test_the_help_of_bringup_says_what_each_launch_file_does():
     told = subprocess.run([ROOT / "bringup.sh", "--help"], capture_output=True, text=True, check=True).stdout
-    files = sorted(path.name for path in (ROOT / "src/master_thesis/launch").glob("*.launch"))
-    sentences = dict(re.findall(r"^  (\w+\.launch) +(\S.*\.)$", told, flags=re.M))
+    files = sorted(f"{path.parts[-3]}/{path.name}" for path in ROOT.glob("src/*/launch/*.launch"))
+    sentences = dict(re.findall(r"^  (\w+/\w+\.launch) +(\S.*\.)$", told, flags=re.M))
     assert sorted(sentences) == files
-    assert sentences["explore.launch"].startswith("A UAV explores a place")
+    assert sentences["master_thesis/explore.launch"].startswith("A UAV explores a place")
     assert not any("<" in sentence or "--" in sentence for sentence in sentences.values())
