@@ -11,9 +11,9 @@ import pytest
 
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.frames import OPTICAL
-from simulation_tools.sdf.parser import parse_model
+from simulation_tools.sdf.parser import load_model, parse_model
 from simulation_tools.sensors.barometer import pressure_pa
-from simulation_tools.simulation import Simulation, SimulationParameters
+from simulation_tools.simulation import Simulation, SimulationParameters, sensor_kinds
 from simulation_tools.simulation.payload import PayloadError, further_sensors, unsimulated
 from simulation_tools.vehicle.uav import load_uav
 from simulation_tools.world.world import BodyState
@@ -274,3 +274,40 @@ def test_a_gpu_ray_sees_what_is_drawn_and_a_ray_what_touches(tmp_path, kind, ran
         assert simulation.warnings == ()
     finally:
         simulation.close()
+
+
+class Altimeter:
+    """A sensor of one's own, known by its plugin; it is no part of this package."""
+
+    def __init__(self, sensor, rng):
+        self.pitch_m = float(rng.uniform(0.1, 0.2))
+
+    def read(self, pose):
+        return self.pitch_m * round(pose.position_m[2] / self.pitch_m)
+
+
+def test_a_kind_of_ones_own_is_one_class_and_one_entry(make, monkeypatch, tmp_path):
+    def is_one(sensor):
+        return any(plugin.filename == "libmy_altimeter.so" for plugin in sensor.plugins)
+
+    kind = sensor_kinds.SensorKind(is_one, Altimeter, lambda device, around, pose: device.read(pose))
+    monkeypatch.setattr(sensor_kinds, "KINDS", (kind, *sensor_kinds.KINDS))
+    model = tmp_path / "altimeter.sdf"
+    text = (MODELS / "barometer/model.sdf").read_text().replace("barometer", "altimeter")
+    model.write_text(
+        text.replace("</sensor>", '<plugin name="altimeter" filename="libmy_altimeter.so"/></sensor>')
+    )
+    simulation, sensors = make(sensors=("barometer", str(model)))
+    put(simulation, Pose((0.0, 0.0, 3.0)))
+    device = sensors["altimeter"].device
+    assert isinstance(device, Altimeter)
+    height_m = 3.0 + 0.02  # that of the sensor's link
+    assert sensors["altimeter"].read() == pytest.approx(height_m, abs=0.5 * device.pitch_m + 1e-9)
+    assert sensors["barometer"].read() == pytest.approx(pressure_pa(height_m), abs=6 * 1.5)
+
+
+@pytest.mark.parametrize("model", [*FOUR, "range_finder_up", "lidar_puck", "lidar_utm", "inspection_camera"])
+def test_a_shipped_sensor_is_of_one_kind_at_most(model):
+    for link in load_model(f"model://{model}", [str(MODELS)]).links:
+        for sensor in link.sensors:
+            assert sum(kind.is_one(sensor) for kind in sensor_kinds.KINDS) <= 1, sensor.name

@@ -44,12 +44,7 @@ class PayloadOutput:
             image, info = advertise(f"{name}/image_raw", Image), advertise(f"{name}/camera_info", CameraInfo)
             points = advertise(f"{name}/points", PointCloud2) if device.depth else None
             return _camera(frame, image, info, points, device)
-        kinds: dict[type, tuple[type, Callable]] = {
-            RangeFinder: (Range, range_message),
-            CloudLidar: (PointCloud2, cloud_message),
-            Barometer: (FluidPressure, pressure_message),
-        }
-        message_class, make = kinds[type(device)]
+        message_class, make = MESSAGES[type(device)]
         topic = advertise(name, message_class)
         message: Any = None
 
@@ -175,3 +170,11 @@ def camera_info_message(header: Header, camera: Camera | CameraOptics) -> Camera
         R=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         P=[f, 0.0, cx, 0.0, 0.0, f, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
     )
+
+
+MESSAGES: dict[type, tuple[type, Callable]] = {
+    RangeFinder: (Range, range_message),
+    CloudLidar: (PointCloud2, cloud_message),
+    Barometer: (FluidPressure, pressure_message),
+}
+"""By what measures: the class of its message, and the function (header, reading, device) that makes one."""

@@ -12,25 +12,12 @@ import numpy as np
 
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import (
-    AirPressureSensor,
-    CameraSensor,
-    Link,
-    Model,
-    RaySensor,
-    Sensor,
-)
-from simulation_tools.sensors.barometer import Barometer
-from simulation_tools.sensors.camera import Camera
-from simulation_tools.sensors.cloud import Cloud, CloudLidar
-from simulation_tools.sensors.range_finder import RangeFinder
+from simulation_tools.sdf.elements import CameraSensor, Link, Model, RaySensor, Sensor
 from simulation_tools.sensors.schedule import Schedule
-from simulation_tools.vehicle.uav import RANGE_PLUGIN, MountedSensor, Uav, mounted
+from simulation_tools.simulation.sensor_kinds import Device, Reading, Surroundings, kind_of
+from simulation_tools.vehicle.uav import MountedSensor, Uav, mounted
 from simulation_tools.world.rays import RayScene
 from simulation_tools.world.world import PhysicsWorld
-
-Reading = float | Cloud | np.ndarray
-Device = RangeFinder | CloudLidar | Camera | Barometer
 
 
 class PayloadError(SimulationToolsError):
@@ -75,18 +62,17 @@ def payload_sensors(
     place: returns a sensor's present pose in the world. rng: returns the random stream of a sensor's name.
     """
 
-    def look(device: Device) -> Callable[[MountedSensor], Reading]:
-        if isinstance(device, Camera):
-            return lambda mount: device.read(world, place(mount))
-        if isinstance(device, Barometer):
-            return lambda mount: device.read(place(mount))
-        return lambda mount: device.read(scene_of(world, mount.sensor), place(mount), uav.model.name)
+    def payload_sensor(link: Link, sensor: Sensor) -> PayloadSensor:
+        kind = kind_of(sensor)
+        assert kind is not None
+        device, read = kind.make(sensor, rng(sensor.name)), kind.read
 
-    found = []
-    for link, sensor in further_sensors(uav):
-        device = _DEVICES[kind_of(sensor)](sensor, rng(sensor.name))
-        found.append(PayloadSensor(mounted(link, sensor), device, look(device)))
-    return tuple(found)
+        def look(mount: MountedSensor) -> Reading:
+            return read(device, Surroundings(world, scene_of(world, sensor), uav.model.name), place(mount))
+
+        return PayloadSensor(mounted(link, sensor), device, look)
+
+    return tuple(payload_sensor(*pair) for pair in further_sensors(uav))
 
 
 def further_sensors(uav: Uav) -> list[tuple[Link, Sensor]]:
@@ -111,17 +97,6 @@ def unsimulated(uav: Uav) -> tuple[str, ...]:
     )
 
 
-def kind_of(sensor: Sensor) -> str:
-    """Return range, cloud, camera or pressure; empty for what is not a further sensor."""
-    if isinstance(sensor, RaySensor):
-        if any(plugin.filename == RANGE_PLUGIN for plugin in sensor.plugins):
-            return "range"
-        return "cloud" if sensor.vertical.samples > 1 else ""
-    if isinstance(sensor, CameraSensor):
-        return "camera"
-    return "pressure" if isinstance(sensor, AirPressureSensor) else ""
-
-
 def has_camera(model: Model) -> bool:
     """Whether a model carries a camera for colours. It needs a world with visual shapes."""
     return any(not camera.depth for _, camera in model.sensors(CameraSensor))
@@ -141,6 +116,3 @@ def scene_of(world: PhysicsWorld, sensor: Sensor) -> RayScene:
 
 def _sensors(model: Model) -> list[tuple[Link, Sensor]]:
     return [(link, sensor) for link in model.links for sensor in link.sensors]
-
-
-_DEVICES = {"range": RangeFinder, "cloud": CloudLidar, "camera": Camera, "pressure": Barometer}
