@@ -17,7 +17,7 @@ from tf2_msgs.msg import TFMessage
 from gridslam import SlamError
 from gridslam.errors import reason_of
 from gridslam_ros.beside.beside_scans import BesideScans
-from gridslam_ros.intake import Intake
+from gridslam_ros.intake import OUT_OF_ORDER, Intake
 from gridslam_ros.odometry_frames import OdometryFrames
 from gridslam_ros.scan_queue import ScanQueue
 
@@ -53,6 +53,10 @@ class BagCount:
     """Left out by throttle_scans, or out of order."""
     begun_anew: int = 0
     """Number of times that the clock went back."""
+    of_one_stamp: int = 0
+    """Left out because the scan before, with other ranges, has the same stamp."""
+    lidar_frame: str = ""
+    """Of the newest scan."""
 
 
 def open_bag(path: str, mode: str = "r") -> rosbag.Bag:
@@ -135,11 +139,12 @@ class BagScans:
         """Yield them.
 
         Raises:
-            BagError: the bag is damaged.
+            BagError: the bag is damaged, or its stamps are out of order.
         """
         for name, message in self._messages(bag):
             if name == self._topic:
                 self._count.read += 1
+                self._count.lidar_frame = message.header.frame_id
                 self._intake.add_scan(message)
             elif self._beside.covariances is not None and name == self._odometry_topic:
                 self._beside.covariances.add(message)
@@ -152,6 +157,7 @@ class BagScans:
             yield from self._ready(self._beside.know)
         yield from self._ready(self._frames.know)  # whose odometry or cloud never came
         self._intake.drop_held()
+        self._count.of_one_stamp = self._intake.of_one_stamp
         self._count.without_tf += len(self._queue.clear())
 
     def _messages(self, bag: rosbag.Bag) -> Iterator[tuple]:
@@ -185,5 +191,7 @@ class BagScans:
 
     def _start_anew(self, seconds: float) -> None:
         self._count.begun_anew += 1
+        if self._intake.is_out_of_order:
+            raise BagError(f"{OUT_OF_ORDER} The bag cannot be mapped; sort it by the headers' stamps.")
         self._count.without_tf += len(self._queue.clear())
         self._begin_again(seconds)

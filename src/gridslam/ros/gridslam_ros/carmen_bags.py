@@ -25,6 +25,7 @@ from gridslam.logs.carmen import (
     CarmenError,
     CarmenOdometry,
     CarmenScan,
+    StampOrder,
     format_odometry,
     format_scan,
     read_log,
@@ -49,6 +50,9 @@ def carmen_to_bag(argv: list[str] | None = None) -> int:
         "bag", nargs="?", help="bag to write (default: beside the log, with .bag; it is new then)"
     )
     parser.add_argument("--range-max", type=float, metavar="M", help="longer readings count as no return, m")
+    parser.add_argument(
+        "--period", type=float, metavar="S", help="for a log without stamps: time from scan to scan, s"
+    )
     parser.add_argument("--lidar-frame", default="laser", help="(default: %(default)s)")
     parser.add_argument(
         "--lidar-pose",
@@ -134,8 +138,13 @@ def _write_bag(arguments: argparse.Namespace, target: str) -> str:
     counts = {CarmenScan: 0, CarmenOdometry: 0}
     remarks = Remarks(lambda sentence: print(f"carmen_to_bag: {sentence}", file=sys.stderr))
     arguments.lidar_pose = arguments.lidar_pose or _lidar_pose(arguments.log)
+    if arguments.period is not None and not 0.001 <= arguments.period <= 3600.0:
+        raise CarmenError(f"--period {arguments.period:g} is no time from scan to scan: 0.001 to 3600 s.")
+    order = StampOrder(arguments.log)
     with open_bag(_part(target), "w") as bag:
-        for record in read_log(arguments.log, arguments.range_max, _left_out(remarks)):
+        for record in read_log(arguments.log, arguments.range_max, _left_out(remarks), arguments.period):
+            if isinstance(record, CarmenScan):
+                order.add(record.stamp_s)
             if not 0.0 <= record.stamp_s < STAMPS_END_S:
                 remarks.say(_without_stamp(arguments.log, record.stamp_s))
                 continue
@@ -241,9 +250,9 @@ def _write_log(arguments: argparse.Namespace, target: str) -> str:
         if arguments.odometry:
             lines += [_odometry_line(message) for _, message, _ in bag.read_messages([arguments.odometry])]
     if not scans:
+        lacks = frames.what_lacks(count.lidar_frame) or "the transforms are of other times than the scans"
         raise BagError(
-            f'TF in the bag does not lead from its {count.read} scans over "{arguments.base_frame}" to '
-            f'"{arguments.odom_frame}"; set --base-frame and --odom-frame.'
+            f"None of the {count.read} scans could be used: {lacks}; see --base-frame and --odom-frame."
         )
     lines.sort(key=lambda line: line[0])
     try:

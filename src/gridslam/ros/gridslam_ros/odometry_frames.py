@@ -12,6 +12,7 @@ from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import LaserScan
 
 from gridslam import SlamError
+from gridslam_ros.tf_tree import TfTree
 from node_tools.conversions import xyz, xyzw
 
 Pose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
@@ -51,6 +52,9 @@ class OdometryFrames:
         self.odom_frame, self.base_frame = odom_frame.lstrip("/"), base_frame.lstrip("/")
         self._say = say
         self._buffer = tf2_py.BufferCore(rospy.Duration(CACHE_S))
+        self._tree = TfTree(self.odom_frame)
+        self._static: dict[str, dict[str, TransformStamped]] = {}
+        """By child and parent."""
         self.resets = 0
         """Number of times that moving transforms were forgotten."""
         self._forget()
@@ -70,6 +74,11 @@ class OdometryFrames:
         edges = [edge for edge in transforms if _names(edge)[1] != self.odom_frame and self._is_sound(edge)]
         if static:
             for edge in edges:
+                parent, child = _names(edge)
+                self._static.setdefault(child, {})[parent] = edge
+        edges = [edge for edge in edges if self._counts(edge)]
+        if static:
+            for edge in edges:
                 self._buffer.set_transform_static(edge, AUTHORITY)
             return None
         odometry = [edge for edge in edges if _names(edge)[0] == self.odom_frame]
@@ -83,6 +92,35 @@ class OdometryFrames:
                 self.go_back()
                 return stamp_ns
         return None
+
+    def _counts(self, edge: TransformStamped) -> bool:
+        """Whether an edge is of the parent that counts for its child."""
+        parent, child = _names(edge)
+        if self._tree.parent_of(child) != parent:
+            changed = self._tree.add(parent, child)
+            if changed:
+                self._change_parents(changed)
+        counts = self._tree.parent_of(child)
+        if counts != parent:
+            self._say(
+                f'"{child}" has two parents in TF, "{counts}" and "{parent}", but may have one; '
+                f'the transform from "{parent}" is left out.'
+            )
+        return counts == parent
+
+    def _change_parents(self, children: list[str]) -> None:
+        """Forget what the frames' other parents told. tf2 cannot forget a static edge, so it begins anew."""
+        self._buffer = tf2_py.BufferCore(rospy.Duration(CACHE_S))
+        for child, by_parent in self._static.items():
+            edge = by_parent.get(self._tree.parent_of(child) or "")
+            if edge is not None:
+                self._buffer.set_transform_static(edge, AUTHORITY)
+        for child in children:
+            self._last_ns.pop(child, None)
+
+    def what_lacks(self, lidar_frame: str) -> str:
+        """Return what lacks in TF between odometry, base and lidar, without a full stop; empty: nothing."""
+        return self._tree.what_lacks(self.base_frame, lidar_frame.lstrip("/"))
 
     def go_back(self) -> None:
         """Forget all moving transforms but the held ones, as after a clock that jumped back."""

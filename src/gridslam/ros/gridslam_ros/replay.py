@@ -23,7 +23,7 @@ from sensor_msgs.msg import LaserScan
 from tqdm import tqdm
 
 from gridslam import ParameterError, SlamError, se2
-from gridslam.errors import reason_of
+from gridslam.errors import MountingError, reason_of
 from gridslam.files.map_file import write_map, write_picture
 from gridslam.files.replacing import replace_file
 from gridslam.files.tum import write_tum
@@ -31,6 +31,7 @@ from gridslam.trajectory import Trajectory
 from gridslam.volume.clouds import Pose
 from gridslam.volume.path_poses import OdometryHistory, PathCorrections
 from gridslam.warm_up import warm_up
+from gridslam_ros.bag_checks import BagChecks
 from gridslam_ros.bags import ODOMETRY, POINT_CLOUD, BagCount, BagError, BagScans, open_bag, topic_of
 from gridslam_ros.beside.beside_scans import BesideScans
 from gridslam_ros.beside.clouds import CloudSource
@@ -170,6 +171,7 @@ class Replay:
             self._frames, self._remarks.say, bool(settings.levelling), settings.floor_z_m
         )
         self._count = BagCount()
+        self._checks = BagChecks(topics.scan, self._count, self._frames)
         self._begin()
 
     def _begin(self) -> None:
@@ -218,8 +220,7 @@ class Replay:
                     bar.set_postfix(integrated=len(self._cpu_s), refresh=False)
                 bar.update(self._count.read - bar.n)
         self._remarks.sum_up()
-        if not self._cpu_s:
-            raise BagError(self._why_nothing())
+        self._checks.check(len(self._cpu_s))
         self._session.finish()
         wall_s = time.perf_counter() - start_s
         self._write(output, wall_s)
@@ -234,10 +235,13 @@ class Replay:
         try:
             planar, base_in_odom = self._source.planar(scan)
             covariance, cloud = self._beside.covariance_of(scan), partial(self._beside.cloud_of, scan)
+            self._checks.add(planar, base_in_odom)
             update = self._session.process(planar, base_in_odom, covariance, cloud)
         except FrameError:
             self._count.without_tf += 1
             return
+        except MountingError as error:  # what was mapped before it was found out is wrong, too
+            raise BagError(f"{error} No map is written.") from None
         except SlamError as error:
             self._unusable += 1
             self._remarks.say(f"{error} The scan at {scan.header.stamp.to_sec():.3f} s is left out.")
@@ -254,15 +258,6 @@ class Replay:
         self._online.append(se2.compose(map_to_odom, base_in_odom))
         if self._first_closure_s is None and self._session.closures:
             self._first_closure_s = planar.stamp_s
-
-    def _why_nothing(self) -> str:
-        if self._count.without_tf:
-            return (
-                f"No scan could be used: TF in the bag does not lead from its {self._count.read} scans over "
-                f'"{self._settings.base_frame}" to "{self._settings.odom_frame}"; set base_frame:=... and '
-                "odom_frame:=..."
-            )
-        return f"None of the {self._count.read} scans on {self._topics.scan} could be used."
 
     def _write(self, output: Path, wall_s: float) -> None:
         begun_s = time.process_time()

@@ -10,6 +10,7 @@ from sensor_msgs.msg import LaserScan
 
 from gridslam import PlanarScan
 from gridslam.inputs.levelling import Levelling
+from gridslam.inputs.mounting_watch import MountingWatch
 from gridslam.inputs.scan_watch import ScanWatch
 from gridslam_ros.odometry_frames import OdometryFrames
 
@@ -37,6 +38,8 @@ class ScanSource:
         self._frames = frames
         self._say = say
         self._levelling, self._watch = Levelling(levelling, floor_z_m), ScanWatch()
+        self._mounting: dict[str, MountingWatch] = {}
+        """By the lidar's frame."""
         self._lidars: deque[tuple[str, int]] = deque(maxlen=2 * TURNS)  # frames and numbers of beams
 
     def planar(self, scan: LaserScan) -> tuple[PlanarScan, tuple[float, float, float]]:
@@ -45,6 +48,7 @@ class ScanSource:
         Raises:
             FrameError: TF does not know where the lidar was.
             ScanError: the scan or its frames make no sense, or no lidar measures such a scan.
+            MountingError: the lidar is upside down, and TF does not tell.
         """
         base_in_odom, lidar_in_base = self._frames.look_up(scan)
         ranges_m = np.asarray(scan.ranges)
@@ -58,6 +62,7 @@ class ScanSource:
         )
         self._watch_lidar(scan)
         self._watch.check(ranges_m, planar, base)
+        self._mounting.setdefault(scan.header.frame_id, MountingWatch()).check(planar, base)
         return planar, base
 
     def _watch_lidar(self, scan: LaserScan) -> None:

@@ -17,6 +17,10 @@ class NoUsableBeamError(ScanError):
     """A scan in order of which no beam sees a wall."""
 
 
+class MountingError(ScanError):
+    """The lidar is mounted otherwise than TF tells."""
+
+
 class MapError(SlamError):
     """A map that cannot be interpreted, or that has outgrown its bounds."""
 

@@ -16,6 +16,7 @@ from gridslam.logs.carmen import (
     flaser_angles,
     format_odometry,
     format_scan,
+    planar_scans,
     read_log,
 )
 
@@ -119,6 +120,32 @@ def test_any_byte_may_stand_in_a_comment(tmp_path):
     path = log(tmp_path, FLASER)
     path.write_bytes("# Universit\xe4t Freiburg\n".encode("latin-1") + path.read_bytes())
     assert len(list(read_log(path))) == 1
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
+@pytest.mark.parametrize("pack", [bytes, gzip.compress])
+def test_a_log_that_an_editor_or_powershell_has_saved_is_the_same(tmp_path, encoding, pack):
+    path = log(tmp_path, FLASER)
+    (plain,) = read_log(path)
+    path.write_bytes(pack(FLASER.encode(encoding)))
+    (found,) = read_log(path)
+    np.testing.assert_array_equal(found.ranges_m, plain.ranges_m)
+
+
+@pytest.mark.parametrize("content", [FLASER.encode("utf-16-le"), bytes(range(256))])
+def test_what_is_no_text_is_refused(tmp_path, content):
+    path = log(tmp_path, "")
+    path.write_bytes(content)
+    with pytest.raises(CarmenError, match="is not a text of CARMEN"):
+        list(read_log(path))
+
+
+def test_a_log_without_stamps_needs_its_period(tmp_path):
+    path = log(tmp_path, *[FLASER] * 12)
+    with pytest.raises(CarmenError, match=r"9 of the first 10 scans in .* do not ascend"):
+        list(planar_scans(path))
+    stamps_s = [scan.stamp_s for scan, _ in planar_scans(path, period_s=0.5)]
+    np.testing.assert_allclose(stamps_s, 0.5 * np.arange(1, 13))
 
 
 def test_files_that_cannot_be_read(tmp_path):

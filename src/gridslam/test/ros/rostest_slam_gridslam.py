@@ -201,11 +201,44 @@ class SlamGridslamTest(unittest.TestCase):
 
     def test_tf_that_does_not_come_is_missed_aloud(self):
         lost = [self.step(frame="nowhere", seconds=0.6, wait=False) for _ in range(4)]
-        self.warned.wait_for('no transform from "nowhere"')
+        self.warned.wait_for('no transform from "base_link" to "nowhere"')
         self.step((0.6, 0.0, 0.0))
         for stamp in lost:
             self.wait_for_processed(stamp)
         self.assert_maps(0.6)
+
+    def test_tf_of_two_roots_is_named(self):
+        """And the scans of a second lidar whose frame hangs on odometry are mapped all the while."""
+        self.static.send(transform("elsewhere", "island", rospy.Time(0)))
+        lost = [self.step(frame="island", seconds=0.6, wait=False) for _ in range(4)]
+        self.warned.wait_for('TF has two roots: "island" hangs on "elsewhere", and "base_link" on "odom"')
+        self.step((0.6, 0.0, 0.0))
+        for stamp in lost:
+            self.wait_for_processed(stamp)
+        self.assert_maps(0.6)
+
+    def test_a_second_parent_of_the_base_does_no_harm(self):
+        for x in (0.6, 1.2):
+            ahead = rospy.Time.from_sec(self.now_s + 1.0)
+            self.odometry.send(transform("world", "base_link", ahead, (9.0, 9.0, 1.0)))
+            self.step((x, 0.0, 0.0))
+        self.warned.wait_for('"base_link" has two parents in TF, "odom" and "world"')
+        self.assert_maps(1.2)
+
+    def test_odometry_without_scans_is_told(self):
+        for second in range(0, 200, 10):
+            stamp = rospy.Time.from_sec(self.now_s + second)
+            self.odometry.send(transform("odom", "base_link", stamp))
+        self.warned.wait_for("without a scan; check the lidar and the scans' topic")
+
+    def test_a_lidar_that_is_upside_down_untold_is_refused(self):
+        self.static.send(transform("base_link", "hanging", rospy.Time(0)))
+        for turn in range(12):
+            pose = (0.6, 0.2, 0.3 * turn)
+            ranges = room_scan(rospy.Time(0), pose).ranges
+            # From -pi on, so the first beam is its own mirror image
+            self.step(pose, seconds=0.5, frame="hanging", ranges=np.roll(ranges[::-1], 1))
+        self.warned.wait_for("the lidar hangs upside down and TF does not tell")
 
     def test_odometry_that_jumps_does_not_move_the_vehicle(self):
         self.step((0.6, 0.0, 0.0), seconds=0.1)

@@ -68,6 +68,22 @@ def test_scans_in_order_are_let_in_and_others_left_out():
     assert feed.said == ["A scan is older than the one before it; it is left out."]  # not of the repeated one
 
 
+def test_odometry_without_scans_is_told_once_a_silence():
+    feed = Feed()
+    feed.odometry(*range(100, 115))
+    assert [sentence for sentence in feed.said if "without a scan" in sentence] == [
+        "Odometry has come for 11 s without a scan; check the lidar and the scans' topic."
+    ]
+    # A pause of 30 s, and then one of 61 s, are less than three times the longest
+    feed.both(115.0)
+    feed.odometry(*range(116, 145))
+    feed.both(145.0)
+    feed.odometry(*range(146, 235))
+    assert len(feed.said) == 1
+    feed.odometry(236.0)
+    assert len(feed.said) == 2
+
+
 def test_one_of_three():
     feed = Feed(throttle=3)
     feed.scans(*range(9))

@@ -6,11 +6,14 @@ ROBOTLASER1 and ODOM are read. Other messages (PARAM, SYNC, RLASER, ...) and com
 
 from __future__ import annotations
 
+import codecs
 import gzip
+import io
 import math
-from dataclasses import dataclass
+import zlib
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Callable, Iterator
+from typing import BinaryIO, Callable, Iterator, cast
 
 import numpy as np
 
@@ -27,6 +30,17 @@ NO_RETURN_BEYOND_M = 1.83
 """The SICK reports 81.83 for no return."""
 STEPS_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 401: 0.25, 541: 0.5, 1081: 0.25}
 """Number of readings -> degrees from beam to beam, by CARMEN's convention."""
+
+GZIP_BEGIN, SNIFFED_BYTES = b"\x1f\x8b", 4096
+BYTE_ORDER_MARKS = {
+    codecs.BOM_UTF8: "utf-8-sig",
+    codecs.BOM_UTF16_LE: "utf-16",
+    codecs.BOM_UTF16_BE: "utf-16",
+}
+"""First bytes of a text that an editor, or PowerShell's ">", has written -> its encoding."""
+
+STAMPS_MIN = 10
+"""A log is judged by the stamps of so many scans."""
 
 
 class CarmenError(SlamError):
@@ -69,7 +83,10 @@ def flaser_angles(count: int) -> tuple[float, float]:
 
 
 def read_log(
-    path: str | Path, range_max_m: float | None = None, on_bad: Callable[[CarmenError], None] | None = None
+    path: str | Path,
+    range_max_m: float | None = None,
+    on_bad: Callable[[CarmenError], None] | None = None,
+    period_s: float | None = None,
 ) -> Iterator[CarmenScan | CarmenOdometry]:
     """Yield the scans and odometry of a log (plain or .gz) in its order.
 
@@ -77,6 +94,8 @@ def read_log(
         path: of the log.
         range_max_m: the lidar's range; None: 80 m for FLASER, the message's for ROBOTLASER1.
         on_bad: is told of each line that cannot be understood, which is then left out; None: it is raised.
+        period_s: the log's stamps are not used: scans are so many seconds apart, and a reading of odometry
+            is half of that after the scan before; None: the stamps are the log's.
 
     Raises:
         CarmenError: the file cannot be read, or a line cannot be understood; names both.
@@ -86,12 +105,18 @@ def read_log(
         "ROBOTLASER1": _robot_laser,
         "ODOM": _odometry,
     }
+    scans = 0
     for number, line in enumerate(_lines(path), start=1):
         words = line.split()
         if not words or words[0] not in readers:
             continue
         try:
-            yield readers[words[0]](words[1:], range_max_m)
+            record = readers[words[0]](words[1:], range_max_m)
+            is_scan = isinstance(record, CarmenScan)
+            scans += is_scan
+            if period_s is not None:
+                record = replace(record, stamp_s=period_s * (scans if is_scan else scans + 0.5))
+            yield record
         except (ValueError, IndexError):
             error = CarmenError(
                 f"{path}:{number}: this {words[0]} message is incomplete or holds what is not a number."
@@ -101,8 +126,38 @@ def read_log(
             on_bad(error)
 
 
+class StampOrder:
+    """Finds a log whose scans have no stamps, or rounded ones.
+
+    Args:
+        path: of the log.
+    """
+
+    def __init__(self, path: str | Path) -> None:
+        self._path = path
+        self._scans = self._behind = 0
+        self._newest_s = -math.inf
+
+    def add(self, stamp_s: float) -> None:
+        """Take in the stamp of the next scan.
+
+        Raises:
+            CarmenError: most of the stamps do not ascend.
+        """
+        self._scans += 1
+        self._behind += stamp_s <= self._newest_s
+        self._newest_s = max(self._newest_s, stamp_s)
+        if self._scans >= STAMPS_MIN and 2 * self._behind > self._scans:
+            raise CarmenError(
+                f"The stamps of {self._behind} of the first {self._scans} scans in {self._path} do not "
+                "ascend: the log has none, or they are rounded; tell the time from scan to scan (--period S)."
+            )
+
+
 def planar_scans(
-    path: str | Path, lidar_in_base: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    path: str | Path,
+    lidar_in_base: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    period_s: float | None = None,
 ) -> Iterator[tuple[PlanarScan, tuple[float, float, float]]]:
     """Yield a log's scans with the base in odom (x, y, yaw), the input of the filter, bit for bit as its bag.
 
@@ -112,11 +167,19 @@ def planar_scans(
     Args:
         path: of the log.
         lidar_in_base: pose of the lidar on the robot, x, y in m and yaw in rad.
+        period_s: see `read_log`.
+
+    Raises:
+        CarmenError: as `read_log`, or most of the stamps do not ascend.
     """
+    order = StampOrder(path)
     last_s, range_min_m = -math.inf, float(np.float32(RANGE_MIN_M))
     mounting = ((*lidar_in_base[:2], 0.0), _quaternion(lidar_in_base[2]))
-    for scan in read_log(path):
-        if not isinstance(scan, CarmenScan) or scan.stamp_s <= last_s:
+    for scan in read_log(path, period_s=period_s):
+        if not isinstance(scan, CarmenScan):
+            continue
+        order.add(scan.stamp_s)
+        if scan.stamp_s <= last_s:
             continue
         last_s = scan.stamp_s
         planar = project(
@@ -213,11 +276,37 @@ def _floats(words: list[str], count: int) -> list[float]:
 
 def _lines(path: str | Path) -> Iterator[str]:
     try:
-        # Only names of hosts and comments can hold other than ASCII, in whatever encoding.
-        with (gzip.open if str(path).endswith(".gz") else open)(path, "rt", encoding="latin-1") as lines:
+        with _opened(path) as start:
+            encoding = _encoding(path, start.read(SNIFFED_BYTES))
+        with _opened(path) as binary, io.TextIOWrapper(binary, encoding) as lines:
             yield from lines
-    except (OSError, EOFError) as error:
+    except (OSError, EOFError, UnicodeError, zlib.error) as error:
         raise CarmenError(f"The log {path} cannot be read: {reason_of(error)}.") from None
+
+
+def _opened(path: str | Path) -> BinaryIO:
+    """Open a log's bytes. A packed one is known by its ending, or by its first bytes."""
+    with open(path, "rb") as file:
+        is_packed = str(path).endswith(".gz") or file.read(len(GZIP_BEGIN)) == GZIP_BEGIN
+    return cast(BinaryIO, gzip.open(path) if is_packed else open(path, "rb"))
+
+
+def _encoding(path: str | Path, begin: bytes) -> str:
+    """Return how a log's text is encoded, by its first bytes.
+
+    Raises:
+        CarmenError: it is no text.
+    """
+    for mark, encoding in BYTE_ORDER_MARKS.items():
+        if begin.startswith(mark):
+            return encoding
+    if b"\0" in begin:
+        raise CarmenError(
+            f"The log {path} is not a text of CARMEN: it holds bytes of zero (a log in UTF-16 without its "
+            "mark is made readable by iconv -f UTF-16LE -t UTF-8)."
+        )
+    # Only names of hosts and comments can hold other than ASCII, in whatever encoding.
+    return "latin-1"
 
 
 def _quaternion(yaw_rad: float) -> tuple[float, float, float, float]:

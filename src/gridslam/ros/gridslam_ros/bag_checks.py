@@ -1,0 +1,68 @@
+"""Why a bag gives no map, or none that is worth anything: one sentence each."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from gridslam import PlanarScan, se2
+from gridslam.localisation.standstill import STILL_M, STILL_RAD, Standstill
+from gridslam_ros.bags import BagCount, BagError
+from gridslam_ros.odometry_frames import OdometryFrames
+
+CHANGES = 3
+"""So many times scans have changed while odometry stood still, and it has never moved: there is none."""
+
+
+class BagChecks:
+    """Judges a bag by its count, its frames, and whether odometry has moved at all.
+
+    Args:
+        topic: of the scans.
+        count: of the scans.
+        frames: know the bag's TF.
+    """
+
+    def __init__(self, topic: str, count: BagCount, frames: OdometryFrames) -> None:
+        self._topic, self._count, self._frames = topic, count, frames
+        self._standstill, self._changes = Standstill(), 0
+        self._first: tuple[float, float, float] | None = None
+        self._has_moved = False
+
+    def add(self, scan: PlanarScan, base_in_odom: tuple[float, float, float]) -> None:
+        """Take in a scan that is used, with the base in odom."""
+        if self._has_moved:
+            return
+        self._first = self._first or base_in_odom
+        x, y, yaw = se2.between(self._first, base_in_odom)
+        self._has_moved = math.hypot(x, y) > STILL_M or abs(yaw) > STILL_RAD
+        self._changes += self._standstill.has_changed(scan, np.array(base_in_odom))
+
+    def check(self, integrated: int) -> None:
+        """Judge the whole bag, of which so many scans were integrated.
+
+        Raises:
+            BagError: no map can be right.
+        """
+        read = self._count.read
+        if 2 * self._count.of_one_stamp > read:
+            raise BagError(
+                f"{self._count.of_one_stamp} of the {read} scans have the stamp of the scan before, though "
+                "they see other things; the driver must stamp each scan."
+            )
+        if not integrated:
+            raise BagError(self._why_nothing())
+        if not self._has_moved and self._changes >= CHANGES:
+            raise BagError(
+                f"Odometry stands still in the whole bag, but the scans change: none of the {read} scans has "
+                "odometry; play the bag to lidar_odometry, which makes odometry of scans."
+            )
+
+    def _why_nothing(self) -> str:
+        if self._count.without_tf:
+            lacks = self._frames.what_lacks(self._count.lidar_frame) or (
+                "the transforms are of other times than the scans; check the clocks that stamp both"
+            )
+            return f"None of the {self._count.read} scans could be used: {lacks}."
+        return f"None of the {self._count.read} scans on {self._topic} could be used."

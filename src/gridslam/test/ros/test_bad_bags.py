@@ -1,0 +1,174 @@
+"""Bags that lack something, or tell it wrong: mapped as if it were right, or refused in one sentence."""
+
+import dataclasses
+
+import numpy as np
+import planar_world
+import pytest
+
+from gridslam.files.tum import read_tum
+
+rosbag = pytest.importorskip("rosbag", reason="needs ROS")
+replay = pytest.importorskip("gridslam_ros.replay", reason="the workspace is not built, or not sourced")
+carmen_bags = pytest.importorskip("gridslam_ros.carmen_bags")
+rospy = pytest.importorskip("rospy")
+TFMessage = pytest.importorskip("tf2_msgs.msg").TFMessage
+from test_replay import LIDAR, START_S, message_of, stamp_of, transform  # noqa: E402
+
+FEW = ("particles:=5", "linearUpdate:=0.5", "angularUpdate:=0.3", "loop_closure:=false")
+ROUTE = np.array([(-8.0, -5.0), (-4.0, -5.0), (-4.0, -1.0), (-7.0, -1.0)])
+
+
+@pytest.fixture(scope="module")
+def way():
+    return planar_world.drive(planar_world.hold(), planar_world.along(ROUTE, 0.25), LIDAR, seed=4)
+
+
+def mounting(parent="base_link", upside_down=False):
+    edge = transform(parent, "laser", rospy.Time(), (0.0, 0.0, 0.0), z=0.2)
+    if upside_down:
+        edge.transform.rotation.x, edge.transform.rotation.w = 1.0, 0.0
+    return edge
+
+
+def as_it_is(index, stamp, base):
+    return [transform("odom", "base_link", stamp, base)]
+
+
+def from_elsewhere(stamp, base):
+    """The same base in a frame of its own, as by a simulator's truth."""
+    return transform("world", "base_link", stamp, (*base[:2] + 5.0, 0.4))
+
+
+def without(index, stamp, base):
+    return []
+
+
+def write(path, way, static=(), edges=as_it_is, scans=None, order=None, stamps=stamp_of):
+    """Write a bag: a static edge at most, and scans with ``edges(index, stamp, base)``, in an order."""
+    with rosbag.Bag(str(path), "w") as opened:
+        for edge in static:
+            opened.write("/tf_static", TFMessage([edge]), stamp_of(0.0))
+        for place, index in enumerate(range(len(way.scans)) if order is None else order):
+            scan = way.scans[index] if scans is None else scans[index]
+            stamp, recorded = stamps(scan.stamp_s), stamp_of(0.5 * place)
+            opened.write("/scan", message_of(scan, stamp, LIDAR.angles_rad), recorded)
+            for edge in edges(index, stamp, way.odometry[index]):
+                opened.write("/tf", TFMessage([edge]), recorded)
+    return str(path)
+
+
+def refused(bag, capsys):
+    """Replay a bag that cannot be mapped; return the sentence."""
+    assert replay.main([bag, *FEW]) == 1
+    said = capsys.readouterr().err
+    assert "Traceback" not in said
+    return [line for line in said.splitlines() if "gridslam_replay:" in line][-1]
+
+
+def error_m(bag, way):
+    """Map a bag; return the greatest error of the path (m) and the number of its poses."""
+    assert replay.main([bag, *FEW]) == 0
+    found = read_tum(bag.replace(".bag", "_slam") + "/trajectory_online.tum")
+    index = np.round((found.stamps_s - START_S) / 0.5).astype(int)
+    first = way.truth.poses_in_map[index] - way.truth.poses_in_map[index[0]]
+    moved = found.poses_in_map - found.poses_in_map[0]
+    return float(np.hypot(*(moved - first)[:, :2].T).max()), len(index)
+
+
+def swapped(first, second):
+    return lambda index, stamp, base: [
+        edge
+        for name in (first, second)
+        for edge in (as_it_is(index, stamp, base) if name == "odom" else [from_elsewhere(stamp, base)])
+    ]
+
+
+@pytest.mark.parametrize(
+    ("given", "sentence"),
+    [
+        ({"edges": without}, "no TF has come at all"),
+        ({"static": [mounting], "edges": without}, 'no transform from "odom" to "base_link" has come'),
+        ({}, 'mounting lacks: no transform from "base_link" to "laser" has come; check /tf_static'),
+        (
+            {"static": [lambda: mounting("base_footprint")]},
+            'two roots: "laser" hangs on "base_footprint", and "base_link" on "odom"',
+        ),
+        (
+            {"static": [mounting], "edges": lambda index, stamp, base: [from_elsewhere(stamp, base)]},
+            'odometry lacks: "base_link" hangs on "world", not on "odom"; set odom_frame:=world',
+        ),
+        (
+            {"static": [mounting], "edges": lambda index, stamp, base: as_it_is(index, stamp, base * 0.0)},
+            "Odometry stands still in the whole bag, but the scans change",
+        ),
+        ({"static": [mounting], "stamps": lambda _: rospy.Time(5)}, "have the stamp of the scan before"),
+    ],
+    ids=["no_tf", "no_odometry", "no_mounting", "two_roots", "other_root", "at_rest", "one_stamp"],
+)
+def test_what_lacks_is_named(way, tmp_path, capsys, given, sentence):
+    given = {**given, "static": [edge() for edge in given.get("static", [])]}
+    assert sentence in refused(write(tmp_path / "bad.bag", way, **given), capsys)
+
+
+@pytest.mark.parametrize("order", [("odom", "world"), ("world", "odom")])
+def test_of_two_parents_the_one_counts_that_leads_to_odometry(way, tmp_path, capsys, order):
+    bag = write(tmp_path / "two.bag", way, [mounting()], edges=swapped(*order))
+    worst_m, poses = error_m(bag, way)
+    assert worst_m < 0.2
+    assert poses >= len(way.scans) - 1
+    assert '"base_link" has two parents in TF, "odom" and "world"' in capsys.readouterr().err
+
+
+def test_stamps_out_of_order_are_refused(way, tmp_path, capsys):
+    # Given scans and TF in an order that is wrong by up to 3 s
+    places = np.arange(len(way.scans)) + np.random.default_rng(0).uniform(0.0, 6.0, len(way.scans))
+    bag = write(tmp_path / "mixed.bag", way, [mounting()], order=np.argsort(places))
+    assert "The stamps of the scans are out of order" in refused(bag, capsys)
+
+
+def test_a_lidar_upside_down_is_mapped_if_tf_tells_and_refused_if_not(way, tmp_path, capsys):
+    scans = [dataclasses.replace(scan, ranges_m=scan.ranges_m[::-1].copy()) for scan in way.scans]
+    told = write(tmp_path / "told.bag", way, [mounting(upside_down=True)], scans=scans)
+    assert error_m(told, way)[0] < 0.2
+    untold = write(tmp_path / "untold.bag", way, [mounting()], scans=scans)
+    assert "the lidar hangs upside down and TF does not tell" in refused(untold, capsys)
+
+
+def test_a_log_that_begins_in_motion_is_mapped(way, tmp_path):
+    bag = write(tmp_path / "cut.bag", way, [mounting()], order=range(len(way.scans) // 4, len(way.scans)))
+    worst_m, poses = error_m(bag, way)
+    assert worst_m < 0.2
+    assert poses == len(way.scans) - len(way.scans) // 4
+
+
+def test_odometry_without_scans_is_refused(way, tmp_path, capsys):
+    with rosbag.Bag(str(tmp_path / "none.bag"), "w") as opened:
+        for scan, base in zip(way.scans, way.odometry):
+            stamp = stamp_of(scan.stamp_s)
+            opened.write("/tf", TFMessage(as_it_is(0, stamp, base)), stamp)
+    assert "The bag has no scans on /scan" in refused(str(tmp_path / "none.bag"), capsys)
+
+
+def test_scans_that_end_before_odometry_are_told(way, tmp_path, capsys):
+    bag = write(tmp_path / "end.bag", way, [mounting()], order=range(20))
+    with rosbag.Bag(bag, "a") as opened:
+        for second in range(10, 90):
+            edge = transform("odom", "base_link", stamp_of(second), way.odometry[20])
+            opened.write("/tf", TFMessage([edge]), stamp_of(second))
+    assert replay.main([bag, *FEW]) == 0
+    assert capsys.readouterr().err.count("without a scan; check the lidar") == 1
+
+
+def test_a_log_without_stamps_is_refused_unless_its_period_is_given(tmp_path, capsys):
+    from test_bags import written
+
+    log = written(tmp_path / "a.log", count=12, stamp_s=0.0)
+    assert carmen_bags.carmen_to_bag([log, str(tmp_path / "a.bag")]) == 1
+    assert "do not ascend" in capsys.readouterr().err
+    assert carmen_bags.carmen_to_bag([log, str(tmp_path / "a.bag"), "--period", "0.5"]) == 0
+    with rosbag.Bag(str(tmp_path / "a.bag")) as bag:
+        stamps_s = [scan.header.stamp.to_sec() for _, scan, _ in bag.read_messages(["/scan"])]
+    np.testing.assert_allclose(stamps_s, 0.5 * np.arange(1, 13))
+    assert carmen_bags.carmen_to_bag([log, str(tmp_path / "b.bag"), "--period", "0"]) == 1
+    assert "--period 0 is no time" in capsys.readouterr().err
