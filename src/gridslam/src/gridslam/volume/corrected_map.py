@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Sequence
+from typing import Sequence
 
 import numpy as np
 
 from gridslam.errors import ScanError
 from gridslam.volume.board import Board, Rays
 from gridslam.volume.clouds import KeptCloud, Pose, rounded
-from gridslam.volume.kernels.tiles import SIDE_BITS
+from gridslam.volume.correction.settled_events import SettledEvents
+from gridslam.volume.events import Event, clear_box
 from gridslam.volume.nodes import ClearedBox, CloudNode, NodeSpacing, TouchedTiles, shift_of
 from gridslam.volume.parameters import VolumeParameters
 from gridslam.volume.transient import TransientLayer
 from gridslam.volume.voxel_map import Box, VoxelMap
 
-if TYPE_CHECKING:
-    from gridslam.volume.correction.settled_events import SettledEvents
-
 POINTS_MAX = 4_000_000
 """Of a cloud."""
 MOVED_VOXELS = 0.5
 """A node is moved in the map when the end of a ray of median length moves by more than this."""
-
-Event = CloudNode | ClearedBox
 
 
 class CorrectedMap:
@@ -129,30 +125,3 @@ class CorrectedMap:
         limit_m = MOVED_VOXELS * self.parameters.resolution_m
         shifts = [shift_of(node, pose) for node, pose in zip(self.nodes, poses)]
         return np.array(shifts, float) > limit_m
-
-
-def insert_event(voxels: VoxelMap, event: Event, pose: Pose | None, board: Board) -> TouchedTiles | None:
-    """Enter an event into a map, a cloud from its sensor's pose. Return the tiles that the cloud touches."""
-    if isinstance(event, ClearedBox):
-        clear_box(voxels, event.box)
-        return None
-    sensor_in_map = event.sensor_in_map if pose is None else pose
-    rays = voxels.rays(sensor_in_map.translation, sensor_in_map.of_points(event.cloud.points()))
-    return TouchedTiles.of(rays.low, voxels.insert(rays, board))
-
-
-def clear_box(voxels: VoxelMap, box: Box) -> None:
-    """Give all known voxels of a box the least probability."""
-    places = voxels.known_places()
-    tiles = places[:, ::-1] + voxels.corner
-    low, high = np.asarray(box.low), np.asarray(box.high)
-    inside = ((tiles >= low >> SIDE_BITS) & (tiles <= (high - 1) >> SIDE_BITS)).all(axis=1)
-    voxels.stamp += 1
-    arrays, side = voxels.pool.tiles, 1 << SIDE_BITS
-    for tile, place in zip(tiles[inside], places[inside]):
-        index = voxels.table[tuple(place)]
-        cube = voxels.pool.cubes[index].reshape(side, side, side)
-        first, last = np.maximum(low - tile * side, 0), np.minimum(high - tile * side, side)
-        part = cube[first[2] : last[2], first[1] : last[1], first[0] : last[0]]
-        part[~np.isnan(part)] = voxels.parameters.model.low
-        arrays.written[index] = arrays.turned[index] = voxels.stamp

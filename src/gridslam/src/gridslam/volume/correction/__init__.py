@@ -1,5 +1,1 @@
 """How a map follows its corrected path: what a correction begins from, and the new map beside the old."""
-
-from gridslam.volume.correction.rebuilding import Rebuilding
-
-__all__ = ["Rebuilding"]
