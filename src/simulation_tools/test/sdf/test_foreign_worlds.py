@@ -301,12 +301,10 @@ def test_a_hinge_begins_at_zero_and_this_is_said(world_of):
 def test_attributes_of_newer_versions_that_would_change_the_model_are_said(world_of, tmp_path):
     put_model(tmp_path, "inner", '<link name="l"/>')
     world = world_of(
-        '<model name="m" placement_frame="l"><link name="l"/>'
-        '<include merge="true"><uri>model://inner</uri></include></model>',
+        '<model name="m"><link name="l"/><include merge="true"><uri>model://inner</uri></include></model>',
         version="1.9",
     )
-    assert "placement_frame" in world.warnings[0]
-    assert "merge" in world.warnings[1]
+    assert "merge" in world.warnings[0]
 
 
 def test_what_is_left_out_for_one_reason_is_one_sentence(world_of):

@@ -273,10 +273,23 @@ class Node:
         frame = node.attribute("relative_to", "") or node.attribute("frame", "")
         if not (node._element.text or "").strip():
             return Pose(), frame
+        if node.attribute("rotation_format", "euler_rpy") == "quat_xyzw":  # from SDF 1.9 on
+            return node._pose_of_quaternion(), frame
         numbers = node.numbers(6)
+        if node.attribute("degrees", "false").lower() in ("true", "1"):
+            numbers = (*numbers[:3], *map(math.radians, numbers[3:]))
         if not are_sane(numbers):
             raise node.error(f"<pose> must hold numbers up to {MAX_MAGNITUDE:g}")
         return Pose.from_xyz_rpy(*numbers), frame
+
+    def _pose_of_quaternion(self) -> Pose:
+        numbers = self.numbers(7)
+        length = math.hypot(*numbers[3:])
+        if not (are_sane(numbers) and length > 1e-6):
+            raise self.error(f"<pose> must hold numbers up to {MAX_MAGNITUDE:g}, and a quaternion")
+        x, y, z, *turn = numbers
+        qx, qy, qz, qw = (value / length for value in turn)
+        return Pose((x, y, z), (qx, qy, qz, qw))
 
 
 def unique(nodes: list[Node]) -> dict[str, Node]:

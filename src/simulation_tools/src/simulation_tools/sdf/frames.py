@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import cos, sin
+from typing import Sequence
 
 from simulation_tools.geometry import IDENTITY, Pose
+from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import CameraSensor, Joint, Link, Model, Plugin
 from simulation_tools.sdf.safe_xml import SdfError
 
@@ -174,3 +176,42 @@ def _parents_first(edges: dict[str, Frame], root: str) -> list[Frame]:
         reached.update(frame.child for frame in ready)
         waiting = [frame for frame in waiting if frame.child not in reached]
     return ordered
+
+
+def frames_in(model: Model) -> dict[str, Pose]:
+    """Return the poses of a model's links and joints in its own frame. A link hides a joint of its name."""
+    links = {link.name: link.pose for link in model.links}
+    return {joint.name: links[joint.child] @ joint.pose for joint in model.joints} | links
+
+
+class WorldFrames:
+    """The named frames of a world: its models, their links and joints, and its ``<frame>``s.
+
+    models: with their elements, before they are placed. frames: the world's ``<frame>`` elements.
+    """
+
+    def __init__(self, models: Sequence[tuple[Node, Model]], frames: Sequence[Node]) -> None:
+        self._raw: dict[str, tuple[Pose, str]] = {}
+        for frame in frames:
+            pose, relative_to = frame.pose()
+            usual = frame.attribute("attached_to", "")
+            self._raw[frame.attribute("name")] = pose, relative_to or usual
+        for _, model in models:
+            self._raw.setdefault(model.name, (model.pose, model.relative_to))
+            for name, pose in frames_in(model).items():
+                self._raw.setdefault(f"{model.name}::{name}", (pose, model.name))
+
+    def placed(self, model: Model, node: Node) -> Model:
+        """Return a model with its pose in the world; raises SdfError if its frame leads nowhere."""
+        pose = self._in_world(model.relative_to, node, ()) @ model.pose
+        return replace(model, pose=pose, relative_to="")
+
+    def _in_world(self, name: str, asker: Node, trail: tuple[str, ...]) -> Pose:
+        if name in ("", "world"):
+            return IDENTITY
+        if name in trail:
+            raise asker.error(f'The frame "{name}" is defined through itself')
+        if name not in self._raw:
+            raise asker.error(f'There is no frame "{name}" in this world')
+        pose, relative_to = self._raw[name]
+        return self._in_world(relative_to, asker, (*trail, name)) @ pose

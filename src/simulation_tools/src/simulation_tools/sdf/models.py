@@ -10,7 +10,7 @@ from simulation_tools.geometry import Pose, Vector3, rotate, rotate_inverse
 from simulation_tools.sdf.checks import NOT_NEGATIVE
 from simulation_tools.sdf.document import Node, unique
 from simulation_tools.sdf.elements import Collision, Geometry, Inertial, Joint, Link, Model, Sensor, Visual
-from simulation_tools.sdf.frames import flattened_joints, flattened_links, flattened_plugins
+from simulation_tools.sdf.frames import flattened_joints, flattened_links, flattened_plugins, frames_in
 from simulation_tools.sdf.plugins import read_plugins
 from simulation_tools.sdf.reading import Reading
 from simulation_tools.sdf.safe_xml import SdfError
@@ -27,18 +27,26 @@ HELD_KINDS = ("fixed", "prismatic", "ball", "universal", "revolute2", "screw", "
 JOINT_EXTRAS = ("physics", "thread_pitch", "gearbox_ratio", "gearbox_reference_body")
 
 
-def read_model(node: Node, reading: Reading, static: bool = False) -> Model:
-    """Read a model whole. static: it is, whatever the file says. Raises SdfError."""
+def read_model(
+    node: Node, reading: Reading, static: bool = False, placement_frame: str | None = None
+) -> Model:
+    """Read a model whole. Its pose may still be relative to a frame around it.
+
+    static: it is, whatever the file says. placement_frame: of an ``<include>`` that gives the pose; empty:
+    the model's own. Then the model's pose is that in which this frame is at the origin. None: the file's pose
+    counts. Raises SdfError.
+    """
     name = checked_name(node)
     node.accept("allow_auto_disable", "enable_wind")
-    pose, frame = node.pose()
-    if frame not in ("", "world"):
-        raise node.error(f'A model cannot be placed in the frame "{frame}"')
-    if node.attribute("placement_frame", ""):
-        node.note(f'The placement_frame of the model "{name}" is not supported: its own frame is placed')
+    pose, relative_to = node.pose() if placement_frame is None else (Pose(), "")
+    if placement_frame is not None:
+        node.accept("pose")
+    placement_frame = placement_frame or node.attribute("placement_frame", "")
     static = node.flag("static", False) or static
     nested, lost = _read_nested(node, reading, static)
     frames = _Frames(node, nested)
+    pose = pose @ frames.in_model(placement_frame, node).inverse()
+    nested = [replace(each, pose=frames.of_nested(each, node), relative_to="") for each in nested]
     links = [_read_link(child, frames, reading, static) for child in frames.link_nodes.values()]
     links += [link for model in nested for link in flattened_links(model)]
     if not links:
@@ -55,6 +63,7 @@ def read_model(node: Node, reading: Reading, static: bool = False) -> Model:
         plugins=(*read_plugins(node), *(plugin for model in nested for plugin in flattened_plugins(model))),
         source=node.document.name,
         warnings=tuple(warning for model in nested for warning in model.warnings),
+        relative_to="" if relative_to == "world" else relative_to,
     )
 
 
@@ -90,11 +99,9 @@ class _Frames:
             pose, frame = node.pose()
             self._raw[name] = (node, pose, frame or _usual_frame(node))
         for inner in nested:
-            self._known[inner.name] = inner.pose
-            links = {link.name: inner.pose @ link.pose for link in inner.links}
-            joints_of = {joint.name: links[joint.child] @ joint.pose for joint in inner.joints}
-            for name, pose in {**joints_of, **links}.items():
-                self._known[f"{inner.name}::{name}"] = pose
+            self._raw[inner.name] = (model, inner.pose, inner.relative_to)
+            for name, pose in frames_in(inner).items():
+                self._raw[f"{inner.name}::{name}"] = (model, pose, inner.name)
 
     def in_model(self, name: str, asker: Node, trail: tuple[str, ...] = ()) -> Pose:
         """Return the pose of a named frame in the model frame."""
@@ -108,6 +115,10 @@ class _Frames:
             node, pose, frame = self._raw[name]
             self._known[name] = self.in_model(frame, node, (*trail, name)) @ pose
         return self._known[name]
+
+    def of_nested(self, inner: Model, asker: Node) -> Pose:
+        """Return the pose of a nested model in the model frame."""
+        return self.in_model(inner.relative_to, asker) @ inner.pose
 
     def in_link(self, node: Node, link: Pose) -> Pose:
         """Return the pose of an element in its link's frame (link: the link's pose in the model)."""

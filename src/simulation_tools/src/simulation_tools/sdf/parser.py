@@ -23,6 +23,7 @@ from simulation_tools.sdf import uri
 from simulation_tools.sdf.actors import read_actor
 from simulation_tools.sdf.document import Document, Node
 from simulation_tools.sdf.elements import Model, World
+from simulation_tools.sdf.frames import WorldFrames
 from simulation_tools.sdf.models import read_model
 from simulation_tools.sdf.plugins import read_plugins
 from simulation_tools.sdf.reading import Omissions, Reading
@@ -37,6 +38,8 @@ PHYSICS_NUMBERS = ("max_step_size", "real_time_factor", "real_time_update_rate",
 """Of Gazebo's own loop: read, but without effect."""
 SOLVERS = ("ode", "bullet", "simbody", "dart")
 """Settings of Gazebo's engines. PyBullet's are those of dynamic_reconfigure."""
+CONFIGS = ("model.config", "manifest.xml")
+"""Of a model's folder. Gazebo 11 still takes the old name."""
 MAX_INCLUDE_DEPTH = 16
 MAX_INCLUDED_FILES = 5000
 """The limit of a whole request. If each file includes ten others, every level has ten times as many files."""
@@ -88,8 +91,8 @@ def parse_model(
 
 def model_file(folder: Path) -> Path:
     """Return the SDF file that a model folder's model.config names (its newest supported version)."""
-    config = folder / "model.config"
-    if not config.is_file():
+    config = next((found for name in CONFIGS if (found := folder / name).is_file()), None)
+    if config is None:
         raise SdfError(f"{folder}:1: The folder is not a model: it holds no model.config.")
     document = Document.from_file(config)
     named = document.root("model").children("sdf")
@@ -150,7 +153,7 @@ class _Reader:
 
     def _models_in(self, node: Node, static: bool) -> list[Model]:
         """Read every model, actor and ``<include>`` of a world; leave out those that cannot be used."""
-        found = []
+        found: list[tuple[Node, Model]] = []
         for child in node.children("model", "actor", "include"):
             try:
                 if child.tag == "include":
@@ -162,11 +165,21 @@ class _Reader:
             except SdfError as error:
                 self.omissions.leave_out(child, error)
                 continue
-            found += [] if model is None else [model]
-        return found
+            found += [] if model is None else [(child, model)]
+        frames = WorldFrames(found, node.children("frame"))
+        placed: list[Model] = []
+        for child, model in found:
+            try:
+                placed.append(frames.placed(model, child))
+            except SdfError as error:
+                self.omissions.leave_out(child, error)
+        return placed
 
-    def file(self, path: Path, static: bool = False) -> list[Model]:
-        """Read a file of models; a file of lights holds none. static: they are, whatever the file says."""
+    def file(self, path: Path, static: bool = False, placement_frame: str | None = None) -> list[Model]:
+        """Read a file of models; a file of lights holds none.
+
+        static: they are, whatever the file says. placement_frame: see `read_model`.
+        """
         real = path.resolve()
         if real in self.trail or len(self.trail) >= MAX_INCLUDE_DEPTH:
             raise SdfError(f"{path}:1: The model includes itself, directly or through another one.")
@@ -178,15 +191,20 @@ class _Reader:
             )
         self.trail.append(real)
         try:
-            return self.models_of(Document.from_file(path), static)
+            return self.models_of(Document.from_file(path), static, placement_frame)
         finally:
             self.trail.pop()
 
-    def models_of(self, document: Document, static: bool = False) -> list[Model]:
+    def models_of(
+        self, document: Document, static: bool = False, placement_frame: str | None = None
+    ) -> list[Model]:
         """Read every model of a document. The first model gets the document's warning."""
         root = _root(document)
         lights = _lights(root)
-        found = [read_model(child, self._reading, static) for child in root.children("model")]
+        found = []
+        for child in root.children("model"):
+            model = read_model(child, self._reading, static, placement_frame)
+            found.append(WorldFrames((), ()).placed(model, child))
         found += [read_actor(child, self._reading) for child in root.children("actor")]
         if not (found or lights):
             raise root.error("The file holds no <model>, <actor> or <light>")
@@ -200,7 +218,9 @@ class _Reader:
         location = node.required("uri")
         if node.attribute("merge", "") in ("true", "1"):
             node.note("The merge of an <include> is not supported: the model keeps its name before its parts")
-        pose_node = node.child("pose")
+        given = node.children("pose")
+        frame_node = node.child("placement_frame") if given else None
+        placement_frame = ("" if frame_node is None else frame_node.text) if given else None
         name = node.child("name")
         overrides_static = bool(node.children_unmarked("static"))
         static = node.flag("static", False) or static
@@ -209,7 +229,7 @@ class _Reader:
         except uri.UriError as error:
             raise location.error(f"The include cannot be followed: {error}") from None
         try:
-            found = self.file(path if path.is_file() else model_file(path), static)
+            found = self.file(path if path.is_file() else model_file(path), static, placement_frame)
         except SdfError as error:
             raise SdfError(f"{error} (Included by {node.document.name}:{node.line}.)") from None
         if len(found) > 1:
@@ -217,11 +237,9 @@ class _Reader:
         if not found:
             return None
         model = found[0]
-        if pose_node is not None:
+        if given:
             pose, frame = node.pose()
-            if frame not in ("", "world"):
-                raise pose_node.error(f'An included model cannot be placed in the frame "{frame}"')
-            model = replace(model, pose=pose)
+            model = replace(model, pose=pose @ model.pose, relative_to="" if frame == "world" else frame)
         if name is not None:
             model = replace(model, name=name.text)
         if overrides_static:

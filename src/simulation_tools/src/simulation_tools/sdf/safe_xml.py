@@ -56,7 +56,11 @@ def _parse(text: bytes) -> etree._Element:
         remove_comments=True,
         remove_pis=True,
     )
-    return etree.fromstring(text, parser)
+    root = etree.fromstring(text, parser)
+    for element in root.iter():  # TinyXML knows no namespaces
+        if element.prefix is None and isinstance(element.tag, str):
+            element.tag = etree.QName(element).localname
+    return root
 
 
 def _parse_as_tinyxml(text: bytes, name: str, error: etree.XMLSyntaxError) -> etree._Element:

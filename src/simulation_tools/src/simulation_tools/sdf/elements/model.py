@@ -67,6 +67,8 @@ class Joint:
 class Model:
     """A model. pose: in the world frame. source: the file (or name) it was read from.
 
+    relative_to: while it is read, the frame that the pose is given in; empty: the usual one.
+
     warnings: one sentence per file that names what this package does not support in it. script: of an actor,
     which is static for the physics.
     """
@@ -80,6 +82,7 @@ class Model:
     source: str = ""
     warnings: tuple[str, ...] = ()
     script: Script | None = None
+    relative_to: str = ""
 
     def link(self, name: str) -> Link:
         """Return the link of that name; KeyError when there is none."""
