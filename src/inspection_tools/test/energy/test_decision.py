@@ -89,15 +89,15 @@ def test_going_on_leaves_the_reserve_after_the_way_home_with_its_margin(charge, 
         assert charge - (age_s + 1.3 * time_s + P.landing_time) / P.endurance >= P.reserve - 1e-9
 
 
-def fly(seed):
+def fly(seed, lasts_s=(300.0, 1500.0), least_charge=0.5):
     """Fly out at 1 m/s until told to return, then home; return the charge and whether it got home.
 
     The battery lasts 5 to 25 minutes, sinks by up to 20 % faster on the way home (head wind), tells whole
     percents every 2 s, and sometimes NaN, too much, or nothing.
     """
     rng = np.random.default_rng(seed)
-    rate, wind = 1.0 / rng.uniform(300.0, 1500.0), rng.uniform(1.0, 1.2)
-    watch, charge, distance_m, outward = EnergyWatch(), rng.uniform(0.5, 1.0), 0.0, True
+    rate, wind = 1.0 / rng.uniform(*lasts_s), rng.uniform(1.0, 1.2)
+    watch, charge, distance_m, outward = EnergyWatch(), rng.uniform(least_charge, 1.0), 0.0, True
     now_s = 0.0
     while outward or distance_m > 0.0:
         if now_s % 2.0 == 0.0 and (now_s == 0.0 or rng.random() > 0.1):
@@ -119,6 +119,13 @@ def test_a_thousand_flights_come_home_with_the_reserve():
     assert all(home for _, home in landed)
     left = np.array([charge for charge, _ in landed])
     assert left.min() >= P.reserve - 0.02
+
+
+def test_a_weak_battery_that_is_empty_before_the_window_is_full_brings_the_uav_home():
+    """It lasts 1 to 5 minutes in place of the 10 that are supposed. A flight to its end comes back."""
+    landed = [fly(seed, lasts_s=(60.0, 300.0), least_charge=0.9) for seed in range(300)]
+    assert all(home for _, home in landed)
+    assert min(charge for charge, _ in landed) > P.land_at
 
 
 @pytest.mark.parametrize(

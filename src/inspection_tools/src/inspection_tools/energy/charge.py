@@ -14,6 +14,8 @@ from inspection_tools.energy.parameters import EnergyParameters
 
 LEAST_SHARE_OF_RATE = 0.5
 """A UAV in flight draws at least this share of what `endurance` says."""
+LEAST_TIME_S = 10.0
+"""A loss over a shorter time tells no rate: a take-off draws more, and a voltage sags under load."""
 
 
 class Charge:
@@ -86,15 +88,22 @@ class Charge:
 
     @property
     def rate_per_s(self) -> float:
-        """Charge that a second takes. The resolution is added, so that coarse readings do not hide a loss."""
+        """Charge that a second takes. The resolution is added, so that coarse readings do not hide a loss.
+
+        In the first half of the window the rate is never less than supposed, and more only as far as the
+        readings, coarse as they are, leave no doubt.
+        """
         p = self._parameters
         supposed = 1.0 / p.endurance
         if not self._sunk or self._is_held:
             return supposed
         (first_s, first), (last_s, last) = self._sunk[0], self._sunk[-1]
-        if last_s - first_s < 0.5 * p.rate_window:
+        sunk, time_s = first - last, last_s - first_s
+        if time_s < LEAST_TIME_S:
             return supposed
-        return max((first - last + p.resolution) / (last_s - first_s), LEAST_SHARE_OF_RATE * supposed)
+        if time_s < 0.5 * p.rate_window:  # a weak battery may be empty before; this much it draws for sure
+            return max((sunk - p.resolution) / time_s, supposed)
+        return max((sunk + p.resolution) / time_s, LEAST_SHARE_OF_RATE * supposed)
 
     @property
     def _is_held(self) -> bool:
