@@ -44,6 +44,16 @@ def test_a_battery_that_sinks_faster_than_supposed_is_known_before_the_window_is
     assert 0.31 / 20.0 <= charge.rate_per_s <= 1.0 / 60.0
 
 
+def test_a_simulated_battery_that_will_stay_at_a_known_charge_sinks_as_fast_as_it_likes():
+    """PX4 SITL's own sinks by 50 % in 30 s, and never further: no reason to come home."""
+    charge = Charge(EnergyParameters(held_at=0.5))
+    rates = []
+    for i in range(16):
+        charge.offer(2.0 * i, 1.0 - 2.0 * i / 60.0)
+        rates.append(charge.rate_per_s)
+    assert set(rates) == {1.0 / 600.0}
+
+
 def test_neither_a_step_nor_the_first_seconds_make_a_rate():
     """A step of 1 % in 10 s may be 0.1 %; a voltage that sags by 4 % under load is no loss."""
     assert told((0.0, 0.9), (10.0, 0.89))[0].rate_per_s == 1.0 / 600.0

@@ -99,10 +99,10 @@ class Charge:
             return supposed
         (first_s, first), (last_s, last) = self._sunk[0], self._sunk[-1]
         sunk, time_s = first - last, last_s - first_s
-        if time_s < LEAST_TIME_S:
-            return supposed
-        if time_s < 0.5 * p.rate_window:  # a weak battery may be empty before; this much it draws for sure
-            return max((sunk - p.resolution) / time_s, supposed)
+        if time_s < 0.5 * p.rate_window:
+            if time_s < LEAST_TIME_S or self.held_at > 0.0:  # which sinks fast, and then stays
+                return supposed
+            return max((sunk - p.resolution) / time_s, supposed)  # a weak battery draws so much for sure
         return max((sunk + p.resolution) / time_s, LEAST_SHARE_OF_RATE * supposed)
 
     @property
