@@ -61,6 +61,16 @@ def test_a_load_is_found_before_it_is_at_the_height_of_the_body(edge_m, sinks):
     assert math.hypot(ahead - 3.0, aside) < radius  # the load's middle is in the disc
 
 
+def test_a_load_whose_near_side_is_over_the_highest_channel_is_as_large_as_loads_are():
+    # Given a load from x = 0.5 to 2.5 m, of which the channels up to 52 degrees see the far side only
+    found = found_in(lambda t: box(1.5, 0.0, HEIGHT_M + 3.4 - 0.5 * t, 2.0), 0.0, 4.0)
+    assert found is not None
+    _, ((ahead, aside, _, _, radius, _),) = found
+    # Then the disc holds the load's middle, too, and reaches its near side
+    assert math.hypot(ahead - 1.5, aside) < radius
+    assert ahead - radius < 0.5
+
+
 @pytest.mark.parametrize(("speed", "climb"), [(1.0, 0.0), (0.0, 0.5), (0.0, -0.3)])
 def test_what_stands_or_rises_does_not_fall(speed, climb):
     standing = np.concatenate(

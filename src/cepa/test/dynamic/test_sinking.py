@@ -75,6 +75,41 @@ def test_the_disc_ends_where_the_beam_passed_just_before():
     assert x + ahead - radius == pytest.approx(0.0, abs=0.1)
 
 
+@pytest.mark.parametrize("lean_rad", [-0.05, 0.05])
+def test_a_beam_that_leans_passed_the_edge_at_the_height_of_the_load_and_not_at_its_own_end(lean_rad):
+    # Given a load whose edge is at x = 0, and a UAV that leans while it flies under it at 0.5 m/s
+    sinking, found = Sinking(0.3, 0.15), np.empty((0, 6))
+    orientation = (0.0, math.sin(0.5 * lean_rad), 0.0, math.cos(0.5 * lean_rad))
+    for number in range(40):
+        t = number * PERIOD_S
+        x, above_m = 0.5 * t - 1.0, 4.0 - 0.8 * t
+        is_met = x + above_m * math.tan(lean_rad) > 0.0
+        range_m = above_m / math.cos(lean_rad) + 1e-3 * (number % 2) if is_met else 50.0
+        motion = Motion(t, (x, 0.0, HEIGHT_M), orientation, (0.5, 0.0, 0.0))
+        found = sinking.take_in([Ranging((0.0, 0.0, 0.0), UP, range_m, 0.05, RANGE_MAX_M)], motion)
+        if len(found):
+            break
+    # Then the disc begins at the edge
+    ((ahead, _, _, _, radius, _),) = found
+    assert x + ahead - radius == pytest.approx(0.0, abs=0.15)
+
+
+def test_the_plates_of_a_tank_over_a_beam_that_leans_do_not_come_down():
+    """Times, places and heights of one flight into a manhole: deck, stiffener, then the plate beside it."""
+    ends = (
+        (-1.1, -1.661, 4.993), (-1.0, -1.663, 4.991), (-0.9, -1.67, 4.988), (-0.8, -1.681, 5.006),
+        (-0.7, -1.707, 4.988), (-0.6, -1.755, 4.846), (-0.2, -1.893, 4.765), (-0.1, -1.9, 4.629),
+        (0.0, -1.9, 4.621), (0.1, -1.9, 4.99),
+    )  # fmt: skip
+    sinking = Sinking(0.17, 0.05)
+    for t, x, z in ends:
+        motion = Motion(t + 10.0, (x, 0.0, 1.26), LEVEL, (-0.1, 0.0, 0.0))
+        sinking.take_in([Ranging((0.0, 0.0, 0.0), UP, z - 1.26, 0.05, RANGE_MAX_M)], motion)
+    for t in np.arange(10.2, 20.0, 0.2).tolist():
+        motion = Motion(t, (-1.9, 0.0, 1.26), LEVEL, (0.0, 0.0, 0.0))
+        assert not len(sinking.take_in([], motion))
+
+
 @pytest.mark.parametrize("is_led", [False, True])
 @pytest.mark.parametrize(("edge_m", "speed"), [(0.3, 0.2), (0.3, 2.0), (1.0, 0.5), (2.0, 0.2), (2.0, 1.0)])
 def test_a_load_comes_down_beside_the_uav_and_never_onto_it(edge_m, speed, is_led):

@@ -164,6 +164,9 @@ SINKING_SIGNIFICANCE = 3.0
 SINKING_MISS_S = 1.0
 """s: A spot that the beam has passed freely so short ago is beside the load. Source: chosen. Greater: older
 spots count."""
+SINKING_SURE_S, SINKING_TIMES = 1.5, 2
+"""s, 1: What arrives later than that counts when it was found so often without a break: plates and stiffeners
+over a beam that leans look once like a load. Source: flown. Greater: fewer false loads, found later."""
 UPRIGHT_COSINE = 0.9
 """1: A range finder that leans farther tells no height. Source: chosen. Greater: none while the UAV
 accelerates."""
@@ -199,3 +202,6 @@ FALLING_APART_M = 1.5
 FALLING_BEYOND_M = 0.5
 """m: A load reaches so far beyond the middle of its outermost cell: the diagonal of half a cell, and what is
 not seen. Source: grid. Greater: it leaves farther."""
+FALLING_LARGEST_M = 2.0
+"""m: A load of which the near side is over the highest channel may be so long. Source: chosen. Greater: it
+leaves farther."""

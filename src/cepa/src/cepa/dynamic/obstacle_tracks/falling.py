@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +19,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
     FALLING_DROP_M,
     FALLING_FEWEST,
     FALLING_HIGHEST_M,
+    FALLING_LARGEST_M,
     FALLING_REACH_M,
     FALLING_RESIDUAL_M,
     FALLING_SPANS_S,
@@ -43,6 +45,14 @@ class _Seen(NamedTuple):
     """(rows, bins): how far it was free in each direction, as `CloudPicture.free`."""
     row_tan: float
     """Height of a row at 1 m."""
+
+    def is_free(self, place_m: np.ndarray) -> bool:
+        """Return whether the cloud has seen a place (x, y, z) free, m from the lidar."""
+        x, y, z = place_m.tolist()
+        h_m, (rows, bins) = max(math.hypot(x, y), 1e-6), self.free_m.shape
+        row = math.floor(z / (h_m * self.row_tan) + 0.5 * rows)
+        column = math.floor((math.atan2(y, x) + math.pi) * bins / (2.0 * math.pi))
+        return 0 <= row < rows and bool(self.free_m[row, column % bins] > h_m)
 
 
 class _Column(NamedTuple):
@@ -135,15 +145,32 @@ class Falling:
         """Close the columns of what comes down; neighbours are one thing."""
         while len(places):
             is_one = np.hypot(*(places[:, :2] - places[0, :2]).T) < FALLING_APART_M
-            one, speed = places[is_one], float(speeds[is_one].max())
+            one, speed = self._with_unseen(places[is_one]), float(speeds[is_one].max())
             x_m, y_m = one[:, :2].mean(axis=0).tolist()
             radius_m = float(np.hypot(*(one[:, :2] - (x_m, y_m)).T).max()) + FALLING_BEYOND_M
             gap_m = float(one[:, 2].min()) - motion.position_m[2] - self._above_m
             arrives_s = motion.stamp_s + max(0.0, gap_m) / speed
-            self._columns = [c for c in self._columns if math.dist((c.x_m, c.y_m), (x_m, y_m)) > c.radius_m]
-            times = arrives_s - ARRIVES_S, arrives_s + SINKING_FORGET_S
-            self._columns.append(_Column(x_m, y_m, radius_m, *times))
+            disc, times = (x_m, y_m, radius_m), (arrives_s - ARRIVES_S, arrives_s + SINKING_FORGET_S)
+            same = [c for c in self._columns if math.dist((c.x_m, c.y_m), (x_m, y_m)) <= c.radius_m]
+            largest = max([disc, *(c[:3] for c in same)], key=itemgetter(2))  # once seen, it stays as large
+            self._columns = [*(c for c in self._columns if c not in same), _Column(*largest, *times)]
             places, speeds = places[~is_one], speeds[~is_one]
+
+    def _with_unseen(self, one: np.ndarray) -> np.ndarray:
+        """Return the places of one thing (n, 3), m, and how far it may go on where the UAV sees nothing.
+
+        That is over the highest channel: of a large load that comes steeply, only the far side is seen.
+        """
+        newest = self._seen[-1]
+        away_m = one - newest.position_m
+        nearest = int(np.hypot(away_m[:, 0], away_m[:, 1]).argmin())
+        h_m = math.hypot(*away_m[nearest, :2])
+        towards = np.array((*(-away_m[nearest, :2] / max(h_m, 1e-6)), 0.0))
+        nearer_m = away_m[nearest] + min(FALLING_CELL_M, h_m) * towards
+        if newest.is_free(nearer_m):
+            return one
+        seen_m = np.ptp((away_m - away_m[nearest]) @ towards)
+        return np.append(one, (one[nearest] + max(0.0, FALLING_LARGEST_M - seen_m) * towards)[None], axis=0)
 
 
 def _was_free(places: np.ndarray, sunk_m: np.ndarray, seen: _Seen) -> np.ndarray:

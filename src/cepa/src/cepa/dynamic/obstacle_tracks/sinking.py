@@ -21,6 +21,8 @@ from cepa.dynamic.constants.obstacle_tracks import (
     SINKING_SIGNIFICANCE,
     SINKING_SLOPE,
     SINKING_SPANS_S,
+    SINKING_SURE_S,
+    SINKING_TIMES,
     SINKING_UNEVEN,
     UPRIGHT_COSINE,
 )
@@ -36,6 +38,14 @@ class _Height(NamedTuple):
     x_m: float
     y_m: float
     z_m: float
+    start_m: tuple[float, float, float]
+    lean: tuple[float, float]
+    """How far (x, y) it goes on a metre up."""
+
+    def passed_m(self, z_m: float) -> tuple[float, float]:
+        """Return where the beam passed a height (x, y), m: if it leans, not where it ended 40 m up."""
+        x, y, z = self.start_m
+        return x + (z_m - z) * self.lean[0], y + (z_m - z) * self.lean[1]
 
 
 class _Column(NamedTuple):
@@ -64,11 +74,12 @@ class Sinking:
         self._heights: dict[float, deque[_Height]] = {way: deque(maxlen=SINKING_KEPT) for way in (1.0, -1.0)}
         self._columns: dict[float, _Column] = {}
         self._last_m: dict[float, float] = {}
+        self._times: dict[float, int] = {}  # that it was found without a break
 
     def take_over(self, earlier: Sinking) -> None:
         """Take over what one with other parameters knows; it must not be used any longer."""
         self._heights, self._columns = earlier._heights, earlier._columns
-        self._last_m = earlier._last_m
+        self._last_m, self._times = earlier._last_m, earlier._times
 
     def take_in(self, rangings: Sequence[Ranging], motion: Motion) -> np.ndarray:
         """Take in ranges in the lidar's frame; return what comes near as discs (k, 6), as `movers` are."""
@@ -86,20 +97,26 @@ class Sinking:
         way = math.copysign(1.0, float(direction[2]))
         if abs(direction[2]) < UPRIGHT_COSINE or math.isnan(ranging.range_m) or ranging.range_m < 0.0:
             return
-        if self._last_m.get(way) == ranging.range_m < math.inf:
+        if self._last_m.get(way) == ranging.range_m <= ranging.range_max_m:
             return  # slower than the lidar: it is the same measurement again
         self._last_m[way] = ranging.range_m
         start = np.array(motion.position_m) + rotation @ ranging.origin_m
         end = start + ranging.free_m * direction
         height_m = float(end[2]) if ranging.range_m <= ranging.range_max_m else way * math.inf
-        heights = self._heights[way]
-        heights.append(_Height(motion.stamp_s, float(end[0]), float(end[1]), height_m))
+        heights, x, y, up = self._heights[way], *direction.tolist()
+        lean = x / up, y / up
+        heights.append(
+            _Height(motion.stamp_s, float(end[0]), float(end[1]), height_m, tuple(start.tolist()), lean)
+        )
         rises_m_s = _speed_m_s(heights)
         speed = way * rises_m_s
         gap_m = way * (height_m - motion.position_m[2]) - self._ends_m[way]
+        self._times[way] = self._times.get(way, 0) + 1 if speed < 0.0 else 0
         if speed < 0.0:  # it comes, also if the beam should miss it from now on
-            x_m, y_m = _middle_of(heights, way, rises_m_s)
             arrives_s = motion.stamp_s + max(0.0, gap_m) / -speed
+            if arrives_s > motion.stamp_s + SINKING_SURE_S and self._times[way] < SINKING_TIMES:
+                return  # there is time to look again
+            x_m, y_m = _middle_of(heights, way, rises_m_s)
             self._columns[way] = _Column(x_m, y_m, arrives_s - ARRIVES_S, arrives_s + SINKING_FORGET_S)
 
 
@@ -118,7 +135,7 @@ def _speed_m_s(heights: deque[_Height]) -> float:
         if not abs(height.z_m - run[-1].z_m) <= SINKING_GAP_M:  # another thing, or none
             break
         run.append(height)
-    found = np.array(run)
+    found = np.array([height[:4] for height in run])
     for span_s in SINKING_SPANS_S:
         part = found[newest.stamp_s - found[:, 0] <= span_s + 1e-6]
         lasted_s = newest.stamp_s - part[-1, 0]
@@ -147,13 +164,12 @@ def _middle_of(heights: deque[_Height], way: float, rises_m_s: float) -> tuple[f
         age_s = newest.stamp_s - height.stamp_s
         if age_s > SINKING_MISS_S:
             break
-        if way * (height.z_m - newest.z_m + rises_m_s * age_s) > SINKING_GAP_M:
-            apart_m = math.dist(newest[1:3], height[1:3])
+        then_m = newest.z_m - rises_m_s * age_s
+        if way * (height.z_m - then_m) > SINKING_GAP_M:
+            x_m, y_m = height.passed_m(then_m)
+            apart_m = math.dist(newest[1:3], (x_m, y_m))
             if apart_m < 0.01:
                 break
             share = SINKING_RADIUS_M / apart_m
-            return (
-                height.x_m + share * (newest.x_m - height.x_m),
-                height.y_m + share * (newest.y_m - height.y_m),
-            )
+            return x_m + share * (newest.x_m - x_m), y_m + share * (newest.y_m - y_m)
     return newest.x_m, newest.y_m
