@@ -69,6 +69,7 @@ absolute() {
 run_tests() {
   local since=() chosen
   set_up --tests
+  (set_up_docs) || say "the tests that build the handbook are skipped"
   if [[ ${1:-} == --changed ]]; then
     shift
     [[ -z ${1:-} || $1 == -* ]] || { since=("$1") && shift; }

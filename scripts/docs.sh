@@ -14,8 +14,8 @@ make_docs_environment() {
   "$system_python" -m venv --clear .docs/env && "${pip[@]}" --no-compile -r "$docs_packages" && docs_inputs >.docs/.bringup
 }
 
-# run_docs [ARGUMENT ...]: builds the handbook
-run_docs() {
+# set_up_docs: makes what builds the handbook ready
+set_up_docs() {
   # A bare machine has no module venv yet; the set-up installs it.
   detect_platform
   "$system_python" -c 'import ensurepip' 2>/dev/null || set_up
@@ -25,5 +25,10 @@ run_docs() {
     growing=.docs/env run_step "installing what builds the handbook into .docs" make_docs_environment ||
       explain_failure "The packages of $docs_packages could not be installed; the pages can be read without them, from README.md on."
   fi
+}
+
+# run_docs [ARGUMENT ...]: builds the handbook
+run_docs() {
+  set_up_docs
   exec env PYTHONPATH=scripts NO_MKDOCS_2_WARNING=1 .docs/env/bin/python -m handbook "$@"
 }
