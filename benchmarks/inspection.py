@@ -23,6 +23,10 @@ mapped: a plan on the map of an exploration, flown as in `bench explore` with a 
 photographs would show of the drawing, of what is reachable there. mesh_cpu_s: of the map's surface. rust:
 where its spots would be placed on the map, from poses that are off by 2.5 cm and 0.3 deg in the median.
 
+surveyed: a whole survey without a flight, with poses off as in the row findings: --places ballast_tank
+hold_3d. share, shares: told, and by the true poses. areas: grade, rusted share of the area and of edges; the
+truth counts what was not seen, too.
+
 missions: photographs of small rooms, flown on a battery that is too small: see `inspection_rows/missions.py`.
 
 Keys: inspection.hold_3d.mapped.{photographs, share, shares, mesh_cpu_s, cpu_s, contacts, rust.{shown,
@@ -33,6 +37,7 @@ inspection.hold_3d.{findings, second_look}.{rust, cracks, wide_cracks}.{found, s
 and inspection.hold_3d.flown[_in_passing].{asked, taken, left_out, shots, contacts, landed, flights,
 least_charge, share_planned, share_of_planned, share, shares, m2_per_min, each_s, off_m, off_deg, flight_s},
 medians over the flights; each_s: time of flight for each photograph; and
+inspection.NAME.surveyed.{surveys, areas_graded, grades_right, told_above_true, each}, and
 inspection.rooms.missions.{missions, landings, below_goal, least_charge, contacts, not_home, asked, taken,
 left_out, open, lost}, of all missions together
 """
@@ -45,7 +50,7 @@ from typing import Sequence
 
 import numpy as np
 
-from benchmarks.inspection_rows import flown, found, graded, mapped, missions, planned
+from benchmarks.inspection_rows import flown, found, graded, mapped, missions, planned, surveyed
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
 
@@ -62,6 +67,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     parser.add_argument("--battery", action="store_true", help="the battery counts, and is swapped")
     parser.add_argument("--passing", action="store_true", help="photographs are taken in passing")
+    parser.add_argument(
+        "--places", nargs="+", choices=surveyed.PLACES, default=["ballast_tank"], help="of the row surveyed"
+    )
     given = parser.parse_args(arguments)
     with Results("inspection", given.results, vars(given)) as results:
         for row in given.rows:
@@ -120,12 +128,23 @@ def _missions(given: argparse.Namespace, results: Results) -> None:
     _add(results, "inspection.rooms.missions", missions.summary(list(ended.values())))
 
 
+def _surveyed(given: argparse.Namespace, results: Results) -> None:
+    most = surveyed.BRIEF_MOST if given.brief else surveyed.MOST
+    seeds = _seeds(given, surveyed.SEEDS)
+    rows = run_crossed(
+        "inspection_surveyed", surveyed.survey, given, name=given.places, seed=seeds, most=[most]
+    )
+    for place in given.places:
+        _add(results, f"inspection.{place}.surveyed", surveyed.summary([rows[place, s, most] for s in seeds]))
+
+
 ROWS = {
     "plan": _plans,
     "findings": _findings,
     "graded": _graded,
     "flown": _flown,
     "mapped": _mapped,
+    "surveyed": _surveyed,
     "missions": _missions,
 }
 

@@ -9,12 +9,12 @@ from typing import Sequence
 
 import numpy as np
 import yaml
-from scipy import ndimage
 
 from benchmarks.inspection_rows.found import shoot
 from benchmarks.inspection_rows.hold import ASKED
 from benchmarks.inspection_rows.parts import only
-from inspection_tools.findings.merging import Finding, thinned
+from benchmarks.inspection_rows.rusted import STEP_M, by_cells, is_rusted
+from inspection_tools.findings.merging import Finding
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.search import find
 from inspection_tools.report.grades import AreaGrade, GradeRules, areas_graded
@@ -26,9 +26,8 @@ from inspection_tools.survey.surface.edges import edge_places
 from inspection_tools.survey.surface.reading import read_surface
 from master_thesis.worlds.defects import COATINGS
 from master_thesis.worlds.writer import Box, Colour, Part, Prop, Surroundings, write_world
-from simulation_tools.camera.defects import Decals, decals_of, read_defects
+from simulation_tools.camera.defects import decals_of, read_defects
 from simulation_tools.camera.surfaces import surfaces_of
-from simulation_tools.camera.textures import clouds
 from simulation_tools.sdf.parser import load_world
 
 SEEDS = (61, 62)
@@ -44,10 +43,6 @@ PLATES = {
 SHARES = (0.005, 0.01, 0.08, 0.12, 0.3, 0.4)
 """Of a plate that is rusted, about: the grades' limits are 0.03 and 0.2. They are dealt out by the seed."""
 LONG_M = (0.1, 0.8)
-STEP_M, CELL_M = 0.01, 0.25
-"""Between places that are asked whether they are rusted."""
-HALF, ROUGH, TEXELS, FADE = 0.5, 0.22, 60.0, 6.0
-"""A place is rusted where the decal covers half of the coating (`simulation_tools.camera.kernels.marked`)."""
 
 
 def grade(seed: int, most: int) -> dict:
@@ -162,13 +157,8 @@ def _true_findings(world: Path, marks: Path) -> list[Finding]:
         (face,) = np.flatnonzero(on & (surfaces.normals @ normal > 0.99))
         axes = np.column_stack((surfaces.u_axes[face], surfaces.v_axes[face]))
         rows = range(decals.first[face], decals.first[face + 1])
-        rusted_m = points_m[_is_rusted(points_m @ axes, decals, rows)]
-        cells = np.floor(rusted_m / CELL_M)
-        for cell in np.unique(cells, axis=0):
-            inside = rusted_m[(cells == cell).all(axis=1)]
-            area_m2, places_m = STEP_M**2 * len(inside), thinned(inside)
-            place = tuple(inside.mean(axis=0).tolist()), tuple(normal.tolist()), CELL_M, area_m2, (name,)
-            found.append(Finding(len(found) + 1, "rust", *place, places_m=places_m))
+        rusted_m = points_m[is_rusted(points_m @ axes, decals, rows)]
+        found += by_cells(rusted_m, normal, name, len(found) + 1)
     return found
 
 
@@ -180,21 +170,6 @@ def _places_on(axis: int, side: int) -> np.ndarray:
     points_m = np.full((a.size * b.size, 3), low_m[axis] + (side > 0) * SIZE_M[axis])
     points_m[:, across] = np.stack(np.meshgrid(a, b), -1).reshape(-1, 2)
     return points_m
-
-
-def _is_rusted(places_m: np.ndarray, decals: Decals, rows: range) -> np.ndarray:
-    """Return which places (n, 2), u and v, a decal of rust covers at least half."""
-    rusted, tile = np.zeros(len(places_m), bool), clouds(2, 1.3)
-    for row in rows:
-        u, v, cosine, sine, half_length, half_width = decals.place[row]
-        near = np.flatnonzero((np.abs(places_m - (u, v)) < 2.3 * max(half_length, half_width)).all(axis=1))
-        along = (places_m[near] - (u, v)) @ np.array(((cosine, -sine), (sine, cosine)))
-        texels = along * TEXELS / max(half_length, half_width) + decals.shift[row]
-        rough = ndimage.map_coordinates(tile, texels[:, ::-1].T, order=1, mode="grid-wrap")
-        far = np.hypot(along[:, 0] / half_length, along[:, 1] / half_width)
-        reach = (np.abs(along) < 1.6 * np.array((half_length, half_width))).all(axis=1)
-        rusted[near] |= reach & ((1.0 - far - ROUGH * rough) * FADE > HALF)
-    return rusted
 
 
 def _ship() -> Ship:
