@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import re
-import struct
 
 import numpy as np
+
+from mesh_files.gltf import gltf_document
 
 Z_UP = np.eye(3)
 Y_UP = np.array(((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)))
@@ -33,10 +33,5 @@ def turn_of(kind: str, content: bytes) -> np.ndarray:
 
 def _generator(kind: str, content: bytes) -> str:
     """Return which program wrote a glTF; empty: it is not told."""
-    try:
-        if kind == "glb":
-            (length,) = struct.unpack_from("<I", content, 12)
-            content = content[20 : 20 + length]
-        return str(json.loads(content)["asset"].get("generator", ""))
-    except (struct.error, ValueError, KeyError, TypeError, AttributeError):
-        return ""
+    asset = gltf_document(kind, content).get("asset")
+    return str(asset.get("generator", "")) if isinstance(asset, dict) else ""

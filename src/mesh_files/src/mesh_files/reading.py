@@ -10,13 +10,18 @@ from typing import Any, Iterator, NamedTuple
 import numpy as np
 
 from mesh_files.axes import turn_of
+from mesh_files.collada_text import plain_collada
 from mesh_files.errors import MeshFileError
-from mesh_files.obj import with_own_indices, with_points
-from mesh_files.stl import check_text_stl, is_text_stl, whole_stl
+from mesh_files.gltf import check_gltf, gltf_document
+from mesh_files.obj import plain_obj, with_points
+from mesh_files.off import read_off
+from mesh_files.ply import read_ply
+from mesh_files.stl import is_text_stl, plain_stl, whole_stl
+from mesh_files.text import text_of
 from mesh_files.three_mf import read_3mf
 
-_TEXTS = ("obj", "off", "dae", "gltf", "xyz")
-"""Kinds whose numbers are the same in any code page."""
+_ALONE = "geometry_0"
+"""Name of the thing in a file that names none."""
 _BESIDE = ("gltf",)
 """Kinds that name other files, without which they are not whole."""
 
@@ -47,6 +52,9 @@ def read_parts(path: Path, content: bytes | None = None, turns: bool = True) -> 
         raise MeshFileError("is empty. Export it again")
     if kind == "3mf":
         parts = [_checked(Part(*each)) for each in read_3mf(held) if len(each[2])]
+    elif kind in ("off", "ply"):
+        vertices, triangles = read_ply(held) if kind == "ply" else read_off(text_of(held))
+        parts = [_checked(Part(_ALONE, vertices, triangles))] if len(triangles) else []
     else:
         scene = _scene(path, kind, held)
         turn = turn_of(kind, held) if turns else np.eye(3)
@@ -93,20 +101,20 @@ def _scene(path: Path, kind: str, content: bytes) -> Any:
 
     given: Any = io.BytesIO(content)
     if kind == "stl" and is_text_stl(content):
-        text = content.decode("utf-8", errors="replace")
-        check_text_stl(text)
-        given, kind = io.StringIO(with_points(text)), "stl_ascii"
+        given, kind = io.StringIO(plain_stl(with_points(text_of(content)))), "stl_ascii"
     elif kind == "stl":
         given = io.BytesIO(whole_stl(content))
-    elif kind in _BESIDE:
-        given = path
-    elif kind in _TEXTS:  # trimesh would guess in which letters they are written
-        text = content.decode("utf-8", errors="replace")
-        given = io.BytesIO((with_own_indices(with_points(text)) if kind == "obj" else text).encode())
+    elif kind in ("glb", "gltf"):
+        check_gltf(gltf_document(kind, content))
+        given = path if kind in _BESIDE else given
+    elif kind == "dae":
+        given = io.BytesIO(plain_collada(content))
+    elif kind == "obj":  # trimesh would guess in which letters it is written
+        given = io.BytesIO(plain_obj(text_of(content)).encode())
     try:
         with _quiet():
             return trimesh.load_scene(given, file_type=kind, process=False)
-    except ImportError:
+    except (ImportError, NotImplementedError):
         raise MeshFileError(
             f"is of a kind that is not read here ({path.suffix}). Export it as STL, OBJ or PLY"
         ) from None

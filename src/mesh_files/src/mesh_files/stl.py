@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+import re
 import struct
 
 from mesh_files.errors import MeshFileError
+from mesh_files.text import text_of
 
 HEADER_BYTES, COUNT_BYTES, TRIANGLE_BYTES = 80, 4, 50
 TEXT_SAMPLE = 1024
 """Bytes by which an STL of the text form is known: it has none that are 0."""
 END_OF_TEXT = 1000
 """The last characters of an STL of the text form, among which is its end."""
+UNKNOWN = 0xFFFFFFFF
+"""A number of triangles that a program writes which does not know it yet, as 0 is."""
+_WORDS = re.compile(
+    r"\s+(facet\s+normal|outer\s+loop|vertex|endloop|endfacet|endsolid)(?=\s|$)", re.IGNORECASE
+)
+_CORNER = re.compile(r"(?m)^\s*vertex\s", re.IGNORECASE)
 
 
 def is_text_stl(content: bytes) -> bool:
     """Return whether an STL is of the text form."""
-    begin = content[:TEXT_SAMPLE]
-    return begin.lstrip()[:5].lower() == b"solid" and b"\0" not in begin
+    begin = text_of(content[:TEXT_SAMPLE])
+    return begin.lstrip()[:5].lower() == "solid" and "\0" not in begin
 
 
 def stl_triangles(content: bytes) -> int:
@@ -30,7 +38,7 @@ def stl_triangles(content: bytes) -> int:
         raise MeshFileError("the STL is cut within its header. Export it again")
     told = struct.unpack_from("<I", content, HEADER_BYTES)[0]
     held = size // TRIANGLE_BYTES
-    if told == 0 and held > 0 and size % TRIANGLE_BYTES == 0:
+    if told in (0, UNKNOWN) and held > 0 and size % TRIANGLE_BYTES == 0:
         return held  # a program that did not know the number when it began to write
     if told > held:
         raise MeshFileError(
@@ -47,7 +55,13 @@ def whole_stl(content: bytes) -> bytes:
     return content[:HEADER_BYTES] + struct.pack("<I", count) + content[begin : begin + TRIANGLE_BYTES * count]
 
 
-def check_text_stl(text: str) -> None:
-    """Raise MeshFileError if an STL of the text form is cut."""
+def plain_stl(text: str) -> str:
+    """Return the text of an STL with each corner on a line of its own.
+
+    Raises:
+        MeshFileError: it is cut.
+    """
     if "endsolid" not in text[-END_OF_TEXT:].lower():
         raise MeshFileError("the STL is cut: it has no endsolid. Export it again")
+    corners = len(re.findall(r"\bvertex\s", text, re.IGNORECASE))
+    return text if len(_CORNER.findall(text)) == corners else _WORDS.sub(r"\n\1", text)
