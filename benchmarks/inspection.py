@@ -70,6 +70,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--places", nargs="+", choices=surveyed.PLACES, default=["ballast_tank"], help="of the row surveyed"
     )
+    parser.add_argument(
+        "--part", type=int, default=surveyed.MOST, help="photographs of the row surveyed, the first ones"
+    )
     given = parser.parse_args(arguments)
     with Results("inspection", given.results, vars(given)) as results:
         for row in given.rows:
@@ -129,7 +132,7 @@ def _missions(given: argparse.Namespace, results: Results) -> None:
 
 
 def _surveyed(given: argparse.Namespace, results: Results) -> None:
-    most = surveyed.BRIEF_MOST if given.brief else surveyed.MOST
+    most = surveyed.BRIEF_MOST if given.brief else given.part
     seeds = _seeds(given, surveyed.SEEDS)
     rows = run_crossed(
         "inspection_surveyed", surveyed.survey, given, name=given.places, seed=seeds, most=[most]
