@@ -101,8 +101,11 @@ def summary(rows: Sequence[dict]) -> dict:
 
 
 def _shares(coverage: Coverage) -> list[tuple[int, str, float]]:
-    shares = [(part, name, coverage.share(part)) for part, name in enumerate(coverage.patches.names)]
-    return [(part, name, share) for part, name, share in shares if share is not None]
+    return [
+        (part, name, share)
+        for part, name in enumerate(coverage.patches.names)
+        if (share := coverage.share(part)) is not None
+    ]
 
 
 def _judged(

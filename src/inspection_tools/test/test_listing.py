@@ -117,7 +117,19 @@ def test_a_turned_picture_is_not_read_as_if_it_stood_upright(tmp_path):
         read_photograph(tmp_path / "1.jpg")
 
 
-@pytest.mark.parametrize("name", ["a b.HEIC", "Übersicht.dng", "c.jxl"])
+def test_jpegs_by_their_other_suffixes_and_several_in_one_file(tmp_path):
+    shoot(tmp_path, "1.jfif", "2.JPE")
+    one, other = (Image.new("RGB", (64, 48), colour) for colour in ("white", "black"))
+    one.save(tmp_path / "3.mpo", "MPO", save_all=True, append_images=[other])
+    shutil.copy(tmp_path / "1.json", tmp_path / "3.json")
+    assert names_of(listed(tmp_path)) == (["1.jfif", "2.JPE", "3.mpo"], [])
+    assert read_photograph(tmp_path / "3.mpo")[0].min() == 255
+    (tmp_path / "4.mpo").write_bytes((tmp_path / "3.mpo").read_bytes()[:500] + bytes(4096))
+    shutil.copy(tmp_path / "1.json", tmp_path / "4.json")
+    assert names_of(listed(tmp_path))[1] == ["4.mpo"]
+
+
+@pytest.mark.parametrize("name", ["a b.HEIC", "Übersicht.dng", "c.jxl", "d.PEF"])
 def test_a_picture_of_a_kind_that_is_not_read_is_told(tmp_path, name):
     shoot(tmp_path, "1.jpg")
     (tmp_path / name).write_bytes(b"a picture")

@@ -114,6 +114,24 @@ def test_the_focal_length_in_px(tmp_path, block, told, focal_px):
     assert read_exif(path).camera.focal_px == pytest.approx(focal_px)
 
 
+PLANE = {0x920A: IFDRational(10, 1), 0xA20E: IFDRational(100, 1), 0xA210: 3}  # 100 px a cm, 10 mm: 100 px
+
+
+@pytest.mark.parametrize(("block", "told"), [(PLANE, b""), ({}, xmp(DewarpData="d;100,100,4,-2,0,0,0,0,0"))])
+def test_a_copy_of_half_the_size_has_half_the_focal_length(tmp_path, block, told):
+    kept = {**block, 0xA002: 128, 0xA003: 96}  # of the original; the copy has 64 x 48 px
+    camera = read_exif(store(tmp_path / "a.jpg", told=told, block=kept)).camera
+    assert camera.focal_px == pytest.approx(50.0)
+    if told:  # from the corner: (63.5 + 4 + 0.5) / 2 = 34 and (47.5 - 2 + 0.5) / 2 = 23
+        assert camera.lens.centre_px == pytest.approx((33.5, 22.5))
+
+
+@pytest.mark.parametrize("original", [(128, 48), (48, 64)])
+def test_of_what_is_cut_out_or_turned_nobody_knows_the_camera(tmp_path, original):
+    path = store(tmp_path / "a.jpg", block={**PLANE, **dict(zip((0xA002, 0xA003), original))})
+    assert read_exif(path).camera is None
+
+
 def test_djis_own_calibration_has_its_distortion_unless_the_picture_is_undistorted(tmp_path):
     data = "2019-01-01;50,51,0.5,-0.25,-0.1,0.02,0.001,-0.002,0.003"
     lens = read_exif(store(tmp_path / "a.jpg", told=xmp(DewarpData=data, DewarpFlag="0"))).camera.lens

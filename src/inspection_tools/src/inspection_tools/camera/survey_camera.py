@@ -141,3 +141,10 @@ def optical_axes(yaw_rad: float, tilt_rad: float) -> np.ndarray:
     down = (cos_yaw * sin_tilt, sin_yaw * sin_tilt, -cos_tilt)
     ahead = (cos_yaw * cos_tilt, sin_yaw * cos_tilt, sin_tilt)
     return np.array((right, down, ahead)).T
+
+
+def rolled(axes: np.ndarray, roll: float) -> np.ndarray:
+    """Return the axes (3, 3) of an optical frame that is rolled to its right, rad, about where it looks."""
+    cos, sin = math.cos(roll), math.sin(roll)
+    turned: np.ndarray = axes @ np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
+    return turned

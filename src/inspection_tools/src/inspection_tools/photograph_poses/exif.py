@@ -25,7 +25,12 @@ EXIF_BLOCK, GPS_BLOCK = 0x8769, 0x8825
 EXPOSURE_TIME, ISO_SPEED, FOCAL_LENGTH, FOCAL_35MM = 0x829A, 0x8827, 0x920A, 0xA405
 FOCAL_PLANE_X, FOCAL_PLANE_UNIT, BODY_SERIAL, LENS_SERIAL = 0xA20E, 0xA210, 0xA431, 0xA435
 DATE, SUBSECONDS, OFFSET = 0x9003, 0x9291, 0x9011
-"""Tags of EXIF."""
+PIXELS_X, PIXELS_Y = 0xA002, 0xA003
+"""Tags of EXIF. PIXELS: of the picture as the camera stored it; a reduced copy mostly keeps them."""
+BELOW = (1, b"\x01", 3, b"\x03")
+"""GPSAltitudeRef of heights below: the sea, or since EXIF 3.0 the ellipsoid."""
+ALIKE = 0.01
+"""Shares of two sides of a reduced copy differ by less."""
 UNITS_MM = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 """Of the focal plane's resolution: inch, cm, mm, um."""
 DIAGONAL_35MM = math.hypot(36.0, 24.0)
@@ -82,7 +87,7 @@ def read_exif(path: Path) -> Exif:
     if latitude == 0.0 == longitude:
         latitude = longitude = None  # no fix
     height = _number(gps.get(6))
-    if height is not None and gps.get(5) in (1, b"\x01"):
+    if height is not None and gps.get(5) in BELOW:
         height = -height
     yaw = _number(xmp.get("GimbalYawDegree"))
     return Exif(
@@ -169,20 +174,50 @@ def _camera_of(
     size: tuple[int, int], block: Mapping[int, Any], xmp: Mapping[str, str]
 ) -> tuple[SurveyCamera | None, bool]:
     """Return the camera that a picture tells of, and whether it was calibrated."""
-    width, height = size
-    middle = 0.5 * (width - 1), 0.5 * (height - 1)
+    stored = _stored_size(size, block)
+    if stored is None:
+        return None, False
     try:
-        lens = _dewarp_lens(xmp, middle)
-        if lens is not None:
-            return camera_with(width, height, lens), True
-        focal = _positive(xmp.get("CalibratedFocalLength"))
-        x, y = (_positive(xmp.get(f"CalibratedOpticalCenter{axis}")) for axis in "XY")
-        if focal is not None and x is not None and y is not None:
-            return camera_with(width, height, Lens((focal, focal), (x - 0.5, y - 0.5))), True
-        focal = _focal_px(size, block)
-        return (None if focal is None else camera_with(width, height, Lens((focal, focal), middle))), False
+        lens, is_calibrated = _lens_of(stored, block, xmp)
+        if lens is not None and stored != size:
+            lens = _reduced(lens, size[0] / stored[0])
+        return (None if lens is None else camera_with(*size, lens)), is_calibrated
     except ParameterError:
         return None, False
+
+
+def _stored_size(size: tuple[int, int], block: Mapping[int, Any]) -> tuple[int, int] | None:
+    """Return the size, px, of the picture as the camera stored it; None: this one is cut out of it."""
+    told = tuple(_positive(_first(block.get(each))) for each in (PIXELS_X, PIXELS_Y))
+    if told[0] is None or told[1] is None:
+        return size
+    shares = size[0] / told[0], size[1] / told[1]
+    if abs(shares[0] / shares[1] - 1.0) > ALIKE:
+        return None
+    return size if abs(shares[0] - 1.0) < ALIKE else (int(told[0]), int(told[1]))
+
+
+def _lens_of(
+    size: tuple[int, int], block: Mapping[int, Any], xmp: Mapping[str, str]
+) -> tuple[Lens | None, bool]:
+    """Return the lens of a picture as it was stored, and whether it was calibrated."""
+    middle = 0.5 * (size[0] - 1), 0.5 * (size[1] - 1)
+    lens = _dewarp_lens(xmp, middle)
+    if lens is not None:
+        return lens, True
+    focal = _positive(xmp.get("CalibratedFocalLength"))
+    x, y = (_positive(xmp.get(f"CalibratedOpticalCenter{axis}")) for axis in "XY")
+    if focal is not None and x is not None and y is not None:
+        return Lens((focal, focal), (x - 0.5, y - 0.5)), True
+    focal = _focal_px(size, block)
+    return (None if focal is None else Lens((focal, focal), middle)), False
+
+
+def _reduced(lens: Lens, share: float) -> Lens:
+    """Return the lens of a copy whose sides are a share of the picture's; both begin at the same corner."""
+    (fx, fy), (cx, cy) = lens.focal_px, lens.centre_px
+    centre = (cx + 0.5) * share - 0.5, (cy + 0.5) * share - 0.5
+    return Lens((share * fx, share * fy), centre, lens.distortion)
 
 
 def _dewarp_lens(xmp: Mapping[str, str], middle: tuple[float, float]) -> Lens | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import unicodedata
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Mapping, Sequence
@@ -53,13 +55,23 @@ class Names:
 
     def __init__(self, folder: Path, photographs: Sequence[Path]) -> None:
         self._folder = folder
-        self._by_name = {each.name.lower(): each for each in photographs}
-        stems: dict[str, list[Path]] = {}
-        for each in photographs:
-            stems.setdefault(each.stem.lower(), []).append(each)
-        self._by_stem = {stem: several[0] for stem, several in stems.items() if len(several) == 1}
+        self._by_name = {_letters(each.name): each for each in photographs}
+        self._by_word = _alone([(_letters(each.name).lower(), each) for each in photographs])
+        self._by_stem = _alone([(_letters(each.stem).lower(), each) for each in photographs])
 
     def find(self, told: str) -> Path | None:
         """Return the photograph; None: it is not in the folder. Folders before a name do not count."""
-        name = told.replace("\\", "/").rsplit("/", 1)[-1].lower()
-        return self._by_name.get(name) or self._by_stem.get(name)
+        name = _letters(told.replace("\\", "/").rsplit("/", 1)[-1])
+        word = name.lower()
+        return self._by_name.get(name) or self._by_word.get(word) or self._by_stem.get(word)
+
+
+def _letters(name: str) -> str:
+    """Return a name in one way to write letters with marks: macOS stores "ü" as "u" and a mark."""
+    return unicodedata.normalize("NFC", name)
+
+
+def _alone(named: Sequence[tuple[str, Path]]) -> dict[str, Path]:
+    """Return the photographs whose name no other one has."""
+    counts = Counter(name for name, _ in named)
+    return {name: path for name, path in named if counts[name] == 1}

@@ -10,8 +10,8 @@ from typing import Any, Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.camera.survey_camera import optical_axes
-from inspection_tools.files.table import Row, TableError, number_of, read_table
+from inspection_tools.camera.survey_camera import optical_axes, rolled
+from inspection_tools.files.table import Row, Table, TableError, number_of, read_table
 from inspection_tools.photograph_poses.pose import Names, Pose, Poses
 from inspection_tools.photograph_poses.world_frame import WorldFrame
 from inspection_tools.photographs.listing import LeftOut
@@ -42,7 +42,8 @@ def poses_of_table(path: Path, folder: Path, photographs: Sequence[Path], frame:
     """
     names = Names(folder, photographs)
     poses, left_out = dict[Path, Pose](), list[LeftOut]()
-    for row in _rows(path, ("name",)):
+    table = _table(path, ("name",))
+    for row in table.rows:
         found = names.find(row.values["name"])
         if found is None:
             left_out.append(LeftOut(row.values["name"], f"It is in {path.name}, but not in the folder."))
@@ -52,7 +53,9 @@ def poses_of_table(path: Path, folder: Path, photographs: Sequence[Path], frame:
             poses[found] = _pose(row, frame)
     why = f"{path.name} has no row for it."
     left_out += [LeftOut(each.name, why) for each in photographs if each not in poses]
-    return Poses(poses, tuple(left_out))
+    unused = ", ".join(table.unused)
+    said = (f"{path.name}: these columns are not known and not read: {unused}.",) if unused else ()
+    return Poses(poses, tuple(left_out), remarks=said)
 
 
 def moved_to_places(poses: Poses, path: Path, folder: Path) -> Poses:
@@ -64,7 +67,7 @@ def moved_to_places(poses: Poses, path: Path, folder: Path) -> Poses:
         PhotographError: the table cannot be read, or the places do not tell how the model lies.
     """
     names, known = Names(folder, list(poses.of)), dict[Path, list[float]]()
-    for row in _rows(path, ("name", "x", "y", "z")):
+    for row in _table(path, ("name", "x", "y", "z")).rows:
         found = names.find(row.values["name"])
         if found is not None:
             known[found] = [_number(row, axis) for axis in "xyz"]
@@ -104,12 +107,12 @@ def _axes_of(pose: Pose) -> np.ndarray:
     return axes
 
 
-def _rows(path: Path, needed: Sequence[str]) -> list[Row]:
+def _table(path: Path, needed: Sequence[str]) -> Table:
     try:
-        rows = read_table(path, HEADS, needed).rows
+        table = read_table(path, HEADS, needed)
     except TableError as error:
         raise PhotographError(str(error)) from None
-    return [each for each in rows if each.values["name"]]
+    return table._replace(rows=[each for each in table.rows if each.values["name"]])
 
 
 def _number(row: Row, name: str) -> float:
@@ -143,9 +146,10 @@ def _axes(row: Row, frame: WorldFrame | None) -> np.ndarray:
             raise PhotographError(f"{row.where}: qx, qy, qz, qw must be a unit quaternion.")
         axes: np.ndarray = Rotation.from_quat(turn).as_matrix()
         return axes
-    if values.get("tilt_deg"):
-        return optical_axes(*(math.radians(_number(row, each)) for each in ("yaw_deg", "tilt_deg")))
     roll_deg = _number(row, "roll_deg") if values.get("roll_deg") else 0.0
+    if values.get("tilt_deg"):
+        yaw, tilt = (math.radians(_number(row, each)) for each in ("yaw_deg", "tilt_deg"))
+        return rolled(optical_axes(yaw, tilt), math.radians(roll_deg))
     compass = frame or WorldFrame(0.0, 0.0)
     return compass.axes(_number(row, "yaw_deg"), _number(row, "pitch_deg"), roll_deg)
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inspection_tools.camera.survey_camera import optical_axes
+from inspection_tools.camera.survey_camera import optical_axes, rolled
 from inspection_tools.checks import check_number
 
 AXIS_M, FLATTENING = 6_378_137.0, 1.0 / 298.257223563
@@ -63,10 +63,7 @@ class WorldFrame:
     def axes(self, yaw_deg: float, pitch_deg: float, roll_deg: float) -> np.ndarray:
         """Return the optical frame's axes in the map, (3, 3) in the columns, for angles as DJI tells them."""
         axes = optical_axes(math.radians(90.0 - yaw_deg), math.radians(pitch_deg))
-        cos, sin = math.cos(math.radians(roll_deg)), math.sin(math.radians(roll_deg))
-        turned: np.ndarray = (
-            self._turn @ axes @ np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
-        )
+        turned: np.ndarray = rolled(self._turn @ axes, math.radians(roll_deg))
         return turned
 
 

@@ -21,15 +21,19 @@ from inspection_tools.errors import InspectionToolsError
 from inspection_tools.photographs.calibration import read_camera
 from inspection_tools.photographs.record import PhotographError, PhotographRecord, read_record, stamp_of
 
-SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp")
+SUFFIXES = (".jpg", ".jpeg", ".jpe", ".jfif", ".mpo", ".png", ".tif", ".tiff", ".webp", ".bmp")
 """Of pictures, in small letters; a file may have them in any."""
 UNREAD = (
-    ".heic", ".heif", ".avif", ".jxl", ".jp2", ".gif", ".dng", ".cr2", ".cr3", ".nef", ".arw",
-    ".raf", ".orf", ".rw2",
+    ".heic", ".heif", ".hif", ".avif", ".jxl", ".jp2", ".j2k", ".jpx", ".gif", ".psd",
+    ".tga", ".ppm", ".exr", ".dng", ".gpr", ".raw", ".cr2", ".cr3", ".crw", ".nef", ".nrw", ".arw", ".sr2",
+    ".srf", ".srw", ".raf", ".orf", ".rw2", ".pef", ".x3f", ".iiq", ".3fr", ".fff", ".erf", ".mrw", ".kdc",
+    ".dcr", ".rwl", ".insp",
 )  # fmt: skip
 """Of pictures whose kind is not read here."""
 COLOURED = ("RGB", "RGBA", "RGBX", "P", "PA", "CMYK", "YCbCr", "LAB", "HSV")
 """Pillow's names of what has colours, with 8 bits for each."""
+JPEGS = ("JPEG", "MPO")
+"""Pillow's names of JPEG, and of several in one file, of which the first one counts."""
 START_OF_JPEG, START_OF_SCAN, END_OF_JPEG, TAIL_BYTES = b"\xff\xd8", b"\xda", b"\xff\xd9", 4096
 ORIENTATION, UPRIGHT = 0x0112, 1
 """EXIF's tag, and its value for a picture that is stored as it is to be seen."""
@@ -153,7 +157,7 @@ def check_picture(path: Path, pixels: bool = True, camera: SurveyCamera | None =
                     f"{path}: it has {image.width} x {image.height} px, but calibration.yaml is of "
                     f"{camera.width} x {camera.height} px. Give the original, or its own calibration."
                 )
-            if pixels or image.format != "JPEG":
+            if pixels or image.format not in JPEGS:
                 image.draft("L", (FAST_PX, FAST_PX))
                 image.load()
     except _DAMAGES as error:
@@ -178,7 +182,7 @@ def _check_as_a_whole(image: Image.Image, path: Path) -> None:
     Nobody tells how the calibration of a turned picture is meant. Rust is known by its colour. What has 16
     bits in one channel would become white.
     """
-    if image.format == "JPEG" and not _has_end(path):
+    if image.format in JPEGS and not _has_end(path):
         raise EOFError("it has no end")
     if image.mode not in COLOURED:
         raise PhotographError(

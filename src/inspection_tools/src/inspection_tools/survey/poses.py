@@ -10,7 +10,7 @@ from typing import Callable, Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
+from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes, rolled
 from inspection_tools.camera.taken import Taken
 from inspection_tools.errors import SurveyError
 from inspection_tools.files.table import Row, TableError, number_of, read_table
@@ -23,6 +23,7 @@ from inspection_tools.survey.plan_file import read_plan
 PLAN_SUFFIXES = (".yaml", ".yml")
 HEADS = {
     "x": ("x_m",), "y": ("y_m",), "z": ("z_m",), "yaw_deg": ("yaw",), "tilt_deg": ("tilt",),
+    "roll_deg": ("roll",),
     "qx": (), "qy": (), "qz": (), "qw": (), "blur_px": (),
 }  # fmt: skip
 ANGLES, QUATERNION = ("yaw_deg", "tilt_deg"), ("qx", "qy", "qz", "qw")
@@ -48,7 +49,7 @@ def read_taken(
         plan = read_plan(path)
         taken, camera = [Taken.of_view(view) for view in plan.views], plan.camera
     else:
-        taken = _of_table(path)
+        taken = _of_table(path, say)
     if not taken:
         raise SurveyError(f"{path}: there is no photograph in it.")
     return taken, camera
@@ -75,12 +76,14 @@ def _camera_of(path: Path, camera: SurveyCamera) -> SurveyCamera:
     return replace(held, tilt_min=camera.tilt_min, tilt_max=camera.tilt_max, exposure=camera.exposure)
 
 
-def _of_table(path: Path) -> list[Taken]:
+def _of_table(path: Path, say: Callable[[str], None]) -> list[Taken]:
     try:
-        rows = read_table(path, HEADS, ("x", "y", "z")).rows
+        table = read_table(path, HEADS, ("x", "y", "z"))
     except TableError as error:
         raise SurveyError(f"The poses {error}") from None
-    return [_of_row(row) for row in rows]
+    if table.unused:
+        say(f"{path.name}: these columns are not known and not read: {', '.join(table.unused)}.")
+    return [_of_row(row) for row in table.rows]
 
 
 def _of_row(row: Row) -> Taken:
@@ -90,7 +93,8 @@ def _of_row(row: Row) -> Taken:
         if "qx" in row.values:
             return _taken(row.where, place_m, [number_of(row.values[name]) for name in QUATERNION], blur_px)
         yaw, tilt = (math.radians(number_of(row.values[name])) for name in ANGLES)
-        turn = Rotation.from_matrix(optical_axes(yaw, tilt)).as_quat()
+        roll = math.radians(number_of(row.values.get("roll_deg") or "0"))
+        turn = Rotation.from_matrix(rolled(optical_axes(yaw, tilt), roll)).as_quat()
     except (KeyError, ValueError):
         raise SurveyError(f"{row.where}: the columns must be {COLUMNS}, all finite numbers.") from None
     return _taken(row.where, place_m, turn.tolist(), blur_px)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from typing import NamedTuple, Sequence
 
@@ -11,9 +12,9 @@ from inspection_tools.files.table import Row, TableError, number_of, read_table
 from inspection_tools.ship.ship import PORT, STARBOARD, Plate, Ship
 
 HEADS = {
-    "frame": ("fr", "frames"),
-    "strake": ("strakes",),
-    "side": ("sides",),
+    "frame": ("fr", "frames", "frame_no", "frame_number", "fr_no"),
+    "strake": ("strakes", "strake_no"),
+    "side": ("sides", "side_p_s", "p_s"),
     "original_mm": ("original", "original_thickness", "original_thickness_mm", "as_built", "as_built_mm"),
     "forward_mm": ("forward", "fwd", "fwd_mm", "forward_reading", "forward_reading_mm"),
     "aft_mm": ("aft", "aft_reading", "aft_reading_mm"),
@@ -24,6 +25,8 @@ SIDE_WORDS = {
     "p": PORT, "port": PORT, "ps": PORT, "bb": PORT, "s": STARBOARD, "starboard": STARBOARD,
     "stbd": STARBOARD, "stb": STARBOARD, "sb": STARBOARD,
 }  # fmt: skip
+FRAME = re.compile(r"(frames?|fr)?[.\s]*(no|nr)?[.\s]*#?\s*", re.IGNORECASE)
+"""What may stand before the number of a frame: "Fr. 5", "Frame no. 5", "#5"."""
 MOST_MM = 500.0
 
 
@@ -57,7 +60,7 @@ def read_readings(path: Path, ship: Ship) -> Readings:
         ReportError: one sentence that names the row and the fault.
     """
     try:
-        table = read_table(path, HEADS, ("frame", "strake", "side"))
+        table = read_table(path, HEADS, ("frame", "strake", "side"), numbered="frame")
     except TableError as error:
         raise ReportError(f"The readings {error}") from None
     if not table.rows:
@@ -82,7 +85,7 @@ def _plate(row: Row, plates: Sequence[Plate]) -> Plate:
     if side_of is None:
         raise ReportError(f'{row.where}: the side is "{side}"; give P or S.')
     try:
-        number = number_of(frame.lower().removeprefix("fr").lstrip(". "))
+        number = number_of(FRAME.sub("", frame, count=1))
     except ValueError:
         number = math.nan
     if not number.is_integer():
