@@ -21,18 +21,18 @@ _CUT = "the PLY is cut or damaged. Export it again"
 
 
 class Property(NamedTuple):
-    """A value of an element. count: type of the number of values of a list; empty: it is one value."""
+    """A value of an element. length: type of the number of values of a list; empty: it is one value."""
 
     name: str
     kind: str
-    count: str = ""
+    length: str = ""
 
 
 class Element(NamedTuple):
     """So many things of a kind stand one behind the other."""
 
     name: str
-    count: int
+    number: int
     properties: list[Property]
 
 
@@ -115,17 +115,17 @@ class _Text:
     def element(self, element: Element) -> dict:
         """Return the values of each property: an array, or a list of arrays."""
         names = [each.name for each in element.properties]
-        if not any(each.count for each in element.properties):
-            values = self._take(element.count * len(names)).reshape(element.count, len(names))
+        if not any(each.length for each in element.properties):
+            values = self._take(element.number * len(names)).reshape(element.number, len(names))
             return dict(zip(names, values.T))
-        alike = self._alike(element.count) if len(names) == 1 else None
+        alike = self._alike(element.number) if len(names) == 1 else None
         if alike is not None:
             return {names[0]: alike}
         held: dict[str, list] = {name: [] for name in names}
-        for _ in range(element.count):
+        for _ in range(element.number):
             for each in element.properties:
-                size = int(self._take(1)[0]) if each.count else 1
-                held[each.name].append(self._take(size).astype(np.int64) if each.count else self._take(1)[0])
+                size = int(self._take(1)[0]) if each.length else 1
+                held[each.name].append(self._take(size).astype(np.int64) if each.length else self._take(1)[0])
         return held
 
     def _alike(self, count: int) -> np.ndarray | None:
@@ -156,31 +156,31 @@ class _Binary:
 
     def element(self, element: Element) -> dict:
         """Return the values of each property: an array, or a list of arrays."""
-        if not element.count:
+        if not element.number:
             return {each.name: [] for each in element.properties}
-        if not any(each.count for each in element.properties):
+        if not any(each.length for each in element.properties):
             kind = np.dtype([(each.name, self._order + each.kind) for each in element.properties])
-            values = self._take(kind, element.count)
+            values = self._take(kind, element.number)
             return {name: values[name] for name in values.dtype.names or ()}
         return self._alike(element) or self._each(element)
 
     def _alike(self, element: Element) -> dict | None:
         """Return what `element` does if all lists are as long as those of the first; None: they are not."""
-        begin, fields = self._at, []
+        begin, fields = self._at, list[tuple]()
         for each in element.properties:
-            if each.count:
-                (size,) = self._take(self._order + each.count, 1).tolist()
-                fields.append((f"{each.name} size", self._order + each.count))
+            if each.length:
+                (size,) = self._take(self._order + each.length, 1).tolist()
+                fields.append((f"{each.name} size", self._order + each.length))
                 fields.append((each.name, self._order + each.kind, (size,)))
                 self._take(self._order + each.kind, size)
             else:
                 fields.append((each.name, self._order + each.kind))
                 self._take(self._order + each.kind, 1)
         kind, self._at = np.dtype(fields), begin
-        if begin + kind.itemsize * element.count > len(self._body):
+        if begin + kind.itemsize * element.number > len(self._body):
             return None
-        values = self._take(kind, element.count)
-        sizes = [f"{each.name} size" for each in element.properties if each.count]
+        values = self._take(kind, element.number)
+        sizes = [f"{each.name} size" for each in element.properties if each.length]
         if any((values[size] != values[size][0]).any() for size in sizes):
             self._at = begin
             return None
@@ -188,8 +188,8 @@ class _Binary:
 
     def _each(self, element: Element) -> dict:
         held: dict[str, list] = {each.name: [] for each in element.properties}
-        for _ in range(element.count):
+        for _ in range(element.number):
             for each in element.properties:
-                size = int(self._take(self._order + each.count, 1)[0]) if each.count else 1
+                size = int(self._take(self._order + each.length, 1)[0]) if each.length else 1
                 held[each.name].append(self._take(self._order + each.kind, size))
         return held
