@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from planar_world import Log
 
 from gridslam.loop_closure import LoopClosureParameters
 from gridslam.loop_closure.local_maps.stretches import LocalMaps
@@ -48,6 +49,23 @@ def snapshot_along(
         tuple(Beams.from_scan(scan, parameters, is_matched=False) for scan in scans),
         first_in_map,
         np.ones(len(poses), bool),
+        parameters,
+    )
+
+
+def snapshot_of(log: Log, poses: np.ndarray) -> Snapshot:
+    """A filter that has come along the first poses of a log."""
+    count, parameters = len(poses), SlamParameters()
+    return Snapshot(
+        np.array([scan.stamp_s for scan in log.scans[:count]]),
+        poses,
+        log.odometry[:count],
+        np.full(count, np.nan),
+        tuple(log.scans[:count]),
+        (None,) * count,
+        tuple(Beams.from_scan(scan, parameters, is_matched=False) for scan in log.scans[:count]),
+        0,
+        np.ones(count, bool),
         parameters,
     )
 

@@ -5,35 +5,16 @@ import math
 import numpy as np
 import pytest
 from planar_world import Lidar, along, drive, rectangle_route, scattered_boxes
+from room_paths import snapshot_of
 
 from gridslam import se2
 from gridslam.loop_closure import LoopClosureParameters
 from gridslam.loop_closure.path.step_uncertainty import DoubtfulNodes
-from gridslam.loop_closure.snapshot import Snapshot
 from gridslam.loop_closure.stages import Stages
-from gridslam.maps.beams import Beams
-from gridslam.parameters import SlamParameters
 from gridslam.tracking.wrong_steps import are_wrong
 
 FIRST, EVERY = 120, 4
 """Before this node no place was seen twice; from it on, places are searched for every so many nodes."""
-
-
-def snapshot(log, poses):
-    """A filter that has come along the first poses of a log."""
-    count, parameters = len(poses), SlamParameters()
-    return Snapshot(
-        np.array([scan.stamp_s for scan in log.scans[:count]]),
-        poses,
-        log.odometry[:count],
-        np.full(count, np.nan),
-        tuple(log.scans[:count]),
-        (None,) * count,
-        tuple(Beams.from_scan(scan, parameters, is_matched=False) for scan in log.scans[:count]),
-        0,
-        np.ones(count, bool),
-        parameters,
-    )
 
 
 @pytest.mark.parametrize("turned_deg", [-48.0, 30.0])
@@ -49,11 +30,11 @@ def test_a_wrong_turn_of_the_filter_is_mended_once_a_loop_closes(turned_deg):
     # when places are searched for on the way, and at the end
     stages = Stages(LoopClosureParameters())
     for count in range(FIRST, len(truth), EVERY):
-        correction = stages.on_the_way(snapshot(log, poses[:count]), DoubtfulNodes())
+        correction = stages.on_the_way(snapshot_of(log, poses[:count]), DoubtfulNodes())
         if correction is not None:
             rest = se2.between(poses[count - 1], poses[count:])
             poses = np.vstack([correction.poses, se2.compose(correction.poses[-1], rest)])
-    correction = stages.at_the_end(snapshot(log, poses), DoubtfulNodes(), is_searched=False)
+    correction = stages.at_the_end(snapshot_of(log, poses), DoubtfulNodes(), is_searched=False)
     # then the loop is closed, and the path is that of odometry and scans
     assert correction is not None
     assert np.hypot(*(correction.poses - truth)[:, :2].T).max() < 0.1

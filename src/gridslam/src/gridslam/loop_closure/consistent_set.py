@@ -15,7 +15,7 @@ import numpy as np
 from gridslam import se2
 from gridslam.loop_closure.edges import Match
 from gridslam.loop_closure.parameters import LoopClosureParameters
-from gridslam.loop_closure.path.measured_path import MeasuredPath
+from gridslam.loop_closure.path.measured_path import MeasuredPath, chained
 from gridslam.loop_closure.path.way_uncertainty import carried
 
 HEIGHT_CHI_SQUARE_MAX = 6.63
@@ -63,14 +63,7 @@ class UncorrectedPath:
     def __init__(
         self, path: MeasuredPath, step_covariances: np.ndarray, climb_variances_m2: np.ndarray
     ) -> None:
-        start, steps = path.poses[0], path.steps
-        yaw = start[2] + np.concatenate([[0.0], np.cumsum(steps[:, 2])])
-        cos, sin = np.cos(yaw[:-1]), np.sin(yaw[:-1])
-        moved = np.column_stack(
-            [cos * steps[:, 0] - sin * steps[:, 1], sin * steps[:, 0] + cos * steps[:, 1]]
-        )
-        xy = start[:2] + np.concatenate([np.zeros((1, 2)), np.cumsum(moved, axis=0)])
-        self.poses = np.column_stack([xy, se2.wrap(yaw)])
+        self.poses = chained(path.poses[0], path.steps)
         self.heights_m = np.concatenate([[0.0], np.cumsum(path.climbs_m)])
         self._climbs_summed = np.concatenate([[0.0], np.cumsum(climb_variances_m2)])
         in_map = carried(step_covariances, self.poses[1:])

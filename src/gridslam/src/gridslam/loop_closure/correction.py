@@ -10,13 +10,19 @@ import numpy as np
 from gridslam.loop_closure.edges import Edges, Match
 from gridslam.loop_closure.links.scan_links import ScanLinks
 from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.loop_closure.path.alternatives import Alternatives
 from gridslam.loop_closure.path.measured_path import MeasuredPath
-from gridslam.loop_closure.path.pose_graph import optimise
-from gridslam.loop_closure.path.step_uncertainty import StepUncertainty, step_edges
+from gridslam.loop_closure.path.pose_graph import optimise, robust_cost
+from gridslam.loop_closure.path.step_uncertainty import BY_FILTER, BY_ODOMETRY, StepUncertainty, step_edges
 from gridslam.maps.new_map import MapDraft
 
 SETTLED_M = 0.01
 """m: a correction ends when no pose has moved by more in a round of linking passes and optimising."""
+
+COST_MARGIN = 3.0
+"""Closures decide for a step if the graph's cost is lower by more than this: odds of 20."""
+TRIAL_TOLERANCE = 1e-3
+"""See `optimise`: enough to tell which of two steps fits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +55,7 @@ ON_THE_WAY, AT_THE_END = Effort(2, 1e-3), Effort(5, 1e-5)
 def corrected_poses(
     path: MeasuredPath,
     uncertainty: StepUncertainty,
+    found: Alternatives,
     links: ScanLinks,
     closures: Sequence[Match],
     effort: Effort,
@@ -59,13 +66,39 @@ def corrected_poses(
     The better the path, the more scans of different passes can be linked, and the other way round.
     """
     poses = path.poses
+    found = decided_by_closures(path, uncertainty, found, links, closures, parameters)
+    uncertainty = found.applied(uncertainty)
     for round_ in range(effort.rounds):
         if round_ > 0 and not links.link_passes(poses, path.way_m):
             break
         before = poses
         steps = step_edges(path, uncertainty, links.information(), poses, parameters)
-        edges = Edges.joined([steps, links.stacked(), Edges.of(closures)])
+        edges = Edges.joined([steps, links.stacked(), found.links, Edges.of(closures)])
         poses = optimise(before, edges, effort.tolerance, is_far=round_ == 0)
         if round_ > 0 and np.abs(poses - before)[:, :2].max() < SETTLED_M:
             break
     return poses
+
+
+def decided_by_closures(
+    path: MeasuredPath,
+    uncertainty: StepUncertainty,
+    found: Alternatives,
+    links: ScanLinks,
+    closures: Sequence[Match],
+    parameters: LoopClosureParameters,
+) -> Alternatives:
+    """Return the alternatives with those decided of which closures fit one clearly better."""
+
+    def cost(tried: Alternatives, which: int) -> float:
+        start = tried.moved(which, path, uncertainty)
+        steps = step_edges(path, tried.applied(uncertainty), links.information(), path.poses, parameters)
+        edges = Edges.joined([steps, links.stacked(), found.links, Edges.of(closures)])
+        return robust_cost(optimise(start, edges, TRIAL_TOLERANCE, is_far=True), edges)
+
+    for which in found.asked_of(closures):
+        tried = [found.with_choice(which, choice) for choice in (BY_FILTER, BY_ODOMETRY)]
+        costs = [cost(each, which) for each in tried]
+        if abs(costs[1] - costs[0]) > COST_MARGIN:
+            found = tried[int(costs[1] < costs[0])]
+    return found

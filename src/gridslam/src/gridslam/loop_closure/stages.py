@@ -17,8 +17,14 @@ from gridslam.loop_closure.local_maps.local_map import LocalMap
 from gridslam.loop_closure.local_maps.stretches import LocalMaps
 from gridslam.loop_closure.matches import match
 from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.loop_closure.path.alternatives import Alternatives, ScansAround, contradicting_steps
 from gridslam.loop_closure.path.measured_path import MeasuredPath
-from gridslam.loop_closure.path.step_uncertainty import DoubtfulNodes, StepUncertainty, step_uncertainty
+from gridslam.loop_closure.path.step_uncertainty import (
+    BY_FILTER,
+    DoubtfulNodes,
+    StepUncertainty,
+    step_uncertainty,
+)
 from gridslam.loop_closure.snapshot import Snapshot
 from gridslam.loop_closure.space.heights import climb_sigmas_m, fitted_heights, step_variances_m2
 from gridslam.loop_closure.space.path_clouds import PathClouds
@@ -56,6 +62,7 @@ class Stages:
         self._path, self._maps = MeasuredPath.empty(), LocalMaps(parameters)
         self._clouds = PathClouds(parameters)
         self._links = ScanLinks(parameters)
+        self._scans_around = ScansAround(self._maps, parameters)
         self._matches = MatchSet()
         self._counted: tuple[int, ...] = ()
         """Indices of the matches that count."""
@@ -173,7 +180,7 @@ class Stages:
         if way_m - self._searched_far_m < p.search_far_m:
             return []
         self._searched_far_m = way_m
-        steps = self._step_uncertainty(doubtful).covariances
+        steps = self._way_uncertainty(doubtful).covariances
         recent = recent or maps.around(self._path, revisit.newer)
         candidates = far_candidates(revisit, steps, recent, maps, p)
         return self._remember(self._matched(candidates, recent), doubtful)
@@ -247,7 +254,7 @@ class Stages:
         """Add matches to those known. Return their indices."""
         first = len(self._matches.matches)
         if found:
-            covariances = self._step_uncertainty(doubtful).covariances
+            covariances = self._way_uncertainty(doubtful).covariances
             climbs = step_variances_m2(self._path, self._parameters)
             path = UncorrectedPath(self._path, covariances, climbs)
             for each in found:
@@ -264,6 +271,18 @@ class Stages:
         is_spanned[wrong - 1] = False
         doubtful = replace(doubtful, unmatched=(*doubtful.unmatched, *wrong.tolist()))
         return step_uncertainty(self._path, is_spanned, doubtful, self._parameters, scale)
+
+    def _alternatives(self, uncertainty: StepUncertainty) -> Alternatives:
+        """Return the steps of which either the filter's or odometry's holds, as scans decide them."""
+        is_linked = self._links.information().any(axis=(1, 2))
+        steps = contradicting_steps(self._path, uncertainty, is_linked, self._parameters.chi_square_max)
+        return self._scans_around.ask(self._path, steps, uncertainty.by_odometry)
+
+    def _way_uncertainty(self, doubtful: DoubtfulNodes) -> StepUncertainty:
+        """Return how uncertain the steps are, if those that scans do not decide may be odometry's."""
+        uncertainty = self._step_uncertainty(doubtful)
+        found = self._alternatives(uncertainty)
+        return uncertainty.if_either(found.steps[found.choices != BY_FILTER])
 
     def _is_off(self, index: int) -> bool:
         """Return whether the present path differs from a match's measurement."""
@@ -282,7 +301,8 @@ class Stages:
     def _corrected(self, effort: Effort, doubtful: DoubtfulNodes) -> MeasuredPath:
         closures = [self._matches.matches[index] for index in self._counted]
         uncertainty, path, p = self._step_uncertainty(doubtful), self._path, self._parameters
-        poses = corrected_poses(path, uncertainty, self._links, closures, effort, p)
+        found = self._alternatives(uncertainty)
+        poses = corrected_poses(path, uncertainty, found, self._links, closures, effort, p)
         return path.corrected_to(poses, fitted_heights(path, closures, p))
 
     def _moved_m(self, corrected: MeasuredPath) -> float:

@@ -123,6 +123,15 @@ def _step_covariances(
     return inverses(informations.reshape(-1, 3, 3) + np.eye(3) / prior[:, None, :])
 
 
+def chained(start: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return the poses (n + 1, 3) along steps (n, 3) from a pose on."""
+    yaw = start[2] + np.concatenate([[0.0], np.cumsum(steps[:, 2])])
+    cos, sin = np.cos(yaw[:-1]), np.sin(yaw[:-1])
+    moved = np.column_stack([cos * steps[:, 0] - sin * steps[:, 1], sin * steps[:, 0] + cos * steps[:, 1]])
+    xy = start[:2] + np.concatenate([np.zeros((1, 2)), np.cumsum(moved, axis=0)])
+    return np.column_stack([xy, se2.wrap(yaw)])
+
+
 def odometry_covariances(steps: np.ndarray, parameters: LoopClosureParameters) -> np.ndarray:
     """Return the covariances (n, 3, 3) of steps (n, 3) by odometry, as the parameters assume it."""
     p = parameters

@@ -8,7 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from gridslam import se2
-from gridslam.kernels.pose_graph import optimise_graph
+from gridslam.kernels.least_squares import inverses
+from gridslam.kernels.pose_graph import Edges as WeighedEdges
+from gridslam.kernels.pose_graph import cost_of, optimise_graph
 from gridslam.loop_closure.edges import Edges
 
 ROBUST_SCALE = 2.0  # from this many standard deviations on, an edge loses weight (Cauchy)
@@ -33,3 +35,9 @@ def optimise(start: np.ndarray, edges: Edges, tolerance: float = 1e-5, is_far: b
     optimise_graph(poses, *edges, np.array(searches))
     poses[:, 2] = se2.wrap(poses[:, 2])
     return poses
+
+
+def robust_cost(poses: np.ndarray, edges: Edges) -> float:
+    """Return the cost of poses (k, 3): the sum over the edges, each with the robust kernel."""
+    weighed = WeighedEdges(*edges[:3], inverses(edges.covariance))
+    return float(cost_of(weighed, poses, ROBUST_SCALE))

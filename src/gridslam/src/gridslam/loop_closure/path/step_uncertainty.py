@@ -12,11 +12,14 @@ from gridslam.loop_closure.edges import Edges
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.measured_path import MeasuredPath, odometry_covariances
 from gridslam.tracking.evidence import Agreement
+from gridslam.tracking.wrong_steps import MATCH_SIGMA
 
 STEPS_MIN, CHI_SQUARE_75, SHARE_MIN = 20, 4.108, 0.04
 """To learn how good odometry is: least number of steps, the chi-square (3 degrees of freedom) that three
 quarters of them stay below, and the least share of the assumed covariance.
 """
+UNDECIDED, BY_FILTER, BY_ODOMETRY = 0, 1, 2
+"""Which of a step's two measurements holds alone."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,22 @@ class StepUncertainty:
     """(k - 1,) whether no scan has measured the step."""
     scale: float
     """Odometry's ways were multiplied by this; see `odometry_scale`."""
+    is_spanned: np.ndarray
+    """(k - 1,) whether a link that measures every direction spans the step."""
+    choices: np.ndarray
+    """(k - 1,) UNDECIDED, BY_FILTER or BY_ODOMETRY; see `alternatives`."""
+
+    def decided(self, steps: np.ndarray, choices: np.ndarray) -> StepUncertainty:
+        """Return it with choices (n,) for steps (n,)."""
+        all_choices = self.choices.copy()
+        all_choices[steps] = choices
+        return replace(self, choices=all_choices)
+
+    def if_either(self, steps: np.ndarray) -> StepUncertainty:
+        """Return it with covariances of steps (n,) so large that each may be the filter's or odometry's."""
+        covariances = self.covariances.copy()
+        covariances[steps] = self.open_covariances[steps]
+        return replace(self, covariances=covariances)
 
 
 def step_uncertainty(
@@ -108,6 +127,8 @@ def step_uncertainty(
         if_open,
         is_unknown | ~is_spanned & np.isin(nodes, doubtful.guessed),
         scale,
+        is_spanned,
+        np.full(len(path.steps), UNDECIDED),
     )
 
 
@@ -125,20 +146,37 @@ def step_edges(
     of it the scan has met. Matches against one map have similar errors; `step_share` tells how firmly
     the steps hold. Where links say nothing, it is trusted only like odometry.
 
+    Where one of both was chosen (`alternatives`), it is as firm as the scan's match, or as odometry. The
+    other one counts as if it had erred by the difference.
+
     Odometry may be better than assumed. How good it is, the present path ``poses`` (k, 3) tells. But
     where no link joins a step's scan, it stays as assumed, beside the filter's step.
     """
     u, of_odometry = uncertainty, uncertainty.odometry_covariances
     is_linked = link_information.any(axis=(1, 2))
-    share = np.where(is_linked & ~u.is_open, _odometry_share(u, poses), 1.0)
+    learned = odometry_share(u, poses)
+    share = np.where((is_linked & ~u.is_open) | (u.choices == BY_ODOMETRY), learned, 1.0)
     held = of_odometry.copy()
     held[is_linked] = parameters.step_share**2 * inverses(
         link_information[is_linked] + inverses(of_odometry[is_linked])
     )
     held[u.is_open] = u.open_covariances[u.is_open]
+    by_odometry = share[:, None, None] * of_odometry
+    _choose(path, u, held, by_odometry)
     older = np.tile(np.arange(len(u.by_odometry)), 2)
     steps = np.concatenate([_scaled_steps(path, u, held), u.by_odometry])
-    return Edges(older, older + 1, steps, np.concatenate([held, share[:, None, None] * of_odometry]))
+    return Edges(older, older + 1, steps, np.concatenate([held, by_odometry]))
+
+
+def _choose(
+    path: MeasuredPath, uncertainty: StepUncertainty, held: np.ndarray, by_odometry: np.ndarray
+) -> None:
+    """Write the covariances of the steps of which one measurement was chosen."""
+    u = uncertainty
+    is_filters, is_odometrys = u.choices == BY_FILTER, u.choices == BY_ODOMETRY
+    held[is_filters] = path.covariances[is_filters] + np.diag(MATCH_SIGMA**2)
+    by_odometry[is_filters] = u.open_covariances[is_filters]
+    held[is_odometrys] = u.open_covariances[is_odometrys]
 
 
 def _scaled_steps(path: MeasuredPath, uncertainty: StepUncertainty, held: np.ndarray) -> np.ndarray:
@@ -155,7 +193,7 @@ def _scaled_steps(path: MeasuredPath, uncertainty: StepUncertainty, held: np.nda
     return path.steps + np.where(u.is_open[:, None], 0.0, taken)
 
 
-def _odometry_share(uncertainty: StepUncertainty, poses: np.ndarray) -> float:
+def odometry_share(uncertainty: StepUncertainty, poses: np.ndarray) -> float:
     """Return by how much odometry's covariance is too large, from its differences to a path (k, 3).
 
     Three quarters of them must be as expected. So the few great ones do not count, which the robust
