@@ -116,7 +116,7 @@ class SlamSession:
         self._is_resumed = False
         is_between = self._watch_slices(self.slam, base, scan.height_m)
         if self._closer is not None:
-            self._correct(self._closer.take(scan.stamp_s))
+            self._take(self._closer, self.slam, scan.stamp_s)
         was_lost, was_apart = self.slam.tracking.is_lost, self.slam.earlier is not None
         if covariance is not None and not is_told(covariance):
             self._say("The odometry's covariance makes no sense; srr, srt, str and stt count instead.")
@@ -179,11 +179,24 @@ class SlamSession:
         elif not slam.tracking.is_lost and closer.is_decision_due(stamp_s):
             closer.decide(slam.snapshot(), stamp_s)
 
+    def _take(self, closer: LoopCloser, slam: GridSlam, stamp_s: float) -> None:
+        """Take over what the closer has found, if that is due: a correction, and what it says of the pose."""
+        correction = closer.take(stamp_s)
+        self._correct(correction)
+        if closer.found is not None:
+            checked = slam.tracking.self_check
+            if closer.found.agreed and correction is None:
+                checked = checked.recognised(0.0)
+            slam.tracking.check(checked.left_open(closer.found.open_m))
+
     def _correct(self, correction: Correction | None) -> None:
         """Let the filter take over a correction, if there is one."""
         if correction is None or self.slam is None:
             return
+        before = self.slam.base_in_map
         self.slam.correct(correction)
+        moved_m = math.dist(before[:2], self.slam.base_in_map[:2])
+        self.slam.tracking.check(self.slam.tracking.self_check.recognised(moved_m))
         self._supervisor.forget_map()
         if self.slam.tracking.is_apart and self.slam.earlier is None:
             self.slam.tracking.join()
@@ -206,9 +219,9 @@ class SlamSession:
         if self._closer is None or self.slam is None:
             return
         if self._closer.is_pending and not self.slam.tracking.is_lost:
-            self._correct(self._closer.take(math.inf))
+            self._take(self._closer, self.slam, math.inf)
             self._closer.decide(self.slam.snapshot(), self._odometry.last_s)
-            self._correct(self._closer.take(math.inf))
+            self._take(self._closer, self.slam, math.inf)
 
     def finish(self) -> None:
         """Correct the path by all closures. Call this after the last scan."""

@@ -30,6 +30,7 @@ from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.session_state import SessionState
 from gridslam.tracking.monitor import MonitorState
+from gridslam.tracking.self_check import SelfCheck
 from gridslam.trajectory import TreeState
 
 SAVED_CLASSES: tuple[type, ...] = (
@@ -56,6 +57,7 @@ SAVED_CLASSES: tuple[type, ...] = (
     PlanarScan,
     ScanLinksState,
     SearchState,
+    SelfCheck,
     SessionState,
     SlamParameters,
     SliceState,

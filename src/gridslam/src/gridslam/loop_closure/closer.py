@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Callable
+from typing import Callable, NamedTuple
 
 import numpy as np
 
@@ -31,6 +31,15 @@ class PendingState:
     first_in_map: int
     heights_m: np.ndarray | None
     """(k,)"""
+
+
+class Found(NamedTuple):
+    """What a search tells of the pose, beside a correction."""
+
+    agreed: bool
+    """See `Stages`."""
+    open_m: float
+    """How far the newest node may be off by what is not decided."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +87,8 @@ class LoopCloser:
         self._doubtful = DoubtfulNodes()
         self.closures: list[Closure] = []
         """The closures that count at present. A closure stops counting when later ones contradict it."""
+        self.found: Found | None = None
+        """What the last `take` has found of the pose; None: nothing was due."""
 
     def add_node(self, stamp_s: float, base_in_odom: np.ndarray, agreement: Agreement | None = None) -> None:
         """Take notice of a scan that the filter has processed.
@@ -140,10 +151,12 @@ class LoopCloser:
 
         Call this before each scan that the filter gets. It waits for the result if need be.
         """
+        self.found = None
         if self._work is None or not self._work.is_due(stamp_s):
             return None
         correction, self._work = self._work.result(), None
         self.closures = self._stages.closures()
+        self.found = Found(self._stages.agreed, self._stages.open_m)
         return correction
 
     def drop(self, is_contradicted: bool = False) -> None:

@@ -48,6 +48,7 @@ class StagesState:
     """Indices of the matches that count."""
     searched_far_m: float
     agreed: bool
+    open_m: float
 
 
 class Stages:
@@ -69,10 +70,18 @@ class Stages:
         self._searched_far_m = 0.0
         self.agreed = False
         """Whether the last search found a place again, and the path and another match agreed with it."""
+        self.open_m = 0.0
+        """How far the newest pose may be off by what is not decided: a single match, or an open step."""
 
     def on_the_way(self, snapshot: Snapshot, doubtful: DoubtfulNodes) -> Correction | None:
         """Search for the newest node's place. Return a correction if other closures count than before."""
         self._follow(snapshot)
+        correction = self._searched(snapshot, doubtful)
+        self.open_m = 0.0 if self.agreed else self._open_m(doubtful)
+        return correction
+
+    def _searched(self, snapshot: Snapshot, doubtful: DoubtfulNodes) -> Correction | None:
+        """Return the correction that a search for the newest node leads to."""
         is_one_map = snapshot.first_in_map == 0
         if is_one_map and self._counted and self._newest_scan_agrees():
             self.agreed = True
@@ -109,9 +118,10 @@ class Stages:
         """
         before = self._counted
         self._decide(snapshot, doubtful, is_searched)
-        if self._counted == before:
-            return None
-        return self._correction(snapshot, self._corrected(AT_THE_END, doubtful))
+        corrected = None if self._counted == before else self._corrected(AT_THE_END, doubtful)
+        correction = None if corrected is None else self._correction(snapshot, corrected)
+        self.open_m = self._open_m(doubtful)
+        return correction
 
     @property
     def is_pending(self) -> bool:
@@ -131,6 +141,7 @@ class Stages:
             self._counted,
             self._searched_far_m,
             self.agreed,
+            self.open_m,
         )
 
     def restore(self, state: StagesState, scans: int) -> None:
@@ -148,6 +159,7 @@ class Stages:
         self._links.restore(state.links, nodes)
         self._path, self._matches, self._counted = state.path, state.matches, state.counted
         self._searched_far_m, self.agreed = state.searched_far_m, state.agreed
+        self.open_m = float(state.open_m)
 
     def _follow(self, snapshot: Snapshot) -> None:
         """Measure the path's new steps, and link its new scans."""
@@ -304,6 +316,20 @@ class Stages:
         found = self._alternatives(uncertainty)
         poses = corrected_poses(path, uncertainty, found, self._links, closures, effort, p)
         return path.corrected_to(poses, fitted_heights(path, closures, p))
+
+    def _open_m(self, doubtful: DoubtfulNodes) -> float:
+        """Return how far the newest pose is from where undecided matches, or open steps, would put it."""
+        path, newest = self._path, self._path.poses[-1, :2]
+        found_m = [0.0]
+        for index in self._undecided():
+            match = self._matches.matches[index]
+            here = se2.between(path.poses[match.older], path.poses[match.newer])
+            found_m.append(math.dist(here[:2], match.newer_in_older[:2]))
+        uncertainty = self._step_uncertainty(doubtful)
+        last = max((self._matches.matches[index].newer for index in self._counted), default=0)
+        open_steps = self._alternatives(uncertainty).since(last)
+        found_m += [math.dist(end, newest) for end in open_steps.ends(path, uncertainty)]
+        return max(found_m)
 
     def _moved_m(self, corrected: MeasuredPath) -> float:
         """Return by how much a pose of the path moves at most, or a height."""

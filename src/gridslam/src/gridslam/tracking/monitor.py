@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, fields
 
 from gridslam.tracking.evidence import Evidence
+from gridslam.tracking.self_check import SelfCheck
 
 TRACKING, UNCERTAIN, LOST = "tracking", "uncertain", "lost"
 STATES = (TRACKING, UNCERTAIN, LOST)
@@ -51,6 +52,7 @@ class MonitorState:
     is_confirming: bool
     agreed: int
     is_apart: bool
+    self_check: SelfCheck
 
     def __post_init__(self) -> None:
         counts = (self.contradictions, self.scans_since_tracking, self.agreed)
@@ -90,6 +92,8 @@ class TrackingMonitor:
         """Number of scans in a row that agree with the map."""
         self.is_apart = False
         """Whether the map is not joined with an earlier one yet. So the place is not known there."""
+        self.self_check = SelfCheck()
+        """What places found again, and odometry, say of the pose."""
 
     @property
     def is_lost(self) -> bool:
@@ -101,6 +105,7 @@ class TrackingMonitor:
         self.last = evidence
         self.scans_since_tracking += 1
         self.travelled_since_tracking_m += evidence.travelled_m
+        self.self_check = self.self_check.travelled(evidence.travelled_m)
         contradicts = self._contradicts(evidence)
         self.contradictions = self.contradictions + 1 if contradicts else 0
         if self._is_meaningful(evidence):
@@ -113,6 +118,7 @@ class TrackingMonitor:
         """Begin anew at a pose that was given or found: uncertain until `confirm` is called."""
         self.contradictions, self.agreed, self.smoothed_share = 0, 0, 1.0
         self.is_confirming = True
+        self.self_check = self.self_check.begun_anew()
         self._enter(UNCERTAIN, reason)
 
     def confirm(self) -> None:
@@ -146,6 +152,15 @@ class TrackingMonitor:
         self.is_apart = False
         if not self.is_lost:
             self._enter(TRACKING, "a place of the earlier map was recognised")
+
+    def check(self, checked: SelfCheck) -> None:
+        """Take over what closures and odometry say of the pose now."""
+        before, self.self_check = self.self_check, checked
+        is_its_doubt = self.state == UNCERTAIN and before.is_doubted and self.reason == before.reason
+        if checked.is_doubted and (self.state == TRACKING or is_its_doubt):
+            self._enter(UNCERTAIN, checked.reason)
+        elif is_its_doubt:
+            self._enter(TRACKING, "a place was recognised, and the pose is right there")
 
     def lose(self, reason: str) -> None:
         """Judge that the vehicle is lost, by something else than the share of beams."""
@@ -181,6 +196,8 @@ class TrackingMonitor:
             self._enter(UNCERTAIN, f"few beams agree with the map: {100.0 * self.smoothed_share:.0f} %")
         elif evidence.spread_m > spread_limit * evidence.typical_range_m > 0.0:
             self._enter(UNCERTAIN, f"the particles are spread over {evidence.spread_m:.2f} m")
+        elif self.self_check.is_doubted:
+            self._enter(UNCERTAIN, self.self_check.reason)
         else:
             self._enter(TRACKING, share)
 

@@ -69,13 +69,25 @@ class Alternatives:
 
     def moved(self, which: int, path: MeasuredPath, uncertainty: StepUncertainty) -> np.ndarray:
         """Return the path's poses (k, 3), with all after one of the steps moved to where its choice leads."""
-        step = self.steps[which]
+        step, poses = self.steps[which], path.poses.copy()
         is_odometry = self.choices[which] == BY_ODOMETRY
         by = uncertainty.by_odometry[step] if is_odometry else path.steps[step]
-        poses = path.poses.copy()
         reached = se2.compose(poses[step], by)
         poses[step + 1 :] = se2.compose(reached, se2.between(poses[step + 1], poses[step + 1 :]))
         return poses
+
+    def since(self, node: int) -> Alternatives:
+        """Return those from a node on, without their links."""
+        kept = self.steps >= node
+        return Alternatives(self.steps[kept], self.choices[kept])
+
+    def ends(self, path: MeasuredPath, uncertainty: StepUncertainty) -> list[np.ndarray]:
+        """Return where (2,) each choice that is still possible puts the path's newest node."""
+        found = []
+        for which, chosen in enumerate(self.choices.tolist()):
+            for choice in (BY_FILTER, BY_ODOMETRY) if chosen == UNDECIDED else (chosen,):
+                found.append(self.with_choice(which, choice).moved(which, path, uncertainty)[-1, :2])
+        return found
 
     def asked_of(self, closures: Sequence[Match]) -> list[int]:
         """Return which of them are undecided, and lie between both nodes of a closure."""

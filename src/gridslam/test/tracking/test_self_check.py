@@ -1,0 +1,86 @@
+"""The pose's own check: drift that closures tell, ways without a place, and what is left open."""
+
+import pytest
+
+from gridslam.errors import StateError
+from gridslam.tracking.evidence import Agreement, Evidence
+from gridslam.tracking.monitor import LOST, TRACKING, UNCERTAIN, TrackingMonitor
+from gridslam.tracking.self_check import SelfCheck
+
+
+def test_a_drift_that_a_closure_told_goes_on_until_a_place_is_found():
+    # given 100 m after which a closure moved the pose by 2 m: 2 % of the way
+    check = SelfCheck().travelled(100.0).recognised(2.0)
+    assert (check.drift, check.expected_m, check.is_doubted) == (0.02, 0.0, False)
+    # then it is trusted for 25 m, for 0.5 m are 2 % of them, and again after a place is found
+    assert not check.travelled(24.9).is_doubted
+    doubted = check.travelled(25.1)
+    assert doubted.is_doubted
+    assert "no place was recognised for 25 m" in doubted.reason
+    assert not doubted.recognised(0.0).is_doubted
+
+
+def test_small_corrections_and_none_tell_no_drift():
+    check = SelfCheck().travelled(1000.0)
+    assert not check.is_doubted
+    assert check.recognised(0.4).drift == 0.0
+    # a correction just after another one is of an older drift: of 10 m at least
+    assert SelfCheck().travelled(0.5).recognised(1.0).drift == pytest.approx(0.1)
+
+
+def test_a_drift_counts_half_after_50_m_in_which_places_were_right():
+    check = SelfCheck(drift=0.04)
+    for _ in range(5):
+        check = check.travelled(10.0).recognised(0.0)
+    assert check.drift == pytest.approx(0.02)
+
+
+def test_what_is_open_is_doubted_until_it_is_decided():
+    check = SelfCheck().left_open(0.45)
+    assert not check.is_doubted
+    check = check.left_open(3.0)
+    assert check.is_doubted
+    assert "off by 3.0 m" in check.reason
+    # with hysteresis: from 0.3 m on
+    assert check.left_open(0.4).is_doubted
+    assert not check.left_open(0.2).is_doubted
+
+
+@pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf")])
+def test_numbers_without_sense_are_refused(value):
+    with pytest.raises(StateError, match="make no sense"):
+        SelfCheck(drift=value)
+
+
+def agreeing(travelled_m=1.0):
+    return Evidence(0.0, Agreement(100, 0, 0), typical_range_m=2.0, travelled_m=travelled_m)
+
+
+def test_a_pose_that_is_known_to_be_wrong_is_not_tracking_though_all_beams_agree():
+    monitor = TrackingMonitor()
+    monitor.accepts(agreeing())
+    assert monitor.state == TRACKING
+    # when a place that was seen before says that the pose is 3 m off
+    monitor.check(monitor.self_check.left_open(3.0))
+    assert monitor.state == UNCERTAIN
+    assert monitor.accepts(agreeing())
+    assert (monitor.state, monitor.reason) == (UNCERTAIN, monitor.self_check.reason)
+    # then the correction ends the doubt, also for a vehicle that waits
+    monitor.check(monitor.self_check.recognised(3.0).left_open(0.0))
+    assert monitor.state == TRACKING
+    # and the next way without a place is doubted
+    for _ in range(3):
+        monitor.accepts(agreeing())
+    assert monitor.state == UNCERTAIN
+
+
+def test_other_doubts_are_not_ended_by_it():
+    monitor = TrackingMonitor()
+    monitor.check(monitor.self_check.left_open(3.0))
+    monitor.lose("nothing agrees")
+    monitor.check(monitor.self_check.left_open(0.0))
+    assert monitor.state == LOST
+    monitor.doubt("the pose was given")
+    monitor.check(monitor.self_check.left_open(3.0))
+    monitor.check(monitor.self_check.left_open(0.0))
+    assert (monitor.state, monitor.reason) == (UNCERTAIN, "the pose was given")
