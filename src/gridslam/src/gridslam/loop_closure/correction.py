@@ -7,6 +7,8 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
+from gridslam import se2
+from gridslam.kernels.least_squares import inverse
 from gridslam.loop_closure.edges import Edges, Match
 from gridslam.loop_closure.links.scan_links import ScanLinks
 from gridslam.loop_closure.parameters import LoopClosureParameters
@@ -88,17 +90,27 @@ def decided_by_closures(
     closures: Sequence[Match],
     parameters: LoopClosureParameters,
 ) -> Alternatives:
-    """Return the alternatives with those decided of which closures fit one clearly better."""
+    """Return the alternatives with those decided of which closures fit one clearly better, and well.
 
-    def cost(tried: Alternatives, which: int) -> float:
+    Both may be wrong. Then the closures fit neither, and the step stays undecided.
+    """
+
+    def trial(tried: Alternatives, which: int) -> tuple[float, bool]:
+        """Return the graph's cost with a choice, and whether its step fits by its own uncertainty."""
+        of_steps = step_edges(path, tried.applied(uncertainty), links.information(), path.poses, parameters)
+        edges = Edges.joined([of_steps, links.stacked(), found.links, Edges.of(closures)])
         start = tried.moved(which, path, uncertainty)
-        steps = step_edges(path, tried.applied(uncertainty), links.information(), path.poses, parameters)
-        edges = Edges.joined([steps, links.stacked(), found.links, Edges.of(closures)])
-        return robust_cost(optimise(start, edges, TRIAL_TOLERANCE, is_far=True), edges)
+        poses = optimise(start, edges, TRIAL_TOLERANCE, is_far=True)
+        step, by_odometry = int(tried.steps[which]), tried.choices[which] == BY_ODOMETRY
+        row = step + len(path.steps) * int(by_odometry)
+        error = se2.between(of_steps.newer_in_older[row], se2.between(poses[step], poses[step + 1]))
+        chi_square = float(error @ inverse(of_steps.covariance[row]) @ error)
+        return robust_cost(poses, edges), chi_square < parameters.chi_square_max
 
     for which in found.asked_of(closures):
         tried = [found.with_choice(which, choice) for choice in (BY_FILTER, BY_ODOMETRY)]
-        costs = [cost(each, which) for each in tried]
-        if abs(costs[1] - costs[0]) > COST_MARGIN:
-            found = tried[int(costs[1] < costs[0])]
+        costs, fits = zip(*(trial(each, which) for each in tried))
+        best = int(costs[1] < costs[0])
+        if fits[best] and costs[1 - best] - costs[best] > COST_MARGIN:
+            found = tried[best]
     return found

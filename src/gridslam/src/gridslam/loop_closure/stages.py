@@ -20,7 +20,7 @@ from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.alternatives import Alternatives, ScansAround, contradicting_steps
 from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.path.step_uncertainty import (
-    BY_FILTER,
+    BY_ODOMETRY,
     DoubtfulNodes,
     StepUncertainty,
     step_uncertainty,
@@ -291,10 +291,10 @@ class Stages:
         return self._scans_around.ask(self._path, steps, uncertainty.by_odometry)
 
     def _way_uncertainty(self, doubtful: DoubtfulNodes) -> StepUncertainty:
-        """Return how uncertain the steps are, if those that scans do not decide may be odometry's."""
+        """Return how uncertain the steps are. Where scans decide for odometry, the filter erred."""
         uncertainty = self._step_uncertainty(doubtful)
         found = self._alternatives(uncertainty)
-        return uncertainty.if_either(found.steps[found.choices != BY_FILTER])
+        return uncertainty.if_either(found.steps[found.choices == BY_ODOMETRY])
 
     def _is_off(self, index: int) -> bool:
         """Return whether the present path differs from a match's measurement."""
