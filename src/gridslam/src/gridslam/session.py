@@ -32,6 +32,7 @@ from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.session_state import SessionState
 from gridslam.tracking.monitor import TrackingMonitor
+from gridslam.tracking.self_check import drift_of
 from gridslam.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -186,17 +187,17 @@ class SlamSession:
         if closer.found is not None:
             checked = slam.tracking.self_check
             if closer.found.agreed and correction is None:
-                checked = checked.recognised(0.0)
+                checked = checked.recognised()
             slam.tracking.check(checked.left_open(closer.found.open_m))
 
     def _correct(self, correction: Correction | None) -> None:
         """Let the filter take over a correction, if there is one."""
         if correction is None or self.slam is None:
             return
-        before = self.slam.base_in_map
+        before = self.slam.trajectory().poses_in_map[: len(correction.poses)]
+        drift = drift_of(before, correction.poses)
         self.slam.correct(correction)
-        moved_m = math.dist(before[:2], self.slam.base_in_map[:2])
-        self.slam.tracking.check(self.slam.tracking.self_check.recognised(moved_m))
+        self.slam.tracking.check(self.slam.tracking.self_check.recognised(drift))
         self._supervisor.forget_map()
         if self.slam.tracking.is_apart and self.slam.earlier is None:
             self.slam.tracking.join()

@@ -1,37 +1,50 @@
 """The pose's own check: drift that closures tell, ways without a place, and what is left open."""
 
+import numpy as np
 import pytest
 
 from gridslam.errors import StateError
 from gridslam.tracking.evidence import Agreement, Evidence
 from gridslam.tracking.monitor import LOST, TRACKING, UNCERTAIN, TrackingMonitor
-from gridslam.tracking.self_check import SelfCheck
+from gridslam.tracking.self_check import SelfCheck, drift_of
+
+
+def straight(length_m, wrong_from_m, wrong_m):
+    """A path along x, a node a metre, with an error to the side that grows from somewhere on; and without."""
+    x = np.arange(length_m + 1.0)
+    true = np.column_stack([x, np.zeros((len(x), 2))])
+    wrong = true.copy()
+    wrong[:, 1] = wrong_m * np.clip((x - wrong_from_m) / (length_m - wrong_from_m), 0.0, 1.0)
+    return wrong, true
+
+
+def test_the_correction_of_a_path_tells_how_fast_it_drifted():
+    # given errors of 2 m that have grown over 100 m; its first tenth counts as right
+    wrong, true = straight(200, 100, 2.0)
+    way_m = 90.0 + np.hypot(1.0, 0.02) * 100.0 - 100.0  # along the wrong path
+    assert drift_of(wrong, true) == pytest.approx(2.0 / way_m, rel=0.02)
+    # an error of less than half a metre tells nothing; one that came at once has grown over 10 m
+    assert drift_of(*straight(200, 100, 0.45)) == 0.0
+    assert drift_of(*straight(200, 199, 1.0)) == pytest.approx(0.1)
 
 
 def test_a_drift_that_a_closure_told_goes_on_until_a_place_is_found():
-    # given 100 m after which a closure moved the pose by 2 m: 2 % of the way
-    check = SelfCheck().travelled(100.0).recognised(2.0)
+    # given a closure that told a drift of 2 % of the way
+    check = SelfCheck().travelled(100.0).recognised(0.02)
     assert (check.drift, check.expected_m, check.is_doubted) == (0.02, 0.0, False)
     # then it is trusted for 25 m, for 0.5 m are 2 % of them, and again after a place is found
     assert not check.travelled(24.9).is_doubted
     doubted = check.travelled(25.1)
     assert doubted.is_doubted
     assert "no place was recognised for 25 m" in doubted.reason
-    assert not doubted.recognised(0.0).is_doubted
-
-
-def test_small_corrections_and_none_tell_no_drift():
-    check = SelfCheck().travelled(1000.0)
-    assert not check.is_doubted
-    assert check.recognised(0.4).drift == 0.0
-    # a correction just after another one is of an older drift: of 10 m at least
-    assert SelfCheck().travelled(0.5).recognised(1.0).drift == pytest.approx(0.1)
+    assert not doubted.recognised().is_doubted
+    assert not SelfCheck().travelled(1000.0).is_doubted
 
 
 def test_a_drift_counts_half_after_50_m_in_which_places_were_right():
     check = SelfCheck(drift=0.04)
     for _ in range(5):
-        check = check.travelled(10.0).recognised(0.0)
+        check = check.travelled(10.0).recognised()
     assert check.drift == pytest.approx(0.02)
 
 
@@ -66,7 +79,7 @@ def test_a_pose_that_is_known_to_be_wrong_is_not_tracking_though_all_beams_agree
     assert monitor.accepts(agreeing())
     assert (monitor.state, monitor.reason) == (UNCERTAIN, monitor.self_check.reason)
     # then the correction ends the doubt, also for a vehicle that waits
-    monitor.check(monitor.self_check.recognised(3.0).left_open(0.0))
+    monitor.check(monitor.self_check.recognised(0.3).left_open(0.0))
     assert monitor.state == TRACKING
     # and the next way without a place is doubted
     for _ in range(3):

@@ -11,6 +11,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from gridslam.errors import StateError
 
 UNCERTAIN_FROM_M, CERTAIN_BELOW_M = 0.5, 0.3
@@ -63,11 +65,10 @@ class SelfCheck:
         """The vehicle has moved by this much."""
         return replace(self, way_m=self.way_m + way_m)._judged()
 
-    def recognised(self, off_m: float) -> SelfCheck:
-        """A place was found again, and the pose was off by this much. It is right now."""
-        found = off_m / max(self.way_m, WAY_MIN_M) if off_m > UNCERTAIN_FROM_M else 0.0
+    def recognised(self, drift: float = 0.0) -> SelfCheck:
+        """A place was found again, and the path is right there. It had drifted by this; see `drift_of`."""
         known = self.drift * 0.5 ** (self.way_m / HALF_LIFE_M)
-        return replace(self, drift=max(found, known), way_m=0.0)._judged()
+        return replace(self, drift=max(drift, known), way_m=0.0)._judged()
 
     def begun_anew(self) -> SelfCheck:
         """The pose was given or found on the map, and other tests prove it."""
@@ -80,3 +81,22 @@ class SelfCheck:
     def _judged(self) -> SelfCheck:
         limit_m = CERTAIN_BELOW_M if self.is_doubted else UNCERTAIN_FROM_M
         return replace(self, is_doubted=self.expected_m > limit_m)
+
+
+def drift_of(before: np.ndarray, corrected: np.ndarray) -> float:
+    """Return how fast a path had drifted, m per m of travel, by its correction; 0: by less than counts.
+
+    The greatest error has grown since the last node before it that was right, to a tenth of that error.
+
+    Args:
+        before: (k, 3) poses of its nodes: x, y in m and yaw in rad.
+        corrected: (k, 3) the same after the correction.
+    """
+    moved_m = np.hypot(*(corrected - before)[:, :2].T)
+    way_m = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(before[:, :2], axis=0).T))])
+    worst = int(moved_m.argmax())
+    if moved_m[worst] <= UNCERTAIN_FROM_M:
+        return 0.0
+    right = np.flatnonzero(moved_m[:worst] < 0.1 * moved_m[worst])
+    grown_m = way_m[worst] - (way_m[right[-1]] if len(right) else 0.0)
+    return float(moved_m[worst] / max(grown_m, WAY_MIN_M))
