@@ -42,6 +42,8 @@ REACH = (REACH_M, REACH_M, REACH_RAD)
 """Each score is the best one so near to its step, as both stretches are slightly bent."""
 GATE_M = 0.2
 """m: points of both stretches that are farther apart are no pair."""
+DECIMALS = 4
+"""Steps are compared to 0.1 mm, for rounding errors of corrections ask no new question."""
 FLIPS_MAX = 6
 """Closures are asked about so many steps at most in a correction, those that differ most first."""
 
@@ -147,18 +149,20 @@ class ScansAround:
         answers = []
         for step in steps.tolist():
             first, last = _stretch(path, step, steps.tolist(), self._parameters.stretch_m)
-            key = (step, first, last, path.steps[first:last].tobytes(), by_odometry[step].tobytes())
+            stretch, odometry = path.steps[first:last].round(DECIMALS), by_odometry[step].round(DECIMALS)
+            key = (step, first, stretch.tobytes(), odometry.tobytes())
             if key not in self._answers:
-                self._answers[key] = self._compare(path, step, (first, last), by_odometry[step])
+                self._answers[key] = self._compare(path, first, step, stretch, odometry)
             answers.append(self._answers[key])
         links = [answer.link for answer in answers if answer.link is not None]
         return Alternatives(steps, np.array([answer.choice for answer in answers], int), Edges.of(links))
 
     def _compare(
-        self, path: MeasuredPath, step: int, ends: tuple[int, int], by_odometry: np.ndarray
+        self, path: MeasuredPath, first: int, step: int, stretch: np.ndarray, by_odometry: np.ndarray
     ) -> Answer:
-        p, (before, after) = self._parameters, self._maps_of(path, step, ends)
-        windows = (Window(each, REACH_M, REACH_RAD) for each in (path.steps[step], by_odometry))
+        """Return what the scans along a stretch of steps (n, 3), from a first node on, say of one of them."""
+        p, (before, after) = self._parameters, self._maps_of(path, first, step, stretch)
+        windows = (Window(each, REACH_M, REACH_RAD) for each in (stretch[step - first], by_odometry))
         fits = [Correlation(before, after, window).best(0.0, p.overlap_min) for window in windows]
         scores = [0.0 if fit is None else fit.score for fit in fits]
         best = fits[int(scores[1] > scores[0])]
@@ -177,10 +181,12 @@ class ScansAround:
             information += match_information(refined.normal_matrix, refined.pairs, self._parameters)
         return Edge(step, step + 1, pose, inverse(information) + LEAST_COVARIANCE)
 
-    def _maps_of(self, path: MeasuredPath, step: int, ends: tuple[int, int]) -> tuple[LocalMap, LocalMap]:
-        """Return the maps of the nodes from the first end to the step, and after it to the last end."""
-        p, (first, last), poses = self._parameters, ends, path.poses.copy()
-        poses[first : last + 1] = chained(np.zeros(3), path.steps[first:last])
+    def _maps_of(
+        self, path: MeasuredPath, first: int, step: int, stretch: np.ndarray
+    ) -> tuple[LocalMap, LocalMap]:
+        """Return the maps of the stretch's nodes up to the step, and after it."""
+        p, last, poses = self._parameters, first + len(stretch), path.poses.copy()
+        poses[first : last + 1] = chained(np.zeros(3), stretch)
         path = replace(path, poses=poses)
         stretches = (np.arange(first, step + 1), step), (np.arange(step + 1, last + 1), step + 1)
         before, after = (
