@@ -69,6 +69,20 @@ def test_the_readmes_list_every_node(package):
     assert {node for node in started if f"`{node}`" not in row} == set()
 
 
+@pytest.mark.parametrize("page", [*READMES, *OTHERS], ids=_name)
+def test_each_column_of_a_table_has_a_head(page):
+    text = re.sub(r"^( *)```.*?^\1```", "", page.read_text(encoding="utf-8"), flags=re.M | re.S)
+    heads = re.findall(r"^ *\|(.*)\|\n *\|[-:| ]+\|$", text, re.M)
+    assert [head for head in heads if not all(cell.strip() for cell in re.split(r"(?<!\\)\|", head))] == []
+
+
+@pytest.mark.parametrize("what", ["node", "sensor", "lidar", "UAV", "world", "ship", "parameter", "kernel"])
+def test_contributing_says_how_to_add(what):
+    page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    (section,) = re.findall(r"^## How to add\n(.*?)(?=^## )", page, re.M | re.S)
+    assert f"\n**A {what}.** " in section
+
+
 def test_the_help_of_bringup_says_what_each_launch_file_does():
     told = subprocess.run([ROOT / "bringup.sh", "--help"], capture_output=True, text=True, check=True).stdout
     files = sorted(f"{path.parts[-3]}/{path.name}" for path in ROOT.glob("src/*/launch/*.launch"))
