@@ -358,6 +358,19 @@ def test_a_uav_that_comes_home_by_a_place_where_cepa_does_not_fly_takes_another_
     np.testing.assert_allclose(lead.rest_m[-1], HOME_M)
 
 
+def test_what_cannot_be_taken_is_told_with_the_reason_of_the_first():
+    """Real PX4, real.launch without a drawing: 9 of 11 were left out, and no line said why."""
+    todo = Todo(VIEWS, (), tries=1)
+    third, second = todo.tasks[2], todo.tasks[1]
+    todo.note_done(todo.tasks[0])
+    todo.note_failure(third, "the camera is silent")
+    todo.note_failure(second, "The goal (5.5, -1.5, 2.5) is in unknown space.")
+    assert todo.told() == (
+        "2 of 3 photographs cannot be taken; all others are. "
+        "Photograph 2: The goal (5.5, -1.5, 2.5) is in unknown space."
+    )
+
+
 def test_closer_looks_go_on_counting_from_those_in_the_folder():
     todo = Todo(VIEWS, {1, -1, -4}, 3)
     assert todo.look_closer(VIEWS[0]).number == -5

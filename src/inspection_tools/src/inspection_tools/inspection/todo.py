@@ -92,10 +92,12 @@ class Todo:
 
     def told(self) -> str:
         """Return in a sentence what is taken, if nothing is open."""
-        left, closer = sum(number > 0 for number in self.left_out), sum(number < 0 for number in self.done)
+        left, closer = [number for number in self.left_out if number > 0], sum(n < 0 for n in self.done)
         nearer = f" {closer} more are taken from nearer." if closer else ""
         if left:
-            return f"{left} of {len(self.tasks)} photographs cannot be taken; all others are.{nearer}"
+            why = self.left_out[min(left)].rstrip(".")  # the others often have the same reason
+            told = f"{len(left)} of {len(self.tasks)} photographs cannot be taken; all others are."
+            return f"{told}{nearer} Photograph {min(left)}: {why}."
         return f"Every photograph of the plan is taken.{nearer}"
 
     def note_done(self, task: Task) -> None:
