@@ -12,6 +12,7 @@ import numpy as np
 
 from benchmarks.explore_rows.batteries import ENERGY
 from benchmarks.explore_rows.meshes import PLACES, MeshPlace
+from gridslam.evaluation.volume.doubled_surfaces import doubled_share
 from gridslam.evaluation.volume.lidars import VIEWS
 from gridslam.volume import FLAT_MISS, VolumeParameters
 from inspection_tools.energy import EnergyWatch
@@ -85,6 +86,8 @@ def fly(name: str, seed: int) -> dict:
         off_m = odometry[:, 1] - np.interp(odometry[:, 0], truth[:, 0], truth[:, 3])
         flown["home_m"] = _way_m(truth, told.ended_s, outcome.times_s.get(Phase.HOVERING, told.ended_s))
         flown["height_error_m"] = float(np.abs(off_m - off_m[0]).max())
+        flown["height_uncertain_m"] = told.height_uncertain_m
+        flown["doubled_share"] = doubled_share(flight.volume.corrected.voxels)
         is_home = outcome.landed and math.hypot(*truth[-1, 1:3]) < HOME_M
         box_m3 = float(np.prod(np.subtract(drawn.high_m, drawn.low_m)))
         uav = place.uav.model, place.uav.lidar

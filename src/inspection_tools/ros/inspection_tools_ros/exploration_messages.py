@@ -56,7 +56,7 @@ def result_of(exploration: Exploration) -> ExploreResult:
     told = exploration.told
     return ExploreResult(
         end="" if told.end is None else told.end.value,
-        reason=told.reason,
+        reason=" ".join(filter(None, (told.reason, told.height_words))),
         is_home=exploration.is_home,
         known=told.known_m3[-1][1] if told.known_m3 else 0.0,
         views=told.views,

@@ -64,6 +64,11 @@ class OdometryEstimate:
     """What the sensors did not tell, in one sentence; empty if all is well."""
 
     @property
+    def height_uncertain_m(self) -> float:
+        """Standard deviation of the height, m."""
+        return math.sqrt(float(self.pose_covariance[2, 2]))
+
+    @property
     def planar_covariance(self) -> np.ndarray:
         """(3, 3) of x, y and yaw."""
         return self.pose_covariance[PLANE]

@@ -9,6 +9,7 @@ import numpy as np
 from gridslam.volume.clouds import Pose
 from gridslam.volume.corrected_map import CorrectedMap
 from gridslam.volume.correction.rebuilding import Rebuilding
+from gridslam.volume.kernels.doubling import MARGIN, count_doubled
 from gridslam.volume.octree.stream import map_from, stream_of
 from gridslam.volume.parameters import VolumeParameters
 from gridslam.volume.planning_layers import DistanceField, Frontiers
@@ -30,6 +31,7 @@ def warm_up_volume() -> float:
     Frontiers(parameters.resolution_m).update(shown, changed)
     for octree in (shown.octree(), stream_of(corrected.voxels, is_binary=False)):
         map_from(octree.data, octree.is_binary, parameters)
+    count_doubled(np.zeros((2 * MARGIN + 1,) * 3, np.uint8))
     plates_of(points_of(corrected.nodes), np.random.default_rng(1))
     return time.perf_counter() - start
 

@@ -11,6 +11,12 @@ import numpy as np
 from inspection_tools.energy import WayHome
 from inspection_tools.exploration.unknown.leftovers import Leftover, Why
 
+HEIGHT_KNOWN_M = 0.3
+"""With a greater standard deviation the UAV's height counts as not known."""
+
+TOLD_M = 100.0
+"""Drivers that do not know a standard deviation tell a greater one."""
+
 
 class End(Enum):
     """Why an exploration has ended."""
@@ -31,6 +37,8 @@ class Explored:
     end: why it ended; None: it flies. reason: the same as a sentence. ended_s: when. views: that were
     decided. known_m3: time in s, and the free and occupied volume. leftovers: what stays unknown. cpu_s: CPU
     time of each decision. way_home: as it was reckoned when it ended; None: the battery does not count.
+    height_uncertain_m: the greatest standard deviation of the height in flight, as odometry told it; NaN: it
+    told none.
     """
 
     end: End | None = None
@@ -41,10 +49,36 @@ class Explored:
     cpu_s: list[float] = field(default_factory=list)
     ended_s: float = math.nan
     way_home: WayHome | None = None
+    height_uncertain_m: float = math.nan
 
     def left_m2(self, why: Why) -> float:
         """Return the area of the border that stays unknown for a reason."""
         return sum(leftover.area_m2 for leftover in self.leftovers if leftover.why is why)
+
+    @property
+    def height_words(self) -> str:
+        """That the height was not known, in a sentence; empty: it was, or nothing was told of it."""
+        if not self.height_uncertain_m > HEIGHT_KNOWN_M:
+            return ""
+        return (
+            f"The height was not always known: its standard deviation reached "
+            f"{self.height_uncertain_m:.1f} m (at most {HEIGHT_KNOWN_M} m), so the map may be wrong."
+        )
+
+    def note_height(self, sigma_m: float) -> str:
+        """Take the standard deviation of the UAV's height, m; NaN: it is not told.
+
+        Return what is wrong, in a sentence; empty: nothing.
+        """
+        if not 0.0 <= sigma_m < TOLD_M:
+            return ""
+        self.height_uncertain_m = float(np.fmax(self.height_uncertain_m, sigma_m))
+        if sigma_m <= HEIGHT_KNOWN_M:
+            return ""
+        return (
+            f"The height is not known: its standard deviation is {sigma_m:.1f} m (at most "
+            f"{HEIGHT_KNOWN_M} m). Look at the range finder, and whether the lidar sees the floor."
+        )
 
     def time_of(self, share: float) -> float:
         """Return when this share of the volume known at the end was known, s; NaN if nothing was."""

@@ -9,7 +9,8 @@ import rospy
 
 from gridslam import SlamError
 from gridslam.evaluation.volume.surface import read_surface
-from gridslam.volume import read_octree
+from gridslam.volume import VoxelMap, read_octree
+from master_thesis.exploring.agreement import with_agreement
 from master_thesis.exploring.errand import Errand
 from master_thesis.exploring.request import ExploringRequest, read
 from master_thesis.exploring.summary import headline
@@ -74,25 +75,43 @@ def _complete(flown: FlownRun, explored: Explored, content: dict) -> dict:
         told = f"There is no explored.png: {error}"
         rospy.logwarn(told)
         folder.lacks(told)
-    content = {**content, "exploration": with_world_share(flown, content["exploration"])}
+    content = with_judged_map(flown, content)
     folder.write_result(content)
     return complete_run(*flown, content, ProgressLog())
 
 
-def with_world_share(flown: FlownRun, explored: dict) -> dict:
-    """Return what was explored, with how much of the world's own room that is, if it has walls around."""
+def with_judged_map(flown: FlownRun, content: dict) -> dict:
+    """Return the result with what its map is worth: whether it agrees with itself, and how much it knows."""
+    from gridslam.evaluation.volume.doubled_surfaces import doubled_share  # numba takes a second
+
+    explored = content["exploration"]
+    try:
+        voxels = read_octree(flown[0].path / "map.ot")
+    except (SlamError, OSError) as error:
+        rospy.logwarn(f"What the map is worth is not told: {error}")
+        return content
+    explored = {**explored, "world": _world_share(flown, voxels)}
+    if explored["world"] is None:
+        del explored["world"]
+    judged = with_agreement({**content, "exploration": explored}, doubled_share(voxels))
+    if judged["failure"] != content["failure"]:
+        rospy.logwarn(judged["failure"])
+    return judged
+
+
+def _world_share(flown: FlownRun, voxels: VoxelMap) -> dict | None:
+    """Return how much of the world's own room is known; None if it has no walls around."""
     from master_thesis.exploring.world_share import known_centres, share_of_world  # numba takes a second
 
-    folder, description, log, _ = flown
+    _, description, log, _ = flown
     path_m = log.truth.array("x_m", "y_m", "z_m")
     try:
         surface = read_surface(description.scenario.world_path)
-        voxels = read_octree(folder.path / "map.ot")
     except (SlamError, OSError) as error:
         rospy.logwarn(f"How much of the world is known is not told: {error}")
-        return explored
+        return None
     if not len(path_m):
-        return explored
+        return None
     highest_m, rng = path_m[path_m[:, 2].argmax()], np.random.default_rng(description.seed)
     share = share_of_world(known_centres(voxels), voxels.parameters.resolution_m, surface, highest_m, rng)
-    return explored if share is None else {**explored, "world": asdict(share)}
+    return None if share is None else asdict(share)

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import uuid
 from dataclasses import dataclass, field
 from typing import Any
 
 import rospy
+from nav_msgs.msg import Odometry
 
 from inspection_tools.msg import ExploreActionFeedback, ExploreActionGoal, ExploreActionResult, ExploreResult
 from master_thesis.flight.monitor import Monitor
@@ -16,20 +18,29 @@ from node_tools.conversions import xyz
 COLUMNS = ("t_s", "known_m3", "home_way_m", "home_time_s", "home_energy_wh", "charge")
 """Of the rows of `Explored.known`, in exploration.csv."""
 
+Z_VARIANCE = 14
+"""In the covariance of nav_msgs/Odometry, row by row."""
+TOLD_M2 = 1e4
+"""Drivers that do not know a variance tell a greater one."""
+
 
 @dataclass
 class Explored:
-    """What the action told. flights: that explored. known: rows of `COLUMNS`."""
+    """What the action told. flights: that explored. known: rows of `COLUMNS`.
+
+    height_uncertain_m: the greatest standard deviation of odometry's height meanwhile; None: it told none.
+    """
 
     result: ExploreResult | None = None
     flights: list[Flown] = field(default_factory=list)
     known: list[tuple[float, ...]] = field(default_factory=list)
+    height_uncertain_m: float | None = None
 
 
 class ExplorationPart(Part):
     """Lets the node `explore` explore to the end.
 
-    Listens: /explore/explore/feedback (inspection_tools/ExploreActionFeedback).
+    Listens: /explore/explore/feedback (inspection_tools/ExploreActionFeedback), odometry (nav_msgs/Odometry).
     Publishes: /explore/explore/goal (inspection_tools/ExploreActionGoal, latched).
 
     Args:
@@ -44,7 +55,10 @@ class ExplorationPart(Part):
     def __init__(self, monitor: Monitor, time_s: float) -> None:
         self._monitor, self._time_s, self.explored = monitor, time_s, Explored()
         self._goal = rospy.Publisher(f"{self.action}/goal", ExploreActionGoal, queue_size=1, latch=True)
-        self.listens = ((f"{self.action}/feedback", ExploreActionFeedback, self._on_feedback),)
+        self.listens = (
+            (f"{self.action}/feedback", ExploreActionFeedback, self._on_feedback),
+            ("odometry", Odometry, self._on_odometry),
+        )
 
     def send_goal(self) -> None:
         """Begin to explore, or go on."""
@@ -58,6 +72,11 @@ class ExplorationPart(Part):
         """Take the result."""
         self.explored.result = result
         self.explored.flights.append(flown)
+
+    def _on_odometry(self, odometry: Odometry) -> None:
+        explored, variance_m2 = self.explored, odometry.pose.covariance[Z_VARIANCE]
+        if explored.known and explored.result is None and 0.0 <= variance_m2 < TOLD_M2:
+            explored.height_uncertain_m = max(explored.height_uncertain_m or 0.0, math.sqrt(variance_m2))
 
     def _on_feedback(self, message: ExploreActionFeedback) -> None:
         told = message.feedback
@@ -79,6 +98,7 @@ def figures(explored: Explored, swaps: int) -> dict[str, Any]:
         "is_home": result.is_home,
         "known_m3": result.known,
         "views": result.views,
+        "height_uncertain_m": explored.height_uncertain_m,
         "swaps": swaps,
         "time_99_s": known[0][0] - began_s if known else None,
         "home_s": ended_s - began_s,

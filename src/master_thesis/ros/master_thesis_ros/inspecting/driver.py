@@ -30,7 +30,7 @@ from master_thesis_ros.experiments.progress import ProgressLog
 from master_thesis_ros.experiments.run import Run
 from master_thesis_ros.experiments.simulator_services import SimulatorServices
 from master_thesis_ros.experiments_3_4.volume_files import save_clouds, save_volume
-from master_thesis_ros.exploring.driver import with_world_share
+from master_thesis_ros.exploring.driver import with_judged_map
 from master_thesis_ros.exploring.part import ExplorationPart
 from master_thesis_ros.exploring.part import figures as exploration_figures
 from master_thesis_ros.inspecting.part import SurveyPart
@@ -120,7 +120,7 @@ def _complete(flown: FlownRun, survey: SurveyPart, ship: Path | None, content: d
     folder, plan, told = flown[0], survey.plan, survey.photographed
     photographs = folder.path / "photographs"
     if "exploration" in content:
-        content = {**content, "exploration": with_world_share(flown, content["exploration"])}
+        content = with_judged_map(flown, content)
     inspection = dict(content["inspection"])
     judged = None
     if plan is not None:

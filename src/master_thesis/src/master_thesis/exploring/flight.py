@@ -124,6 +124,7 @@ class ExploringFlight:
         is_due = self.exploration.follow(now_s, here_m)
         if not (self._is_active and is_flying):
             return
+        self.exploration.told.note_height(estimate.height_uncertain_m)
         if self._energy is not None and self._battery_is_due(round(1e6 * now_s)):
             self._energy.offer(now_s, self._loop.charge)
         if is_due:
