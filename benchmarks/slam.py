@@ -6,7 +6,7 @@ alignment; that of Intel by hand-verified relations, "exact" ones between stamps
 Experiment 4 in the closed loop, with all lidars, odometry drifting as by default and three times as much.
 `hall` is 300 x 300 m wide, seen with 80 m; `beams360` and `beams10000` are lidars in a hold; these three
 and the costs of Intel (`cost_growth`, `render_ms`) are the filter alone. The hall is mapped with loop
-closure, too.
+closure, too. `no_imu` is `lidar_odometry` with scans alone, of a robot that turns at 186 degrees/s.
 
 Each run of a log, a hall and a lidar is a process of its own, on one thread, with its kernels compiled. Times
 are CPU times, user and system; memory is the process's peak, Python and numba too. Where a log is absent, it
@@ -52,7 +52,7 @@ COSTS = 3
 GMAPPINGS = 3
 """Seeds of gmapping, which takes minutes for a log."""
 WITH_TRUE_POSES = ("csail", "aces", "corridor")
-ROWS = (*LOGS, "hold", *SIMULATED)
+ROWS = (*LOGS, "hold", *SIMULATED, "no_imu")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -84,6 +84,9 @@ def measure(row: str, seeds: Sequence[int], given: argparse.Namespace) -> dict[s
     """Return the metrics of a row by the logs' names in the keys; nothing where its files are absent."""
     if row == "hold":
         return hold.measure(seeds, given)
+    if row == "no_imu":
+        runs = [run_alone(row, seed, module="benchmarks.slam_rows.no_imu") for seed in tqdm(seeds, row)]
+        return {row: {name: max(run[name] for run in runs) for name in runs[0]}}
     if row in SIMULATED:
         seeds = seeds[: SIMULATED[row]]
         alone = means([run_alone(row, seed) for seed in tqdm(seeds, row)])

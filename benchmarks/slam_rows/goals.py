@@ -44,6 +44,7 @@ GOALS: Mapping[str, Sequence[Goal]] = {
         Goal("cpu_ms_p95", 40.0),
         Goal("peak_mb", 300.0),
     ),
+    "no_imu": (Goal("error_max_m", 0.3), Goal("turn_error_max_deg", 2.0)),
     "corridor": (
         Goal("length_excess_worst_m", 0.0),
         Goal("gap_worst_m", 0.3),

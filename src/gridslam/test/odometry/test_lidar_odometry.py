@@ -221,6 +221,37 @@ def test_without_imu_it_says_so_and_follows_all_the_same():
     assert last.pose_covariance[2, 2] >= 1.0
 
 
+@pytest.mark.parametrize("rate_deg_s", [60.0, 186.0])
+def test_scans_alone_carry_a_robot_through_fast_turns(rate_deg_s):
+    # Given scans at 10 Hz, and nothing else, of a robot that drives, turns on the spot at once, and drives on
+    odometry, rng, truth = LidarOdometry(), np.random.default_rng(3), [np.zeros(3)]
+    step_rad = math.radians(rate_deg_s) / 10.0
+    for turn_rad, steps in ((0.0, 20), (step_rad, 15), (0.0, 10), (-step_rad, 20), (0.0, 20)):
+        ahead_m = 0.0 if turn_rad else 0.05
+        for _ in range(steps):
+            truth.append(se2.compose(truth[-1], np.array((ahead_m, 0.0, turn_rad))))
+    for index, pose in enumerate(truth):
+        ranges = ranges_at(ROOM, pose, 0.0, 0.0, rng)
+        found = odometry.on_scan(0.1 * index, ranges, ANGLES, LIMITS, LEVEL)
+        # Then no pose is wrong, and the remark tells what is guessed
+        assert math.dist(found.position_xyz[:2], pose[:2]) < 0.05, index
+        assert abs(math.remainder(found.roll_pitch_yaw[2] - pose[2], math.tau)) < 0.02, index
+        assert "turn and speed as constant" in found.remark
+
+
+def test_a_turn_that_no_scan_follows_is_told():
+    # Given 2.5 rad from one scan to the next, without an IMU
+    said, rng = [], np.random.default_rng(3)
+    odometry = LidarOdometry(say=said.append)
+    for index in range(35):
+        pose = np.array((0.0, 0.0, 0.0 if index < 10 else 2.5))
+        ranges = ranges_at(ROOM, pose, 0.0, 0.0, rng)
+        found = odometry.on_scan(0.1 * index, ranges, ANGLES, LIMITS, LEVEL)
+        # Then no scan is matched wrongly, and after 2 s a sentence tells that the map begins anew
+        assert ("does not match" in found.remark) == (10 <= index < 30), (index, found.share)
+    assert said == ["No scan has matched for 2 s; the local map begins anew at the predicted place."]
+
+
 def test_without_imu_the_range_finder_holds_the_height():
     # Given a descent at 0.5 m/s that ends in a shock, the last that the IMU tells
     odometry, rng, heights_m = LidarOdometry(start=still(0.0)), np.random.default_rng(1), []

@@ -22,11 +22,12 @@ from gridslam.inputs.scan_projection import LidarPose, project
 from gridslam.odometry.body_sensors import LEVEL, BodySensedOdometry
 from gridslam.odometry.drift import Drift
 from gridslam.odometry.floor_height import SILENT_S
-from gridslam.odometry.inertial import Lean
+from gridslam.odometry.inertial import Lean, Motion
 from gridslam.odometry.local_map import LocalMap, beams_of
 from gridslam.odometry.matching import ScanMatch, match
 from gridslam.odometry.parameters import LidarOdometryParameters
 from gridslam.odometry.planar_filter import PLACE, POSE, SPEED, PlanarFilter
+from gridslam.se2 import wrap
 
 LEAN_SIGMA_RAD = 0.01
 PLANE = np.ix_((0, 1, 5), (0, 1, 5))
@@ -35,6 +36,13 @@ UNKNOWN_M2 = 1.0
 """Least variance of a height or a place that nothing has told yet."""
 SETTLING_KEYFRAMES, SETTLING_S = 5, 0.4
 """The first keyframes come at this period even at rest, because their mean is better than one scan."""
+TURNED_RAD = tuple(sign * 0.1 * step for step in range(1, 7) for sign in (1.0, -1.0))
+"""Without the IMU the turn goes on as from the scan before to the last one. If less than ``overlap_min`` of a
+scan finds the local map then, the match begins at these turns beside it, too. From rest to 3.4 rad/s within
+0.1 s is among them.
+"""
+BLIND_MATCH_MIN = 0.5
+"""Without the IMU a scan counts only if this share of its beams fits. A wrong turn fits less."""
 LOST_S = 2.0
 """If no scan has matched for this long, the local map begins anew at the predicted place."""
 
@@ -99,6 +107,8 @@ class LidarOdometry(BodySensedOdometry):
         self._filter, self._drift = PlanarFilter(self._p, self._start), Drift()
         self._keyframe_s = -math.inf
         self._untold = np.zeros((0, 2))
+        self._turn_rate, self._is_blind = 0.0, False
+        """rad/s from the scan before to the last one; whether the IMU tells nothing of the turn."""
 
     def _begin_map(self) -> None:
         self._map = LocalMap(self._p)
@@ -126,9 +136,11 @@ class LidarOdometry(BodySensedOdometry):
         self._check_stamp(stamp_s, "scan")
         lean, remarks = self._lean(stamp_s)
         beams = self._beams(stamp_s, ranges_m, angles_rad, limits_m, lidar_in_base, lean, remarks)
-        place = self._filter.state[PLACE].copy()
+        place, yaw, before_s = self._filter.state[PLACE].copy(), float(self._filter.state[2]), self._stamp_s
         self._predict(stamp_s)
         share = self._match(stamp_s, beams, remarks)
+        if before_s is not None and self._matched_s == stamp_s:
+            self._turn_rate = float(wrap(self._filter.state[2] - yaw)) / (stamp_s - before_s)
         self._drift.on_move(self._filter.state[PLACE] - place)
         if self._lacks_height(stamp_s):
             remarks.append("The range finder tells no height.")
@@ -141,9 +153,10 @@ class LidarOdometry(BodySensedOdometry):
 
     def _lean(self, stamp_s: float) -> tuple[Lean, list[str]]:
         lean = self._inertial.lean_at(stamp_s)
+        self._is_blind = lean is None
         if lean is not None:
             return lean, []
-        return LEVEL, ["The IMU is silent, so the scan counts as level."]
+        return LEVEL, ["The IMU is silent, so the scan counts as level, and turn and speed as constant."]
 
     def _beams(
         self,
@@ -175,8 +188,11 @@ class LidarOdometry(BodySensedOdometry):
 
     def _predict(self, stamp_s: float) -> None:
         if self._stamp_s is not None:
+            dt_s = stamp_s - self._stamp_s
             motion = self._inertial.motion(self._stamp_s, stamp_s)
-            self._filter.predict(stamp_s - self._stamp_s, motion, self._untold)
+            if self._is_blind:
+                motion = Motion(self._turn_rate * dt_s, None)
+            self._filter.predict(dt_s, motion, self._untold, self._is_blind)
         self._stamp_s = stamp_s
 
     def _match(self, stamp_s: float, beams: np.ndarray, remarks: list[str]) -> float:
@@ -188,12 +204,14 @@ class LidarOdometry(BodySensedOdometry):
             self._untold = np.eye(2)
             remarks.append("The scan tells no place: nothing has been in range yet.")
             return 0.0
-        found = match(self._map, beams, pose.copy(), self._filter.covariance[POSE, POSE], self._p)
-        if found.share < self._p.match_min or not np.isfinite(found.pose).all():
+        found = self._best_match(beams, pose.copy())
+        least = max(self._p.match_min, BLIND_MATCH_MIN) if self._is_blind else self._p.match_min
+        if found.share < least or not np.isfinite(found.pose).all():
             self._untold = np.eye(2)
             share = f"{100 * found.share:.0f} %"
             remarks.append(f"The scan does not match: {share} of its beams find the local map.")
             if stamp_s - self._matched_s > LOST_S and len(beams):
+                self._say("No scan has matched for 2 s; the local map begins anew at the predicted place.")
                 self._begin_map()
                 self._add_keyframe(stamp_s, beams)
             return found.share
@@ -210,6 +228,19 @@ class LidarOdometry(BodySensedOdometry):
             self._drift.on_keyframe(found, after)
             self._add_keyframe(stamp_s, beams)
         return found.share
+
+    def _best_match(self, beams: np.ndarray, predicted: np.ndarray) -> ScanMatch:
+        covariance = self._filter.covariance[POSE, POSE]
+        best = match(self._map, beams, predicted.copy(), covariance, self._p)
+        if not self._is_blind or best.share >= self._p.overlap_min:
+            return best
+        for turn_rad in TURNED_RAD:
+            start = predicted.copy()
+            start[2] += turn_rad
+            found = match(self._map, beams, start, covariance, self._p)
+            if found.share > best.share and np.isfinite(found.pose).all():
+                best = found
+        return best
 
     def _is_keyframe_due(self, stamp_s: float, share: float) -> bool:
         dx, dy, turn = self._filter.state[POSE] - self._map.newest_pose

@@ -18,6 +18,8 @@ from gridslam.se2 import wrap
 POSE, PLACE, SPEED, BIAS = slice(0, 3), slice(0, 2), slice(3, 5), slice(5, 7)
 FIRST_SIGMAS = (1e-3, 1e-3, 1e-3, 0.05, 0.05, 0.1, 0.1)
 BIAS_MAX = 0.5
+TURN_UNKNOWN = 5.0
+"""rad/s/sqrt(s): white noise of the turn's acceleration if the IMU tells no turn."""
 
 
 class PlanarFilter:
@@ -28,8 +30,11 @@ class PlanarFilter:
         self.state = np.concatenate((pose, np.zeros(4)))
         self.covariance = np.diag(np.square(FIRST_SIGMAS))
 
-    def predict(self, dt_s: float, motion: Motion, untold: np.ndarray) -> None:
-        """Move on by dt_s. Along the directions in ``untold`` (k, 2) the speed decays."""
+    def predict(self, dt_s: float, motion: Motion, untold: np.ndarray, is_turn_guessed: bool = False) -> None:
+        """Move on by dt_s. Along the directions in ``untold`` (k, 2) the speed decays.
+
+        is_turn_guessed: no gyroscope tells the turn.
+        """
         state, p = self.state, self._p
         yaw = state[2] + 0.5 * motion.turn_rad
         cos, sin = math.cos(yaw), math.sin(yaw)
@@ -47,6 +52,8 @@ class PlanarFilter:
         state[SPEED] += dt_s * acceleration
         state[2] = wrap(state[2] + motion.turn_rad)
         self.covariance = model @ self.covariance @ model.T + self._noise(dt_s, density)
+        if is_turn_guessed:
+            self.covariance[2, 2] += TURN_UNKNOWN**2 * dt_s**3 / 3.0
         decay = np.eye(2) - (1.0 - math.exp(-dt_s / p.rest_time_s)) * untold.T @ untold
         state[SPEED] = decay @ state[SPEED]
 
