@@ -12,7 +12,7 @@ from inspection_tools.findings.picture.paint import RED
 def marks_in(picture: np.ndarray, kind: str) -> list[Candidate]:
     """Return the marks of a kind, as `findings` without poses makes them of a picture, uint8 (h, w, 3)."""
     kinds = {kind, RED} if kind == "rust" else {kind}
-    return [each for each in candidates_in(picture, FindingParameters()) if each.kind in kinds]
+    return [each for each in candidates_in(picture, FindingParameters().for_pictures()) if each.kind in kinds]
 
 
 def pixels_of(marks: list[Candidate], shape: tuple[int, ...]) -> np.ndarray:

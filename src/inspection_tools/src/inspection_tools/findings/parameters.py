@@ -16,6 +16,8 @@ class FindingParameters:
     Attributes:
         rust_colour: Least share of red less blue in the light, (R - B) / (R + G + B), of rust.
         rust_red: Least light of red, as a multiple of green's; yellow paint has less.
+        rust_texture: What has the colour of rust must have its texture, too; paint and brick have not. It
+            serves pictures alone (`for_pictures`). With a mesh one knows what the pictures show.
         rust_size: Least side of a square as large as a rust spot, m.
         crack_contrast: Least share of light that the middle of a crack lacks beside both its sides.
         crack_rough: Look for cracks on rough surfaces (concrete, asphalt, scale), too, where grain is as
@@ -51,6 +53,7 @@ class FindingParameters:
 
     rust_colour: float = 0.25
     rust_red: float = 1.7
+    rust_texture: bool = False
     rust_size: float = 0.015
     crack_contrast: float = 0.14
     crack_rough: bool = True
@@ -74,6 +77,10 @@ class FindingParameters:
     distance: float = 8.0
     apart: float = 0.06
     coatings: tuple[tuple[int, int, int], ...] = ()
+
+    def for_pictures(self) -> FindingParameters:
+        """Return them for photographs that may show anything, as nobody knows their poses."""
+        return replace(self, rust_texture=True)
 
     def for_mesh(self, mesh: Mesh) -> FindingParameters:
         """Return them for photographs of a mesh."""

@@ -13,6 +13,7 @@ from inspection_tools.findings.picture.kernels import block_light, dark_ridges
 from inspection_tools.findings.picture.lines import Line, line_through, pieces_joined
 from inspection_tools.findings.picture.paint import RED, is_all_red, unlike_coatings, unlike_the_most
 from inspection_tools.findings.picture.rough_cracks import cracks_on_rough
+from inspection_tools.findings.picture.rust_texture import rust_among
 
 BLOCK_PX = 4
 """Colour is judged in blocks: single pixels are noisy, and JPEG halves the colour's resolution."""
@@ -65,15 +66,16 @@ def candidates_in(
     block_mm = BLOCK_PX * float(np.clip(detail_mm, 0.1, 2.0 * COARSE_MM))
     least = max(LEAST_BLOCKS, (1e3 * parameters.rust_size / block_mm) ** 2)
     blocks = block_light(picture, _linear(), BLOCK_PX)
-    rust = _rust_blocks(blocks, parameters, least, math.ceil(RIM_MM / block_mm))
+    red = _rust_blocks(blocks, parameters, least, math.ceil(RIM_MM / block_mm))
+    rust = rust_among(red, picture, _linear()) if parameters.rust_texture else red
     most_apart = max(1, int(RUST_APART_MM / block_mm))
     found = []
-    if not parameters.coatings and is_all_red(rust, blocks.sum(axis=2) > 3.0 * LEAST_LIGHT):
+    if not parameters.coatings and is_all_red(red, blocks.sum(axis=2) > 3.0 * LEAST_LIGHT):
         found += _of_blocks(RED, rust, most_apart)
-        rust = _large(unlike_the_most(blocks, rust), least)
+        rust = red = _large(unlike_the_most(blocks, red), least)
     found += _of_blocks("rust", rust, most_apart)
     light = _linear()[picture[..., 1]]  # green has the least noise
-    near = ndimage.binary_dilation(rust, iterations=3)  # rust has dark pits and borders
+    near = ndimage.binary_dilation(red, iterations=3)  # rust has dark pits and borders
     for times in sorted({1, max(1, round(COARSE_MM / max(detail_mm, 0.1)))}):
         found += _cracks(_smaller(light, times), times, near, parameters, looked_at)
     return found

@@ -44,7 +44,7 @@ class PictureSearch:
     """Marks rust and cracks in pictures. A picture that another detector has marked is not searched."""
 
     def __init__(self, parameters: FindingParameters) -> None:
-        self._p = parameters
+        self._p = parameters.for_pictures()
         self._marked: list[MarkedPicture] = []
 
     def add(self, path: Path, name: str) -> None:
