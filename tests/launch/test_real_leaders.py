@@ -31,7 +31,7 @@ def loaded(name, *words):
         (("explore.launch", "speed:=1.5"), ("explore:=true",)),
         (
             ("inspection.launch", "drawing:=/a.stl"),
-            ("inspection:=true", "drawing:=/a.stl", "margin:=0.05", "time:=3600"),
+            ("inspection:=true", "drawing:=/a.stl", "time:=3600"),
         ),
     ],
     ids=["explore", "inspection"],
