@@ -230,3 +230,10 @@ def test_a_broken_image_and_missing_files(tmp_path):
         write_map(".", drawn())
     with pytest.raises(MapError, match="no cells"):
         write_map(tmp_path / "map", OccupancyGrid(np.zeros((0, 0)), 0.05, (0.0, 0.0)))
+
+
+def test_a_resolution_with_an_exponent_and_without_a_point_is_a_number_as_to_map_server(tmp_path):
+    Image.fromarray(np.zeros((2, 3), np.uint8)).save(tmp_path / "m.png")
+    (tmp_path / "m.yaml").write_text("image: m.png\nresolution: 5e-2\norigin: [-1e1, 2e0, 0]\n")
+    read = read_map(tmp_path / "m.yaml")
+    assert (read.resolution_m, read.origin_xy_m) == (0.05, (-10.0, 2.0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import math
+import re
 import sys
 import threading
 from dataclasses import dataclass
@@ -27,6 +28,8 @@ OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 _PILLOW_LIMIT = threading.Lock()
 """Locked while Pillow's limit of an image's size is off."""
 MODES = ("trinary", "scale", "raw")
+EXPONENT = re.compile(r"[+-]?\d+[eE][+-]?\d{1,3}")
+"""A number to map_server (5e-2), a text to PyYAML, which wants a point in it."""
 
 
 @dataclass(frozen=True)
@@ -225,6 +228,8 @@ def _without_transparent(cells: np.ndarray, is_transparent: np.ndarray, mode: st
 
 def _number(facts: dict[str, Any], key: str, path: Path, default: float | None = None) -> float:
     value: Any = facts.get(key, default)
+    if isinstance(value, str) and EXPONENT.fullmatch(value):
+        value = float(value)
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not (is_number and abs(value) <= sys.float_info.max):  # NaN fails this test too
         raise MapError(f"{path}: {key} is {value!r}; it must be a number.")
