@@ -196,7 +196,7 @@ def test_a_picture_for_people(tmp_path):
         ({"origin": [10**400, 0.0, 0.0]}, "must be a number"),
         ({"image": "other.pgm"}, "other.pgm"),
         ({"mode": "rgb"}, "mode"),
-        ({"free_thresh": 0.9}, "free_thresh"),
+        ({"free_thresh": 1.9}, "free_thresh"),
     ],
 )
 def test_what_makes_no_sense_is_one_sentence(tmp_path, facts, words):
@@ -237,3 +237,13 @@ def test_a_resolution_with_an_exponent_and_without_a_point_is_a_number_as_to_map
     (tmp_path / "m.yaml").write_text("image: m.png\nresolution: 5e-2\norigin: [-1e1, 2e0, 0]\n")
     read = read_map(tmp_path / "m.yaml")
     assert (read.resolution_m, read.origin_xy_m) == (0.05, (-10.0, 2.0))
+
+
+@pytest.mark.parametrize("mode", ["trinary", "scale"])
+@pytest.mark.parametrize(("free", "occupied", "right"), [(0.5, 0.1, [100, 100, 0]), (0.6, 0.6, [100, 0, 0])])
+def test_thresholds_that_do_not_rise_count_as_in_map_server(tmp_path, mode, free, occupied, right):
+    """It asks first whether a cell is above occupied_thresh, then whether it is below free_thresh."""
+    Image.fromarray(np.array([[0, 115, 254]], np.uint8)).save(tmp_path / "m.png")
+    facts = {**FACTS, "image": "m.png", "mode": mode, "free_thresh": free, "occupied_thresh": occupied}
+    (tmp_path / "m.yaml").write_text(yaml.safe_dump(facts))
+    assert read_map(tmp_path / "m.yaml").cells.tolist() == [right]

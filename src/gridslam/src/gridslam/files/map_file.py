@@ -208,11 +208,12 @@ def _occupancy(greys: np.ndarray, facts: dict, path: Path) -> np.ndarray:
     share = (255.0 - greys) / 255.0
     occupied = _number(facts, "occupied_thresh", path, OCCUPIED_THRESH)
     free = _number(facts, "free_thresh", path, FREE_THRESH)
-    if not 0.0 <= free < occupied <= 1.0:
-        raise MapError(
-            f"{path}: free_thresh {free:g} and occupied_thresh {occupied:g} must rise within 0 to 1."
-        )
-    between = UNKNOWN if mode == "trinary" else (1.0 + 98.0 * (share - free) / (occupied - free)).astype(int)
+    if not (0.0 <= free <= 1.0 and 0.0 <= occupied <= 1.0):
+        raise MapError(f"{path}: free_thresh {free:g} and occupied_thresh {occupied:g} must be 0 to 1.")
+    if mode == "trinary" or free >= occupied:  # then nothing is between, and occupied wins, as in map_server
+        between: int | np.ndarray = UNKNOWN
+    else:
+        between = (1.0 + 98.0 * (share - free) / (occupied - free)).astype(int)
     return np.where(share > occupied, OCCUPIED, np.where(share < free, FREE, between)).astype(np.int8)
 
 
