@@ -36,6 +36,7 @@ setup(
             "gridslam.volume.scans",
             "gridslam_ros",
             "gridslam_ros.beside",
+            "gridslam_ros.frames",
             "gridslam_ros.odometry",
             "gridslam_ros.publishing",
             "gridslam_ros.volume",

@@ -9,7 +9,7 @@ import numpy as np
 from gridslam import PlanarScan, se2
 from gridslam.localisation.standstill import STILL_M, STILL_RAD, Standstill
 from gridslam_ros.bags import BagCount, BagError
-from gridslam_ros.odometry_frames import OdometryFrames
+from gridslam_ros.frames.odometry_frames import OdometryFrames
 
 CHANGES = 3
 """So many times scans have changed while odometry stood still, and it has never moved: there is none."""

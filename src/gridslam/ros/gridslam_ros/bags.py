@@ -17,8 +17,8 @@ from tf2_msgs.msg import TFMessage
 from gridslam import SlamError
 from gridslam.errors import reason_of
 from gridslam_ros.beside.beside_scans import BesideScans
+from gridslam_ros.frames.odometry_frames import OdometryFrames
 from gridslam_ros.intake import OUT_OF_ORDER, Intake
-from gridslam_ros.odometry_frames import OdometryFrames
 from gridslam_ros.scan_queue import ScanQueue
 
 LASER_SCAN, ODOMETRY = "sensor_msgs/LaserScan", "nav_msgs/Odometry"

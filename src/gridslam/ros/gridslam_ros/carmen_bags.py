@@ -32,7 +32,7 @@ from gridslam.logs.carmen import (
 )
 from gridslam_ros.bags import BagCount, BagError, BagScans, open_bag, topic_of
 from gridslam_ros.conversions import pose_message
-from gridslam_ros.odometry_frames import FrameError, OdometryFrames, Pose
+from gridslam_ros.frames.odometry_frames import FrameError, OdometryFrames, Pose
 from gridslam_ros.remarks import Remarks
 from node_tools.conversions import set_yaw, xyz, xyzw
 

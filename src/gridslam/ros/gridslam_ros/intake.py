@@ -8,7 +8,7 @@ import numpy as np
 from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import LaserScan
 
-from gridslam_ros.odometry_frames import BACK_NS, OdometryFrames
+from gridslam_ros.frames.odometry_frames import BACK_NS, OdometryFrames
 
 QUICK_SCANS, QUICK_RESTARTS = 10, 3
 """A clock goes back now and then. If it does so this often after fewer scans, stamps are out of order."""

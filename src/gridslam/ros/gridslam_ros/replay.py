@@ -36,7 +36,7 @@ from gridslam_ros.bags import ODOMETRY, POINT_CLOUD, BagCount, BagError, BagScan
 from gridslam_ros.beside.beside_scans import BesideScans
 from gridslam_ros.beside.clouds import CloudSource
 from gridslam_ros.beside.covariances import OdometryCovariances
-from gridslam_ros.odometry_frames import FrameError, OdometryFrames
+from gridslam_ros.frames.odometry_frames import FrameError, OdometryFrames
 from gridslam_ros.parameters import clamped, sort_parameters, without_effect
 from gridslam_ros.remarks import Remarks
 from gridslam_ros.scan_source import ScanSource

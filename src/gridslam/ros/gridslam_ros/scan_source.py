@@ -10,9 +10,9 @@ from sensor_msgs.msg import LaserScan
 
 from gridslam import PlanarScan
 from gridslam.inputs.levelling import Levelling
-from gridslam.inputs.mounting_watch import MountingWatch
 from gridslam.inputs.scan_watch import ScanWatch
-from gridslam_ros.odometry_frames import OdometryFrames
+from gridslam.mounting_watch import MountingWatch
+from gridslam_ros.frames.odometry_frames import OdometryFrames
 
 TURNS = 3
 """Two lidars come in turns if they have changed places this often in twice as many scans."""

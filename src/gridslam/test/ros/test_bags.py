@@ -21,7 +21,7 @@ carmen_bags = pytest.importorskip(
     "gridslam_ros.carmen_bags", reason="the workspace is not built, or not sourced"
 )
 from gridslam_ros.bags import BagCount, BagScans  # noqa: E402
-from gridslam_ros.odometry_frames import OdometryFrames  # noqa: E402
+from gridslam_ros.frames.odometry_frames import OdometryFrames  # noqa: E402
 from gridslam_ros.scan_source import ScanSource  # noqa: E402
 
 INTEL = Path(__file__).resolve().parents[5] / "shared/data"

@@ -7,7 +7,7 @@ rospy = pytest.importorskip("rospy", reason="needs ROS")
 cloud_source = pytest.importorskip(
     "gridslam_ros.beside.clouds", reason="the workspace is not built, or not sourced"
 )
-from gridslam_ros.odometry_frames import FrameError, OdometryFrames  # noqa: E402
+from gridslam_ros.frames.odometry_frames import FrameError, OdometryFrames  # noqa: E402
 from gridslam_ros.volume.messages import cloud_of  # noqa: E402
 from slam_probe import room_scan, transform  # noqa: E402
 from std_msgs.msg import Header  # noqa: E402

@@ -6,7 +6,7 @@ import pytest
 
 rospy = pytest.importorskip("rospy", reason="needs ROS")
 intake = pytest.importorskip("gridslam_ros.intake", reason="the workspace is not built, or not sourced")
-odometry_frames = pytest.importorskip("gridslam_ros.odometry_frames")
+odometry_frames = pytest.importorskip("gridslam_ros.frames.odometry_frames")
 transform = pytest.importorskip("slam_probe").transform
 LaserScan = pytest.importorskip("sensor_msgs.msg").LaserScan
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import rospy
 from geometry_msgs.msg import Quaternion, Vector3
+from gridslam_ros.frames.odometry_frames import FrameError
 from gridslam_ros.odometry.feed import OdometryFeed
 from gridslam_ros.odometry.messages import odometry_message, transform_of
-from gridslam_ros.odometry_frames import FrameError
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sensor_msgs.msg import Imu, LaserScan, PointCloud2, PointField, Range

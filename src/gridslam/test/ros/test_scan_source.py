@@ -6,7 +6,7 @@ rospy = pytest.importorskip("rospy", reason="needs ROS")
 scan_source = pytest.importorskip(
     "gridslam_ros.scan_source", reason="the workspace is not built, or not sourced"
 )
-from gridslam_ros.odometry_frames import EarlyScanError, FrameError, OdometryFrames  # noqa: E402
+from gridslam_ros.frames.odometry_frames import EarlyScanError, FrameError, OdometryFrames  # noqa: E402
 from slam_probe import room_scan, transform  # noqa: E402
 
 

@@ -20,7 +20,7 @@ from gridslam.volume import (
     VoxelMap,
     stream_of,
 )
-from gridslam.volume.events import insert_event
+from gridslam.volume.correction.events import insert_event
 
 small = st.floats(-0.6, 0.6)
 places = st.lists(

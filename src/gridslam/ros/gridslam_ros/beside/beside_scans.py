@@ -10,7 +10,7 @@ from sensor_msgs.msg import LaserScan
 from gridslam.level_cloud import LevelCloud
 from gridslam_ros.beside.clouds import CloudSource
 from gridslam_ros.beside.covariances import OdometryCovariances
-from gridslam_ros.odometry_frames import OdometryFrames
+from gridslam_ros.frames.odometry_frames import OdometryFrames
 
 
 class BesideScans(NamedTuple):

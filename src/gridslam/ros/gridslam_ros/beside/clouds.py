@@ -10,7 +10,7 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from gridslam.inputs.attitude import matrix_of_quaternion, roll_pitch_yaw_of
 from gridslam.level_cloud import LevelCloud
 from gridslam_ros.beside.by_stamp import ByStamp
-from gridslam_ros.odometry_frames import OdometryFrames
+from gridslam_ros.frames.odometry_frames import OdometryFrames
 from gridslam_ros.volume import messages
 
 KEPT = 40

@@ -9,8 +9,8 @@ import numpy as np
 from gridslam.errors import ScanError
 from gridslam.volume.board import Board, Rays
 from gridslam.volume.clouds import KeptCloud, Pose, rounded
+from gridslam.volume.correction.events import Event, clear_box
 from gridslam.volume.correction.settled_events import SettledEvents
-from gridslam.volume.events import Event, clear_box
 from gridslam.volume.nodes import ClearedBox, CloudNode, NodeSpacing, TouchedTiles, shift_of
 from gridslam.volume.parameters import VolumeParameters
 from gridslam.volume.transient import TransientLayer

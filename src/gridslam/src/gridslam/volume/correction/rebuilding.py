@@ -10,8 +10,8 @@ from scipy import ndimage
 from gridslam.volume.board import Board
 from gridslam.volume.clouds import Pose
 from gridslam.volume.corrected_map import CorrectedMap
+from gridslam.volume.correction.events import insert_event
 from gridslam.volume.correction.settled_events import PackedVoxels, SettledEvents
-from gridslam.volume.events import insert_event
 from gridslam.volume.kernels.tiles import SIDE, UNSEEN
 from gridslam.volume.nodes import CloudNode, TouchedTiles
 from gridslam.volume.voxel_map import VoxelMap

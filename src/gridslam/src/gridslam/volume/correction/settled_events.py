@@ -9,7 +9,7 @@ from typing import Callable, Sequence
 import numpy as np
 
 from gridslam.volume.board import Board
-from gridslam.volume.events import Event, insert_event
+from gridslam.volume.correction.events import Event, insert_event
 from gridslam.volume.kernels.tiles import ROWS, VOXELS
 from gridslam.volume.parameters import VolumeParameters
 from gridslam.volume.voxel_map import VoxelMap

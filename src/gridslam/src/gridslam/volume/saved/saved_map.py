@@ -11,7 +11,7 @@ import numpy as np
 from gridslam.files import state_file
 from gridslam.volume.clouds import KeptCloud, Pose
 from gridslam.volume.corrected_map import CorrectedMap
-from gridslam.volume.events import Event
+from gridslam.volume.correction.events import Event
 from gridslam.volume.nodes import ClearedBox, CloudNode, NodeSpacing, TouchedTiles
 from gridslam.volume.octree.stream import map_from, stream_of
 from gridslam.volume.parameters import VolumeParameters

@@ -12,7 +12,7 @@ from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import LaserScan
 
 from gridslam import SlamError
-from gridslam_ros.tf_tree import TfTree
+from gridslam_ros.frames.tf_tree import TfTree
 from node_tools.conversions import xyz, xyzw
 
 Pose = tuple[tuple[float, float, float], tuple[float, float, float, float]]

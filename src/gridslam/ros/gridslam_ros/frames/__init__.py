@@ -1,0 +1,1 @@
+"""Where base and lidar were, by TF."""
