@@ -22,6 +22,8 @@ def warm_up() -> float:
     start = time.perf_counter()
     rough = np.random.default_rng(1).integers(20, 240, (64, 64, 1)).astype(np.uint8)
     candidates_in(np.repeat(rough, 3, axis=2), FindingParameters())
+    rusty = rough * np.array([[[0.9, 0.4, 0.2]]])
+    candidates_in(rusty.astype(np.uint8), FindingParameters().for_pictures())
     _survey()
     warm_up_exploration()
     return time.perf_counter() - start

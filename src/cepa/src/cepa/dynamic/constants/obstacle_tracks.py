@@ -164,9 +164,12 @@ SINKING_SIGNIFICANCE = 3.0
 SINKING_MISS_S = 1.0
 """s: A spot that the beam has passed freely so short ago is beside the load. Source: chosen. Greater: older
 spots count."""
-SINKING_SURE_S, SINKING_TIMES = 1.5, 2
-"""s, 1: What arrives later than that counts when it was found so often without a break: plates and stiffeners
-over a beam that leans look once like a load. Source: flown. Greater: fewer false loads, found later."""
+SINKING_SURE_S = 1.5
+"""s: What arrives later than that counts only when it was found `SINKING_TIMES`. Source: flown. Greater:
+plates and stiffeners over a beam that leans count as loads."""
+SINKING_TIMES = 2
+"""1: Findings without a break after which it counts: plates and stiffeners over a beam that leans look once
+like a load. Source: flown. Greater: found later."""
 UPRIGHT_COSINE = 0.9
 """1: A range finder that leans farther tells no height. Source: chosen. Greater: none while the UAV
 accelerates."""
