@@ -103,7 +103,8 @@ class Sinking:
         start = np.array(motion.position_m) + rotation @ ranging.origin_m
         end = start + ranging.free_m * direction
         height_m = float(end[2]) if ranging.range_m <= ranging.range_max_m else way * math.inf
-        heights, x, y, up = self._heights[way], *direction.tolist()
+        heights = self._heights[way]
+        x, y, up = direction.tolist()
         lean = x / up, y / up
         heights.append(
             _Height(motion.stamp_s, float(end[0]), float(end[1]), height_m, tuple(start.tolist()), lean)

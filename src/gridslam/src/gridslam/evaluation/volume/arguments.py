@@ -7,9 +7,9 @@ from pathlib import Path
 
 from gridslam.errors import EvaluationError
 from gridslam.evaluation.argument_types import finite, positive
+from gridslam.evaluation.volume.lidars import VIEWS
 from mesh_files import KINDS
 
-LIDARS = ("urg", "ust", "utm", "puck", "tim", "m8")
 OF_PATH = ("lidar", "elevation", "field_of_view", "range", "lidar_at")
 """Options that say nothing without a path."""
 
@@ -21,7 +21,7 @@ def add_volume_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--path", type=Path, help="true poses of the lidar in the world, TUM form with heights"
     )
-    parser.add_argument("--lidar", choices=LIDARS, help="lidar of the thesis that saw from there")
+    parser.add_argument("--lidar", choices=tuple(VIEWS), help="lidar that saw from there")
     parser.add_argument(
         "--elevation",
         type=finite,
