@@ -92,7 +92,8 @@ def test_bringup_without_arguments_flies_the_forest_with_the_safer_algorithm(tmp
         text=True,
         check=True,
     )
-    assert run.stdout.split() == ["experiment_1.launch", "scenario:=forest", "algorithm:=dynamic", *rviz]
+    file = "src/master_thesis/launch/experiment_1.launch"
+    assert run.stdout.split() == [file, "scenario:=forest", "algorithm:=dynamic", *rviz]
 
 
 @pytest.mark.timeout(SETUP_PATIENCE_S + 240.0)
