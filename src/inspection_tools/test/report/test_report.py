@@ -195,6 +195,9 @@ document.body.dataset.clicked = JSON.stringify([byTable, byMark, inView, origina
 </script>"""
 
 
+HEADLESS = ("--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
+
+
 @pytest.mark.skipif(
     BROWSER is None, reason="no chromium is installed (apt-get install chromium-headless-shell)"
 )
@@ -204,12 +207,11 @@ def test_a_browser_shows_the_photograph_of_a_finding_that_is_clicked(page, tmp_p
     clicked_page.write_text(text.replace("</body>", CLICKS + "</body>"), encoding="utf-8")
     command = [
         BROWSER,
-        "--headless",
-        "--no-sandbox",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
+        *HEADLESS,
+        "--enable-logging=stderr",
+        "--dump-dom",
+        f"--user-data-dir={tmp_path / 'profile'}",
     ]
-    command += ["--enable-logging=stderr", "--dump-dom", f"--user-data-dir={tmp_path / 'profile'}"]
     done = subprocess.run([*command, f"file://{clicked_page}"], capture_output=True, text=True, timeout=200.0)
     console = [line for line in done.stderr.splitlines() if "CONSOLE" in line and "GL Driver" not in line]
     assert not console
@@ -251,12 +253,11 @@ def test_the_page_is_as_wide_as_its_window_and_the_view_stays_whole_in_a_narrowe
     (tmp_path / "frames.html").write_text(FRAMES)
     command = [
         BROWSER,
-        "--headless",
-        "--no-sandbox",
-        "--use-angle=swiftshader",
-        "--enable-unsafe-swiftshader",
+        *HEADLESS,
+        "--allow-file-access-from-files",
+        "--virtual-time-budget=9000",
+        "--dump-dom",
     ]
-    command += ["--allow-file-access-from-files", "--virtual-time-budget=9000", "--dump-dom"]
     done = subprocess.run(
         [*command, f"--user-data-dir={tmp_path / 'profile'}", f"file://{tmp_path}/frames.html"],
         capture_output=True, text=True, timeout=200,
