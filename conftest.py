@@ -17,6 +17,7 @@ import subprocess
 import sys
 import time
 import uuid
+import warnings
 from pathlib import Path
 from typing import Any, Callable, Iterator, NoReturn
 
@@ -140,8 +141,22 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
 # -- what tests start ---------------------------------------------------------------------------------------
 
 
+ASKING = (signal.SIGINT, signal.SIGTERM)
+"""Signals that ask a process to end."""
+
+
+@pytest.fixture(autouse=True)
+def signals_pass(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Tell which test left signals blocked, and let them pass: whatever starts later would inherit that."""
+    yield
+    blocked = signal.pthread_sigmask(signal.SIG_UNBLOCK, ASKING).intersection(ASKING)
+    if blocked:
+        warnings.warn(f"{request.node.nodeid} left {blocked} blocked", stacklevel=1)
+
+
 def heed_interrupts() -> None:
     """Let SIGINT count again: tests run in a shell's background would inherit that it is ignored."""
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ASKING)
     signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
