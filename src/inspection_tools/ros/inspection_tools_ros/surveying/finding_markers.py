@@ -9,10 +9,9 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
+from inspection_tools.findings.kinds import kind_of
 from inspection_tools.findings.merging import Finding
 
-COLOURS = {"rust": ColorRGBA(0.78, 0.29, 0.05, 1.0), "crack": ColorRGBA(0.75, 0.0, 0.45, 1.0)}
-OTHER = ColorRGBA(0.35, 0.12, 0.43, 1.0)
 SIZE_M, OFF_SURFACE_M = 0.35, 0.1
 
 
@@ -23,7 +22,7 @@ def finding_markers(findings: Sequence[Finding], frame: str, shown_before: Seque
         own = [each for each in findings if each.kind == kind]
         marker = Marker(header=Header(frame_id=frame), ns=kind, type=Marker.SPHERE_LIST)
         marker.action = Marker.ADD if own else Marker.DELETE
-        marker.color = COLOURS.get(kind, OTHER)
+        marker.color = ColorRGBA(*kind_of(kind).rviz_colour, 1.0)
         marker.pose.orientation.w, marker.scale.x = 1.0, SIZE_M
         marker.scale.y = marker.scale.z = SIZE_M
         places_m = [np.array(each.position_m) + OFF_SURFACE_M * np.array(each.normal) for each in own]

@@ -19,6 +19,7 @@ from inspection_tools.findings.findings_file import (
     with_decisions,
     write_findings,
 )
+from inspection_tools.findings.kinds import kinds_of
 from inspection_tools.findings.merging import Finding
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.paint import told_of_paint
@@ -79,8 +80,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     for each in record.left_out:
         print(f"findings: left out: {each.name}: {each.why}", file=sys.stderr)
-    for kind in ("rust", "crack", *sorted({each.kind for each in findings} - {"rust", "crack"})):
-        print(f"{kind}: {sum(each.kind == kind for each in findings)}")
+    for kind in kinds_of(each.kind for each in findings):
+        print(f"{kind.name}: {sum(each.kind == kind.name for each in findings)}")
     if record.red:
         print(f"findings: {told_of_paint(len(record.red), len(record.searched or ()))}", file=sys.stderr)
     if record.without_pose:

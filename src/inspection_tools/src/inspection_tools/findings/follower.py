@@ -22,6 +22,7 @@ from typing import Iterable, Iterator
 import numpy as np
 
 from inspection_tools.errors import InspectionToolsError, SurveyError
+from inspection_tools.findings.kinds import FINDING_KINDS
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.search import PhotographSearch, plan_nearer
 from inspection_tools.findings.wanted import Wanted
@@ -109,7 +110,8 @@ class Follower:
             return {"views": [], "says": f"{says}No more photographs are needed."}
         found = self._search.findings()
         kinds = [each.kind for each in found]
-        says += f"{kinds.count('rust')} rust spots and {kinds.count('crack')} cracks are found so far. "
+        counted = [f"{kinds.count(kind.name)} {kind.plural}" for kind in FINDING_KINDS]
+        says += f"{' and '.join(counted)} are found so far. "
         try:
             nearer = plan_nearer(self._plan, self._surface, found)
         except SurveyError as error:

@@ -8,6 +8,7 @@ from typing import Iterator, Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
+from inspection_tools.findings.kinds import kind_of
 from inspection_tools.findings.linking import linked
 from inspection_tools.findings.placing import Placed, extent
 
@@ -47,7 +48,7 @@ def merged(placed: Sequence[Placed], apart_m: float) -> list[Finding]:
     findings: list[Finding] = []
     for kind in sorted({each.kind for each in placed}):
         for group in _groups([each for each in placed if each.kind == kind], apart_m):
-            for piece in [group] if kind == "crack" else _pieces(group):
+            for piece in [group] if kind_of(kind).is_line else _pieces(group):
                 findings.append(_finding(len(findings) + 1, kind, piece, apart_m))
     return findings
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.camera.taken import Taken
+from inspection_tools.findings.kinds import kind_of
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate
 from inspection_tools.findings.sight import Sight
@@ -76,8 +77,8 @@ class PosedPhotograph:
 
     def place(self, candidate: Candidate) -> Placed | None:
         """Return the candidate on the surface; None if it is too small, flat or far, or an edge."""
-        p = self._p
-        if candidate.kind == "crack" and self.sight.is_edge(candidate.pixels):
+        p, kind = self._p, kind_of(candidate.kind)
+        if kind.is_line and self.sight.is_edge(candidate.pixels):
             return None
         points, normals, rays = self._look(candidate.pixels)
         far = np.linalg.norm(points - self._eye_m, axis=1)
@@ -89,10 +90,8 @@ class PosedPhotograph:
         area = float(pixel_m2.mean() * candidate.size_px * good.mean())
         detail_mm = float(np.median(1e3 * far[good] / self._camera.focal_px / steep[good]))
         normal = normals[good].mean(axis=0)
-        placed = Placed(candidate.kind, points[good], normal, area, self._name, detail_mm, self._eye_m)
-        if candidate.kind == "crack":
-            return placed if extent(placed.points_m)[1] >= p.crack_length else None
-        return placed if area >= p.rust_size**2 else None
+        placed = Placed(kind.name, points[good], normal, area, self._name, detail_mm, self._eye_m)
+        return placed if kind.is_large_enough(extent(placed.points_m)[1], area, p) else None
 
     def _pixels_m2(self, pixels: np.ndarray, points_m: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Return (n,) the area of the surface that pixels (n, 2) cover, by the rays at their sides."""

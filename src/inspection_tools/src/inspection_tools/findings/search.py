@@ -12,6 +12,7 @@ import numpy as np
 from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.errors import SurveyError
 from inspection_tools.findings.findings_file import DISMISSED, SearchRecord
+from inspection_tools.findings.kinds import RUST, kind_of
 from inspection_tools.findings.merging import Finding, merged
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate, candidates_in
@@ -105,8 +106,8 @@ class PhotographSearch:
         if self.red_photographs():
             return [each for each in self._placed if each.kind != RED]
         red = {each.photograph for each in self._placed if each.kind == RED}
-        kept = [each for each in self._placed if each.kind != "rust" or each.photograph not in red]
-        return [each._replace(kind="rust") if each.kind == RED else each for each in kept]
+        kept = [each for each in self._placed if each.kind != RUST.name or each.photograph not in red]
+        return [each._replace(kind=RUST.name) if each.kind == RED else each for each in kept]
 
     def findings(self) -> list[Finding]:
         """Return what all photographs show together."""
@@ -216,7 +217,8 @@ def plan_nearer(plan: SurveyPlan, surface: Surface, findings: Sequence[Finding])
         SurveyError: the UAV gets near none of the cracks.
     """
     coarse = 2.0 * CLOSER_MM
-    open_ = [e for e in findings if e.kind == "crack" and e.status != DISMISSED and not e.detail_mm <= coarse]
+    lines = [each for each in findings if kind_of(each.kind).is_line]
+    open_ = [each for each in lines if each.status != DISMISSED and not each.detail_mm <= coarse]
     if not open_:
         return Nearer(None)
     rng = np.random.default_rng(CLOSER_SEED)

@@ -7,6 +7,7 @@ from typing import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
+from inspection_tools.findings.kinds import kind_of
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.placing import Placed, PosedPhotograph
 
@@ -22,11 +23,11 @@ def without_refuted(
     A photograph is near if a pixel of it covers at most `crack_closer` mm.
     """
     p = parameters
-    near = [each for each in placed if each.kind == "crack" and each.detail_mm <= p.crack_closer]
+    near = [each for each in placed if kind_of(each.kind).is_line and each.detail_mm <= p.crack_closer]
     confirmed = cKDTree(np.concatenate([each.points_m for each in near])) if near else None
 
     def stays(each: Placed) -> bool:
-        if each.kind != "crack" or each.detail_mm <= p.crack_closer:
+        if not kind_of(each.kind).is_line or each.detail_mm <= p.crack_closer:
             return True
         if confirmed is not None and confirmed.query(each.points_m)[0].min() <= p.apart:
             return True

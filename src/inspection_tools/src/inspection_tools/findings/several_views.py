@@ -11,6 +11,7 @@ from typing import Iterator, NamedTuple, Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
+from inspection_tools.findings.kinds import kind_of
 from inspection_tools.findings.linking import pieces_of
 from inspection_tools.findings.placing import Placed
 
@@ -49,15 +50,15 @@ class Sights(NamedTuple):
 
 
 def where_sights_cross(placed: Sequence[Placed], gap_m: float, most_m: float) -> list[Placed]:
-    """Return candidates, each where most photographs see one of its kind; cracks stay where they are.
+    """Return candidates, each where most photographs see one of its kind; lines stay where they are.
 
     A candidate with points on two surfaces comes in parts. Each part moves along its line of sight only. One
     that turns out to be too far away is left out.
 
     gap_m: lines of sight that pass each other by less cross. most_m: greatest distance from the camera.
     """
-    moved = [each for each in placed if each.kind == "crack"]
-    for kind in sorted({each.kind for each in placed} - {"crack"}):
+    moved = [each for each in placed if kind_of(each.kind).is_line]
+    for kind in sorted({each.kind for each in placed if not kind_of(each.kind).is_line}):
         spots = [spot for each in placed if each.kind == kind for spot in _on_one_surface(each)]
         votes = Votes(spots, gap_m, most_m)
         depths_m = np.array([votes.depth_m(k) for k in range(len(spots))])

@@ -9,6 +9,7 @@ import numpy as np
 
 from inspection_tools.errors import ReportError
 from inspection_tools.findings.findings_file import DISMISSED
+from inspection_tools.findings.kinds import kind_of
 from inspection_tools.findings.merging import Finding
 from inspection_tools.findings.pairing import pairs_of
 from inspection_tools.report.sources import Inspection
@@ -87,7 +88,7 @@ def compared(
 
 
 def _grown(last: Finding, now: Finding) -> bool:
-    if now.kind == "rust":
+    if kind_of(now.kind).is_told_by_area:
         return now.area_m2 > max(GROWTH_AREA * last.area_m2, last.area_m2 + LEAST_GROWTH_M2)
     return now.length_m > max(GROWTH_LENGTH * last.length_m, last.length_m + LEAST_GROWTH_M)
 

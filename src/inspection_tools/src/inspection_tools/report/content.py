@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any, Mapping, Sequence
 
 from inspection_tools.errors import InspectionToolsError
+from inspection_tools.findings.kinds import FINDING_KINDS, FindingKind, kinds_of
+from inspection_tools.findings.merging import Finding
 from inspection_tools.photograph_poses.exif import read_exif
 from inspection_tools.report import records, tables
 from inspection_tools.report.comparison import Comparison, compared
@@ -123,7 +125,8 @@ def page_content(
         "has_unposed": bool(inspection.without_pose),
         "marked": records.counted(len(inspection.without_pose), "photograph"),
         "searched": inspection.findings is not None,
-        "others": sorted({each.kind for each in findings} - set(tables.KINDS)),
+        "counted_kinds": FINDING_KINDS,
+        "kinds": kinds_of(each.kind for each in findings),
         "comparison": tables.comparison_table(known.comparison, ship) if known.comparison else None,
         "close_ups": tables.close_up_rows(findings, ship),
         "gaugings": [row for each in known.gaugings for row in each.rows()],
@@ -162,6 +165,16 @@ def _date(inspection: Inspection) -> str:
     return datetime.fromtimestamp(newest, UTC).strftime("%d %B %Y")
 
 
+def _figure_of_kind(kind: FindingKind, findings: Sequence[Finding], waiting: int) -> dict[str, str]:
+    """Return how many findings of a kind there are. waiting: those of any kind that wait for a decision."""
+    own = [each for each in findings if each.kind == kind.name]
+    if kind.is_told_by_area:
+        more = f"{sum(each.area_m2 for each in own):.2f} m² in all"
+    else:
+        more = f"{records.counted(waiting, 'finding')} to be decided"
+    return {"name": kind.heading, "value": str(len(own)), "more": more}
+
+
 def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[dict[str, str]]:
     grade, of = tables.lowest_grade(known.grades, rules)
     coverage = inspection.coverage or {}
@@ -172,19 +185,14 @@ def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[d
     elif isinstance(share, (int, float)) and isinstance(reachable, (int, float)):
         seen, whole = f"{100 * share:.1f} %", f"of {reachable:,.0f} m² within reach"
     findings = [each for each in inspection.findings or () if each.status != "dismissed"]
-    rust, cracks = (sum(each.kind == kind for each in findings) for kind in ("rust", "crack"))
     waiting = sum(each.status in ("new", "under review") for each in findings)
     proposed = [each for each in known.gaugings if each.is_proposed]
     measured = len([each for each in known.gaugings if each.readings])
     above = sum(each.rust_share >= rules.pitting for each in known.plates)
     if inspection.findings is None:
-        none = {"value": NOT_KNOWN, "more": "not searched"}
-        marks = [{"name": "Rust", **none}, {"name": "Possible cracks", **none}]
+        marks = [{"name": kind.heading, "value": NOT_KNOWN, "more": "not searched"} for kind in FINDING_KINDS]
     else:
-        told = f"{sum(each.area_m2 for each in findings if each.kind == 'rust'):.2f} m² in all"
-        marks = [{"name": "Rust", "value": str(rust), "more": told}]
-        told = f"{records.counted(waiting, 'finding')} to be decided"
-        marks += [{"name": "Possible cracks", "value": str(cracks), "more": told}]
+        marks = [_figure_of_kind(kind, findings, waiting) for kind in FINDING_KINDS]
     return [
         {"name": "Lowest proposed grade", "value": grade, "more": of},
         {"name": "Surface seen", "value": seen, "more": whole},

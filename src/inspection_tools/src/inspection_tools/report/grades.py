@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from inspection_tools.checks import check_number
 from inspection_tools.findings.findings_file import DISMISSED
+from inspection_tools.findings.kinds import FINDING_KINDS, kind_of
 from inspection_tools.findings.merging import Finding
 from inspection_tools.ship.ship import Plate, Ship
 from inspection_tools.survey.surface.edges import STEP_M
@@ -67,6 +68,7 @@ class GradeRules:
 class AreaGrade:
     """What is known of an area. Shares are of what was seen.
 
+    numbers: of findings of each of the `FINDING_KINDS`.
     grade: None: too little of it was seen. other_grade: it may be this one, too; None: it is sure.
     """
 
@@ -76,8 +78,7 @@ class AreaGrade:
     rust_m2: float
     edges_m: float
     rusted_edges_m: float
-    rust: int
-    cracks: int
+    numbers: tuple[int, ...]
     grade: str | None = None
     other_grade: str | None = None
 
@@ -120,9 +121,9 @@ class Standing:
         self.all = [each for each in findings if each.status != DISMISSED]
         self.points_m = np.array([each.position_m for each in self.all]).reshape(-1, 3)
         self.normals = np.array([each.normal for each in self.all]).reshape(-1, 3)
-        self.rust_m2 = np.array([each.area_m2 if each.kind == "rust" else 0.0 for each in self.all])
-        self.is_rust, self.is_crack = (
-            np.array([each.kind == kind for each in self.all], bool) for kind in ("rust", "crack")
+        self.kinds = [kind_of(each.kind) for each in self.all]
+        self.rust_m2 = np.array(
+            [each.area_m2 if kind.counts_for_coating else 0.0 for each, kind in zip(self.all, self.kinds)]
         )
 
     def near_rust(self, places_m: np.ndarray) -> np.ndarray:
@@ -131,7 +132,7 @@ class Standing:
         Where a finding tells no places, those within half its length do.
         """
         rusted = np.zeros(len(places_m), bool)
-        rust = [each for each in self.all if each.kind == "rust"]
+        rust = [each for each, kind in zip(self.all, self.kinds) if kind.counts_for_coating]
         for each in (each for each in rust if not each.places_m):
             apart_m = np.linalg.norm(places_m - np.array(each.position_m), axis=1)
             rusted |= apart_m <= 0.5 * each.length_m
@@ -172,8 +173,7 @@ def areas_graded(
             float(stand.rust_m2[marks].sum()),
             STEP_M * float((lines & seen_edge).sum()),
             STEP_M * float((lines & rusted).sum()),
-            int((marks & stand.is_rust).sum()),
-            int((marks & stand.is_crack).sum()),
+            tuple(sum(stand.kinds[k] == kind for k in np.flatnonzero(marks)) for kind in FINDING_KINDS),
         )
         if each.seen >= rules.least_seen:
             shares = each.rust_share, each.edge_share

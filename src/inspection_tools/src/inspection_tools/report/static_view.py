@@ -10,6 +10,7 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from inspection_tools.findings.findings_file import DISMISSED
+from inspection_tools.findings.kinds import kind_of
 from inspection_tools.findings.merging import Finding
 from inspection_tools.report.scene import Scene
 from inspection_tools.survey.surface.rays import Rays
@@ -17,8 +18,6 @@ from inspection_tools.survey.surface.samples import normals_of
 
 COLOURS = np.array(((143, 184, 154), (232, 163, 61), (178, 184, 192), (170, 178, 190)), float)
 """sRGB of the states of `scene`: seen, open, out of reach, unknown; the page's viewer has the same."""
-MARKS = {"rust": (155, 58, 24), "crack": (28, 52, 120)}
-OTHER_MARK = (90, 30, 110)
 WIDTH_PX, HEIGHT_PX = 1200, 800
 LAYERS = 8
 """Surfaces seen from behind that a ray passes at most."""
@@ -56,7 +55,7 @@ def static_view(
             px = (place @ right - middle[0]) / per_px + 0.5 * WIDTH_PX
             py = 0.5 * HEIGHT_PX - (place @ up - middle[1]) / per_px
             if _is_seen(depth, px, py, far_m - float(place @ back)):
-                _draw_mark(draw, px, py, MARKS.get(each.kind, OTHER_MARK))
+                _draw_mark(draw, px, py, kind_of(each.kind).page_colour)
     out = io.BytesIO()
     picture.quantize(128).save(out, "PNG", optimize=True)
     return out.getvalue()

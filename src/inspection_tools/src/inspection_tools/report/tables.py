@@ -6,6 +6,7 @@ from typing import Any, Mapping, Sequence
 
 import numpy as np
 
+from inspection_tools.findings.kinds import kind_of
 from inspection_tools.findings.merging import Finding
 from inspection_tools.findings.picture.on_pictures import MarkedPicture
 from inspection_tools.report.comparison import AS_BEFORE, GROWN, Comparison
@@ -17,7 +18,6 @@ from inspection_tools.ship.ship import SIDES, Ship
 from inspection_tools.survey.plan import SurveyPlan
 from inspection_tools.survey.surface_record import SurfaceRecord
 
-KINDS = {"rust": "rust", "crack": "possible crack"}
 SHARES = (0.0, 0.005, 0.03, 0.15)
 """Rusted shares of a plate above which the table's colour gets darker."""
 LEAST_SEEN = 0.5
@@ -28,10 +28,8 @@ SIDE_NAMES = {"P": "Port", "S": "Starboard"}
 
 
 def size_of(finding: Finding) -> str:
-    """Return the size as one says it: an area for rust, a length for anything else."""
-    if finding.kind == "rust":
-        return f"{1e4 * finding.area_m2:,.0f} cm², {100 * finding.length_m:.0f} cm long"
-    return f"{1e3 * finding.length_m:,.0f} mm long"
+    """Return the size as one says it."""
+    return kind_of(finding.kind).size_in_words(finding)
 
 
 def finding_rows(
@@ -46,7 +44,7 @@ def finding_rows(
     rows = []
     things = _things(findings, surface, ship)
     for each, thing in zip(findings, things):
-        place, kind = ship.tell(each.position_m, each.normal), KINDS.get(each.kind, each.kind)
+        place, kind = ship.tell(each.position_m, each.normal), kind_of(each.kind).word
         change, was = "", ""
         if comparison:
             change = comparison.change.get(each.id, "")
@@ -73,12 +71,12 @@ def rows_without_pose(marked: Sequence[MarkedPicture], beside: str) -> list[dict
     """
     rows = []
     for each in marked:
-        kinds = [KINDS.get(mark.kind, mark.kind) for mark in each.marks]
+        kinds = [kind_of(mark.kind).word for mark in each.marks]
         if kinds:
             told = ", ".join(f"{kinds.count(kind)} x {kind}" for kind in sorted(set(kinds)))
             largest = max(each.marks, key=lambda mark: mark.size_px)
             left, top, right, bottom = largest.box_px
-            kind = KINDS.get(largest.kind, largest.kind)
+            kind = kind_of(largest.kind).word
             at = f"{kind}, {left} to {right} px across, {top} to {bottom} px down"
             rows.append(
                 {"name": each.photograph, "href": beside + each.photograph, "told": told, "largest": at}
@@ -113,7 +111,7 @@ def comparison_table(comparison: Comparison, ship: Ship) -> dict[str, Any]:
                 "name": name,
                 "rows": [
                     {
-                        "id": each.id, "kind": KINDS.get(each.kind, each.kind), "size": size_of(each),
+                        "id": each.id, "kind": kind_of(each.kind).word, "size": size_of(each),
                         "place": ship.tell(each.position_m, each.normal), "status": each.status,
                         "remark": each.remark,
                     }

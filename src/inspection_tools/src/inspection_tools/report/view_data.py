@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from inspection_tools.camera.survey_camera import SurveyCamera
+from inspection_tools.findings.kinds import kind_of
 from inspection_tools.findings.merging import Finding
 from inspection_tools.report.scene import Scene
 from inspection_tools.report.sources import Shot
@@ -37,6 +38,7 @@ def view_data(
         "surface": None if scene is None else _surface(scene),
         "extents": [round(v, 4) for v in extents],
         "photographs": [_photograph(k, shot, of_shot[k]) for k, shot in enumerate(shots)],
+        "colours": {kind: kind_of(kind).page_colour_hex for kind in sorted({each.kind for each in findings})},
         "findings": [
             {
                 "id": each.id,

@@ -4,7 +4,6 @@
   const byId = (id) => document.getElementById(id);
   const data = JSON.parse(byId("view-data").textContent);
   const COLOURS = [[143, 184, 154], [232, 163, 61], [178, 184, 192], [170, 178, 190]]; // seen, open, no reach, unknown
-  const MARKS = { rust: 0x9b3a18, crack: 0x1c3478 };
   const findingOf = new Map(data.findings.map((each) => [each.id, each]));
   let view = null;
 
@@ -182,7 +181,7 @@
         && each.normal.reduce((sum, n, k) => sum + n * (eye.getComponent(k) - each.at[k]), 0) > 0) : [];
       const towards = (each, by) => new THREE.Vector3(...each.at).addScaledVector(new THREE.Vector3(...each.normal), by);
       const colours = [];
-      for (const each of this.visible) new THREE.Color(each.kind in MARKS ? MARKS[each.kind] : 0x5a1e6e).toArray(colours, colours.length);
+      for (const each of this.visible) new THREE.Color(data.colours[each.kind]).toArray(colours, colours.length);
       this.fill(this.rim, this.visible.map((each) => towards(each, 0.04)));
       this.fill(this.marks, this.visible.map((each) => towards(each, 0.05)));
       this.marks.geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(colours), 3));

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
+from inspection_tools.findings.kinds import CRACK, RUST
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.kernels import block_light, dark_ridges
 from inspection_tools.findings.picture.lines import Line, line_through, pieces_joined
@@ -73,7 +74,7 @@ def candidates_in(
     if not parameters.coatings and is_all_red(red, blocks.sum(axis=2) > 3.0 * LEAST_LIGHT):
         found += _of_blocks(RED, rust, most_apart)
         rust = red = _large(unlike_the_most(blocks, red), least)
-    found += _of_blocks("rust", rust, most_apart)
+    found += _of_blocks(RUST.name, rust, most_apart)
     light = _linear()[picture[..., 1]]  # green has the least noise
     near = ndimage.binary_dilation(red, iterations=3)  # rust has dark pits and borders
     for times in sorted({1, max(1, round(COARSE_MM / max(detail_mm, 0.1)))}):
@@ -112,14 +113,14 @@ def _cracks(
         line = line_through(group, light)
         if is_thin(line, parameters):
             pixels = _some(line.pixels) * times + 0.5 * (times - 1)
-            found.append(Candidate("crack", pixels, len(group) * times**2))
+            found.append(Candidate(CRACK.name, pixels, len(group) * times**2))
             x, y = group.T
             free[y, x] = False
     if parameters.crack_rough:
         is_rough = _rough_places(contrasts, parameters.crack_contrast, light.shape) & free
         for group in cracks_on_rough(light, SMOOTH_PX, is_rough, parameters):
             pixels = _some(group) * times + 0.5 * (times - 1)
-            found.append(Candidate("crack", pixels, len(group) * times**2))
+            found.append(Candidate(CRACK.name, pixels, len(group) * times**2))
     return found
 
 

@@ -9,6 +9,7 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 
 from inspection_tools.errors import ReportError
+from inspection_tools.findings.kinds import RUST
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate, candidates_in
 from inspection_tools.findings.picture.paint import RED
@@ -69,8 +70,8 @@ def _sure(marks: Sequence[PictureMark], is_coating: bool) -> list[PictureMark]:
     if is_coating:
         return [each for each in marks if each.kind != RED]
     if any(each.kind == RED for each in marks):
-        marks = [each for each in marks if each.kind != "rust"]
-    return [PictureMark("rust", e.box_px, e.size_px) if e.kind == RED else e for e in marks]
+        marks = [each for each in marks if each.kind != RUST.name]
+    return [PictureMark(RUST.name, e.box_px, e.size_px) if e.kind == RED else e for e in marks]
 
 
 def _mark(candidate: Candidate) -> PictureMark:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, Sequence
 
 from inspection_tools.findings.findings_file import CONFIRMED, DISMISSED
+from inspection_tools.findings.kinds import kind_of
 from inspection_tools.findings.merging import Finding
 from inspection_tools.report.gauging.readings import Reading
 from inspection_tools.report.grades import GradeRules, PlateState
@@ -101,16 +102,15 @@ def gauging_spots(plates: Sequence[PlateState], rules: GradeRules) -> list[Gaugi
 
 
 def close_up_spots(findings: Sequence[Finding], most: int = 30) -> list[tuple[Finding, str]]:
-    """Return findings for a confirmatory close-up with the reason: cracks, then the largest rust."""
+    """Return findings for a confirmatory close-up with the reason: lines, others, then the largest rust."""
     stand = [each for each in findings if each.status != DISMISSED]
-    cracks = sorted(
-        (e for e in stand if e.kind == "crack"), key=lambda e: (e.status == CONFIRMED, -e.length_m)
-    )
-    rust = sorted((each for each in stand if each.kind == "rust"), key=lambda each: -each.area_m2)
-    others = [each for each in stand if each.kind not in ("crack", "rust")]
-    why = {"crack": "possible crack", "rust": "largest rust"}
-    chosen = [*cracks[:most], *others, *rust[:RUSTIEST]]
-    return [(each, why.get(each.kind, each.kind)) for each in chosen]
+    kinds = [kind_of(each.kind) for each in stand]
+    lines = [each for each, kind in zip(stand, kinds) if kind.is_line]
+    rust = [each for each, kind in zip(stand, kinds) if kind.counts_for_coating]
+    others = [each for each in stand if each not in lines and each not in rust]
+    lines.sort(key=lambda each: (each.status == CONFIRMED, -each.length_m))
+    rust.sort(key=lambda each: -each.area_m2)
+    return [(each, kind_of(each.kind).close_up) for each in (*lines[:most], *others, *rust[:RUSTIEST])]
 
 
 def with_readings(spots: Sequence[Gauging], readings: Sequence[Reading]) -> list[Gauging]:
