@@ -17,7 +17,6 @@ import subprocess
 import sys
 import time
 import uuid
-import warnings
 from pathlib import Path
 from typing import Any, Callable, Iterator, NoReturn
 
@@ -146,12 +145,11 @@ ASKING = (signal.SIGINT, signal.SIGTERM)
 
 
 @pytest.fixture(autouse=True)
-def signals_pass(request: pytest.FixtureRequest) -> Iterator[None]:
-    """Tell which test left signals blocked, and let them pass: whatever starts later would inherit that."""
+def signals_pass() -> Iterator[None]:
+    """Fail a test that leaves signals blocked, and unblock them: whatever starts later would inherit that."""
     yield
     blocked = signal.pthread_sigmask(signal.SIG_UNBLOCK, ASKING).intersection(ASKING)
-    if blocked:
-        warnings.warn(f"{request.node.nodeid} left {blocked} blocked", stacklevel=1)
+    assert not blocked, f"This test left {blocked} blocked in its process."
 
 
 def heed_interrupts() -> None:

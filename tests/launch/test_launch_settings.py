@@ -200,6 +200,7 @@ def test_flights_without_ros_explore_as_the_launch_file_does(world):
     assert given["/cepa/algorithm"] == given["/experiment/algorithm"] == place.uav.algorithm == "dynamic"
     for name in ("arrived", "ahead", "climbs_first", "steep"):
         assert given[f"/explore/{name}"] == getattr(asked, name), name
+    assert given["/explore/view_choice"] == explorer.view_choice
     for name in (
         "elevation_min",
         "elevation_max",
@@ -208,7 +209,6 @@ def test_flights_without_ros_explore_as_the_launch_file_does(world):
         "spacing",
         "worth_min",
         "speed",
-        "by_volume",
     ):
         assert given[f"/explore/{name}"] == pytest.approx(getattr(explorer, name), abs=1e-3), name
 

@@ -204,10 +204,10 @@ def test_a_door_that_opens_again_lets_it_home():
     assert led.exploration.is_home
 
 
-@pytest.mark.parametrize("by_volume", [False, True])
-def test_a_person_who_follows_it_holds_it_up_for_a_while_only(by_volume):
+@pytest.mark.parametrize("view_choice", ["border", "volume"])
+def test_a_person_who_follows_it_holds_it_up_for_a_while_only(view_choice):
     # Given somebody a metre behind the UAV, wherever it flies
-    explorer = replace(EXPLORER, by_volume=by_volume)
+    explorer = replace(EXPLORER, view_choice=view_choice)
     led = Led(room((6.2, 4.6, 2.4), DOOR), explorer=explorer, patience=4.0)
     trail, person = [], [None]
 

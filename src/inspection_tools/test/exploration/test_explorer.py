@@ -178,8 +178,6 @@ def test_parameters_that_make_no_sense_are_refused(name):
 
 @pytest.mark.parametrize("value", ["false", 0, math.nan, -1.0, None])
 def test_what_is_neither_true_nor_false_is_refused(value):
-    with pytest.raises(ParameterError, match=r"by_volume is .*; it must be true or false"):
-        ExplorerParameters(by_volume=value)
     with pytest.raises(ParameterError, match=r"shafts is .*; it must be true or false"):
         ExplorerParameters(shafts=value)
     with pytest.raises(ParameterError, match=r"steep is .*; it must be true or false"):

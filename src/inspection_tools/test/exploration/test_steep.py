@@ -53,10 +53,10 @@ def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_all
     assert nearest_m > 0.3
 
 
-def explored(filled, directions, by_volume, is_steep=True):
+def explored(filled, directions, view_choice, is_steep=True):
     """Explore with range finders or without; return the flight and the exploration."""
     flight = Flight(filled, (1.3, 1.7, 1.2), directions)
-    explorer = Explorer(ExplorerParameters(spacing=0.4, reach=8.0, by_volume=by_volume), is_steep)
+    explorer = Explorer(ExplorerParameters(spacing=0.4, reach=8.0, view_choice=view_choice), is_steep)
     exploration = Exploration(flight.planner, explorer, ExplorationParameters(first_sink=0.0, steep=is_steep))
     exploration.begin(0.0, flight.place_m)
     for there_m in next_places(exploration, flight, 0.3):
@@ -71,7 +71,7 @@ def test_a_high_narrow_room_is_climbed_straight_where_a_range_finder_looks(has_r
     # Given beams that rise by 0.8 m over the whole length of a room that is 5.2 m high
     straight = np.array([(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)])
     directions = np.concatenate((beams(around=60), straight)) if has_range_finders else beams(around=60)
-    flight, exploration = explored(room((4.4, 3.6, 5.6)), directions, by_volume=True)
+    flight, exploration = explored(room((4.4, 3.6, 5.6)), directions, "volume")
     assert exploration.told.end is End.EXPLORED
     known = (flight.kinds[~flight.filled] != UNKNOWN).mean()
     # Then some climbs suffice; crossings of the room take 60 m. Without range finders it ends, too
@@ -84,7 +84,7 @@ def test_a_high_narrow_room_is_climbed_straight_where_a_range_finder_looks(has_r
 def test_what_is_under_a_ceiling_where_no_level_view_leads_is_seen_from_close_below_it(is_steep, known):
     straight = np.array([(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)])
     directions = np.concatenate((beams(around=180), straight))
-    flight, exploration = explored(room((3.6, 3.6, 3.8)), directions, False, is_steep)
+    flight, exploration = explored(room((3.6, 3.6, 3.8)), directions, "border", is_steep)
     assert exploration.told.end is End.EXPLORED
     ceiling, below = flight.kinds[18, 1:17, 1:17], flight.kinds[17, 1:17, 1:17]
     assert known[0] <= ((ceiling != UNKNOWN) | (below != UNKNOWN)).mean() <= known[1]

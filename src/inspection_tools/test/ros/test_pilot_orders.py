@@ -16,16 +16,22 @@ from geometry_msgs.msg import Point
 
 from inspection_tools.energy.thresholds import ChargeWatch
 from inspection_tools.pilot_buttons import Order, PilotButtons
+from node_tools import ending
 
 NODE = Path(__file__).resolve().parents[2] / "nodes/pilot_orders"
 
 
 @pytest.fixture(scope="module")
 def program():
-    """The node's program as a module."""
+    """The node's program as a module.
+
+    Its `Ending` would block SIGINT and SIGTERM in the process that runs the tests, and in all that it starts.
+    """
     loader = SourceFileLoader("pilot_orders", str(NODE))
     module = module_from_spec(spec_from_loader("pilot_orders", loader))
-    loader.exec_module(module)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ending, "Ending", SimpleNamespace)
+        loader.exec_module(module)
     return module
 
 

@@ -15,7 +15,7 @@ from inspection_tools.exploration.parameters import ExplorerParameters
 from inspection_tools.exploration.roadmap import Roadmap
 from inspection_tools.exploration.steep import steep_steps
 from inspection_tools.exploration.unknown.leftovers import Leftover, Why, leftovers_of, named
-from inspection_tools.exploration.views.border import BorderViews
+from inspection_tools.exploration.views.choice import view_choice
 from inspection_tools.exploration.views.revealing import RevealingViews
 from inspection_tools.exploration.views.room import RoomViews
 from inspection_tools.exploration.views.scene import Scene, sight_of
@@ -56,8 +56,8 @@ class Explorer:
 
     def __init__(self, parameters: ExplorerParameters | None = None, is_steep: bool = False):
         self._p = parameters or ExplorerParameters()
-        self._worthy = RevealingViews(self._p, is_steep) if self._p.by_volume else BorderViews(self._p)
-        has_last = is_steep and not self._p.by_volume
+        self._worthy = view_choice(self._p, is_steep)
+        has_last = is_steep and not isinstance(self._worthy, RevealingViews)
         self._last = RevealingViews(_of_layers(self._p), is_steep) if has_last else None
         """What shows more when no level view of the border does: views straight above and below."""
         self._last_view: View | None = None

@@ -26,10 +26,11 @@ class ExplorerParameters:
             may open room for the UAV itself is always worth it.
         rate_min: And so many m2 for each second that it costs.
         room_min: Unknown room for the UAV itself counts from so many m3 in one piece. At 0 all counts.
-        by_volume: Views are worth the unknown volume that they would show, not the border; see
-            `RevealingViews`. For places of many small rooms, and high ones.
-        volume_min, volume_rate: A view is then worth a flight if it shows so many m3, and so many for each
-            second.
+        view_choice: How the next best view is chosen. `border`: by the border of what is known. `volume`: by
+            the unknown volume that it would show, for places of many small rooms, and high ones. See
+            `VIEW_CHOICES`.
+        volume_min, volume_rate: By volume a view is worth a flight if it shows so many m3, and so many for
+            each second.
         shafts: Holes and shafts that no level view shows come before all other room; the UAV goes straight
             in. With `steep` of the exploration, and not by volume, which weighs such views by itself.
         near_first: And before the UAV flies farther than this, it takes what is small and nearer, m.
@@ -51,7 +52,7 @@ class ExplorerParameters:
     worth_min: float = 0.4
     rate_min: float = 0.2
     room_min: float = 0.0
-    by_volume: bool = False
+    view_choice: str = "border"
     volume_min: float = 0.5
     volume_rate: float = 0.2
     shafts: bool = False
@@ -75,7 +76,6 @@ class ExplorerParameters:
         check_number("worth_min", self.worth_min, 0.0, 1e3)
         check_number("rate_min", self.rate_min, 0.0, 1e3)
         check_number("room_min", self.room_min, 0.0, 1e3)
-        check_flag("by_volume", self.by_volume)
         check_number("volume_min", self.volume_min, 0.0, 1e3)
         check_number("volume_rate", self.volume_rate, 0.0, 1e3)
         check_flag("shafts", self.shafts)

@@ -16,7 +16,7 @@ def warm_up_exploration() -> None:
     planner, _ = planner_in_free_space()
     here = np.array((0.9, 1.5, 1.5))
     blind = ExplorerParameters(rate_min=1e3, reach=0.5)
-    for parameters in (ExplorerParameters(), blind, ExplorerParameters(by_volume=True)):
+    for parameters in (ExplorerParameters(), blind, ExplorerParameters(view_choice="volume")):
         explorer, space = Explorer(parameters, is_steep=True), planner.space(0.0, here)
         explorer.decide(space, here)
         explorer.left_over(space, space, space, here)

@@ -53,6 +53,7 @@ def _parser() -> argparse.ArgumentParser:
     plan.add_argument("--search", type=float, default=20.0, metavar="S", help="CPU time of the search (20)")
     plan.add_argument("--no-bound", action="store_true", help="do not compute the bound of the photographs")
     plan.add_argument("--seed", type=int, default=1)
+    plan.add_argument("--planning", default="greedy", metavar="NAME", help="way to plan them (greedy)")
     plan.add_argument("--outside", action="store_true", help=OUTSIDE)
     for name in OF_ASKED + OF_FLYING + OF_CAMERA:
         plan.add_argument(_option(name), type=float, metavar=_unit(name), help=_help(name))
@@ -123,7 +124,8 @@ def _plan(given: argparse.Namespace) -> None:
     from inspection_tools.survey.plan_file import write_plan
     from inspection_tools.survey.planner import SurveyPlanner
 
-    asked = replace(_parameters(SurveyParameters, OF_ASKED, given), outside=given.outside)
+    asked = _parameters(SurveyParameters, OF_ASKED, given)
+    asked = replace(asked, outside=given.outside, planning=given.planning)
     flying = replace(_parameters(FlightParameters, OF_FLYING, given), passing=given.passing)
     camera = _parameters(SurveyCamera, OF_CAMERA, given)
     if not given.out.parent.is_dir():

@@ -32,6 +32,7 @@ class SurveyParameters:
         around: The UAV may fly so far outside the box around a mesh, m.
         outside: The mesh is surveyed from outside: the UAV flies into nothing that surfaces enclose, and not
             below the mesh. `around` is 6 m then, unless it is given.
+        planning: How the photographs are planned: `greedy`. See `PHOTOGRAPH_PLANNINGS`.
 
     Raises:
         ParameterError: a value out of range.
@@ -51,6 +52,7 @@ class SurveyParameters:
     finer: float = 0.0
     around: float = 0.0
     outside: bool = False
+    planning: str = "greedy"
 
     def __post_init__(self) -> None:
         check_number("resolution", self.resolution, 0.01, 100.0)

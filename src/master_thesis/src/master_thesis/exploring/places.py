@@ -74,7 +74,7 @@ TANK_EXPLORER = replace(
     speed=0.8,
     spacing=0.4,
     way_spacing=0.2,
-    by_volume=True,
+    view_choice="volume",
 )
 
 
