@@ -7,7 +7,7 @@ from master_thesis.errors import ScenarioError
 from master_thesis.worlds.floor_plan import outlines
 from master_thesis.worlds.placements import R_LB_M, SCENARIOS, VARIATION_M, freeze_frame, placement, varied
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import World
+from simulation_tools.sdf.elements import DEFAULT_INERTIAL, Collision, Link, Model, Polyline, World
 
 SEEN_RAD = np.radians(135.0)  # UST-10LX: 270 degrees about straight ahead
 FITS_M = 2 * 0.35  # the body radius that CEPA's sanity check uses
@@ -92,3 +92,13 @@ def test_obstacles_turn_with_the_uav_that_leans():
 def test_an_unknown_scenario_is_refused_with_the_choices():
     with pytest.raises(ScenarioError, match=r"scenario:=columns\|wall_one_column\|wall_three_columns"):
         placement("maze")
+
+
+def test_an_extruded_polyline_is_outlined_in_convex_pieces_and_its_hole_stays_open():
+    square, hole = ((0, 0), (4, 0), (4, 4), (0, 4)), ((1, 1), (3, 1), (3, 3), (1, 3))
+    collision = Collision("c", Pose(), Polyline((square, hole), 2.0))
+    model = Model("m", Pose((0.0, 0.0, 1.0)), True, (Link("l", Pose(), DEFAULT_INERTIAL, (collision,)),))
+    found = outlines(World("w", models=(model,)))
+    sides = [np.ptp(each.outline_xy, axis=0) for each in found]
+    assert sum(x * y for x, y in sides) == pytest.approx(12.0)
+    assert {(each.bottom_m, each.top_m) for each in found} == {(1.0, 3.0)}

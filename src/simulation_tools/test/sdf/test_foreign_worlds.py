@@ -336,3 +336,73 @@ def test_moments_that_no_body_can_have_are_replaced_and_this_is_said(world_of, t
     put_model(tmp_path, "alone", body)
     with pytest.raises(SdfError):
         load_model("model://alone", [tmp_path])
+
+
+@pytest.mark.parametrize(
+    "head",
+    ["<!DOCTYPE sdf>", "<!-- x -->\n<!doctype gazebo SYSTEM 'sdf.dtd'>", "<!DOCTYPE sdf PUBLIC 'a' 'b'>"],
+)
+def test_a_document_type_without_declarations_is_passed_over(tmp_path, head):
+    path = tmp_path / "w.world"
+    path.write_text(f'<?xml version="1.0"?>\n{head}\n<sdf version="1.6"><world name="w">{GOOD}</world></sdf>')
+    assert len(load_world(path, []).models) == 1
+
+
+def test_a_document_type_inside_another_one_is_still_refused():
+    text = '<!DOC<!DOCTYPE a>TYPE x [<!ENTITY b "c">]><sdf version="1.6"><model name="&b;"/></sdf>'
+    with pytest.raises(SdfError):
+        parse_model(text, "t", [])
+
+
+def test_two_links_of_one_name_are_both_there(world_of):
+    # Gazebo's Model::LoadLinks makes both. A joint means the first one.
+    links = GOOD.split(">", 1)[1].removesuffix("</model>")
+    joint = '<joint name="j" type="fixed"><parent>world</parent><child>l</child></joint>'
+    world = world_of(
+        f'<model name="m">{links * 2}<link name="l_0"><pose>3 0 0 0 0 0</pose></link>{joint}</model>'
+    )
+    assert [link.name for link in world.models[0].links] == ["l", "l_0", "l_1"]
+    assert world.models[0].link("l_0").pose.position_m == (3.0, 0.0, 0.0)
+    assert [len(link.collisions) for link in world.models[0].links] == [1, 0, 1]
+    assert 'Two links are called "l"; the second one is "l_1" here' in world.warnings[0]
+
+
+@pytest.mark.parametrize(
+    "nested", ['<model name="in"><link name="l"/></model>', "<include><uri>model://in</uri></include>"]
+)
+def test_two_nested_models_of_one_name_are_both_there(world_of, tmp_path, nested):
+    put_model(tmp_path, "in", '<link name="l"/>')
+    world = world_of(f'<model name="m"><link name="l"/>{nested * 2}</model>')
+    assert [link.name for link in world.models[0].links] == ["l", "in::l", "in_0::l"]
+    assert 'Two models are called "in"' in world.warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("body", "tag"),
+    [
+        ('<joint name="j" type="fixed"><parent>world</parent><child>l</child></joint>', "joint"),
+        ('<frame name="j"/>', "frame"),
+    ],
+)
+def test_the_second_joint_or_frame_of_a_name_is_left_out_alone(world_of, body, tag):
+    (found,) = world_of(GOOD.replace("</model>", body * 2 + "</model>")).models
+    assert len(found.joints) == (tag == "joint")
+    world = world_of(GOOD.replace("</model>", body * 2 + "</model>"))
+    assert f'A second <{tag}> is called "j"' in world.warnings[0]
+
+
+def test_the_second_sensor_or_frame_of_the_world_is_left_out_and_the_first_counts(world_of):
+    imu = '<link name="k"><sensor name="s" type="imu"/><sensor name="s" type="imu"/></link>'
+    frames = '<frame name="f"><pose>1 0 0 0 0 0</pose></frame><frame name="f"/>'
+    world = world_of(f'<model name="m"><pose relative_to="f"/>{imu}</model>{frames}', version="1.9")
+    assert world.models[0].pose.position_m == (1.0, 0.0, 0.0)
+    assert len(world.models[0].links[0].sensors) == 1
+    assert len(world.warnings) == 2
+
+
+def test_a_script_of_a_material_that_is_not_known_is_named(world_of):
+    visual = f'<visual name="v">{BOX}<material><script><name>NAME</name></script></material></visual>'
+    body = GOOD.replace("</link>", visual + "</link>")
+    assert world_of(body.replace("NAME", "Gazebo/Red")).warnings == ()
+    (warning,) = world_of(body.replace("NAME", "Pier/Rusty")).warnings
+    assert "visual/material/script/name>" in warning

@@ -165,14 +165,13 @@ def test_everything_unsupported_is_named_once_in_one_sentence_per_file():
 def test_a_shape_of_an_unsupported_kind_is_left_out_and_named():
     parsed = model(
         f'<link name="a"><collision name="c">{BOX}</collision>\n'
-        '<collision name="h"><geometry><polyline><height>1</height></polyline></geometry></collision>'
+        '<collision name="h"><geometry><capsule><length>1</length></capsule></geometry></collision>'
         '<visual name="v"><geometry><empty/></geometry></visual></link>'
     )
     assert [collision.name for collision in parsed.links[0].collisions] == ["c"]
     assert parsed.links[0].visuals == ()
     assert parsed.warnings == (
-        "text: Not supported and therefore without effect: "
-        "<model/link/collision/geometry/polyline> (line 2).",
+        "text: Not supported and therefore without effect: <model/link/collision/geometry/capsule> (line 2).",
     )
 
 

@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from simulation_tools.geometry import Pose
-from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Sphere, World
+from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Mesh, Polyline, Sphere, World
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.world.shapes.convex_parts import connected_pieces
+from simulation_tools.world.shapes.extrusion import prisms
 from simulation_tools.world.shapes.meshes import readable_mesh_of
 
 MANY = 200
@@ -73,6 +74,8 @@ def _point_clouds(geometry: Geometry) -> list[np.ndarray]:
         return [np.concatenate([_ring(radius * np.cos(a), radius * np.sin(a)) for a in latitudes])]
     if isinstance(geometry, Mesh):
         return _mesh_pieces(geometry)
+    if isinstance(geometry, Polyline):
+        return [] if readable_mesh_of(geometry) is None else prisms(geometry)
     return []  # a plane or a heightmap
 
 

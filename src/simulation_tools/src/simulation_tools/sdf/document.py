@@ -292,17 +292,10 @@ class Node:
         return Pose((x, y, z), (qx, qy, qz, qw))
 
 
-def unique(nodes: list[Node]) -> dict[str, Node]:
-    """Return nodes by their name attribute. Two nodes of the same name are an error."""
-    by_name: dict[str, Node] = {}
-    for node in nodes:
-        name = node.attribute("name")
-        if name in by_name:
-            raise node.error(
-                f'A second <{node.tag}> is called "{name}"; the first is in line {by_name[name].line}'
-            )
-        by_name[name] = node
-    return by_name
+def second_of_a_name(node: Node, first: Node) -> SdfError:
+    """Return the error of an element whose name another one of its kind has already."""
+    name = node.attribute("name")
+    return node.error(f'A second <{node.tag}> is called "{name}"; the first is in line {first.line}')
 
 
 def _flatten(element: etree._Element, path: str, found: dict[str, str]) -> None:

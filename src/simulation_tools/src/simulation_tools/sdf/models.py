@@ -8,11 +8,11 @@ from typing import Callable, Sequence
 
 from simulation_tools.geometry import Pose, Vector3, rotate, rotate_inverse
 from simulation_tools.sdf.checks import NOT_NEGATIVE
-from simulation_tools.sdf.document import Node, unique
+from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import Collision, Geometry, Inertial, Joint, Link, Model, Sensor, Visual
 from simulation_tools.sdf.frames import flattened_joints, flattened_links, flattened_plugins, frames_in
 from simulation_tools.sdf.plugins import read_plugins
-from simulation_tools.sdf.reading import Reading
+from simulation_tools.sdf.reading import Reading, free_name, note_number
 from simulation_tools.sdf.safe_xml import SdfError
 from simulation_tools.sdf.sensors import is_supported, read_sensor
 from simulation_tools.sdf.shapes import read_geometry, read_inertial, read_material, read_surface, unit_vector
@@ -44,10 +44,10 @@ def read_model(
     placement_frame = placement_frame or node.attribute("placement_frame", "")
     static = node.flag("static", False) or static
     nested, lost = _read_nested(node, reading, static)
-    frames = _Frames(node, nested)
+    frames = _Frames(node, nested, reading)
     pose = pose @ frames.in_model(placement_frame, node).inverse()
     nested = [replace(each, pose=frames.of_nested(each, node), relative_to="") for each in nested]
-    links = [_read_link(child, frames, reading, static) for child in frames.link_nodes.values()]
+    links = [_read_link(child, name, frames, reading, static) for name, child in frames.link_nodes.items()]
     links += [link for model in nested for link in flattened_links(model)]
     if not links:
         raise lost[0][1] if lost else node.error(f'The model "{name}" has no <link>')
@@ -81,7 +81,18 @@ def _read_nested(
             nested.append(model)
         except SdfError as error:
             lost.append((child, error))
-    return nested, lost
+    return _with_unequal_names(node, nested), lost
+
+
+def _with_unequal_names(node: Node, nested: list[Model]) -> list[Model]:
+    """Return the models inside a model. If a name is taken, the second one gets a number, as in a world."""
+    found: dict[str, Model] = {}
+    for model in nested:
+        name = free_name(model.name, found)
+        if name != model.name:
+            note_number(node, "model", model.name, name)
+        found[name] = replace(model, name=name)
+    return list(found.values())
 
 
 class _Frames:
@@ -90,12 +101,13 @@ class _Frames:
     If a link and a joint have the same name, the name means the link.
     """
 
-    def __init__(self, model: Node, nested: Sequence[Model]) -> None:
-        self.link_nodes = unique(model.children("link"))
+    def __init__(self, model: Node, nested: Sequence[Model], reading: Reading) -> None:
+        self.link_nodes = reading.omissions.numbered(model.children("link"))
         self._raw: dict[str, tuple[Node, Pose, str]] = {}
         self._known: dict[str, Pose] = {}
-        joints, frames = unique(model.children("joint")), unique(model.children("frame"))
-        for name, node in {**joints, **frames, **self.link_nodes}.items():
+        self.joint_nodes = reading.omissions.unique(model.children("joint"))
+        frames = reading.omissions.unique(model.children("frame"))
+        for name, node in {**self.joint_nodes, **frames, **self.link_nodes}.items():
             pose, frame = node.pose()
             self._raw[name] = (node, pose, frame or _usual_frame(node))
         for inner in nested:
@@ -141,12 +153,12 @@ def checked_name(node: Node) -> str:
     return name
 
 
-def _read_link(node: Node, frames: _Frames, reading: Reading, static: bool) -> Link:
+def _read_link(node: Node, name: str, frames: _Frames, reading: Reading, static: bool) -> Link:
     node.accept("enable_wind", "must_be_base_link")
     node.accept_value("self_collide", *NO)
     node.accept_value("kinematic", *NO)
     node.accept_empty("velocity_decay")
-    name = checked_name(node)
+    checked_name(node)
     pose = frames.in_model(name, node)
     return Link(
         name=name,
@@ -169,7 +181,7 @@ def _read_inertial(node: Node, static: bool, reading: Reading) -> Inertial:
 
 def _read_sensors(node: Node, frames: _Frames, pose: Pose, reading: Reading) -> tuple[Sensor, ...]:
     found = []
-    for child in unique(node.children_unmarked("sensor")).values():
+    for child in reading.omissions.unique(node.children_unmarked("sensor")).values():
         if not is_supported(child):
             continue
         try:
@@ -216,7 +228,7 @@ def _read_joints(
 ) -> tuple[Joint, ...]:
     joints = [joint for model in nested for joint in flattened_joints(model)]
     parent_of = {joint.child: joint.parent for joint in joints}
-    for name, child in unique(node.children("joint")).items():
+    for name, child in frames.joint_nodes.items():
         try:
             joint = _read_joint(child, name, frames, links, static)
             _check_tree(child, joint, parent_of)

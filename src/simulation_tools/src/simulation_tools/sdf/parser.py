@@ -14,7 +14,6 @@ refused whole.
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import count
 from pathlib import Path
 from typing import Sequence
 
@@ -26,7 +25,7 @@ from simulation_tools.sdf.elements import Model, World
 from simulation_tools.sdf.frames import WorldFrames
 from simulation_tools.sdf.models import read_model
 from simulation_tools.sdf.plugins import read_plugins
-from simulation_tools.sdf.reading import Omissions, Reading
+from simulation_tools.sdf.reading import Omissions, Reading, free_name, note_number
 from simulation_tools.sdf.safe_xml import SdfError
 from simulation_tools.sdf.shapes import read_colour
 from simulation_tools.sdf.state import apply_state
@@ -166,7 +165,7 @@ class _Reader:
                 self.omissions.leave_out(child, error)
                 continue
             found += [] if model is None else [(child, model)]
-        frames = WorldFrames(found, node.children("frame"))
+        frames = WorldFrames(found, list(self.omissions.unique(node.children("frame")).values()))
         placed: list[Model] = []
         for child, model in found:
             try:
@@ -289,9 +288,8 @@ def _with_unequal_names(node: Node, models: list[Model]) -> list[Model]:
     for model in models:
         name = model.name
         if name in taken:
-            numbered = (f"{model.name}_{number}" for number in count())
-            name = next(free for free in numbered if free not in taken)
-            node.note(f'Two models are called "{model.name}"; the second one is "{name}" here')
+            name = free_name(name, taken)
+            note_number(node, "model", model.name, name)
         taken.add(name)
         found.append(replace(model, name=name))
     return found

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
-from typing import Callable, Sequence
+from typing import Callable, Collection, Sequence
 
-from simulation_tools.sdf.document import Node
+from simulation_tools.sdf.document import Node, second_of_a_name
 from simulation_tools.sdf.elements import Model
 from simulation_tools.sdf.safe_xml import SdfError
 
@@ -37,6 +38,31 @@ class Omissions:
         first = self._said.setdefault(reason, [f"{node.label} is left out: {error}", 0])
         first[1] += 1
 
+    def unique(self, nodes: Sequence[Node]) -> dict[str, Node]:
+        """Return elements by their names. The second one of a name is left out."""
+        by_name: dict[str, Node] = {}
+        for node in nodes:
+            first = by_name.setdefault(node.attribute("name"), node)
+            if first is not node:
+                self.leave_out(node, second_of_a_name(node, first))
+        return by_name
+
+    def numbered(self, nodes: Sequence[Node]) -> dict[str, Node]:
+        """Return elements by their names. The second one of a name gets a number behind it."""
+        by_name: dict[str, Node] = {}
+        for node in nodes:
+            by_name.setdefault(node.attribute("name"), node)
+        for node in nodes:
+            name = node.attribute("name")
+            if by_name[name] is node:
+                continue
+            if not self.is_lenient:
+                raise second_of_a_name(node, by_name[name])
+            other = free_name(name, by_name)
+            note_number(node, node.tag, name, other)
+            by_name[other] = node
+        return by_name
+
     @property
     def sentences(self) -> list[str]:
         """A sentence for each reason, in the order of the files."""
@@ -53,3 +79,15 @@ class Reading:
     model_path: Sequence[Path]
     include: Include
     omissions: Omissions
+
+
+def free_name(name: str, taken: Collection[str]) -> str:
+    """Return a name that is not taken: the name itself, or with a number behind it."""
+    if name not in taken:
+        return name
+    return next(free for number in count() if (free := f"{name}_{number}") not in taken)
+
+
+def note_number(node: Node, kind: str, name: str, numbered: str) -> None:
+    """Note that the second element of a name is called otherwise here; kind: of the elements."""
+    node.note(f'Two {kind}s are called "{name}"; the second one is "{numbered}" here')

@@ -18,8 +18,13 @@ _BARE_AMPERSAND = re.compile(r"&(?!#?\w+;)")
 _TAG = re.compile(r"<[^<>]*>")
 _UNQUOTED = re.compile(r"""("[^"]*"|'[^']*')|=\s*([^\s"'<>/]+)""")
 _PREFIX = re.compile(r"(</?[A-Za-z_][\w.-]*):(?=[A-Za-z_])")
+_BARE_DOCTYPE = re.compile(rb"<!DOCTYPE[^\[<>]*>", re.IGNORECASE)
+"""One that only names a type. It declares no entities, and nobody loads what it names."""
 _DOCTYPE = re.compile(rb"<!DOCTYPE", re.IGNORECASE)
 _BYTES_OF_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
+_NO_TYPE = (
+    "A document type (<!DOCTYPE ...>) with declarations is not allowed. Take this element out of the file."
+)
 
 
 class SdfError(SimulationToolsError):
@@ -30,20 +35,22 @@ def parse_xml(text: bytes, name: str) -> etree._Element:
     """Return the root element. name: stands for the path in errors. Raises SdfError.
 
     No entity is expanded and no document type is loaded. A description needs neither, and attacks use both.
+    So a document type that declares nothing is passed over, as in Gazebo. Any other one is refused.
     """
     if len(text) > MAX_FILE_BYTES:
         raise SdfError(f"{name}:1: The text is larger than {MAX_FILE_BYTES // 2**20} MB.")
-    without_comments = _BYTES_OF_COMMENT.sub(lambda found: b"\n" * found[0].count(b"\n"), text)
+    text = _BARE_DOCTYPE.sub(_bytes_lines_only, text, count=1)
+    without_comments = _BYTES_OF_COMMENT.sub(_bytes_lines_only, text)
     prolog = _DOCTYPE.search(without_comments)
     if prolog:
         line = without_comments.count(b"\n", 0, prolog.start()) + 1
-        raise SdfError(f"{name}:{line}: A document type (<!DOCTYPE ...>) is not allowed.")
+        raise SdfError(f"{name}:{line}: {_NO_TYPE}")
     try:
         root = _parse(text)
     except etree.XMLSyntaxError as error:
         root = _parse_as_tinyxml(text, name, error)
     if root.getroottree().docinfo.internalDTD is not None:  # in an encoding that the search above cannot see
-        raise SdfError(f"{name}:1: A document type (<!DOCTYPE ...>) is not allowed.")
+        raise SdfError(f"{name}:1: {_NO_TYPE}")
     return root
 
 
@@ -93,6 +100,10 @@ def _standard_xml(text: bytes) -> bytes:
 
 def _quoted(found: re.Match[str]) -> str:
     return found[0] if found[2] is None else f'="{found[2]}"'
+
+
+def _bytes_lines_only(found: re.Match[bytes]) -> bytes:
+    return b"\n" * found[0].count(b"\n")
 
 
 def _lines_only(found: re.Match[str]) -> str:

@@ -22,13 +22,14 @@ from simulation_tools.sdf.elements import (
     Inertial,
     Mesh,
     Plane,
+    Polyline,
     Rgba,
     Sphere,
     Surface,
 )
 from simulation_tools.sdf.safe_xml import SdfError
 
-KINDS = ("box", "cylinder", "sphere", "plane", "mesh", "heightmap")
+KINDS = ("box", "cylinder", "sphere", "plane", "mesh", "heightmap", "polyline")
 PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff")
 BALL_RADIUS_M = 0.1
 """Of a ball that stands for a body whose moments make no sense."""
@@ -60,6 +61,9 @@ def read_geometry(node: Node, model_path: Sequence[Path]) -> Geometry | None:
     node.accept("empty")
     if not node.children_unmarked(*KINDS) and not node.is_leaf:
         return None
+    outlines = node.children("polyline")
+    if outlines and len(outlines) == len(node.children_unmarked(*KINDS)):
+        return _read_polyline(outlines)
     kind = node.one_of(*KINDS)
     if kind.tag == "box":
         return Box(_positive_vector(kind.required("size")))
@@ -72,6 +76,21 @@ def read_geometry(node: Node, model_path: Sequence[Path]) -> Geometry | None:
         length, width = (1.0, 1.0) if size is None else size.numbers(2)
         return Plane(unit_vector(kind.child("normal"), (0.0, 0.0, 1.0)), (length, width))
     return _read_heightmap(kind, model_path) if kind.tag == "heightmap" else _read_mesh(kind, model_path)
+
+
+def _read_polyline(nodes: Sequence[Node]) -> Polyline:
+    """Read the outlines of one shape. As in Gazebo, the first one has the height of all."""
+    outlines = []
+    for node in nodes:
+        points = [point.numbers(2) for point in node.children("point")]
+        if not are_sane([number for point in points for number in point]):
+            raise node.error(f"<point> must hold numbers up to {MAX_MAGNITUDE:g}")
+        if len(set(points)) < 3:
+            raise node.error("<polyline> needs three different points")
+        outlines.append(tuple((x, y) for x, y in points))
+    for node in nodes[1:]:
+        node.accept("height")
+    return Polyline(tuple(outlines), nodes[0].value("height", 1.0, LENGTH))
 
 
 def _read_heightmap(node: Node, model_path: Sequence[Path]) -> Heightmap:
@@ -178,9 +197,10 @@ def read_material(node: Node | None) -> Rgba:
     colour = diffuse or ambient
     if script is not None:
         script.accept("uri")
-        name = script.child("name")
-        if colour is None and name is not None:
-            return GAZEBO_COLOURS.get(name.text, DEFAULT_COLOUR)
+        names = script.children_unmarked("name")
+        if names and names[0].text in GAZEBO_COLOURS:
+            names[0].understood()
+            return GAZEBO_COLOURS[names[0].text] if colour is None else read_colour(colour)
     return DEFAULT_COLOUR if colour is None else read_colour(colour)
 
 

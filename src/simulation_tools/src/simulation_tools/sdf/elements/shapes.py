@@ -77,7 +77,18 @@ class Heightmap:
     position_m: Vector3 = (0.0, 0.0, 0.0)
 
 
-Geometry = Box | Cylinder | Sphere | Plane | Mesh | Heightmap
+@dataclass(frozen=True)
+class Polyline:
+    """Outlines in the xy plane, drawn from z = 0 up to height_m. An outline inside another one is a hole.
+
+    outlines: of each its corners (x, y); the last one is joined to the first.
+    """
+
+    outlines: tuple[tuple[tuple[float, float], ...], ...]
+    height_m: float
+
+
+Geometry = Box | Cylinder | Sphere | Plane | Mesh | Heightmap | Polyline
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from simulation_tools.sdf.elements import (
     Mesh,
     Model,
     Plane,
+    Polyline,
     Sphere,
 )
 from simulation_tools.sdf.frames import Frame, model_frames, root_link
@@ -88,13 +89,13 @@ def _add_link(robot: etree._Element, link: Link, prefix: str) -> None:
     node = etree.SubElement(robot, "link", name=prefix + link.name)
     _add_inertial(node, link.inertial)
     for visual in link.visuals:
-        if isinstance(visual.geometry, Heightmap):
-            continue  # URDF knows no terrain
+        if isinstance(visual.geometry, (Heightmap, Polyline)):
+            continue  # URDF knows neither
         shape = _add_shape(node, "visual", visual.name, visual.pose, visual.geometry)
         material = etree.SubElement(shape, "material", name=f"{link.name}/{visual.name}")
         etree.SubElement(material, "color", rgba=_numbers(visual.rgba))
     for collision in link.collisions:
-        if not isinstance(collision.geometry, Heightmap):
+        if not isinstance(collision.geometry, (Heightmap, Polyline)):
             _add_shape(node, "collision", collision.name, collision.pose, collision.geometry)
 
 

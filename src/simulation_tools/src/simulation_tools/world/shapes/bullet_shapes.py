@@ -10,10 +10,21 @@ from typing import Callable, Hashable, Sequence
 import numpy as np
 
 from simulation_tools.geometry import IDENTITY, Pose
-from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Plane, Rgba, Sphere
+from simulation_tools.sdf.elements import (
+    Box,
+    Cylinder,
+    Geometry,
+    Heightmap,
+    Mesh,
+    Plane,
+    Polyline,
+    Rgba,
+    Sphere,
+)
 from simulation_tools.world.assembly import PlacedCollision, PlacedVisual
 from simulation_tools.world.engine import WorldError, pybullet
 from simulation_tools.world.shapes.convex_parts import MAX_SLABS, convex_parts
+from simulation_tools.world.shapes.extrusion import prisms
 from simulation_tools.world.shapes.meshes import DRAWN_SAGITTA_M, drawn_mesh_of, mesh_of
 from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
@@ -93,7 +104,7 @@ class ShapeFactory:
         return self._shapes[key]
 
     def _standing(self, geometry: Geometry) -> int:
-        if isinstance(geometry, (Mesh, Heightmap)):
+        if isinstance(geometry, (Mesh, Heightmap, Polyline)):
             return pybullet.createCollisionShape(
                 pybullet.GEOM_MESH,
                 fileName=self._mesh_file(geometry),
@@ -134,7 +145,7 @@ class ShapeFactory:
         entries, slabs_left = [], MAX_SLABS
         for item in placed[:count]:
             geometry = item.collision.geometry
-            if isinstance(geometry, Mesh):
+            if isinstance(geometry, (Mesh, Polyline)):
                 parts = self._parts_of(geometry, slabs_left)
                 slabs_left -= len(parts)
                 entries.append((self._hulls_entry(parts), item.pose))
@@ -149,6 +160,8 @@ class ShapeFactory:
 
     def _parts_of(self, geometry: Geometry, max_slabs: int) -> list[np.ndarray]:
         """Return the corners (n, 3) of a shape's convex parts."""
+        if isinstance(geometry, Polyline):
+            return prisms(geometry)
         parts, is_filled = convex_parts(mesh_of(geometry), max_slabs)
         if is_filled and isinstance(geometry, Mesh):
             self.remarks.append(

@@ -13,7 +13,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from simulation_tools.bounds import MAX_MAGNITUDE
-from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Heightmap, Mesh, Model, Plane, Sphere
+from simulation_tools.sdf.elements import (
+    Box,
+    Cylinder,
+    Geometry,
+    Heightmap,
+    Mesh,
+    Model,
+    Plane,
+    Polyline,
+    Sphere,
+)
+from simulation_tools.world.shapes.extrusion import extruded
 from simulation_tools.world.shapes.mesh_files import read_mesh
 from simulation_tools.world.shapes.terrain import MeshError, heights_of
 from simulation_tools.world.shapes.triangle_mesh import TriangleMesh
@@ -26,7 +37,7 @@ PLANE_HALF_SIZE_M = 2000.0  # stands for an infinite plane; no lidar here sees a
 def mesh_of(geometry: Geometry, sagitta_m: float = SAGITTA_M) -> TriangleMesh:
     """Return the mesh of a shape in its own frame, round ones as exactly as sagitta_m says.
 
-    Raises MeshError for a file that holds no triangles.
+    Raises MeshError for a file that holds no triangles, and for an outline that crosses itself.
     """
     if isinstance(geometry, Box):
         return _box(geometry)
@@ -38,6 +49,8 @@ def mesh_of(geometry: Geometry, sagitta_m: float = SAGITTA_M) -> TriangleMesh:
         return _plane(geometry)
     if isinstance(geometry, Heightmap):
         return _terrain(geometry)
+    if isinstance(geometry, Polyline):
+        return extruded(geometry)
     return _file(geometry)
 
 
@@ -88,7 +101,9 @@ def readable(model: Model, drawn: bool = False) -> tuple[Model, list[str]]:
 
 def is_drawn_as_triangles(geometry: Geometry) -> bool:
     """Whether RViz knows no marker for a shape, so that it gets triangles."""
-    return isinstance(geometry, Heightmap) or (isinstance(geometry, Mesh) and bool(geometry.submesh))
+    return isinstance(geometry, (Heightmap, Polyline)) or (
+        isinstance(geometry, Mesh) and bool(geometry.submesh)
+    )
 
 
 def standing_height_m(model: Model) -> float:
