@@ -197,6 +197,11 @@ def test_a_picture_for_people(tmp_path):
         ({"image": "other.pgm"}, "other.pgm"),
         ({"mode": "rgb"}, "mode"),
         ({"free_thresh": 1.9}, "free_thresh"),
+        ({"origin": [0.0, 0.0, 90.0]}, "Turn the image, and set the number to 0"),
+        ({"resolution": "0,05"}, "resolution"),
+        ({"negate": "yes, please"}, "negate"),
+        ({"image": None}, "image is None"),
+        ({"image": ["a.pgm"]}, "image is"),
     ],
 )
 def test_what_makes_no_sense_is_one_sentence(tmp_path, facts, words):
@@ -247,3 +252,36 @@ def test_thresholds_that_do_not_rise_count_as_in_map_server(tmp_path, mode, free
     facts = {**FACTS, "image": "m.png", "mode": mode, "free_thresh": free, "occupied_thresh": occupied}
     (tmp_path / "m.yaml").write_text(yaml.safe_dump(facts))
     assert read_map(tmp_path / "m.yaml").cells.tolist() == [right]
+
+
+@pytest.mark.parametrize("yaw", [1e-9, -1e-9, 6.283185307179586, -0.0])
+def test_a_turn_that_moves_no_cell_is_none(tmp_path, yaw):
+    read = read_map(write_files(tmp_path, [[0, 255]], origin=[1.0, 2.0, yaw]))
+    assert (read.origin_xy_m, read.cells.tolist()) == ((1.0, 2.0), [[100, 0]])
+
+
+@pytest.mark.parametrize(
+    ("negate", "right"), [("0", [100, 0]), ("1", [0, 100]), (True, [0, 100]), (2, [0, 100])]
+)
+def test_numbers_in_quotes_are_numbers_as_to_map_server(tmp_path, negate, right):
+    read = read_map(write_files(tmp_path, [[0, 255]], negate=negate, resolution="0.05"))
+    assert (read.resolution_m, read.cells.tolist()) == (0.05, [right])
+
+
+@pytest.mark.parametrize("dtype", [np.int32, np.float32])
+def test_pixels_whose_white_nobody_knows_are_refused(tmp_path, dtype):
+    path = write_files(tmp_path, [[0, 255]], image="m.tiff")
+    Image.fromarray(np.array([[0, 1]], dtype)).save(tmp_path / "m.tiff")
+    with pytest.raises(MapError, match="32 bits"):
+        read_map(path)
+
+
+@pytest.mark.parametrize("name", ["m.png", "m.tiff", "m.pgm"])
+def test_pixels_of_16_bits_are_read(tmp_path, name):
+    path = write_files(tmp_path, [[0, 255]], image=name)
+    greys = 257 * np.array([[0, 205, 254]], np.uint16)
+    if name == "m.pgm":
+        (tmp_path / name).write_bytes(b"P5\n3 1\n65535\n" + greys.astype(">u2").tobytes())
+    else:
+        Image.fromarray(greys).save(tmp_path / name)
+    assert read_map(path).cells.tolist() == [[100, -1, 0]]

@@ -28,8 +28,12 @@ OCCUPIED_THRESH, FREE_THRESH = 0.65, 0.196
 _PILLOW_LIMIT = threading.Lock()
 """Locked while Pillow's limit of an image's size is off."""
 MODES = ("trinary", "scale", "raw")
-EXPONENT = re.compile(r"[+-]?\d+[eE][+-]?\d{1,3}")
-"""A number to map_server (5e-2), a text to PyYAML, which wants a point in it."""
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?")
+"""A number to map_server that may be a text to PyYAML: '0.05' in quotes, or 5e-2 without a point."""
+YAW_MAX_RAD = 1e-6
+"""A smaller turn moves no cell: at 10,000 cells from the corner by 0.01 of a cell."""
+WIDE_FORMATS = ("PNG", "PPM")
+"""Formats whose wide pixels have 16 bits. Those of a TIFF may have 32."""
 
 
 @dataclass(frozen=True)
@@ -113,10 +117,15 @@ def read_map(path: str | Path) -> OccupancyGrid:
     facts = _facts_of(path)
     resolution_m = _number(facts, "resolution", path)
     x, y, yaw = _origin(facts, path)
-    if yaw != 0.0:
-        raise MapError(f"{path}: the map is turned by {yaw:g} rad; only maps with yaw 0 are understood.")
+    if abs(math.remainder(yaw, 2.0 * math.pi)) > YAW_MAX_RAD:
+        raise MapError(
+            f"{path}: the map is turned by {yaw:g} rad (the third number of origin), but only maps with "
+            "yaw 0 are understood. Turn the image, and set the number to 0."
+        )
     with_alpha = facts.get("mode", "trinary") == "trinary"
-    greys, is_transparent = _greys_in(path.parent / str(facts["image"]), with_alpha)
+    if not isinstance(facts["image"], str):
+        raise MapError(f"{path}: image is {facts['image']!r}; it must be the path of the map's image.")
+    greys, is_transparent = _greys_in(path.parent / facts["image"], with_alpha)
     cells = _cells(greys, facts, path)
     if is_transparent is not None:
         cells = _without_transparent(cells, is_transparent, str(facts["mode"]))
@@ -156,6 +165,11 @@ def _greys_in(path: Path, with_alpha: bool) -> tuple[np.ndarray, np.ndarray | No
                 raise MapError(
                     f"The map's image {path} has {image.width} x {image.height} cells, of which a map may "
                     f"have {CELLS_MAX:.2g}; cut it, or make its cells larger."
+                )
+            if image.mode == "F" or (image.mode == "I" and image.format not in WIDE_FORMATS):
+                raise MapError(
+                    f"The map's image {path} has pixels of 32 bits, whose white nobody knows; "
+                    "save it with 8 or 16 bits a pixel."
                 )
             if image.mode.startswith("I"):  # 16 bits
                 return np.asarray(image, dtype=np.float64) / 257.0, None
@@ -201,7 +215,7 @@ def _occupancy(greys: np.ndarray, facts: dict, path: Path) -> np.ndarray:
     mode = facts.get("mode", "trinary")
     if mode not in MODES:
         raise MapError(f"{path}: mode is {mode!r}; it must be trinary, scale or raw.")
-    if facts.get("negate", 0):
+    if _number(facts, "negate", path, 0.0, may_be_flag=True):
         greys = 255.0 - greys
     if mode == "raw":
         return np.where(greys <= OCCUPIED, greys, UNKNOWN).astype(np.int8)
@@ -227,11 +241,13 @@ def _without_transparent(cells: np.ndarray, is_transparent: np.ndarray, mode: st
     return np.where(is_transparent & (cells != FREE) & (cells != OCCUPIED), UNKNOWN, cells).astype(np.int8)
 
 
-def _number(facts: dict[str, Any], key: str, path: Path, default: float | None = None) -> float:
+def _number(
+    facts: dict[str, Any], key: str, path: Path, default: float | None = None, may_be_flag: bool = False
+) -> float:
     value: Any = facts.get(key, default)
-    if isinstance(value, str) and EXPONENT.fullmatch(value):
+    if isinstance(value, str) and NUMBER.fullmatch(value):
         value = float(value)
-    is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    is_number = isinstance(value, (int, float)) and (may_be_flag or not isinstance(value, bool))
     if not (is_number and abs(value) <= sys.float_info.max):  # NaN fails this test too
         raise MapError(f"{path}: {key} is {value!r}; it must be a number.")
     return float(value)
