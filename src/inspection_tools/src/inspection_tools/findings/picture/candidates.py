@@ -10,11 +10,12 @@ from scipy import ndimage
 
 from inspection_tools.findings.kinds import CRACK, RUST
 from inspection_tools.findings.parameters import FindingParameters
-from inspection_tools.findings.picture.kernels import block_light, dark_ridges
+from inspection_tools.findings.picture.kernels import block_light, dark_ridges, light_of
 from inspection_tools.findings.picture.lines import Line, line_through, pieces_joined
 from inspection_tools.findings.picture.paint import RED, is_all_red, unlike_coatings, unlike_the_most
 from inspection_tools.findings.picture.rough_cracks import cracks_on_rough
 from inspection_tools.findings.picture.rust_texture import rust_among
+from inspection_tools.findings.picture.smoothing import smoothed
 
 BLOCK_PX = 4
 """Colour is judged in blocks: single pixels are noisy, and JPEG halves the colour's resolution."""
@@ -24,7 +25,7 @@ NEAR_BLOCKS, RIM_BLOCKS = 5, 3
 """Blocks along the sides of what is smoothed: where rust is sure, and at its rim."""
 LEAST_LIGHT = 0.01
 """Of white; darker blocks have no colour that one could judge."""
-SMOOTH_PX, REACH_PX = 1.0, 5
+SMOOTH_PX, SMOOTH_REACH, REACH_PX = 1.0, 2.5, 5
 NOISE_PX = 32
 """Noise is measured in blocks: the sensor's in the dark, and that of a rough surface."""
 NOISES = 3.0
@@ -75,10 +76,11 @@ def candidates_in(
         found += _of_blocks(RED, rust, most_apart)
         rust = red = _large(unlike_the_most(blocks, red), least)
     found += _of_blocks(RUST.name, rust, most_apart)
-    light = _linear()[picture[..., 1]]  # green has the least noise
     near = ndimage.binary_dilation(red, iterations=3)  # rust has dark pits and borders
     for times in sorted({1, max(1, round(COARSE_MM / max(detail_mm, 0.1)))}):
-        found += _cracks(_smaller(light, times), times, near, parameters, looked_at)
+        light = _smaller(light_of(picture[..., 1], _linear()), times)  # green has the least noise
+        light = smoothed(light, SMOOTH_PX, SMOOTH_REACH)
+        found += _cracks(light, times, near, parameters, looked_at)
     return found
 
 
@@ -99,8 +101,10 @@ def _cracks(
     parameters: FindingParameters,
     looked_at: np.ndarray | None,
 ) -> list[Candidate]:
-    """Return the cracks in a picture that is so many times smaller. rust: blocks of the whole picture."""
-    light = ndimage.gaussian_filter(light, SMOOTH_PX, truncate=2.5)
+    """Return the cracks in a picture that is so many times smaller.
+
+    light: smoothed by SMOOTH_PX. rust: blocks of the whole picture.
+    """
     contrasts = _contrasts(light, parameters.crack_contrast, looked_at)
     rows, columns = (
         np.minimum(np.arange(size) * times // BLOCK_PX, blocks - 1)

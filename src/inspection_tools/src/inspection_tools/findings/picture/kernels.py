@@ -24,6 +24,16 @@ def block_light(picture: np.ndarray, linear: np.ndarray, side: int) -> np.ndarra
 
 
 @njit(cache=True)
+def light_of(values: np.ndarray, linear: np.ndarray) -> np.ndarray:
+    """Return (height, width), float32: the light of sRGB values, uint8. linear: (256,) that of each value."""
+    out = np.empty(values.shape, np.float32)
+    for y in range(values.shape[0]):
+        for x in range(values.shape[1]):
+            out[y, x] = linear[values[y, x]]
+    return out
+
+
+@njit(cache=True)
 def dark_ridges(light: np.ndarray, reach: int, contrasts: np.ndarray, side: int) -> np.ndarray:
     """Return (height, width) bool: pixels darker than both sides, `reach` px away, along some direction.
 
@@ -68,6 +78,32 @@ def ridge_strength(values: np.ndarray, factor: float) -> np.ndarray:
             largest = 0.5 * (xx + yy) + np.sqrt(half * half + xy * xy)
             out[y, x] = factor * max(largest, 0.0)
     return out
+
+
+@njit(cache=True)
+def raise_to_multiples(
+    above: np.ndarray, strength: np.ndarray, usual: np.ndarray, y: np.ndarray, x: np.ndarray, least: float
+) -> None:
+    """Raise `above`, (height, width), float32, to strength / usual where that is greater.
+
+    usual: (rows, columns) around the middles of blocks; between them it is interpolated, and it is `least` at
+    least. y: (height,), x: (width,): places of the pixels among the blocks, in blocks.
+    """
+    rows, columns = usual.shape
+    line = np.empty((2, len(x)))
+    for row in range(len(y)):
+        top = int(y[row])
+        part = y[row] - top
+        for k in range(2):
+            of_blocks = usual[min(top + k, rows - 1)]
+            for column in range(len(x)):
+                left = min(int(x[column]), columns - 1)
+                right = min(left + 1, columns - 1)
+                line[k, column] = (of_blocks[right] - of_blocks[left]) * (x[column] - left) + of_blocks[left]
+        for column in range(len(x)):
+            around = (1.0 - part) * line[0, column] + part * line[1, column]
+            multiple = strength[row, column] / np.float32(max(around, least))
+            above[row, column] = max(above[row, column], multiple)
 
 
 @njit(cache=True)

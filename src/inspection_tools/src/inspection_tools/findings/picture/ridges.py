@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 from scipy import ndimage
 
-from inspection_tools.findings.picture.kernels import ridge_strength
+from inspection_tools.findings.picture.kernels import raise_to_multiples, ridge_strength
+from inspection_tools.findings.picture.smoothing import gaussian_weights, smoothed_rows
 
 SCALES_PX = (1.5, 2.0, 3.0)
 """Standard deviations of the smoothing: a ridge answers most at half its width."""
 DARKEST = 0.003
 """Of white. It is added to the light before its logarithm, which would else tell noise in the dark."""
-BLOCK_PX = 32
+TRUNCATE = 3.0
+"""The smoothing's kernel ends after so many standard deviations."""
+BLOCK_PX, STRIP_PX = 32, 64
 USUAL_SHARE, LEAST_USUAL = 75.0, 0.004
 """The usual strength around a place: this percentile of its block, and at least this on a plain surface."""
 AROUND_BLOCKS = 5
@@ -29,12 +32,11 @@ def ridges_above_usual(light: np.ndarray, smooth_px: float) -> np.ndarray:
 
     light: (height, width), float32, smoothed by smooth_px.
     """
-    above = np.zeros(light.shape, np.float32)
-    logarithm = np.log(light + np.float32(DARKEST))
+    above, strength = np.zeros(light.shape, np.float32), np.zeros(light.shape, np.float32)
     for scale_px in SCALES_PX:
-        more_px = float(np.sqrt(scale_px**2 - smooth_px**2))
-        strength = ridge_strength(ndimage.gaussian_filter(logarithm, more_px, truncate=3.0), scale_px**2)
-        np.maximum(above, strength / _usual(strength), out=above)
+        weights = gaussian_weights(float(np.sqrt(scale_px**2 - smooth_px**2)), TRUNCATE)
+        _write_strength(strength, light, weights, scale_px**2)
+        raise_to_multiples(above, strength, *_usual(strength), LEAST_USUAL)
     return above
 
 
@@ -48,8 +50,22 @@ def strong_ridges(above: np.ndarray) -> np.ndarray:
     return found
 
 
-def _usual(strength: np.ndarray) -> np.ndarray:
-    """Return (height, width), float32: the usual strength around each pixel."""
+def _write_strength(strength: np.ndarray, light: np.ndarray, weights: np.ndarray, factor: float) -> None:
+    """Write the strength of the smoothed ridges, (height, width), float32, some rows at a time.
+
+    So a picture of 12 megapixels needs no third and fourth array of its size. The border has no strength.
+    """
+    height, reach = len(light), len(weights) - 1
+    for first in range(1, height - 1, STRIP_PX):
+        end = min(first + STRIP_PX, height - 1)
+        low, high = max(first - 1 - reach, 0), min(end + 1 + reach, height)
+        logarithm = np.log(light[low:high] + np.float32(DARKEST))
+        rows = smoothed_rows(logarithm, weights, first - 1 - low, end + 1 - low)
+        strength[first:end] = ridge_strength(rows, factor)[1:-1]
+
+
+def _usual(strength: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return (rows, columns) the usual strength around blocks; y and x: each pixel's place among them."""
     height, width = strength.shape
     rows, columns = max(height // BLOCK_PX, 1), max(width // BLOCK_PX, 1)
     side_y, side_x = min(BLOCK_PX, height), min(BLOCK_PX, width)
@@ -60,8 +76,4 @@ def _usual(strength: np.ndarray) -> np.ndarray:
     usual = ndimage.median_filter(usual, AROUND_BLOCKS, mode="nearest")
     y = np.clip((np.arange(height) + 0.5) / side_y - 0.5, 0, rows - 1)
     x = np.clip((np.arange(width) + 0.5) / side_x - 0.5, 0, columns - 1)
-    across = np.stack([np.interp(x, np.arange(columns), row) for row in usual])
-    below = np.minimum(y.astype(int) + 1, rows - 1)
-    part = (y - y.astype(int))[:, None]
-    found = (1.0 - part) * across[y.astype(int)] + part * across[below]
-    return np.maximum(found, LEAST_USUAL).astype(np.float32)
+    return usual.astype(np.float64), y, x
