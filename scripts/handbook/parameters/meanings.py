@@ -78,7 +78,7 @@ def of_class(module: Module, node: ast.ClassDef) -> Iterator[Parameter]:
         text = told.get(name, "")
         if isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
             text = " ".join(str(below.value.value).split())
-        least, most = limits.get(name, (None, None))
+        least, most = _limited(module, part.value) or limits.get(name, (None, None))
         kind = ast.unparse(part.annotation).split(" | ")[0].split("[")[0]
         yield Parameter(name, kind, known.get(name), least, most, text)
 
@@ -117,6 +117,13 @@ def _limits(module: Module, node: ast.ClassDef) -> Iterator[tuple[str, tuple[Any
             bounds = tuple(_number(module, bound) for bound in call.args[2:4])
             if len(bounds) == 2:
                 yield from ((name, (bounds[0], bounds[1])) for name in checked)
+
+
+def _limited(module: Module, value: ast.expr | None) -> tuple[Any, Any] | None:
+    """Return the limits in a field that is `limited(default, least, most)`, else None."""
+    if not isinstance(value, ast.Call) or getattr(value.func, "id", "") != "limited":
+        return None
+    return _number(module, value.args[1]), _number(module, value.args[2])
 
 
 def _texts_of(values: ast.expr) -> list[str]:

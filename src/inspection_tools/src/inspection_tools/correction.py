@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from inspection_tools.checks import check_number
+from inspection_tools.checks import check_parameters, limited
 from inspection_tools.geometry import Quaternion, Vector3, yaw_of
 from inspection_tools.position_controller import MAX_TIME_STEP_S
 
@@ -19,20 +19,18 @@ from inspection_tools.position_controller import MAX_TIME_STEP_S
 class CorrectionParameters:
     """How fast a change of the correction reaches the pose.
 
-    Attributes:
-        correction_speed: Of the UAV's position in the map, m/s. 0: the correction counts at once.
-        correction_turn_rate: Of its heading, rad/s. Above 0.
-
     Raises:
         ParameterError: a value out of range.
     """
 
-    correction_speed: float = 0.15
-    correction_turn_rate: float = 0.08
+    correction_speed: float = limited(0.15, 0.0, 10.0)
+    """Speed at which a correction moves the UAV's position in the map, m/s. 0: the correction counts at once.
+    """
+    correction_turn_rate: float = limited(0.08, 1e-3, 10.0)
+    """Rate at which a correction turns its heading, rad/s. Above 0."""
 
     def __post_init__(self) -> None:
-        check_number("correction_speed", self.correction_speed, 0.0, 10.0)
-        check_number("correction_turn_rate", self.correction_turn_rate, 1e-3, 10.0)
+        check_parameters(self)
 
 
 class SlowCorrection:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inspection_tools.checks import check_number
+from inspection_tools.checks import check_parameters, limited
 from inspection_tools.errors import ScanError
 from inspection_tools.geometry import Quaternion, Vector3, rotate, yaw_of
 from inspection_tools.scan import FULL_TURN_RAD, ScanGeometry, check_range_limits
@@ -25,20 +25,17 @@ SAME_RAD, SAME_M = 0.003, 0.003
 class LevelBeamsParameters:
     """What counts as near the level plane.
 
-    Attributes:
-        height: A beam's end counts if it is not farther than this above or below the lidar, m.
-        slope: A beam that is not steeper than this counts at any range, rad.
-
     Raises:
         ParameterError: a value out of range.
     """
 
-    height: float = 0.2
-    slope: float = 0.035
+    height: float = limited(0.2, 0.0, 10.0)
+    """A beam's end counts if it is not farther than this above or below the lidar, m."""
+    slope: float = limited(0.035, 0.0, 0.5)
+    """A beam that is not steeper than this counts at any range, rad."""
 
     def __post_init__(self) -> None:
-        check_number("height", self.height, 0.0, 10.0)
-        check_number("slope", self.slope, 0.0, 0.5)
+        check_parameters(self)
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Sequence
 
 import numpy as np
 
-from inspection_tools.checks import check_whole
+from inspection_tools.checks import check_parameters, limited
 from inspection_tools.errors import ParameterError, ScanError
 from inspection_tools.scan import ScanGeometry, check_range_limits
 
@@ -30,20 +30,21 @@ class MedianFilterParameters:
     sqrt(3) / pi of one reading's variance. A new obstacle is seen `scans // 2` scans later. The default of 1
     adds no delay.
 
-    Attributes:
-        window: Beams, odd; the beam itself and (window - 1) / 2 on each side. 1 leaves out the neighbours.
-        scans: Scans, this one and the scans - 1 before it.
-
     Raises:
         ParameterError: out of range, or an even window.
     """
 
-    window: int = 3
-    scans: int = 1
+    window: int = limited(3, 1, MAX_WINDOW_BEAMS)
+    """Beams that the median is taken over, odd: the beam itself and (window - 1) / 2 on each side. An
+    obstacle of no more than (window - 1) / 2 beams vanishes. 1 leaves out the neighbours.
+    """
+    scans: int = limited(1, 1, MAX_SCANS)
+    """Scans that the median is taken over, this one and the scans - 1 before it. Something new is seen scans
+    // 2 scans later.
+    """
 
     def __post_init__(self) -> None:
-        check_whole("window", self.window, 1, MAX_WINDOW_BEAMS)
-        check_whole("scans", self.scans, 1, MAX_SCANS)
+        check_parameters(self)
         if self.window % 2 == 0:
             raise ParameterError(f"window is {self.window}; it must be odd, so that it has a middle.")
 

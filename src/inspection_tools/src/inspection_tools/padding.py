@@ -19,15 +19,14 @@ MAX_VALUE_M = 1000.0
 class PaddingParameters:
     """The value of the added beams.
 
-    Attributes:
-        value: "range_max" (the lidar's greatest range), "inf" (no return), "nan" (invalid), or a range in
-            metres, as a number or text.
-
     Raises:
         ParameterError: anything else.
     """
 
     value: str | float = "nan"
+    """"range_max" (the lidar's greatest range), "inf" (no return), "nan" (invalid), or a range in metres, as
+    a number or text.
+    """
 
     def __post_init__(self) -> None:
         if self.value in ("range_max", "inf", "nan"):

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Sequence
 
-from inspection_tools.checks import check_number
+from inspection_tools.checks import check_parameters, limited
 from inspection_tools.errors import ParameterError, PoseError
 from inspection_tools.geometry import Vector3
 from inspection_tools.leg import Leg
@@ -27,51 +27,42 @@ class PositionControllerParameters:
     kink at the distance braking_deceleration / gain^2. The vertical axis works in the same way,
     independently.
 
-    Attributes:
-        max_speed: Horizontal speed limit, m/s.
-        max_acceleration: Limit of every change of the horizontal velocity, m/s^2.
-        braking_deceleration: Of the approach, m/s^2; at most `max_acceleration`, so that this limit never
-            delays the braking.
-        gain: Speed per distance near the setpoint, 1/s.
-        max_vertical_speed: m/s.
-        max_vertical_acceleration: Limit of every change, and twice the approach's deceleration, m/s^2.
-        vertical_gain: 1/s.
-        goal_tolerance: The setpoint is reached if it is nearer than this (in space), m.
-        goal_hysteresis: It stays reached until the distance exceeds tolerance + hysteresis, m.
-        lookahead: 0: the UAV flies straight to the setpoint. Else it follows the straight leg from the last
-            setpoint to this one. It aims at the place on the leg that is as far ahead as it flies in this
-            time at `max_speed`, s. Times below the flight controller's lag make it swing.
-        lag: The velocity follows a command with this time constant, s. The UAV then brakes so much earlier,
-            and does not overshoot. 0: as if it followed at once.
-
     Raises:
         ParameterError: a value out of range, or braking harder than `max_acceleration`.
     """
 
-    max_speed: float = 2.0
-    max_acceleration: float = 2.0
-    braking_deceleration: float = 1.0
-    gain: float = 1.25
-    max_vertical_speed: float = 1.0
-    max_vertical_acceleration: float = 1.0
-    vertical_gain: float = 1.0
-    goal_tolerance: float = 0.2
-    goal_hysteresis: float = 0.1
-    lookahead: float = 0.0
-    lag: float = 0.0
+    max_speed: float = limited(2.0, 0.0, 15.0)
+    """Horizontal speed limit, m/s."""
+    max_acceleration: float = limited(2.0, 0.1, 10.0)
+    """Limit of every change of the horizontal velocity, m/s^2."""
+    braking_deceleration: float = limited(1.0, 0.1, 10.0)
+    """Deceleration of the approach, m/s^2; at most `max_acceleration`, so that this limit never delays the
+    braking.
+    """
+    gain: float = limited(1.25, 0.1, 5.0)
+    """Speed per distance near the setpoint, 1/s."""
+    max_vertical_speed: float = limited(1.0, 0.0, 5.0)
+    """Vertical speed limit, m/s."""
+    max_vertical_acceleration: float = limited(1.0, 0.1, 10.0)
+    """Limit of every change of the vertical velocity, m/s^2. The approach decelerates at half of it."""
+    vertical_gain: float = limited(1.0, 0.1, 5.0)
+    """Vertical speed per distance near the setpoint, 1/s."""
+    goal_tolerance: float = limited(0.2, 0.01, 10.0)
+    """The goal is reached if it is nearer than this (in space), m."""
+    goal_hysteresis: float = limited(0.1, 0.0, 10.0)
+    """The goal stays reached until the distance exceeds the tolerance by this, m."""
+    lookahead: float = limited(0.0, 0.0, 10.0)
+    """0: the UAV flies straight to the setpoint. Else it follows the straight leg from the last setpoint to
+    this one, and aims at the place on it that is as far ahead as it flies in this time at `max_speed`, s.
+    Times below the flight controller's lag make it swing.
+    """
+    lag: float = limited(0.0, 0.0, 5.0)
+    """The velocity, vertical too, follows a command with this time constant, s. The UAV then brakes so much
+    earlier, and does not overshoot. 0: as if it followed at once.
+    """
 
     def __post_init__(self) -> None:
-        check_number("max_speed", self.max_speed, 0.0, 15.0)
-        check_number("max_acceleration", self.max_acceleration, 0.1, 10.0)
-        check_number("braking_deceleration", self.braking_deceleration, 0.1, 10.0)
-        check_number("gain", self.gain, 0.1, 5.0)
-        check_number("max_vertical_speed", self.max_vertical_speed, 0.0, 5.0)
-        check_number("max_vertical_acceleration", self.max_vertical_acceleration, 0.1, 10.0)
-        check_number("vertical_gain", self.vertical_gain, 0.1, 5.0)
-        check_number("goal_tolerance", self.goal_tolerance, 0.01, 10.0)
-        check_number("goal_hysteresis", self.goal_hysteresis, 0.0, 10.0)
-        check_number("lookahead", self.lookahead, 0.0, 10.0)
-        check_number("lag", self.lag, 0.0, 5.0)
+        check_parameters(self)
         if self.braking_deceleration > self.max_acceleration:
             raise ParameterError(
                 f"braking_deceleration is {self.braking_deceleration} m/s^2, above max_acceleration "

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import Sequence
 
-from inspection_tools.checks import check_number, check_whole
+from inspection_tools.checks import check_parameters, check_whole, limited
 from inspection_tools.errors import ParameterError
 
 HOVER = (0.0, 0.0, 0.0)
@@ -41,31 +41,29 @@ _FACTORS = {"q": 1.1, "z": 1.0 / 1.1}
 class TeleopParameters:
     """Converts keys and sticks to velocities.
 
-    Attributes:
-        speed: Horizontal speed of a key or a full stick, m/s.
-        climb_speed: Vertical speed of a key or a full stick, m/s.
-        hold_time: A key counts as pressed for this long, s. This must be longer than the keyboard's delay
-            before it repeats a held key. A joystick that is silent for longer counts as released.
-        axis_ahead, axis_left, axis_up: Axes of the joystick, positive ahead, to the left and up.
-        dead_zone: A stick moved by less than this share counts as released.
-
     Raises:
         ParameterError: a value out of range, or one axis for two directions.
     """
 
-    speed: float = 1.0
-    climb_speed: float = 0.5
-    hold_time: float = 0.6
+    speed: float = limited(1.0, 0.0, FASTEST_M_S)
+    """Horizontal speed of a key or a full stick, m/s."""
+    climb_speed: float = limited(0.5, 0.0, 2.0)
+    """Vertical speed of a key or a full stick, m/s."""
+    hold_time: float = limited(0.6, 0.05, 2.0)
+    """A key counts as pressed for this long, s. This must be longer than the keyboard's delay before it
+    repeats a held key. A joystick that is silent for longer counts as released.
+    """
     axis_ahead: int = 1
+    """Axis of the joystick, positive ahead."""
     axis_left: int = 0
+    """Axis of the joystick, positive to the left."""
     axis_up: int = 4
-    dead_zone: float = 0.1
+    """Axis of the joystick, positive up."""
+    dead_zone: float = limited(0.1, 0.0, 0.9)
+    """A stick moved by less than this share counts as released."""
 
     def __post_init__(self) -> None:
-        check_number("speed", self.speed, 0.0, FASTEST_M_S)
-        check_number("climb_speed", self.climb_speed, 0.0, 2.0)
-        check_number("hold_time", self.hold_time, 0.05, 2.0)
-        check_number("dead_zone", self.dead_zone, 0.0, 0.9)
+        check_parameters(self)
         axes = {name: getattr(self, name) for name in ("axis_ahead", "axis_left", "axis_up")}
         for name, axis in axes.items():
             check_whole(name, axis, 0, 31)

@@ -13,7 +13,7 @@ from typing import Sequence
 
 import numpy as np
 
-from inspection_tools.checks import check_number
+from inspection_tools.checks import check_parameters, limited
 from inspection_tools.geometry import Quaternion, Vector3, multiply, rotate, yaw_of
 
 _X, _Y, _Z, _YAW = 0, 7, 14, 35  # of a covariance matrix of 6 x 6, row by row
@@ -34,44 +34,37 @@ class VisionState(enum.Enum):
 class VisionPoseParameters:
     """When a pose is good enough to fly by.
 
-    Attributes:
-        max_age: A pose older than this is stale, s. If none comes for this time, the last one is stale.
-        max_speed: The greatest speed of the UAV, m/s.
-        jump: A pose has jumped if it moved by this much more than max_speed allows, m.
-        jump_turn: A heading that changes by more than this between two poses has jumped, rad.
-        settle_time: After a jump the poses must be steady for this time, s. They then go on as if the
-            UAV had flown on steadily between the last pose before the jump and the first one after it.
-        max_deviation: The greatest standard deviation of the position, along any axis, m.
-        max_yaw_deviation: The greatest standard deviation of the heading, rad.
-        sure_time: After it was uncertain, the odometry must be sure for this time, s. One that is lost
-            finds a wrong place now and then, and a UAV that lands by such poses tips over.
-        min_rate: Poses at this rate or more, Hz; 0: one for each pose that comes in. The poses between two
-            that came in are interpolated.
-
     Raises:
         ParameterError: a value out of range.
     """
 
-    max_age: float = 0.3
-    max_speed: float = 6.0
-    jump: float = 0.2
-    jump_turn: float = 0.6
-    settle_time: float = 0.5
-    max_deviation: float = 0.5
-    max_yaw_deviation: float = 0.3
-    sure_time: float = 0.5
-    min_rate: float = 30.0
+    max_age: float = limited(0.3, 0.02, 10.0)
+    """A pose older than this is stale, s. If none comes for this time, the last one is stale."""
+    max_speed: float = limited(6.0, 0.1, 100.0)
+    """The greatest speed of the UAV, m/s."""
+    jump: float = limited(0.2, 0.0, 100.0)
+    """A pose has jumped if it moved by this much more than max_speed allows, m."""
+    jump_turn: float = limited(0.6, 0.01, math.pi)
+    """A heading that changes by more than this between two poses has jumped, rad."""
+    settle_time: float = limited(0.5, 0.0, 60.0)
+    """After a jump the poses must be steady for this time, s. They then go on as if the UAV had flown on
+    steadily between the last pose before the jump and the first one after it.
+    """
+    max_deviation: float = limited(0.5, 1e-3, 1e6)
+    """The greatest standard deviation of the position, along any axis, m."""
+    max_yaw_deviation: float = limited(0.3, 1e-3, 1e6)
+    """The greatest standard deviation of the heading, rad."""
+    sure_time: float = limited(0.5, 0.0, 60.0)
+    """After it was uncertain, the odometry must be sure for this time, s. One that is lost finds a wrong
+    place now and then, and a UAV that lands by such poses tips over.
+    """
+    min_rate: float = limited(30.0, 0.0, 1000.0)
+    """Poses at this rate or more, Hz; 0: one for each pose that comes in. The poses between two that came in
+    are interpolated.
+    """
 
     def __post_init__(self) -> None:
-        check_number("max_age", self.max_age, 0.02, 10.0)
-        check_number("max_speed", self.max_speed, 0.1, 100.0)
-        check_number("jump", self.jump, 0.0, 100.0)
-        check_number("jump_turn", self.jump_turn, 0.01, math.pi)
-        check_number("settle_time", self.settle_time, 0.0, 60.0)
-        check_number("max_deviation", self.max_deviation, 1e-3, 1e6)
-        check_number("max_yaw_deviation", self.max_yaw_deviation, 1e-3, 1e6)
-        check_number("sure_time", self.sure_time, 0.0, 60.0)
-        check_number("min_rate", self.min_rate, 0.0, 1000.0)
+        check_parameters(self)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from inspection_tools.camera.lens import Lens
-from inspection_tools.checks import check_number, check_whole
+from inspection_tools.checks import check_parameters, limited
 from inspection_tools.errors import ParameterError
 
 BEYOND = 1.02
@@ -24,32 +24,27 @@ class SurveyCamera:
     The optical frame has x to the right, y down and z ahead (REP-103). The optical axis meets the picture in
     its middle, ((width - 1) / 2, (height - 1) / 2); whole numbers are the middles of pixels.
 
-    Attributes:
-        width, height: Of a picture, px.
-        field_of_view: Across the width, from edge to edge, deg.
-        tilt_min, tilt_max: Of the gimbal, deg; 0 looks level, 90 straight up.
-        exposure: Time of one picture, s. A camera that moves meanwhile blurs.
-        lens: Of a real camera; None: a pinhole.
-
     Raises:
         ParameterError: a value out of range, or tilts the wrong way round.
     """
 
-    width: int = 5184
-    height: int = 3888
-    field_of_view: float = 60.0
-    tilt_min: float = -90.0
-    tilt_max: float = 90.0
-    exposure: float = 2.5e-4
+    width: int = limited(5184, 16, 100_000)
+    """Width of a picture, px."""
+    height: int = limited(3888, 16, 100_000)
+    """Height of a picture, px."""
+    field_of_view: float = limited(60.0, 1.0, 150.0)
+    """Field of view across the width, from edge to edge, deg."""
+    tilt_min: float = limited(-90.0, -90.0, 90.0)
+    """Lowest tilt of the gimbal, deg; 0 looks level, 90 straight up."""
+    tilt_max: float = limited(90.0, -90.0, 90.0)
+    """Highest tilt of the gimbal, deg; 0 looks level, 90 straight up."""
+    exposure: float = limited(2.5e-4, 1e-6, 10.0)
+    """Exposure time of one picture, s. A camera that moves meanwhile blurs."""
     lens: Lens | None = None
+    """Lens of a real camera; None: a pinhole."""
 
     def __post_init__(self) -> None:
-        check_whole("width", self.width, 16, 100_000)
-        check_whole("height", self.height, 16, 100_000)
-        check_number("field_of_view", self.field_of_view, 1.0, 150.0)
-        check_number("tilt_min", self.tilt_min, -90.0, 90.0)
-        check_number("tilt_max", self.tilt_max, -90.0, 90.0)
-        check_number("exposure", self.exposure, 1e-6, 10.0)
+        check_parameters(self)
         if self.lens is not None:
             self.lens.check(self.width, self.height)
         if self.tilt_min > self.tilt_max:

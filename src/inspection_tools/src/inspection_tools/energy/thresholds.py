@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
-from inspection_tools.checks import check_number, check_whole
+from inspection_tools.checks import check_number, check_parameters, limited
 from inspection_tools.errors import ParameterError
 
 
@@ -29,23 +29,23 @@ ADVICE = {
 class ThresholdParameters:
     """Charges, 0..1, below which a level begins. The defaults are PX4's.
 
-    Attributes:
-        low, critical, empty: BAT_LOW_THR, BAT_CRIT_THR and BAT_EMERGEN_THR.
-        confirmed: So many readings in a row must agree. A single wrong one lands no UAV.
-
     Raises:
         ParameterError: a value out of range, or thresholds that do not fall.
     """
 
     low: float = 0.15
+    """Charge that counts as low, 0..1: PX4's BAT_LOW_THR."""
     critical: float = 0.07
+    """Charge that counts as critical, 0..1: PX4's BAT_CRIT_THR."""
     empty: float = 0.05
-    confirmed: int = 2
+    """Charge at which the UAV lands by itself, 0..1: PX4's BAT_EMERGEN_THR."""
+    confirmed: int = limited(2, 1, 100)
+    """So many readings in a row must agree. A single wrong one lands no UAV."""
 
     def __post_init__(self) -> None:
         for name in ("low", "critical", "empty"):
             check_number(name, getattr(self, name), 0.0, 1.0)
-        check_whole("confirmed", self.confirmed, 1, 100)
+        check_parameters(self)
         if not self.low >= self.critical >= self.empty:
             raise ParameterError(
                 f"low, critical and empty are {self.low:g}, {self.critical:g} and {self.empty:g}; each must "

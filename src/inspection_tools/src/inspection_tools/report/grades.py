@@ -27,25 +27,24 @@ RUST_M = 0.05
 class GradeRules:
     """Limits of the grades, as shares 0..1.
 
-    Attributes:
-        good_area, poor_area: Rusted share of the area, below and above.
-        good_edges, poor_edges: Rusted share of edges and welds.
-        pitting: Rusted share of a plate from which thickness measurements are proposed.
-        least_seen: Seen share of an area that a grade needs.
-        error: Photographs tell a share wrong by so much of it. Where that may change the grade, both are
-            told.
-
     Raises:
         ParameterError: a value out of range.
     """
 
     good_area: float = 0.03
+    """Below this rusted share of the area it is GOOD."""
     poor_area: float = 0.20
+    """Above this rusted share of the area it is POOR."""
     good_edges: float = 0.20
+    """Below this rusted share of edges and welds it is GOOD."""
     poor_edges: float = 0.50
+    """Above this rusted share of edges and welds it is POOR."""
     pitting: float = 0.15
+    """Rusted share of a plate from which thickness measurements are proposed."""
     least_seen: float = 0.5
+    """Seen share of an area that a grade needs."""
     error: float = 0.15
+    """Photographs tell a share wrong by so much of it. Where that may change the grade, both are told."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

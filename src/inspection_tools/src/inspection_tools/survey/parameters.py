@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from inspection_tools.checks import check_flag, check_number
+from inspection_tools.checks import check_number, check_parameters, limited
 
 HOVER_W, GRAVITY_M_S2 = 3.12, 9.81
 OUTSIDE_M = 6.0
@@ -15,61 +15,52 @@ OUTSIDE_M = 6.0
 class SurveyParameters:
     """What the photographs must show, and how the planner searches.
 
-    Attributes:
-        resolution: Of the surface in a photograph, in the worst direction, mm per pixel.
-        incidence: Greatest angle between the surface's normal and the line of sight, deg.
-        share: Of the surface that can be photographed, this much is to be: 0..1.
-        class_share: The same for each class of parts alone.
-        patch: Side of the patches into which the surface is divided, m.
-        voxel: Side of the voxels in which the UAV's room is known, m. Of a map, its own.
-        spacing: Of the lattice of places from which photographs are tried, m; 0: the UAV's width.
-        radius: Of the UAV, rotors included, m.
-        margin: Beyond the radius, m. Below 0 only where the surfaces are known to be too near, as in a map.
-        comfort: Beyond the radius, m. Nearer places are tried only if they show what no other does.
-        pointing_error: Of the camera, deg; the picture's edge counts as this much narrower.
-        finer: Photographs are planned for a resolution that is finer by this share, as the UAV is never quite
-            at its place.
-        around: The UAV may fly so far outside the box around a mesh, m.
-        outside: The mesh is surveyed from outside: the UAV flies into nothing that surfaces enclose, and not
-            below the mesh. `around` is 6 m then, unless it is given.
-        planning: How the photographs are planned: `greedy`. See `PHOTOGRAPH_PLANNINGS`.
-
     Raises:
         ParameterError: a value out of range.
     """
 
-    resolution: float = 1.0
-    incidence: float = 60.0
-    share: float = 0.98
-    class_share: float = 0.95
-    patch: float = 0.25
-    voxel: float = 0.1
+    resolution: float = limited(1.0, 0.01, 100.0)
+    """Resolution of the surface in a photograph, in the worst direction, mm per pixel."""
+    incidence: float = limited(60.0, 1.0, 85.0)
+    """Greatest angle between the surface's normal and the line of sight, deg."""
+    share: float = limited(0.98, 0.01, 1.0)
+    """Of the surface that can be photographed, this much is to be: 0..1."""
+    class_share: float = limited(0.95, 0.0, 1.0)
+    """Of each class of parts, this much of what can be photographed is to be: 0..1."""
+    patch: float = limited(0.25, 0.05, 5.0)
+    """Side of the patches into which the surface is divided, m."""
+    voxel: float = limited(0.1, 0.02, 1.0)
+    """Side of the voxels in which the UAV's room is known, m. Of a map, its own."""
     spacing: float = 0.0
-    radius: float = 0.35
+    """Spacing of the lattice of places from which photographs are tried, m; 0: the UAV's width."""
+    radius: float = limited(0.35, 0.05, 5.0)
+    """Radius of the UAV, rotors included, m."""
     margin: float = 0.15
-    comfort: float = 0.0
-    pointing_error: float = 0.5
-    finer: float = 0.0
-    around: float = 0.0
+    """Kept beyond the radius, m. Below 0 only where the surfaces are known to be too near, as in a map."""
+    comfort: float = limited(0.0, 0.0, 5.0)
+    """Kept beyond the radius where it can be, m. Nearer places are tried only if they show what no other
+    does.
+    """
+    pointing_error: float = limited(0.5, 0.0, 10.0)
+    """Pointing error of the camera, deg; the picture's edge counts as this much narrower."""
+    finer: float = limited(0.0, 0.0, 0.5)
+    """Photographs are planned for a resolution that is finer by this share, as the UAV is never quite at its
+    place.
+    """
+    around: float = limited(0.0, 0.0, 100.0)
+    """The UAV may fly so far outside the box around a mesh, m."""
     outside: bool = False
+    """The mesh is surveyed from outside: the UAV flies into nothing that surfaces enclose, and not below the
+    mesh. `around` is 6 m then, unless it is given.
+    """
     planning: str = "greedy"
+    """How the photographs are planned: `greedy`. See `PHOTOGRAPH_PLANNINGS`."""
 
     def __post_init__(self) -> None:
-        check_number("resolution", self.resolution, 0.01, 100.0)
-        check_number("incidence", self.incidence, 1.0, 85.0)
-        check_number("share", self.share, 0.01, 1.0)
-        check_number("class_share", self.class_share, 0.0, 1.0)
-        check_number("patch", self.patch, 0.05, 5.0)
-        check_number("voxel", self.voxel, 0.02, 1.0)
+        check_parameters(self)
         if self.spacing:
             check_number("spacing", self.spacing, 0.1, 10.0)
-        check_number("radius", self.radius, 0.05, 5.0)
         check_number("margin", self.margin, -0.5 * self.radius, 5.0)
-        check_number("comfort", self.comfort, 0.0, 5.0)
-        check_number("pointing_error", self.pointing_error, 0.0, 10.0)
-        check_number("finer", self.finer, 0.0, 0.5)
-        check_number("around", self.around, 0.0, 100.0)
-        check_flag("outside", self.outside)
 
     @property
     def around_m(self) -> float:
@@ -91,58 +82,43 @@ class SurveyParameters:
 class FlightParameters:
     """How the UAV flies a survey.
 
-    Attributes:
-        speed: Greatest, between photographs, m/s.
-        acceleration: m/s^2.
-        passing: Whether it shoots in passing; else it hovers for each photograph.
-        passing_speed: While it shoots in passing, m/s. Times the exposure it is the blur.
-        settle: Time from the stop to the photograph in the hover, s.
-        yaw_rate, tilt_rate: Of the turns of UAV and gimbal, deg/s.
-        mass: Of the UAV with lidar, camera and lamp, kg. An Iris with Puck, camera and lamp by default.
-        battery: Energy of the full battery, Wh.
-        electronics: Power of all but the rotors, W: computer, lidar, camera, lamp.
-        endurance: Time in which a full battery gets empty, s; None: that of a hover (`endurance_s`).
-        reserve: Charge that is left after the landing: 0..1.
-        way_home_margin: What the way home may take, as a multiple.
-        landing_time: s; it counts for the take-off, too.
-
     The last three, and endurance, are those of `inspection_tools.energy`: the flight does not break off.
 
     Raises:
         ParameterError: a value out of range.
     """
 
-    speed: float = 1.5
-    acceleration: float = 1.0
+    speed: float = limited(1.5, 0.05, 20.0)
+    """Greatest speed between photographs, m/s."""
+    acceleration: float = limited(1.0, 0.05, 20.0)
+    """Greatest acceleration, m/s^2."""
     passing: bool = False
-    passing_speed: float = 0.5
-    settle: float = 0.1
-    yaw_rate: float = 90.0
-    tilt_rate: float = 60.0
-    mass: float = 2.27
-    battery: float = 56.6
-    electronics: float = 40.5
-    endurance: float | None = None
-    reserve: float = 0.12
-    way_home_margin: float = 1.3
-    landing_time: float = 10.0
+    """Whether it shoots in passing; else it hovers for each photograph."""
+    passing_speed: float = limited(0.5, 0.01, "speed")
+    """Speed while it shoots in passing, m/s. Times the exposure it is the blur."""
+    settle: float = limited(0.1, 0.0, 60.0)
+    """Time from the stop to the photograph in the hover, s."""
+    yaw_rate: float = limited(90.0, 1.0, 720.0)
+    """Rate of the UAV's turns, deg/s."""
+    tilt_rate: float = limited(60.0, 1.0, 720.0)
+    """Rate of the gimbal's turns, deg/s."""
+    mass: float = limited(2.27, 0.05, 100.0)
+    """Mass of the UAV with lidar, camera and lamp, kg. An Iris with Puck, camera and lamp by default."""
+    battery: float = limited(56.6, 0.1, 10_000.0)
+    """Energy of the full battery, Wh."""
+    electronics: float = limited(40.5, 0.0, 10_000.0)
+    """Power of all but the rotors, W: computer, lidar, camera, lamp."""
+    endurance: float | None = limited(None, 30.0, 86_400.0)
+    """Time in which a full battery gets empty, s; None: that of a hover (`endurance_s`)."""
+    reserve: float = limited(0.12, 0.0, 0.9)
+    """Charge that is left after the landing: 0..1."""
+    way_home_margin: float = limited(1.3, 1.0, 5.0)
+    """What the way home may take, as a multiple of what is reckoned."""
+    landing_time: float = limited(10.0, 0.0, 600.0)
+    """Time of a landing, s; it counts for the take-off, too."""
 
     def __post_init__(self) -> None:
-        check_number("speed", self.speed, 0.05, 20.0)
-        check_number("acceleration", self.acceleration, 0.05, 20.0)
-        check_flag("passing", self.passing)
-        check_number("passing_speed", self.passing_speed, 0.01, self.speed)
-        check_number("settle", self.settle, 0.0, 60.0)
-        check_number("yaw_rate", self.yaw_rate, 1.0, 720.0)
-        check_number("tilt_rate", self.tilt_rate, 1.0, 720.0)
-        check_number("mass", self.mass, 0.05, 100.0)
-        check_number("battery", self.battery, 0.1, 10_000.0)
-        check_number("electronics", self.electronics, 0.0, 10_000.0)
-        if self.endurance is not None:
-            check_number("endurance", self.endurance, 30.0, 86_400.0)
-        check_number("reserve", self.reserve, 0.0, 0.9)
-        check_number("way_home_margin", self.way_home_margin, 1.0, 5.0)
-        check_number("landing_time", self.landing_time, 0.0, 600.0)
+        check_parameters(self)
 
     @property
     def endurance_s(self) -> float:

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Sequence
 
-from inspection_tools.checks import check_number
+from inspection_tools.checks import check_parameters, limited
 from inspection_tools.errors import ParameterError, VelocityError
 
 NO_VELOCITY = (0.0, 0.0)
@@ -16,41 +16,34 @@ NO_VELOCITY = (0.0, 0.0)
 class YawRegulatorParameters:
     """Gain, limit and thresholds of the yaw regulator.
 
-    Attributes:
-        gain: Yaw rate per angle to the direction of travel, 1/s.
-        front_gain: The same where the front is to point to a given direction (`turn_to`), 1/s.
-        max_yaw_rate: rad/s.
-        max_yaw_acceleration: Limit of every change of the yaw rate, rad/s^2; 0: none. Before an obstacle the
-            direction of travel may change its side with each scan. Where a heavy multirotor followed with its
-            yaw rate at once, its rotors had too little thrust left to carry it.
-        speed_on: The regulator switches on above this horizontal speed, m/s.
-        speed_off: It switches off below this one, m/s; less than `speed_on`.
-        turn_margin: rad. The UAV keeps its sense of turn until the direction is this angle past the exact
-            rear. Otherwise noise would turn the UAV to and fro.
-        reference_max_age: An older reference velocity is ignored, s.
-
     Raises:
         ParameterError: a value out of range, or thresholds the wrong way round.
     """
 
-    gain: float = 1.5
-    front_gain: float = 2.5
-    max_yaw_rate: float = 1.0
-    max_yaw_acceleration: float = 0.0
-    speed_on: float = 0.25
-    speed_off: float = 0.15
-    turn_margin: float = 0.5
-    reference_max_age: float = 0.5
+    gain: float = limited(1.5, 0.0, 5.0)
+    """Yaw rate per angle to the direction of travel, 1/s; 0 switches the regulator off."""
+    front_gain: float = limited(2.5, 0.0, 5.0)
+    """Yaw rate per angle where the front is to point to a given direction (`turn_to`), 1/s."""
+    max_yaw_rate: float = limited(1.0, 0.0, 5.0)
+    """Limit of the yaw rate, rad/s."""
+    max_yaw_acceleration: float = limited(0.0, 0.0, 50.0)
+    """Limit of every change of the yaw rate, rad/s^2; 0: none. Before an obstacle the direction of travel may
+    change its side with each scan. Where a heavy multirotor followed with its yaw rate at once, its rotors
+    had too little thrust left to carry it.
+    """
+    speed_on: float = limited(0.25, 0.01, 5.0)
+    """The regulator switches on above this horizontal speed, m/s."""
+    speed_off: float = limited(0.15, 0.0, 5.0)
+    """The regulator switches off below this horizontal speed, m/s; less than `speed_on`."""
+    turn_margin: float = limited(0.5, 0.0, 1.5)
+    """The UAV keeps its sense of turn until the direction is this angle past the exact rear, rad. Otherwise
+    noise would turn the UAV to and fro.
+    """
+    reference_max_age: float = limited(0.5, 0.0, 10.0)
+    """An older reference velocity counts as none, s."""
 
     def __post_init__(self) -> None:
-        check_number("gain", self.gain, 0.0, 5.0)
-        check_number("front_gain", self.front_gain, 0.0, 5.0)
-        check_number("max_yaw_rate", self.max_yaw_rate, 0.0, 5.0)
-        check_number("max_yaw_acceleration", self.max_yaw_acceleration, 0.0, 50.0)
-        check_number("speed_on", self.speed_on, 0.01, 5.0)
-        check_number("speed_off", self.speed_off, 0.0, 5.0)
-        check_number("turn_margin", self.turn_margin, 0.0, 1.5)
-        check_number("reference_max_age", self.reference_max_age, 0.0, 10.0)
+        check_parameters(self)
         if self.speed_off >= self.speed_on:
             raise ParameterError(
                 f"speed_off is {self.speed_off} m/s; it must be below speed_on ({self.speed_on} m/s)."

@@ -1,0 +1,35 @@
+"""The .cfg files say of each live parameter what its dataclass says."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+import live_parameters  # noqa: E402
+from handbook.parameters.meanings import Parameter  # noqa: E402
+
+FILES = live_parameters.config_files()
+
+
+def test_the_files_of_the_tools_are_written_from_dataclasses():
+    names = {"LidarMedianFilter", "PathPlanner", "PositionController", "YawRegulator"}
+    assert names <= {path.stem for path in FILES}
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
+def test_a_file_says_what_its_dataclass_says(path):
+    text = path.read_text(encoding="utf-8")
+    assert live_parameters.written(text, FILES[path]) == text, "run scripts/live_parameters.py"
+
+
+def test_sentence_default_and_limits_come_from_the_dataclass_and_the_group_stays():
+    text = 'gen = 1\ngroup.add("gain", double_t, 0, "Old \\"text\\".", 1.0, 0.0, 5.0)\n'
+    gain = Parameter("gain", "float", 1.5, 0.5, 4.0, 'A "gain", 1/s.')
+    assert live_parameters.written(text, {"gain": gain}) == (
+        'gen = 1\ngroup.add("gain", double_t, 0, "A \\"gain\\", 1/s.", 1.5, 0.5, 4.0)\n'
+    )
