@@ -103,13 +103,12 @@ def test_launch_file_loads_and_its_nodes_exist(path, change):
 
 THESIS, OWN_WORLD = "improved", "dynamic"
 MAPPING = "$(eval 'dynamic' if nod else 'improved')"
-REAL = "$(eval 'improved' if radius < 0.3 and inspection else 'dynamic')"  # as in inspection.launch
 ALGORITHMS = (
     *((f"master_thesis/launch/experiment_{number}", THESIS) for number in (1, 2)),
     *((f"master_thesis/launch/experiment_{number}", MAPPING) for number in (3, 4)),
     ("master_thesis/launch/fly_to_goal", OWN_WORLD),
     ("master_thesis/launch/teleop", OWN_WORLD),
-    ("master_thesis/launch/real", REAL),
+    ("master_thesis/launch/real", OWN_WORLD),
     ("cepa/launch/cepa", OWN_WORLD),
 )
 

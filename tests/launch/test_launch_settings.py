@@ -129,8 +129,7 @@ def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, given, leader
         config = loaded(path, f"world:={world}", *given)
         params = {key: each.value for key, each in config.params.items()}
         assert {node.name for node in config.nodes} & {"explore", "inspect"} == leaders
-        is_tank_inspected = file == "inspection" and radius_m < 0.3
-        assert params["/cepa/algorithm"] == ("improved" if is_tank_inspected else "dynamic")
+        assert params["/cepa/algorithm"] == "dynamic"
         for leader in leaders:
             assert params["/cepa/body_radius"] == params[f"/{leader}/planner/radius"] == radius_m
             clearance_m = radius_m + params[f"/{leader}/planner/margin"]

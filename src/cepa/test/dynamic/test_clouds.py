@@ -191,6 +191,28 @@ def test_a_jump_of_the_odometry_drops_the_memory():
     assert not memory.take_in(None, motion_at(0.1, (7.0, 0.0, 2.0))).points.size
 
 
+@pytest.mark.parametrize("has_clouds", [True, False], ids=["clouds", "planar"])
+def test_what_is_seen_before_odometry_comes_is_no_obstacle_afterwards(has_clouds):
+    # Or walls stand where the UAV flies, as long as they are out of view: it does not know where it was then
+    place, walls = np.array([0.0, 0.4, HEIGHT_M]), Boxes(np.array([[(-9.0, 1.6, 0.0), (9.0, 1.8, 6.0)]]))
+    wall = Scene(walls=np.array([[-9.0, 1.6, 9.0, 1.6]]))
+    angles = -math.pi + np.arange(720) * 2.0 * math.pi / 720
+    ranges = wall.ranges(place[:2], np.stack([np.cos(angles), np.sin(angles)], axis=1))
+    scan = LaserScan2D(np.where(ranges > 20.0, math.inf, ranges), -math.pi, 2 * math.pi / 720, 0.1, 20.0)
+    sees = (NO_SCAN, walls.cloud(place)) if has_clouds else (scan, None)
+    late, timely = Dynamic(), Dynamic()
+    late.steer(sees[0], (0.0, 0.0), (0.0, 0.0), None, sees[1])
+    for number in range(3):
+        motion = motion_at(0.1 + 0.1 * number, place)
+        for steering in (late, timely):
+            steering.steer(sees[0], (0.0, 1.0), (0.0, 0.0), motion, sees[1])
+    view = late.view()
+    assert view is not None
+    assert len(view.remembered_m)
+    assert view.remembered_m[:, 1].min() > 1.2 - 0.01  # from the UAV: 1.6 m - 0.4 m
+    np.testing.assert_array_equal(view.remembered_m, timely.view().remembered_m)
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [

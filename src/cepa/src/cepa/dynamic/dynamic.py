@@ -94,6 +94,7 @@ class Dynamic(Algorithm):
         if self._search is not None:
             self._search.reset()
         self._space: SpaceKnowledge | None = None
+        self._is_guessed = False  # whether the last motion was
         self._rangings: Sequence[Ranging] = ()  # of the next scan
         self._command = np.zeros(3)  # the last one
         self._explanation: Explanation | None = None  # for report and view only
@@ -109,7 +110,7 @@ class Dynamic(Algorithm):
         self._destination, self._keep_out = earlier._destination, earlier._keep_out
         self._plane.take_over(earlier._plane)
         self._hold_up = earlier._hold_up
-        self._command = earlier._command.copy()
+        self._command, self._is_guessed = earlier._command.copy(), earlier._is_guessed
         if self._search is not None and earlier._search is not None:
             self._search.take_over(earlier._search)
         if self.wants_cloud and earlier._space is not None:
@@ -156,7 +157,7 @@ class Dynamic(Algorithm):
         a climb. The numbers are those of "One step" in doc/dynamic.md.
         """
         beams = self.beams(scan)
-        told = motion or self._guessed_motion(v_uav)
+        told = self._told(motion, v_uav)
         now, state = self._estimate(told)  # 1 state
         if motion is not None:
             beams = self._single_beams.confirmed(beams, now, self._timing.period_s)  # 2 what stands
@@ -183,10 +184,15 @@ class Dynamic(Algorithm):
             return v_ref
         return v_ref[0] * most_m_s / speed, v_ref[1] * most_m_s / speed
 
-    def _guessed_motion(self, v_uav: tuple[float, float]) -> Motion:
-        """Return the motion of a UAV whose odometry is not known: only its velocity counts."""
-        self.reset()
-        return Motion(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (*v_uav, 0.0))
+    def _told(self, motion: Motion | None, v_uav: tuple[float, float]) -> Motion:
+        """Return the motion, or a guess of it without odometry: only its velocity counts.
+
+        The place of a guess is none. So what was seen from there is forgotten as soon as odometry comes, too.
+        """
+        if motion is None or self._is_guessed:
+            self.reset()
+        self._is_guessed = motion is None
+        return motion or Motion(0.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (*v_uav, 0.0))
 
     def _estimate(self, told: Motion) -> tuple[Motion, np.ndarray]:
         """Return the motion at the scan's stamp, and the state (3, 4) when an answer shows its effect.
