@@ -84,11 +84,11 @@ def fly(seed: int, most: int, battery: bool, passing: bool) -> dict:
 
 
 def _tell(seed: int, flight: InspectingFlight, loop: ClosedLoop) -> None:
-    todo, taken = flight.inspection.todo, len(flight.photographed.true)
+    queue, taken = flight.inspection.queue, len(flight.photographed.true)
     if taken % PROGRESS == 0:
         print(
-            f"seed {seed}: {loop.time_s:.0f} s, {taken} photographs, {len(todo.open)} open, "
-            f"{len(todo.left_out)} left out, charge {loop.charge:.2f}",
+            f"seed {seed}: {loop.time_s:.0f} s, {taken} photographs, {len(queue.open)} open, "
+            f"{len(queue.left_out)} left out, charge {loop.charge:.2f}",
             flush=True,
         )
 
@@ -105,7 +105,7 @@ def _flown_row(
     return {
         "asked": len(part.views),
         "taken": len(photographed.true),
-        "left_out": len(flight.inspection.todo.left_out),
+        "left_out": len(flight.inspection.queue.left_out),
         "shots": photographed.shots,
         "contacts": outcome.collision,
         "landed": outcome.landed,

@@ -67,7 +67,7 @@ def fly(seed: int, most: int) -> dict:
             )  # fmt: skip
             photographed, outcome = flight.run(), loop.outcome
             x, y, *_ = loop.log.truth.rows[-1][1:]
-    todo = flight.inspection.todo
+    queue = flight.inspection.queue
     return {
         "charge": start.charge,
         "capacity": start.capacity_share,
@@ -80,8 +80,8 @@ def fly(seed: int, most: int) -> dict:
         "off_home_m": math.dist((x, y), place.start_m[:2]),
         "asked": len(plan.views),
         "taken": len(photographed.true),
-        "left_out": len(todo.left_out),
-        "open": len(todo.open),
+        "left_out": len(queue.left_out),
+        "open": len(queue.open),
         "flight_s": photographed.flight_s,
     }
 

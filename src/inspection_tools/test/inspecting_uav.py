@@ -6,7 +6,7 @@ import numpy as np
 from drawn_voxels import tiles_of
 from voxel_room import PLANNER, SIDE_M
 
-from inspection_tools.inspection import Inspection, InspectionParameters, Shot, Todo
+from inspection_tools.inspection import Inspection, InspectionParameters, PhotographQuality, PhotographQueue
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.planning import FREE, OCCUPIED, PathPlanner
 from inspection_tools.survey.views.candidates import View
@@ -17,7 +17,7 @@ VIEWS = (
     View((5.0, 1.0, 2.0), math.pi / 2, 0.5),
     View((5.0, 3.0, 1.0), math.pi, -0.5),
 )
-GOOD, BLURRED = Shot(0.2, 100.0, 800.0), Shot(9.0, 100.0, 800.0)
+GOOD, BLURRED = PhotographQuality(0.2, 100.0, 800.0), PhotographQuality(9.0, 100.0, 800.0)
 SPEED, STEP_S, TURN_RAD_S = 1.0, 0.1, 1.0
 QUICK = InspectionParameters(patience=2.0, tries=2, exposure=0.002)
 
@@ -64,7 +64,7 @@ class Uav:
         if task is not None:
             self.asked.append(task)
             self.shot_m = self.place_m
-            lead.judge(task, self.faults.get(task.number, GOOD))
+            lead.judge_quality(task, self.faults.get(task.number, GOOD))
 
     def fly(self, longest_s=120.0):
         while not (self.inspection.is_home or self.inspection.must_land) and self.stamp_s < longest_s:
@@ -73,6 +73,6 @@ class Uav:
 
 
 def inspection(views=VIEWS, walls=(), parameters=QUICK, energy=None, done=()):
-    lead = Inspection(planner(walls), Todo(views, done, parameters.tries), parameters, energy)
+    lead = Inspection(planner(walls), PhotographQueue(views, done, parameters.tries), parameters, energy)
     lead.begin(0.0, HOME_M)
     return lead

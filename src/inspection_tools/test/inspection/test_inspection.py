@@ -21,9 +21,17 @@ from voxel_room import SIDE_M
 from inspection_tools import ParameterError
 from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
 from inspection_tools.energy import EnergyParameters, EnergyWatch
-from inspection_tools.inspection import End, Inspection, InspectionParameters, PriorMap, Shot, Task, Todo
+from inspection_tools.inspection import (
+    End,
+    Inspection,
+    InspectionParameters,
+    PhotographQuality,
+    PhotographQueue,
+    PriorMap,
+    Task,
+)
 from inspection_tools.inspection.places import body_place_m
-from inspection_tools.inspection.taken import RecentPoses, StampedPose, done_in, record_of, shot_of
+from inspection_tools.inspection.taken import RecentPoses, StampedPose, done_in, quality_of, record_of
 from inspection_tools.photographs.folder import PhotographFolder
 from inspection_tools.photographs.record import PhotographRecord, read_record
 from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN
@@ -36,7 +44,7 @@ def test_it_takes_all_photographs_in_their_order_and_comes_home():
     lead = inspection()
     uav = Uav(lead).fly()
     assert [task.number for task in uav.asked] == [1, 2, 3]
-    assert (lead.end, lead.is_home, lead.todo.done) == (End.DONE, True, {1, 2, 3})
+    assert (lead.end, lead.is_home, lead.queue.done) == (End.DONE, True, {1, 2, 3})
     assert np.linalg.norm(uav.place_m - HOME_M) < 2 * QUICK.arrived
 
 
@@ -76,7 +84,7 @@ def test_pushed_about_before_a_door_it_gives_up_and_takes_the_other_one():
             uav.place_m = np.array((2.6, uav.place_m[1] + rng.uniform(-0.3, 0.3), uav.place_m[2]))
         track_m.append(uav.place_m)
     # Then it does not stay there for ever, but flies through the other one
-    assert lead.todo.done == {1}
+    assert lead.queue.done == {1}
     assert min(y for x, y, _ in track_m if abs(x - 3.3) < 0.1) > 2.0
 
 
@@ -100,9 +108,9 @@ def test_before_a_manhole_at_another_height_it_climbs_first_if_it_shall(climbs_f
     ("shot", "word"),
     [
         (BLURRED, "blurred"),
-        (Shot(0.1, 1.0, 800.0), "dark"),
-        (Shot(0.1, 9.0, 5e4), "dark"),
-        (Shot(math.nan, 9.0, 100.0), "blurred"),
+        (PhotographQuality(0.1, 1.0, 800.0), "dark"),
+        (PhotographQuality(0.1, 9.0, 5e4), "dark"),
+        (PhotographQuality(math.nan, 9.0, 100.0), "blurred"),
     ],
 )
 def test_a_bad_photograph_is_shot_again_and_then_left_out(shot, word):
@@ -111,8 +119,8 @@ def test_a_bad_photograph_is_shot_again_and_then_left_out(shot, word):
     uav.faults[2] = shot
     uav.fly()
     assert [task.number for task in uav.asked] == [1, 2, 2, 3]
-    assert lead.todo.done == {1, 3}
-    assert word in lead.todo.left_out[2]
+    assert lead.queue.done == {1, 3}
+    assert word in lead.queue.left_out[2]
     assert lead.is_home
 
 
@@ -122,23 +130,23 @@ def test_a_photograph_that_failed_twice_waits_for_the_others():
     uav.faults[2] = BLURRED
     uav.fly()
     assert [task.number for task in uav.asked] == [1, 2, 2, 3, 2]
-    assert set(lead.todo.left_out) == {2}
+    assert set(lead.queue.left_out) == {2}
 
 
 def test_what_cannot_be_reached_is_left_out_with_the_reason():
     # Given a wall with something behind it, which the plan did not know
     lead = inspection(walls=[((4.0, 0.0, 0.0), (4.4, 4.0, 3.2))])
     uav = Uav(lead).fly()
-    assert lead.todo.done == {1}
-    assert set(lead.todo.left_out) == {2, 3}
-    assert all(why.endswith(".") for why in lead.todo.left_out.values())
+    assert lead.queue.done == {1}
+    assert set(lead.queue.left_out) == {2, 3}
+    assert all(why.endswith(".") for why in lead.queue.left_out.values())
     assert uav.inspection.is_home
 
 
 def test_a_map_that_lacks_a_part_for_a_moment_costs_no_photograph():
     # Given a map that shows a wall around the UAV for 5 s, as one that has not come whole after a restart
     known = planner([((1.6, 0.2, 0.2), (2.0, 3.8, 2.8))])
-    lead = Inspection(known, Todo(VIEWS, (), QUICK.tries), QUICK)
+    lead = Inspection(known, PhotographQueue(VIEWS, (), QUICK.tries), QUICK)
     lead.begin(0.0, HOME_M)
     uav = Uav(lead)
     while uav.stamp_s < 5.0:
@@ -147,14 +155,14 @@ def test_a_map_that_lacks_a_part_for_a_moment_costs_no_photograph():
     known.update_map(SIDE_M, 4, *room())
     uav.fly()
     # Then every photograph is taken
-    assert lead.todo.done == {1, 2, 3}
-    assert not lead.todo.left_out
+    assert lead.queue.done == {1, 2, 3}
+    assert not lead.queue.left_out
 
 
 def test_beside_something_new_the_photograph_is_taken_from_nearby():
     lead = inspection(VIEWS[:1], walls=[((2.8, 0.8, 0.2), (3.2, 1.2, 1.0))])
     uav = Uav(lead).fly()
-    assert lead.todo.done == {1}
+    assert lead.queue.done == {1}
     off_m = np.linalg.norm(uav.shot_m - body_place_m(VIEWS[0], np.array((0.1, 0.0, -0.05))))
     assert QUICK.near < off_m < QUICK.nearby + QUICK.near
 
@@ -236,7 +244,7 @@ def test_while_the_pose_is_not_sure_it_hovers_and_photographs_nothing():
     # When it is sure again, then it goes on, and nothing has failed
     lead.trust(Trust.SURE, "", uav.place_m)
     uav.fly(uav.stamp_s + 120.0)
-    assert (lead.end, lead.is_home, lead.todo.left_out) == (End.DONE, True, {})
+    assert (lead.end, lead.is_home, lead.queue.left_out) == (End.DONE, True, {})
 
 
 def test_a_pose_that_stays_unsure_brings_it_home():
@@ -260,8 +268,8 @@ def test_a_photograph_whose_pose_was_not_sure_is_shot_again():
     camera = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
     answer = SimpleNamespace(exposure=0.002, iso=100.0, lux=90.0, blur=0.1, shift=1e-5, turn=0.0)
     told = record_of(Task(1, VIEWS[0]), 1.0, poses.at(1.0), camera, answer)
-    assert shot_of(told).deviation_m == pytest.approx(math.hypot(1.0, 0.02))
-    assert "known to 1.00 m only" in shot_of(told).fault(InspectionParameters())
+    assert quality_of(told).deviation_m == pytest.approx(math.hypot(1.0, 0.02))
+    assert "known to 1.00 m only" in quality_of(told).fault(InspectionParameters())
 
 
 def test_after_a_clock_that_was_set_back_a_photograph_finds_its_own_pose():
@@ -280,15 +288,15 @@ def test_a_picture_that_is_lost_is_taken_again_even_on_the_way_home():
     lead.lost(uav.asked[0], "the picture did not come")
     uav.fly()
     assert [task.number for task in uav.asked] == [1, 1]
-    assert lead.todo.done == {1}
+    assert lead.queue.done == {1}
 
 
 def test_after_a_restart_the_folder_tells_what_is_done(tmp_path):
     folder = PhotographFolder(tmp_path, SurveyCamera(64, 48))
     body = StampedPose(5.0, (1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0))
     camera = ((0.1, 0.0, -0.05), (-0.5, 0.5, -0.5, 0.5))
-    todo = Todo(VIEWS)
-    for task, shift_m in zip(todo.tasks, (0.0003, 0.0007)):
+    queue = PhotographQueue(VIEWS)
+    for task, shift_m in zip(queue.tasks, (0.0003, 0.0007)):
         told = type("Told", (), {"exposure": 0.002, "iso": 800.0, "lux": 90.0, "blur": 1.0})
         told.shift, told.turn = shift_m, 0.0
         record = record_of(task, 5.0 + task.number, body, camera, told)
@@ -360,23 +368,23 @@ def test_a_uav_that_comes_home_by_a_place_where_cepa_does_not_fly_takes_another_
 
 def test_what_cannot_be_taken_is_told_with_the_reason_of_the_first():
     """Real PX4, real.launch without a drawing: 9 of 11 were left out, and no line said why."""
-    todo = Todo(VIEWS, (), tries=1)
-    third, second = todo.tasks[2], todo.tasks[1]
-    todo.note_done(todo.tasks[0])
-    todo.note_failure(third, "the camera is silent")
-    todo.note_failure(second, "The goal (5.5, -1.5, 2.5) is in unknown space.")
-    assert todo.told() == (
+    queue = PhotographQueue(VIEWS, (), tries=1)
+    third, second = queue.tasks[2], queue.tasks[1]
+    queue.note_done(queue.tasks[0])
+    queue.note_failure(third, "the camera is silent")
+    queue.note_failure(second, "The goal (5.5, -1.5, 2.5) is in unknown space.")
+    assert queue.told() == (
         "2 of 3 photographs cannot be taken; all others are. "
         "Photograph 2: The goal (5.5, -1.5, 2.5) is in unknown space."
     )
 
 
 def test_closer_looks_go_on_counting_from_those_in_the_folder():
-    todo = Todo(VIEWS, {1, -1, -4}, 3)
-    assert todo.look_closer(VIEWS[0]).number == -5
-    todo.look_again(VIEWS[:2])
-    assert [task.number for task in todo.open] == [-5, 2, 3, -6, -7]
-    assert todo.done == {1, -1, -4}
+    queue = PhotographQueue(VIEWS, {1, -1, -4}, 3)
+    assert queue.look_closer(VIEWS[0]).number == -5
+    queue.look_again(VIEWS[:2])
+    assert [task.number for task in queue.open] == [-5, 2, 3, -6, -7]
+    assert queue.done == {1, -1, -4}
 
 
 NONE = (math.nan, math.inf, -math.inf, 1e308)
@@ -396,7 +404,7 @@ def test_a_covariance_that_is_none_says_that_nobody_knows_the_place(tmp_path, nu
         poses.note_match(1.0, tuple(bad))
     covariance = poses.at(1.0).covariance
     record = PhotographRecord(1.0, (0.0,) * 3, (0.0, 0.0, 0.0, 1.0), 0.002, 100.0, 90.0, 0.1, covariance)
-    assert "its place was known to 1000.00 m only" in shot_of(record).fault(InspectionParameters())
+    assert "its place was known to 1000.00 m only" in quality_of(record).fault(InspectionParameters())
     path = PhotographFolder(tmp_path, SurveyCamera(64, 48)).save(np.zeros((48, 64, 3), np.uint8), record)
     assert read_record(path.with_suffix(".json")).covariance == covariance  # a reader that is strict, too
 
@@ -404,7 +412,7 @@ def test_a_covariance_that_is_none_says_that_nobody_knows_the_place(tmp_path, nu
 @pytest.mark.parametrize("number", NONE[:3])
 @pytest.mark.parametrize("name", ["blur_px", "lux", "iso", "deviation_m", "shift_m", "turn_rad"])
 def test_a_photograph_of_which_a_number_is_none_is_taken_again(number, name):
-    good = Shot(0.1, 90.0, 100.0, 0.02, 0.0001, 0.00001)
+    good = PhotographQuality(0.1, 90.0, 100.0, 0.02, 0.0001, 0.00001)
     assert not good.fault(InspectionParameters())
     assert replace(good, **{name: number}).fault(InspectionParameters())
 
@@ -421,7 +429,7 @@ def test_the_drift_of_odometry_does_not_count_where_slam_corrects_it():
     assert poses.at(9.0).covariance == drifted  # no match is as new
     for covariance, kept in ((matched, True), (drifted, False)):
         place, turn = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
-        shot = shot_of(PhotographRecord(1.0, place, turn, 0.002, 100.0, 90.0, 0.1, covariance))
+        shot = quality_of(PhotographRecord(1.0, place, turn, 0.002, 100.0, 90.0, 0.1, covariance))
         assert (shot.fault(InspectionParameters()) == "") == kept
 
 
@@ -444,4 +452,4 @@ def test_a_photograph_that_was_deleted_is_taken_again_and_the_others_are_not():
     lead.begin(uav.stamp_s, uav.place_m)
     uav.fly(uav.stamp_s + 120.0)
     assert [task.number for task in uav.asked] == [1, 2, 3, 2]
-    assert lead.todo.done == {1, 2, 3}
+    assert lead.queue.done == {1, 2, 3}

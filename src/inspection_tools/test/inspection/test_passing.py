@@ -85,7 +85,7 @@ def test_a_photograph_that_failed_in_passing_is_taken_at_rest():
     while len(uav.asked) < 2:
         uav.step()
         assert uav.inspection.setpoint_m[0] <= body_place_m(ROW[0], OFFSET_M)[0] + 1e-9
-    assert uav.inspection.todo.done == {1}
+    assert uav.inspection.queue.done == {1}
 
 
 def test_before_a_wall_and_for_a_closer_look_it_comes_to_rest():

@@ -62,7 +62,7 @@ def test_the_second_look_follows_the_survey_in_the_same_flight():
     search = Search((VIEWS[2], VIEWS[0]), patience=3)
     lead, numbers, at_home = fly_second_look(search)
     assert numbers == [1, 2, -1, -2]
-    assert (lead.end, lead.is_home, lead.todo.done) == (End.DONE, True, {1, 2, -1, -2})
+    assert (lead.end, lead.is_home, lead.queue.done) == (End.DONE, True, {1, 2, -1, -2})
     assert (search.asked, search.closed, at_home) == (1, 1, 0)
     assert lead.reason == "Every photograph of the plan is taken. 2 more are taken from nearer."
 
@@ -71,9 +71,9 @@ def test_what_stays_open_is_photographed_before_the_nearer_ones_and_the_search_i
     search = Search((VIEWS[0],), patience=3, open_=[(VIEWS[2],), (VIEWS[1],)])
     lead, numbers, _ = fly_second_look(search)
     assert numbers == [1, 2, 3, 4, -1]
-    assert [task.view for task in lead.todo.tasks] == [*VIEWS[:2], VIEWS[2], VIEWS[1]]
+    assert [task.view for task in lead.queue.tasks] == [*VIEWS[:2], VIEWS[2], VIEWS[1]]
     assert (search.asked, search.closed, lead.end) == (3, 1, End.DONE)
-    assert lead.todo.done == {1, 2, 3, 4, -1}
+    assert lead.queue.done == {1, 2, 3, 4, -1}
 
 
 def test_the_search_is_told_what_could_not_be_taken():
@@ -141,7 +141,7 @@ def test_an_aborted_search_is_ended_once_and_its_answer_does_not_count():
     assert [second.look(waits=False), second.look(waits=False)] == ["", ""]
     second.close()
     assert (second.state, search.closed, lead.awaits) == (SearchState.ABORTED, 1, False)
-    assert lead.todo.next is None
+    assert lead.queue.next is None
 
 
 def test_photographs_are_searched_until_the_search_has_answered_for_the_last_time():
@@ -152,7 +152,7 @@ def test_photographs_are_searched_until_the_search_has_answered_for_the_last_tim
     Uav(lead).fly(5.0)
     second.look(waits=True)
     assert search.asked == 0  # a picture is still to come
-    lead.todo.note_done(lead.todo.tasks[0])
+    lead.queue.note_done(lead.queue.tasks[0])
     second.look(waits=False)
     second.stored("late")
     assert (search.asked, search.added) == (1, ["one", "late"])
@@ -206,4 +206,4 @@ def test_a_survey_whose_planner_dies_takes_what_it_has_and_says_that_its_plan_is
         second.look(waits=False)
         uav.step()
     assert (lead.end, lead.reason) == (End.ABORTED, "The plan is not complete. Two cracks.")
-    assert (lead.todo.done, search.closed) == ({1, 2}, 1)
+    assert (lead.queue.done, search.closed) == ({1, 2}, 1)

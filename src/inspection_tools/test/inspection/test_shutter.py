@@ -14,7 +14,7 @@ from inspecting_uav import (
 )
 
 from inspection_tools.camera.survey_camera import SurveyCamera
-from inspection_tools.inspection import InspectionParameters, Shot, Task
+from inspection_tools.inspection import InspectionParameters, PhotographQuality, Task
 from inspection_tools.inspection.leg import PhotographLeg
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.places import body_place_m
@@ -58,7 +58,7 @@ def test_blur_counts_on_the_surface_as_far_away_as_the_detail_is_drawn(
 ):
     """1 mm per pixel is drawn up to 4 m, 0.3 mm up to 1.2 m; half of it may blur, however many px that is."""
     asked = InspectionParameters(blur_max=0.5, closer=0.3, detail=1.0, reach=4.0)
-    shot = Shot(9.0, 100.0, 800.0, 0.0, 1e-3 * shift_mm, 1e-3 * turn_mrad)
+    shot = PhotographQuality(9.0, 100.0, 800.0, 0.0, 1e-3 * shift_mm, 1e-3 * turn_mrad)
     assert (shot.fault(asked, is_closer) == "") == is_good
 
 
@@ -158,7 +158,10 @@ def test_whatever_the_detail_and_the_exposure_the_shutter_opens_where_the_pictur
 
     assert shoots(0.79 * most_m_s)
     assert not shoots(0.81 * most_m_s)
-    assert Shot(0.0, 100.0, 800.0, 0.0, exposure_s * 0.79 * most_m_s, 0.0).fault(p, number < 0) == ""
+    assert (
+        PhotographQuality(0.0, 100.0, 800.0, 0.0, exposure_s * 0.79 * most_m_s, 0.0).fault(p, number < 0)
+        == ""
+    )
 
 
 def test_parameters_for_a_plan_are_those_of_its_detail_and_its_camera():
@@ -185,18 +188,18 @@ def test_a_photograph_that_is_white_is_taken_again_at_rest_with_another_exposure
     assert biases == {
         1: [(detail_m, 0.0)], 2: [(detail_m, 0.0), (detail_m, -2.0), (detail_m, -4.0)], 3: [(detail_m, 0.0)]
     }  # fmt: skip
-    assert lead.todo.done == {1, 2, 3}
-    assert not lead.todo.left_out
+    assert lead.queue.done == {1, 2, 3}
+    assert not lead.queue.left_out
 
 
 def test_the_last_photograph_is_taken_again_although_the_uav_is_on_its_way_home():
     lead = inspection(VIEWS[:1])
     uav = Uav(lead)
-    while not lead.todo.done:
+    while not lead.queue.done:
         uav.step()
     lead.look(uav.stamp_s, uav.place_m)
     assert lead.end is not None
-    assert lead.expose_again(lead.todo.tasks[0], 0.5, 2.0)
+    assert lead.expose_again(lead.queue.tasks[0], 0.5, 2.0)
     uav.fly()
     assert len(uav.asked) == 2
     assert lead.is_home

@@ -8,7 +8,7 @@ from inspecting_uav import HOME_M, QUICK, VIEWS, Uav, inspection
 from voxel_room import PLANNER
 
 from inspection_tools.energy import EnergyParameters, EnergyWatch
-from inspection_tools.inspection import End, Inspection, Todo
+from inspection_tools.inspection import End, Inspection, PhotographQueue
 from inspection_tools.planning import PathPlanner
 
 
@@ -108,7 +108,7 @@ def test_a_pause_ends_when_the_energy_begins_to_say_come_home():
 def test_without_a_map_battery_and_time_count(drain):
     watch = EnergyWatch(EnergyParameters(endurance=100.0, landing_time=1.0, reserve=0.5))
     quick = replace(QUICK, time_max=1000.0 if drain else 20.0)
-    lead = Inspection(PathPlanner(PLANNER), Todo(VIEWS, (), 2), quick, watch)
+    lead = Inspection(PathPlanner(PLANNER), PhotographQueue(VIEWS, (), 2), quick, watch)
     lead.begin(0.0, HOME_M)
     uav = Uav(lead)
     while not lead.is_home and uav.stamp_s < 200.0:
@@ -140,4 +140,4 @@ def test_a_uav_that_is_a_kilometre_off_the_map_does_not_end_the_survey_in_an_err
     uav = Uav(lead, HOME_M)
     uav.stamp_s = 2.0
     uav.fly()
-    assert lead.todo.done == {1, 2, 3}
+    assert lead.queue.done == {1, 2, 3}

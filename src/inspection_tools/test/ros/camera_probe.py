@@ -12,8 +12,8 @@ from geometry_msgs.msg import Point, Pose, Quaternion
 from inspection_tools_ros.surveying import camera_link, photographer
 from sensor_msgs.msg import Image
 
+from inspection_tools.inspection.photograph_queue import PhotographQueue, Task
 from inspection_tools.inspection.taken import StampedPose
-from inspection_tools.inspection.todo import Task, Todo
 from inspection_tools.survey.views.candidates import View
 
 SHOOT = roslib.message.get_service_class("simulation_tools/Shoot")
@@ -25,7 +25,7 @@ class Inspection:
     """Notes what it is told."""
 
     def __init__(self):
-        self.lost_ones, self.aborts, self.todo, self.exposures = [], [], Todo([]), []
+        self.lost_ones, self.aborts, self.queue, self.exposures = [], [], PhotographQueue([]), []
 
     def judge(self, _task, _shot):
         return ""

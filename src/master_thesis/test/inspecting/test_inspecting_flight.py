@@ -96,6 +96,6 @@ def test_it_photographs_from_its_place_then_what_that_did_not_show_and_lands_at_
     ahead = (0.0, math.cos(0.2), math.sin(0.2))
     assert first.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
     assert told.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
-    assert len(more) == len(flown.inspection.todo.tasks) - 1 > 0
+    assert len(more) == len(flown.inspection.queue.tasks) - 1 > 0
     before, after = judge_on(surface, ([first], photographed.true), plan.camera, asked)
     assert before.share() < asked.share <= after.share()

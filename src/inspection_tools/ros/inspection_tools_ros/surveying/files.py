@@ -9,7 +9,7 @@ from typing import NamedTuple
 import rospy
 
 from inspection_tools.errors import SurveyError
-from inspection_tools.inspection import InspectionParameters, PriorMap, Todo
+from inspection_tools.inspection import InspectionParameters, PhotographQueue, PriorMap
 from inspection_tools.inspection.taken import done_in
 from inspection_tools.msg import SurveyGoal
 from inspection_tools.photographs.folder import PhotographFolder
@@ -23,11 +23,11 @@ from inspection_tools.survey.surface.reading import read_room
 
 
 class SurveyFiles(NamedTuple):
-    """What a goal names. todo: knows what the folder holds already. parameters: for its photographs."""
+    """What a goal names. queue: knows what the folder holds already. parameters: for its photographs."""
 
     plan: SurveyPlan
     folder: PhotographFolder
-    todo: Todo
+    queue: PhotographQueue
     parameters: InspectionParameters
 
 
@@ -69,8 +69,8 @@ def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
     done = done_in(folder.folder, wanted, views)
     if done:
         rospy.loginfo("%d photographs are in %s already.", len(done), goal.folder)
-    todo = Todo(views, done, parameters.tries)
-    return SurveyFiles(plan, folder, todo, wanted)
+    queue = PhotographQueue(views, done, parameters.tries)
+    return SurveyFiles(plan, folder, queue, wanted)
 
 
 def asked_for(plan: SurveyPlan) -> AskedFor | None:

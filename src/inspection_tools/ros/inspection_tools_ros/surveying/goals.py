@@ -77,7 +77,7 @@ class SurveyGoals:
             if prior is not self._feed.prior:
                 self._feed.use(prior)
         self._name, self.plan = name_of(goal, files.plan.source)._replace(plan=plan), files.plan
-        inspection = Inspection(self._planner, files.todo, files.parameters, self._energy)
+        inspection = Inspection(self._planner, files.queue, files.parameters, self._energy)
         self._inspection = inspection
         self.close()
         is_fine = files.plan.asked.resolution <= FINE_MM
@@ -96,7 +96,7 @@ class SurveyGoals:
         assert self._inspection is not None
         assert self.plan is not None
         assert self.album is not None
-        views = [task.view for task in self._inspection.todo.tasks]
+        views = [task.view for task in self._inspection.queue.tasks]
         return done_in(self.album.folder.folder, self._parameters.for_plan(self.plan), views)
 
     def _is_known(self, goal: SurveyGoal) -> bool:
@@ -119,7 +119,7 @@ class SurveyGoals:
             whole = read_plan(Path(path))
         except InspectionToolsError:
             return False
-        told = [task.view for task in self._inspection.todo.tasks]
+        told = [task.view for task in self._inspection.queue.tasks]
         are_all_told = self.second_look.lacks_rest or len(told) >= len(whole.views)
         if not are_all_told or not is_completed(self.plan, whole, told):
             return False
@@ -165,4 +165,4 @@ class SurveyGoals:
             inspection.begin(motion.time_s, motion.place_m, time_max_s=time_max_s)
             assert inspection.home_m is not None
             self._begun.begin(new.identity, home=inspection.home_m.tolist(), began=motion.time_s)
-        rospy.loginfo("The survey begins; photographs to take: %d.", len(inspection.todo.open))
+        rospy.loginfo("The survey begins; photographs to take: %d.", len(inspection.queue.open))

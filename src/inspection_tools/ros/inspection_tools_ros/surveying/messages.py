@@ -89,11 +89,11 @@ def feedback_of(inspection: Inspection, battery: BatteryState | None, has_map: b
         phase = "waiting for SLAM"
     elif inspection.is_waiting:
         phase = "searching the photographs"
-    way, task, todo = inspection.way_home, inspection.task, inspection.todo
+    way, task, queue = inspection.way_home, inspection.task, inspection.queue
     return SurveyFeedback(
         phase=phase,
-        taken=sum(number > 0 for number in todo.done),
-        of=len(todo.tasks),
+        taken=sum(number > 0 for number in queue.done),
+        of=len(queue.tasks),
         next=0 if task is None else task.number,
         home_way=math.nan if way is None else way.length_m,
         home_time=math.nan if way is None else way.time_s,
@@ -103,26 +103,26 @@ def feedback_of(inspection: Inspection, battery: BatteryState | None, has_map: b
 
 def result_of(inspection: Inspection, shots: int) -> SurveyResult:
     """Return the result."""
-    todo = inspection.todo
+    queue = inspection.queue
     return SurveyResult(
         end="" if inspection.end is None else inspection.end.value,
         reason=inspection.reason,
         is_home=inspection.is_home,
-        taken=sum(number > 0 for number in todo.done),
-        open=sum(task.number > 0 for task in todo.open),
-        closer=sum(number < 0 for number in todo.done),
-        left_out=list(todo.left_out),
-        left_out_reasons=list(todo.left_out.values()),
+        taken=sum(number > 0 for number in queue.done),
+        open=sum(task.number > 0 for task in queue.open),
+        closer=sum(number < 0 for number in queue.done),
+        left_out=list(queue.left_out),
+        left_out_reasons=list(queue.left_out.values()),
         shots=shots,
     )
 
 
 def markers_of(inspection: Inspection, here_m: np.ndarray, header: Header) -> MarkerArray:
     """Return the views: done (green), open (blue), left out (red), next (orange); and the way (blue)."""
-    todo, task = inspection.todo, inspection.task
+    queue, task = inspection.queue, inspection.task
     views = _marker(header, "views", Marker.LINE_LIST, OPEN, 0.05)
-    for each in todo.tasks:
-        colour = DONE if each.number in todo.done else LEFT if each.number in todo.left_out else OPEN
+    for each in queue.tasks:
+        colour = DONE if each.number in queue.done else LEFT if each.number in queue.left_out else OPEN
         if task is not None and task.number == each.number:
             colour = NEXT
         views.points += _ends(each)
@@ -131,7 +131,7 @@ def markers_of(inspection: Inspection, here_m: np.ndarray, header: Header) -> Ma
     way.points = [Point(*place_m) for place_m in (here_m, *inspection.rest_m)]
     words = _marker(header, "words", Marker.TEXT_VIEW_FACING, ColorRGBA(0.0, 0.0, 0.0, 1.0), 0.35)
     words.pose.position = Point(here_m[0], here_m[1], here_m[2] + 0.8)
-    words.text = f"{sum(number > 0 for number in todo.done)} of {len(todo.tasks)} photographs"
+    words.text = f"{sum(number > 0 for number in queue.done)} of {len(queue.tasks)} photographs"
     return MarkerArray([views, way, words])
 
 

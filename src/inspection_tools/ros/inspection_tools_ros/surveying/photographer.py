@@ -12,9 +12,9 @@ import rospy
 from sensor_msgs.msg import Image
 
 from inspection_tools.inspection import End, Inspection
+from inspection_tools.inspection.photograph_queue import Task
 from inspection_tools.inspection.slam_path import FollowedRecords, LevelPose, SlamPath
-from inspection_tools.inspection.taken import RecentPoses, record_of, shot_of
-from inspection_tools.inspection.todo import Task
+from inspection_tools.inspection.taken import RecentPoses, quality_of, record_of
 from inspection_tools.photographs.folder import PhotographFolder
 from inspection_tools.photographs.metering import metering
 from inspection_tools.photographs.record import PhotographError, PhotographRecord
@@ -162,7 +162,7 @@ class Photographer:
         body = self.poses.at(stamp_s)
         record = record_of(task, stamp_s, body, messages.camera_in_body(told), told)
         self.shots += inspection is self._inspection
-        fault = inspection.judge(task, shot_of(record))
+        fault = inspection.judge_quality(task, quality_of(record))
         if fault:
             rospy.loginfo("Photograph %d is shot again: %s.", task.number, fault)
         return Taken(asked, record, not fault, body.odom_in_map, bias_ev)
@@ -182,7 +182,7 @@ class Photographer:
             inspection.come_home(str(error), End.STORAGE)
             return
         name = f"Photograph {task.number}" if task.number > 0 else "A closer photograph"
-        rospy.loginfo("%s is stored; still open: %d.", name, len(inspection.todo.open))
+        rospy.loginfo("%s is stored; still open: %d.", name, len(inspection.queue.open))
         self._meter(taken, picture)
         if taken.odom_in_map is not None:
             self.records.add(path, taken.record, taken.odom_in_map)

@@ -2,7 +2,16 @@
 
 from inspection_tools.inspection.inspection import End, Inspection
 from inspection_tools.inspection.parameters import InspectionParameters
+from inspection_tools.inspection.photograph_quality import PhotographQuality
+from inspection_tools.inspection.photograph_queue import PhotographQueue, Task
 from inspection_tools.inspection.prior_map import PriorMap
-from inspection_tools.inspection.todo import Shot, Task, Todo
 
-__all__ = ["End", "Inspection", "InspectionParameters", "PriorMap", "Shot", "Task", "Todo"]
+__all__ = [
+    "End",
+    "Inspection",
+    "InspectionParameters",
+    "PhotographQuality",
+    "PhotographQueue",
+    "PriorMap",
+    "Task",
+]

@@ -22,8 +22,9 @@ from inspection_tools.inspection.leg import PhotographLeg
 from inspection_tools.inspection.legs import Legs
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.parameters import InspectionParameters
+from inspection_tools.inspection.photograph_quality import PhotographQuality
+from inspection_tools.inspection.photograph_queue import PhotographQueue, Task
 from inspection_tools.inspection.places import view_of_point
-from inspection_tools.inspection.todo import Shot, Task, Todo
 from inspection_tools.planning import PathPlanner
 from inspection_tools.pose.trust import Trust
 from inspection_tools.survey.views.candidates import View
@@ -51,25 +52,25 @@ class Inspection:
     `judge` with what the camera told.
 
     Args:
-        planner: knows the map, and the drawing if there is one. todo: the photographs.
+        planner: knows the map, and the drawing if there is one. queue: the photographs.
         parameters: see there. energy: watches the battery; None: the battery does not count.
 
     Attributes:
-        todo: what is done and open. end, reason: why it has ended; None: it flies. is_home: it has ended, and
-        the UAV is where it may land. must_land: the energy does not take the UAV home. awaits: more
-        photographs may come; when all others are taken, the UAV waits for them at home. If that takes long,
-        it ends as SEARCHING, to land until the search has answered, and begins again then. lacks: why the
-        photographs are not all of the plan; with it, it ends as ABORTED when they are taken.
+        queue: the photographs that are done and open. end, reason: why it has ended; None: it flies. is_home:
+        it has ended, and the UAV is where it may land. must_land: the energy does not take the UAV home.
+        awaits: more photographs may come; when all others are taken, the UAV waits for them at home. If that
+        takes long, it ends as SEARCHING, to land until the search has answered, and begins again then. lacks:
+        why the photographs are not all of the plan; with it, it ends as ABORTED when they are taken.
     """
 
     def __init__(
         self,
         planner: PathPlanner,
-        todo: Todo,
+        queue: PhotographQueue,
         parameters: InspectionParameters | None = None,
         energy: EnergyWatch | None = None,
     ) -> None:
-        self._planner, self.todo = planner, todo
+        self._planner, self.queue = planner, queue
         self._p = self._given = parameters or InspectionParameters()
         self._homing = Homing(planner, energy, self._p)
         self._legs = Legs(planner, self._p)
@@ -167,7 +168,7 @@ class Inspection:
     @property
     def is_waiting(self) -> bool:
         """Whether all photographs are taken, and more may come."""
-        return self.awaits and self.end is None and self.todo.next is None
+        return self.awaits and self.end is None and self.queue.next is None
 
     @property
     def home_m(self) -> np.ndarray | None:
@@ -223,16 +224,16 @@ class Inspection:
             leg = self._leg if self._is_sure else None
             return leg.task if leg is not None and leg.opens_shutter(motion) else None
 
-    def judge(self, task: Task, shot: Shot) -> str:
+    def judge_quality(self, task: Task, quality: PhotographQuality) -> str:
         """Take what the camera told. Return why the photograph is not kept; empty: it is good."""
-        fault = shot.fault(self._p, is_closer=task.number < 0)
+        fault = quality.fault(self._p, is_closer=task.number < 0)
         with self._lock:
             if self._leg is not None and self._leg.task is task:
                 self._leg = None
             if fault:
-                self.todo.note_failure(task, fault, at_once=True)
+                self.queue.note_failure(task, fault, at_once=True)
             else:
-                self.todo.note_done(task)
+                self.queue.note_done(task)
         return fault
 
     def lost(self, task: Task, why: str) -> None:
@@ -244,7 +245,7 @@ class Inspection:
 
     def metering(self, task: Task) -> tuple[float, float]:
         """Return by what the camera exposes a photograph: the detail that it is to show, m; its bias, EV."""
-        return self._p.detail_m(is_closer=task.number < 0), self.todo.bias_of(task)
+        return self._p.detail_m(is_closer=task.number < 0), self.queue.bias_of(task)
 
     def expose_again(self, task: Task, lost: float, bias_ev: float) -> bool:
         """Take again a photograph that is stored, if too much of what it is to show is white or black.
@@ -252,10 +253,10 @@ class Inspection:
         lost: share of it, 0..1. bias_ev: exposure compensation that shows more. Return whether it is taken.
         """
         with self._lock:
-            tried = self.todo.exposures_of(task) + 1
+            tried = self.queue.exposures_of(task) + 1
             if lost <= self._p.lost_max or tried >= self._p.exposures:
                 return False
-            self.todo.expose_again(task, bias_ev)
+            self.queue.expose_again(task, bias_ev)
             if self.end is End.DONE:
                 self.end, self.is_home, self._look_s = None, False, -math.inf
             return True
@@ -263,7 +264,7 @@ class Inspection:
     def note_stored(self, stored: Collection[int]) -> None:
         """Take what the folder holds of the photographs: what somebody has deleted is taken again."""
         with self._lock:
-            self.todo.note_stored(stored)
+            self.queue.note_stored(stored)
 
     def look_closer(self, point_m: np.ndarray, here_m: np.ndarray, distance_m: float) -> Task | None:
         """Photograph a point from nearer now, and then go on. None: no place near it can be flown to."""
@@ -272,24 +273,24 @@ class Inspection:
             return None
         with self._lock:
             self._leg, self._look_s = None, -math.inf
-            return self.todo.look_closer(view)
+            return self.queue.look_closer(view)
 
     def look_again(self, views: Sequence[View]) -> None:
         """Photograph these, too, after all others. No more is awaited."""
         with self._lock:
-            self.todo.look_again(views)
+            self.queue.look_again(views)
             self.awaits, self._look_s = False, -math.inf
 
     def take_more(self, views: Sequence[View]) -> None:
         """Photograph these, too, after all others."""
         with self._lock:
-            self.todo.add(views)
+            self.queue.add(views)
             self._look_s = -math.inf
 
     def _fail(self, task: Task, why: str) -> None:
         if self._leg is not None and self._leg.task.number == task.number:
             self._leg = None
-        self.todo.note_failure(task, why)
+        self.queue.note_failure(task, why)
 
     def look(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Check the way at a place (x, y, z), and decide anew if it is time to."""
@@ -328,11 +329,11 @@ class Inspection:
             rest_m = self._way.rest_m
         if leg is not None and rest_m and self._legs.is_clear(here_m, rest_m, stamp_s):
             return
-        if self.todo.next is not None:
+        if self.queue.next is not None:
             self._set_out_for_any(stamp_s, here_m)
             return
         if not self.awaits:
-            self.come_home(self.lacks or self.todo.told(), End.ABORTED if self.lacks else End.DONE)
+            self.come_home(self.lacks or self.queue.told(), End.ABORTED if self.lacks else End.DONE)
         elif self._homing.near_home_s(stamp_s, here_m) > self._p.search_hover:
             words = "The photographs are still being searched. The UAV lands meanwhile."
             self.come_home(words, End.SEARCHING)
@@ -348,7 +349,7 @@ class Inspection:
         If there is none to any, the map may lack a part for a moment: the UAV hovers before they have failed.
         """
         blocked = []
-        for task in self.todo.open:
+        for task in self.queue.open:
             why = self._set_out(task, stamp_s, here_m)
             if not why:
                 self._no_way_s = None
@@ -361,12 +362,12 @@ class Inspection:
                 return
         with self._lock:
             for task, why in blocked:
-                self.todo.note_failure(task, why)
+                self.queue.note_failure(task, why)
 
     def _set_out(self, task: Task, stamp_s: float, here_m: np.ndarray) -> str:
         """Set out for a photograph. Return why there is no way; empty: it flies."""
         try:
-            failures, may_pass = self.todo.failures_of(task), not self.todo.exposures_of(task)
+            failures, may_pass = self.queue.failures_of(task), not self.queue.exposures_of(task)
             leg, way = self._legs.to(task, stamp_s, here_m, self.tilt_rad, failures, may_pass)
         except NoPathError as error:
             return str(error)

@@ -9,7 +9,7 @@ import numpy as np
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.parameters import InspectionParameters
 from inspection_tools.inspection.passing import Passing
-from inspection_tools.inspection.todo import Task
+from inspection_tools.inspection.photograph_queue import Task
 
 SLOW = 3.0
 """A leg may take so many times as long as at full speed, and `LEG_S` more."""

@@ -11,8 +11,8 @@ from inspection_tools.exploration.way import Way
 from inspection_tools.inspection.leg import PhotographLeg
 from inspection_tools.inspection.parameters import InspectionParameters
 from inspection_tools.inspection.passing import beyond
+from inspection_tools.inspection.photograph_queue import Task
 from inspection_tools.inspection.places import body_place_m, place_nearby
-from inspection_tools.inspection.todo import Task
 from inspection_tools.planning import PathPlanner
 
 

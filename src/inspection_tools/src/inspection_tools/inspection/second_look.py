@@ -71,7 +71,7 @@ class SecondLook:
         if self._is_aborted:
             return SearchState.ABORTED
         lead = self._inspection
-        is_awaited = self._has_asked or (self._lacks_rest and lead.todo.next is None)
+        is_awaited = self._has_asked or (self._lacks_rest and lead.queue.next is None)
         return SearchState.SEARCHING if lead.awaits and is_awaited else SearchState.IDLE
 
     @property
@@ -97,9 +97,9 @@ class SecondLook:
         if not lead.awaits:
             self.close()
             return ""
-        if not self._has_asked and not self._lacks_rest and lead.todo.next is None and not waits:
+        if not self._has_asked and not self._lacks_rest and lead.queue.next is None and not waits:
             self._has_asked = True
-            self._search.ask(lead.todo.views_left_out)
+            self._search.ask(lead.queue.views_left_out)
         answer = self._search.take_answer()
         if answer is None:
             return ""

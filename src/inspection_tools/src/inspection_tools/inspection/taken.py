@@ -13,8 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from inspection_tools.geometry import Quaternion, Vector3
 from inspection_tools.inspection.parameters import InspectionParameters
+from inspection_tools.inspection.photograph_quality import PhotographQuality
+from inspection_tools.inspection.photograph_queue import Task
 from inspection_tools.inspection.slam_path import LevelPose
-from inspection_tools.inspection.todo import Shot, Task
 from inspection_tools.inspection.viewpoints import Viewpoints, row_of
 from inspection_tools.photographs.listing import records_in
 from inspection_tools.photographs.record import PhotographRecord
@@ -125,12 +126,12 @@ def record_of(
     )  # fmt: skip
 
 
-def shot_of(record: PhotographRecord) -> Shot:
+def quality_of(record: PhotographRecord) -> PhotographQuality:
     """Return by what a photograph is judged."""
     places = np.reshape(record.covariance, (6, 6))[:3, :3]
     deviation_m = float(np.sqrt(max(np.linalg.eigvalsh(places).max(), 0.0)))
     lux, iso = record.lux or 0.0, record.iso or 0.0  # where nobody told the light, it counts as dark
-    return Shot(record.blur_px, lux, iso, deviation_m, record.shift_m, record.turn_rad)
+    return PhotographQuality(record.blur_px, lux, iso, deviation_m, record.shift_m, record.turn_rad)
 
 
 def done_in(folder: Path, parameters: InspectionParameters, views: Sequence[View]) -> set[int]:
@@ -149,4 +150,4 @@ def done_in(folder: Path, parameters: InspectionParameters, views: Sequence[View
 
 
 def _fault(record: PhotographRecord, parameters: InspectionParameters) -> str:
-    return shot_of(record).fault(parameters, is_closer=record.view < 0)
+    return quality_of(record).fault(parameters, is_closer=record.view < 0)

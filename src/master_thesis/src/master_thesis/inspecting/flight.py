@@ -20,7 +20,14 @@ from inspection_tools import PositionControllerParameters, YawRegulatorParameter
 from inspection_tools.camera.taken import Taken
 from inspection_tools.energy import EnergyWatch
 from inspection_tools.geometry import heading_rate
-from inspection_tools.inspection import Inspection, InspectionParameters, PriorMap, Shot, Task, Todo
+from inspection_tools.inspection import (
+    Inspection,
+    InspectionParameters,
+    PhotographQuality,
+    PhotographQueue,
+    PriorMap,
+    Task,
+)
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.planning import PathPlanner, PlannerParameters
 from inspection_tools.survey.plan import SurveyPlan
@@ -120,8 +127,8 @@ class InspectingFlight:
         self._loop, self._renderer = loop, renderer
         self.volume = VolumeOfFlight(PathPlanner(planner), volume, prior)
         self._clouds = FlownClouds(loop, self.volume, "An inspection")
-        todo = Todo(plan.views, (), parameters.tries)
-        self.inspection = Inspection(self.volume.planner, todo, parameters.for_plan(plan), energy)
+        queue = PhotographQueue(plan.views, (), parameters.tries)
+        self.inspection = Inspection(self.volume.planner, queue, parameters.for_plan(plan), energy)
         self._supplement, self._rounds = supplement, ROUNDS
         self.inspection.awaits = supplement is not None
         self._errand = Errand(1, swaps)
@@ -200,7 +207,7 @@ class InspectingFlight:
             for taken in self.photographed.told[self._supplemented :]:
                 self._supplement.take(taken)
             self._supplemented = len(self.photographed.told)
-            left_out_m = [view.place_m for view in lead.todo.views_left_out]
+            left_out_m = [view.place_m for view in lead.queue.views_left_out]
             more = self._supplement.plan_more(left_out_m, np.random.default_rng(self._rounds))
         if more is None:
             lead.look_again(())
@@ -209,7 +216,7 @@ class InspectingFlight:
 
     def _photograph(self, task: Task, estimate: OdometryEstimate) -> None:
         lead, shot = self.inspection, self._shoot(task, estimate)
-        if not lead.judge(task, shot) and task.number in lead.todo.done:
+        if not lead.judge_quality(task, shot) and task.number in lead.queue.done:
             self.photographed.true.append(self._true().moved(shot.shift_m, shot.turn_rad))
             self.photographed.told.append(self._told(estimate).moved(shot.shift_m, shot.turn_rad))
             self.on_photograph()
@@ -239,7 +246,7 @@ class InspectingFlight:
             loop.point_front(motion.time_s, (math.cos(turn), math.sin(turn)))
         self._gimbal.command(lead.tilt_rad)
 
-    def _shoot(self, task: Task, estimate: OdometryEstimate) -> Shot:
+    def _shoot(self, task: Task, estimate: OdometryEstimate) -> PhotographQuality:
         assert self._camera is not None
         self.photographed.shots += 1
         light = self._renderer.meter(self._camera.pose, *self.inspection.metering(task))
@@ -248,7 +255,7 @@ class InspectingFlight:
         # As in the node: the drift, which only grows, is SLAM's to correct.
         deviation_m = math.sqrt(max(np.linalg.eigvalsh(estimate.matched_covariance[:3, :3]).max(), 0.0))
         motion = motion_of(self._camera, self._renderer.optics.exposure_s)
-        return Shot(blur, light.lux, light.metered.iso, deviation_m, *motion)
+        return PhotographQuality(blur, light.lux, light.metered.iso, deviation_m, *motion)
 
     def _true(self) -> Taken:
         assert self._camera is not None

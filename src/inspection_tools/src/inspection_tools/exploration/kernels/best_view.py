@@ -1,4 +1,4 @@
-"""The place that shows most of the border of what is known for its time."""
+"""The place with the greatest information gain for its time: that shows most of the border of the known."""
 
 from __future__ import annotations
 

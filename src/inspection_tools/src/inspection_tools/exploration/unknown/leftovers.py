@@ -1,4 +1,4 @@
-"""What stays unknown when an exploration ends, and why."""
+"""What stays unknown when an exploration ends, and why: unreachable, too small, looked at in vain."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What places show of the border, kept until something in reach of them changes."""
+"""What places show of the border (their information gain), kept until something in reach of them changes."""
 
 from __future__ import annotations
 

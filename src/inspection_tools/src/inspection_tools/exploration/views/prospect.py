@@ -1,4 +1,4 @@
-"""What views would reveal of the unknown.
+"""What views would reveal of the unknown: their information gain by volume.
 
 Beams are cast through the unknown, as Bircher et al. count it (Receding horizon next-best-view, 2016). Here
 they also end where walls and floors that are known in part would go on.

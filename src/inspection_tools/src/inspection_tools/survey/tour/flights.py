@@ -1,4 +1,4 @@
-"""A short tour of all photographs, and its cuts into flights that fit the battery."""
+"""A short tour of all photographs (travelling salesman), and its cuts into flights that fit the battery."""
 
 from __future__ import annotations
 
