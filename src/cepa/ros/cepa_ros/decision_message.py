@@ -45,6 +45,8 @@ def write_view(header: Header, view: View) -> list[Marker]:
     for name, path in ((PREDICTED, view.predicted_m), (BRAKING, view.braking_m)):
         marker = _marker(header, name, Marker.LINE_STRIP)
         marker.points = [Point(*place) for place in path.tolist()]
+        if len(path) < 2:  # RViz calls such a line an error, and shows the display's name in red
+            marker.action = Marker.DELETE
         marker.scale.x = SHAFT_M
         marker.color = ColorRGBA(*PATH_COLOURS[name], 1.0)
         markers.append(marker)

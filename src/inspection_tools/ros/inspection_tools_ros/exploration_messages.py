@@ -108,6 +108,8 @@ def _marker(
 def _line(header: Header, name: str, colour: ColorRGBA, places_m: list[np.ndarray]) -> Marker:
     line = _marker(header, name, Marker.LINE_STRIP, colour, 0.08, np.zeros(3))
     line.points = [Point(*place_m) for place_m in places_m]
+    if len(places_m) < 2:  # RViz calls such a line an error, and shows the display's name in red
+        line.action = Marker.DELETE
     return line
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from types import ModuleType
@@ -27,6 +27,7 @@ from simulation_tools.launch_check.launch_files import (
     has_own_check,
     nodes_of,
 )
+from simulation_tools_ros.two_launches import check_is_alone, port_option
 
 # roslaunch imports it to measure its logs. It would load setuptools, which takes half of roslaunch's time.
 sys.modules.setdefault("rosclean", ModuleType("rosclean"))
@@ -39,12 +40,14 @@ class Launch:
     """A call of roslaunch.
 
     files: launch files. given: arguments. starts: whether it starts nodes. master_uri: its master.
+    pid: the process that is roslaunch, or calls it.
     """
 
     files: tuple[Path, ...]
     given: Mapping[str, str]
     starts: bool = True
     master_uri: str = field(default_factory=rosgraph.get_master_uri)
+    pid: int = field(default_factory=os.getpid)
 
 
 def launch_of(words: Sequence[str]) -> Launch | None:
@@ -102,6 +105,7 @@ def check(launch: Launch) -> None:
     if len(launch.files) == 1:  # roslaunch gives each of several files the arguments of all
         check_arguments(launch.files[0], launch.given, defaults_of(launch.files[0]))
     if launch.starts:
+        check_is_alone(launch.pid, launch.master_uri)
         check_nothing_runs(launch.files, launch.master_uri)
 
 
@@ -186,8 +190,23 @@ def run(
     launch = launch_of(command_line(os.getppid()))
     if launch is None:
         return 0  # rostest, or a program that calls roslaunch's API: no command line of roslaunch exists
+    return _exit_code(lambda: checks(replace(launch, pid=os.getppid())), expected)
+
+
+def run_once_more() -> int:
+    """Check what bringup.sh cannot know: that no other launch has started meanwhile; returns an exit code."""
+    pid = os.getppid()
+    words = command_line(pid)
+    if not any(Path(word).name == "roslaunch" for word in words[:2]):
+        return 0
+    port = port_option(words)
+    uri = f"http://localhost:{port}" if port else rosgraph.get_master_uri()
+    return _exit_code(lambda: check_is_alone(pid, uri), (LaunchError,))
+
+
+def _exit_code(check_it: Callable[[], None], expected: tuple[type[Exception], ...]) -> int:
     try:
-        checks(launch)
+        check_it()
     except expected as error:
         print(f"{error}\n{_ROSLAUNCH_GOES_ON}", file=sys.stderr, flush=True)
         return 1

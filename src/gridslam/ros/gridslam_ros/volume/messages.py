@@ -99,6 +99,8 @@ def markers_of(shown: ShownMap, kind: int, header: Header, z_range_m: tuple[floa
     half = shown.resolution_m / 2.0
     centres = centres[(centres[:, 2] + half > z_range_m[0]) & (centres[:, 2] - half < z_range_m[1])]
     marker = Marker(header=header, ns=header.frame_id, type=Marker.CUBE_LIST, action=Marker.ADD)
+    if not len(centres):  # RViz calls a list without cubes an error, and shows the display's name in red
+        marker.action = Marker.DELETE
     marker.pose.orientation.w = 1.0
     marker.scale.x = marker.scale.y = marker.scale.z = shown.resolution_m
     marker.color = ColorRGBA(*FREE_COLOUR) if kind == FREE else ColorRGBA(0.0, 0.0, 1.0, 1.0)

@@ -132,6 +132,9 @@ def markers_of(inspection: Inspection, here_m: np.ndarray, header: Header) -> Ma
     words = _marker(header, "words", Marker.TEXT_VIEW_FACING, ColorRGBA(0.0, 0.0, 0.0, 1.0), 0.35)
     words.pose.position = Point(here_m[0], here_m[1], here_m[2] + 0.8)
     words.text = f"{sum(number > 0 for number in queue.done)} of {len(queue.tasks)} photographs"
+    for lines in (views, way):
+        if len(lines.points) < 2:  # RViz calls such a line an error, and shows the display's name in red
+            lines.action = Marker.DELETE
     return MarkerArray([views, way, words])
 
 
