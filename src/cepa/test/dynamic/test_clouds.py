@@ -280,9 +280,9 @@ def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
     start, keep, ahead = np.zeros((3, 4)), np.full(64, 0.55), np.array([1.0, 0.0])
     clearance, beyond = np.empty(64), np.empty(64)
     cushions = Cushions(0.5, 1.2, 0.5, 0.55, np.zeros(64))
-    nearest, margin = braking(start, response, around, horizon, cushions, clearance, beyond)
+    nearest, judged, margin = braking(start, response, around, horizon, cushions, clearance, beyond)
     admissible, results = np.empty(60, np.bool_), np.zeros((60, 5))
-    rules = horizon, cushions, Braking(clearance, beyond, nearest)
+    rules = horizon, cushions, Braking(clearance, beyond, nearest, judged)
     roll_out(start, commands, response, around, *rules, ahead, admissible, results)
     assert clearance.min() >= 0.6  # so braking at once excuses nothing
     assert margin == clearance.min() - 0.55

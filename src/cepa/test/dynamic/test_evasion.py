@@ -44,3 +44,22 @@ def test_what_comes_head_on_is_evaded_whatever_progress_that_costs(own_m_s, off_
     assert (apart_m - RADIUS_M - GROWTH_M_S * t_s).min() > PARAMETERS.body_radius
     assert admissible[STANDSTILL]
     assert results[STANDSTILL, HIT] > 0.0
+
+
+def open_field(movers):
+    field = DistanceField(np.full((1, 151, 151), 1.3), 0.1, 1.0, 1.3)
+    free_space = FreeSpace(np.full(360, 9.0), np.empty((0, 0, 0), np.uint8), 1.0)
+    return Surroundings(field, free_space, np.array(movers), NO_COST_TO_GO)
+
+
+@pytest.mark.parametrize("off_m", np.arange(-0.7, 0.71, 0.2))
+def test_in_which_direction_it_may_leave_does_not_depend_on_who_of_a_group_is_before_it(off_m):
+    # Given seven people abreast, 1.4 m apart, who hit a UAV that brakes from 3 m/s
+    around = open_field([(6.1, off_m + 1.4 * k, -1.7, 0.0, 0.4, 0.5) for k in range(-3, 4)])
+    state = np.zeros((3, 4))
+    state[0, 1] = 3.0
+    sideways = np.array([[0.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, -4.0, 0.0]])
+    # When it looks to both sides; Then it may fly there
+    assessed = Rollouts(PARAMETERS).assess(sideways, state, around, REFERENCE[:2] / 2.0, COMMIT_S)
+    assert assessed.outcomes[0, HIT] > 0.0
+    assert assessed.is_admissible.all()

@@ -7,9 +7,10 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
+from cepa import KeepOut, KeepOutBox
 from master_thesis.campaign.places import place_of
 from master_thesis.campaign.reading import campaign_of
-from master_thesis.campaign.trial import entered
+from master_thesis.campaign.trial import ExactMap, entered
 from master_thesis.worlds.drawn.barriers import WIRES_M
 from master_thesis.worlds.drawn.dead_ends import DEPTHS_M, dead_ends_sdf
 from master_thesis.worlds.drawn.forests import (
@@ -28,6 +29,7 @@ from master_thesis.worlds.drawn.overhead import OBSTACLES
 from master_thesis.worlds.drawn.traps import GAPS_M, TRAPS
 from master_thesis.worlds.floor_plan import Outline, outlines_of_file
 from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
+from simulation_tools.geometry import Pose, quaternion_from_rpy, rotation_matrix
 from simulation_tools.sdf.parser import load_world
 
 FLAT = (FLIGHT_HEIGHT_M,)
@@ -254,6 +256,22 @@ def test_keep_out_boxes_stand_beside_the_way_and_a_body_in_one_is_found():
     beside[0, 1:3] = box.high_m[0] + 0.3, box.low_m[1]
     assert entered(beside, place.keep_out, 0.35)
     assert not entered(beside, place.keep_out, 0.25)
+
+
+def test_the_odometrys_drift_moves_no_keep_out_box():
+    # Given a box, and odometry that is off by 0.4 m and 0.1 rad
+    box = KeepOutBox((6.0, -1.0, 0.0), (7.0, 1.0, 3.0), "box")
+    told, true = (
+        Pose.from_xyz_rpy(*pose) for pose in ((3.4, 0.2, 1.5, 0, 0, 0.3), (3.0, 0.0, 1.5, 0, 0, 0.2))
+    )
+    keep_out = KeepOut((box,))
+    # When a SLAM without error places it
+    ExactMap(keep_out).on_scan(0.0, np.empty(0), told, true)
+    walls = keep_out.walls(told.position_m)
+    # Then it is where it truly is from the UAV: 3 m ahead in the map, which odometry takes for 0.1 rad left
+    in_map = walls @ rotation_matrix(quaternion_from_rpy(0.0, 0.0, 0.1))
+    assert in_map[:, 0].min() == pytest.approx(3.0)
+    assert (in_map[:, 1].min(), in_map[:, 1].max()) == pytest.approx((-1.0, 1.0))
 
 
 # -- ways ---------------------------------------------------------------------------------------------------

@@ -83,10 +83,10 @@ class Rollouts:
         if len(around.movers):
             horizon = horizon._replace(cost=_steps(MEETING_S))
         clearance_m, beyond_m = self._clearance_m, self._beyond_m
-        nearest_m, margin_m = braking(
+        nearest_m, judged, margin_m = braking(
             state, self.response, around, horizon, self._usual, clearance_m, beyond_m
         )
-        at_once = Braking(clearance_m, beyond_m, nearest_m)
+        at_once = Braking(clearance_m, beyond_m, nearest_m, judged)
         cushions = self._emergency if is_emergency else self._usual
         is_admissible = np.empty(len(commands), np.bool_)
         outcomes = np.zeros((len(commands), OUTCOME_COLUMNS))

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Sequence
 
 import numpy as np
 
 from cepa.algorithm import Algorithm
 from master_thesis.campaign.places import STUCK_S
 from master_thesis.errors import FlightError
-from master_thesis.flight.closed_loop import ClosedLoop
+from master_thesis.flight.closed_loop import ClosedLoop, ScanListener
 from master_thesis.flight.course import Phase
 from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.results.clearance import FARTHEST_M, distances_in
@@ -57,9 +57,14 @@ class Flight:
 
 
 def fly_to_goal(
-    parameters: ClosedLoopParameters, steering: Algorithm | None = None, stuck_s: float = STUCK_S
+    parameters: ClosedLoopParameters,
+    steering: Algorithm | None = None,
+    stuck_s: float = STUCK_S,
+    listeners: Sequence[ScanListener] = (),
 ) -> Flight:
     """Fly to `parameters.goal_xyz_m`; steering: in place of the algorithm by its name.
+
+    listeners: get each scan before it steers.
 
     It ends at the goal, at the first contact, or after stuck_s without coming nearer to the goal.
 
@@ -67,6 +72,7 @@ def fly_to_goal(
         FlightError: the UAV never hovered over the start.
     """
     with ClosedLoop(parameters, steering) as loop:
+        loop.listeners += listeners
         begin(loop)
         watch = _Watch(loop, stuck_s)
         loop.run(until=watch.over)

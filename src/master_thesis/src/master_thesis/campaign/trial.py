@@ -13,6 +13,7 @@ import numpy as np
 
 from cepa import ALGORITHMS, CepaParameters, KeepOut, KeepOutBox
 from cepa.algorithm import Algorithm
+from cepa.keep_out import MapPose
 from cepa.steering.answering import RANGE_FINDERS
 from inspection_tools import PositionControllerParameters
 from master_thesis.baselines import BASELINES
@@ -24,6 +25,7 @@ from master_thesis.campaign.places import place_of
 from master_thesis.flight.conditions import BOUNDS, Conditions
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
+from simulation_tools.geometry import Pose, rotation_matrix
 from simulation_tools.sdf.elements import Model, RaySensor
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.vehicle.energy.battery_plugins import power_load_w
@@ -73,11 +75,29 @@ def _flown(case: Case) -> dict[str, Any]:
             range_finders=settings["range_finders"],
         )
         algorithm = steering(settings["algorithm"], cepa)
-        algorithm.take_keep_out(KeepOut(place.keep_out))
-        flight = fly_to_goal(parameters, algorithm, place.stuck_s)
+        keep_out = KeepOut(place.keep_out)
+        algorithm.take_keep_out(keep_out)
+        listeners = [ExactMap(keep_out)] if place.keep_out else []
+        flight = fly_to_goal(parameters, algorithm, place.stuck_s, listeners)
     if entered(flight.poses, place.keep_out, cepa.body_radius):
         flight = replace(flight, end="collision")
     return outcome_of(flight, straight_s)
+
+
+class ExactMap:
+    """Places keep-out boxes in the odometry's frame as a SLAM without error does.
+
+    Without it the odometry's drift, and not CEPA, would decide how far the UAV stays away from them.
+    """
+
+    def __init__(self, keep_out: KeepOut) -> None:
+        self._keep_out = keep_out
+
+    def on_scan(self, t_s: float, ranges: np.ndarray, odometry: Pose, truth: Pose) -> None:
+        """Take the poses of an instant in `odom` and in `world`, which is the map."""
+        told, true = (rotation_matrix(pose.orientation_xyzw) for pose in (odometry, truth))
+        turn = true @ told.T
+        self._keep_out.map_pose = MapPose(turn, truth.position_m - turn @ odometry.position_m)
 
 
 def entered(poses: np.ndarray, boxes: Sequence[KeepOutBox], radius_m: float) -> bool:

@@ -30,8 +30,8 @@ def braking(
     cushions: Cushions,
     clearance: np.ndarray,
     beyond: np.ndarray,
-) -> tuple[float, float]:
-    """Brake at once; return how near what moves comes, and how much more than it must the UAV keeps, m.
+) -> tuple[float, int, float]:
+    """Brake at once; return `Braking`'s last two, and how much more than it must the UAV keeps, m.
 
     Fill ``clearance`` and ``beyond``: see `Braking`.
     """
@@ -39,15 +39,21 @@ def braking(
     reach, unseen, unseen_cell_m = around.free_space
     movers = around.movers
     law, state = law_of(response), state_of(start)
-    nearest, margin = math.inf, math.inf
+    nearest, soon, margin = math.inf, math.inf, math.inf
     tube, share = cushions.tube, error_share(state[0][1], state[1][1], 0.0, 0.0)
     for k in range(horizon.commit + horizon.brake):
         state = advance(state, law, 0.0, 0.0, 0.0)
         clearance[k] = clearance_of_standing(distance, cell_m, layer_m, far, state)
-        nearest = min(nearest, clearance_of_moving(movers, state, (k + 1) * law[-1]))
+        of_movers = clearance_of_moving(movers, state, (k + 1) * law[-1])
+        nearest = min(nearest, of_movers)
+        if k < horizon.commit:
+            soon = nearest
         beyond[k] = beyond_free_space(reach, unseen, unseen_cell_m, layer_m, state)
         margin = min(margin, clearance[k] - max(cushions.least, cushions.hull + share * tube[k]))
-    return nearest, min(margin, nearest - cushions.hull)
+    margin = min(margin, nearest - cushions.hull)
+    if nearest < cushions.hull:
+        return soon, horizon.commit, margin
+    return nearest, horizon.commit + horizon.brake, margin
 
 
 @njit(cache=True)
@@ -66,12 +72,14 @@ def is_admissible(
     """Whether flying u for the commit time and then braking keeps its distance, within the free space.
 
     A path that is nowhere worse than braking at once is admissible, too, and what moves may come as near as
-    it comes to a UAV that brakes at once. u: m/s. path (2, n) is overwritten.
+    it comes to a UAV that brakes at once. If that one is hit, only the commit time counts, and the flight on
+    is judged by its cost. Else the place where the UAV would be hit decides in which directions it may leave.
+    u: m/s. path (2, n) is overwritten.
     """
     distance, cell_m, layer_m, far = around.field
     reach, unseen, unseen_cell_m = around.free_space
     movers = around.movers
-    clearance, beyond, nearest_mover = at_once
+    clearance, beyond, nearest_mover, judged = at_once
     tube, share = cushions.tube, error_share(state[0][1], state[1][1], ux, uy)
     step_s, is_layered, flown = law[-1], unseen.shape[0] > 0, 0
     for k in range(horizon.commit + horizon.brake):
@@ -83,7 +91,7 @@ def is_admissible(
         keep = max(cushions.least, cushions.hull + share * tube[k])
         if clearance_of_standing(distance, cell_m, layer_m, far, state) < min(keep, clearance[k]):
             return False
-        if clearance_of_moving(movers, state, (k + 1) * step_s) < min(keep, nearest_mover):
+        if k < judged and clearance_of_moving(movers, state, (k + 1) * step_s) < min(keep, nearest_mover):
             return False
         if is_layered and beyond_free_space(reach, unseen, unseen_cell_m, layer_m, state) > max(
             0.0, beyond[k]

@@ -77,7 +77,9 @@ class Braking(NamedTuple):
     beyond: np.ndarray
     """(n,) m: how far it is beyond the free space."""
     nearest_mover: float
-    """m: how near what moves comes on the whole path."""
+    """m: how near what moves comes in the first ``judged`` steps."""
+    judged: int
+    """Steps in which what moves counts: all n, or those of the commit time if a UAV that brakes is hit."""
 
 
 class Cushions(NamedTuple):
