@@ -17,6 +17,10 @@ The row `one_mesh` is nine places of one mesh each, see `explore_rows/meshes.py`
 The row `decisions` is the CPU time of decisions in a large hall, without a flight; see
 `explore_rows/decisions.py`. Keys: explore.decisions.MILLIMETRES of a voxel.
 
+The row `way_home` compares the reckoned way home with the time that it took, in 20 drawn places; see
+`explore_rows/way_home.py`. It is flown if it is named. Keys: explore.way_home.{flights, longer_than_allowed,
+ways, ratio_median, ratio_99, ratio_greatest, longest_m, contacts}.
+
 Keys of `one_mesh`: explore.one_mesh.PLACE, of the first seed; `explore_rows/one_mesh.py` has what they hold.
 """
 
@@ -30,7 +34,7 @@ from typing import Sequence
 
 import numpy as np
 
-from benchmarks.explore_rows import batteries, decisions, one_mesh
+from benchmarks.explore_rows import batteries, decisions, one_mesh, way_home
 from benchmarks.explore_rows.meshes import PLACES
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
@@ -48,7 +52,7 @@ MISSION_SEEDS = tuple(range(1201, 1401))
 TIME_S, BRIEF_TIME_S = 400.0, 15.0
 """Of simulation; then the UAV flies home, explored or not."""
 KNOWN_MIN = 0.99
-NAMED = (one_mesh.ROW, decisions.ROW)
+NAMED = (one_mesh.ROW, decisions.ROW, way_home.ROW)
 """Rows that are measured only if they are named."""
 SHARES = ("known_share", "mapped_share")
 METRICS = (
@@ -81,6 +85,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
             _fly_missions(given, results)
         if one_mesh.ROW in rows:
             _fly_meshes(given, results)
+        if way_home.ROW in rows:
+            _fly_home(given, results)
         if decisions.ROW in rows:
             for voxel_m in decisions.VOXELS_M:
                 numbers = decisions.measure(voxel_m)
@@ -113,6 +119,22 @@ def _fly_meshes(given: argparse.Namespace, results: Results) -> None:
         if seed == seeds[0]:
             results.add(f"explore.{one_mesh.ROW}.{place}", numbers)
         print(place, json.dumps(numbers))
+
+
+def _fly_home(given: argparse.Namespace, results: Results) -> None:
+    seeds = given.seeds or (way_home.SEEDS[:1] if given.brief else way_home.SEEDS)
+    found = run_crossed("explore_way_home", fly_home, given, seed=seeds)
+    for (seed,), numbers in found.items():
+        print(seed, json.dumps(numbers))
+    numbers = way_home.summary(list(found.values()))
+    results.add(f"explore.{way_home.ROW}", numbers)
+    print(way_home.ROW, json.dumps(numbers))
+
+
+def fly_home(seed: int) -> dict:
+    """Explore a drawn place for a while, and come home."""
+    _warm_up()
+    return way_home.fly(seed)
 
 
 def fly_mesh(place: str, seed: int) -> dict:

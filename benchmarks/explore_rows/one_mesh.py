@@ -29,6 +29,7 @@ from master_thesis.exploring.places import (
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Outcome, Phase
 from master_thesis.results.clearance import SPACING_M, clearances_along, least
+from simulation_tools.vehicle.energy.battery import BatteryStart
 
 ROW = "one_mesh"
 TIME_S = {"hall": 120.0, "double_bottom": 120.0}
@@ -58,6 +59,8 @@ def fly(name: str, seed: int) -> dict:
         world = drawn.written_to(Path(folder))
         place = place_of(name, drawn, world)
         given, began_cpu_s = place.loop_parameters(world, seed, LONGEST_S), time.process_time()
+        # Without a battery of the model the stand-in drains to 50 % within a minute, as PX4 SITL does.
+        given = replace(given, simulation=replace(given.simulation, battery=BatteryStart()))
         with ClosedLoop(given) as loop:
             flight = ExploringFlight(
                 loop, place.planner, place.explorer, place.volume, place.asked(time_s), EnergyWatch(ENERGY)

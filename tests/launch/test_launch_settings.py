@@ -13,6 +13,7 @@ import pytest
 import yaml
 
 from master_thesis.exploring.places import HOLD, TANK, place_of
+from master_thesis.flight.parameters import LED_CEPA
 from master_thesis.worlds.scenario import CLOUD_LIDARS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -129,6 +130,7 @@ def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, given, leader
         config = loaded(path, f"world:={world}", *given)
         params = {key: each.value for key, each in config.params.items()}
         assert {node.name for node in config.nodes} & {"explore", "inspect"} == leaders
+        assert params["/cepa/height_min"] == LED_CEPA.height_min == -1000.0  # a hole may lead below the start
         assert params["/cepa/algorithm"] == "dynamic"
         for leader in leaders:
             assert params["/cepa/body_radius"] == params[f"/{leader}/planner/radius"] == radius_m
@@ -141,6 +143,8 @@ def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, given, leader
             f"/{node}/processed" for node in ("experiment", *leaders, "gridslam", "slam_octomap")
         }
     assert loaded(path, "lockstep:=false").params["/gazebo/lockstep_participants"].value == ""
+    without = loaded(path, "sensors:=range_finder").params
+    assert without["/cepa/height_min"].value == 0.3  # as cepa.yaml has it: nothing else sees the floor
 
 
 @pytest.mark.ros

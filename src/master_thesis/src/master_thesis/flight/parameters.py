@@ -29,10 +29,11 @@ CEPA = CepaParameters(speed_fractions=SLOW_DETOURS)
 """CEPA's parameters in the thesis's experiments."""
 STEADY_CEPA = replace(CEPA, k_previous=STEADY_SIDE)
 """Those of config/cepa.yaml, with which everything else flies."""
-LED_CEPA = replace(STEADY_CEPA, window_m=0.0)
-"""As errand.launch has them, where a planner knows the ways. CEPA's own search would find none in a room that
+LED_CEPA = replace(STEADY_CEPA, window_m=0.0, height_min=-1000.0)
+"""As mapped.launch has them, where a planner knows the ways. CEPA's own search would find none in a room that
 is closed at its height, or lead away from a place before a wall: it thinks that the reference leads far
-ahead, for the UAV aims ahead on its way."""
+ahead, for the UAV aims ahead on its way. No least height counts: a place may go on below the start, through a
+hole or down a ramp, and range finders see the floor."""
 
 
 @dataclass(frozen=True)
