@@ -119,14 +119,15 @@ def test_its_own_place_is_what_would_be_seen_if_all_around_the_body_were(seed):
 @given(seed=seeds)
 def test_where_nobody_has_looked_the_plane_counts_at_all_heights(seed):
     rng = np.random.default_rng(seed)
-    field, plane, known = (rng.uniform(0.0, 1.3, shape) for shape in ((LAYERS, 7, 7), (7, 7), (7, 7)))
+    far, shapes = 1.3, ((LAYERS, 7, 7), (7, 7), (7, 7))
+    field, plane, known = (np.minimum(rng.uniform(0.0, 3.0 * far, shape), far) for shape in shapes)
     unseen, at = rng.integers(0, 3, (LAYERS, 4, 4)).astype(np.uint8), np.array([0, 0, 1, 1, 2, 2, 3])
     expected = field.copy()
     for layer, i, j in np.ndindex(field.shape):
         least = min(plane[i, j], known[i, j]) if unseen[layer, at[i], at[j]] else math.inf
         least = min(least, plane[i, j]) if layer == LAYERS // 2 else least
         expected[layer, i, j] = min(field[layer, i, j], least)
-    shade(field, plane, known, unseen, at)
+    shade(field, plane, known, unseen, at, far)
     np.testing.assert_array_equal(field, expected)
 
 

@@ -153,20 +153,26 @@ def _along_row(cells: np.ndarray, most: int, squared: np.ndarray) -> tuple[int, 
 
 @njit(cache=True)
 def shade(
-    field: np.ndarray, plane: np.ndarray, known: np.ndarray, unseen: np.ndarray, at: np.ndarray
+    field: np.ndarray, plane: np.ndarray, known: np.ndarray, unseen: np.ndarray, at: np.ndarray, far: float
 ) -> None:
     """Lower ``field`` (layers, n, n) to what a plane shows (n, n), m, where nobody has looked.
 
     There ``known`` (n, n), m, counts, too. In the middle layer the plane counts everywhere. unseen (layers,
-    k, k): 0 where somebody has looked. at (n,): the row or column of ``unseen`` that each cell is in.
+    k, k): 0 where somebody has looked. at (n,): the row or column of ``unseen`` that each cell is in. far: m,
+    the greatest value in ``field``; where nothing nearer is known, nothing is lowered.
     """
     layers, n, _ = field.shape
     both = np.minimum(plane, known)
     begins = np.searchsorted(at, np.arange(unseen.shape[1] + 1))  # of the cells that each row is of
+    is_near = np.zeros(unseen.shape[1:], np.bool_)
+    for i in range(n):
+        for j in range(n):
+            if both[i, j] < far:
+                is_near[at[i], at[j]] = True
     for layer in range(layers):
         for row in range(unseen.shape[1]):
             for column in range(unseen.shape[2]):
-                if unseen[layer, row, column] == 0:
+                if unseen[layer, row, column] == 0 or not is_near[row, column]:
                     continue
                 for i in range(begins[row], begins[row + 1]):
                     for j in range(begins[column], begins[column + 1]):

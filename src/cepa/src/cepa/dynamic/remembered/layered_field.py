@@ -44,4 +44,4 @@ class LayeredField:
         near = points[np.abs(points[:, 2]) < SHADING_M, :2]
         known = np.empty(distance.shape[1:])
         fill_distances(np.ascontiguousarray(near), 0.0, 0.0, known, self.grid.cell_m, self.far_m)
-        shade(distance, plane.distance[0], known, unseen, at)
+        shade(distance, plane.distance[0], known, unseen, at, self.far_m)
