@@ -5,11 +5,14 @@ Marked pixels that lie within the tolerance of the mask are right, and those of 
 of a mark are found. --photographs FOLDER with --truth FILE: a table with the columns `name` and the kind
 (crack or rust), yes or no; a picture with one mark or more says yes. `--peers sato` runs scikit-image's ridge
 filter with hysteresis beside, untuned, on masks of cracks; it is installed at first. Every picture counts,
-but those that are named with the reason. The pictures are taken one by one, without poses, at their own size.
+but those that are named with the reason. The pictures are taken one by one, without poses, at their own
+size. Those that are blurred, written upon (a time stamp) or not stored as RGB count, and they are told and
+counted apart, too.
 
 Keys: findings.SET.KIND.{ours, sato}.{precision, recall, f}, of all pictures together; .f_p10, .f_median,
 .f_p90 over the pictures; .cpu_s, the median of a picture; .cpu_s_per_mp; .peak_mb of the process; .pictures;
-.left_out; and with --truth .true, .found_of_true, .false, .others, .wrong
+.left_out; and with --truth .true, .found_of_true, .false, .others, .wrong. The same of ours_blurred,
+ours_written and ours_converted, of such pictures alone.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks.findings_rows import ours, public_set
+from benchmarks.findings_rows.apart import flaws_of, told_of
 from benchmarks.findings_rows.public_set import PublicSet, SetError
 from benchmarks.findings_rows.sato import lines_by_sato
 from benchmarks.findings_rows.scores import Score, of_answer, of_pixels, total
@@ -72,7 +76,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(
             f"{given.kind} in {name}: {rows['ours']['pictures']} pictures, {len(found.left_out)} left out.\n"
         )
-        print(_table(rows) if given.masks else _answers(rows["ours"]))
+        for line in told_of(found.flaws):
+            print(line)
+        print(_table(rows) if given.masks else "\n".join(f"{who}: {_answers(n)}" for who, n in rows.items()))
 
 
 def _set_of(given: argparse.Namespace) -> PublicSet:
@@ -95,7 +101,11 @@ def _by_masks(found: PublicSet, given: argparse.Namespace) -> dict[str, dict[str
         paths.append(path)
         masks.append(mask)
         megapixels.append(mask.size / 1e6)
-    rows = {"ours": _figures(scores, cpu_s, megapixels, _peak_mb(), found)}
+        found.flaws[path.name] = flaws_of(picture, path)
+    rows = {
+        who: _figures(*(_at(places, each) for each in (scores, cpu_s, megapixels)), _peak_mb(), found)
+        for who, places in _parts(found, [path.name for path in paths]).items()
+    }
     if "sato" in given.peers and given.kind == "crack":
         try:
             lines = lines_by_sato(paths)
@@ -108,7 +118,7 @@ def _by_masks(found: PublicSet, given: argparse.Namespace) -> dict[str, dict[str
 
 
 def _by_answers(found: PublicSet, kind: str) -> dict[str, dict[str, Any]]:
-    scores, cpu_s, megapixels, wrong = [], [], [], []
+    names, scores, cpu_s, megapixels, wrong = [], [], [], [], []
     for path, picture in tqdm(found.pictures(), total=len(found.answers), unit="picture"):
         start = time.process_time()
         says = bool(ours.marks_in(picture, kind))
@@ -117,11 +127,30 @@ def _by_answers(found: PublicSet, kind: str) -> dict[str, dict[str, Any]]:
         megapixels.append(picture.shape[0] * picture.shape[1] / 1e6)
         if says != found.answers[path]:
             wrong.append(path.name)
-    numbers = _figures(scores, cpu_s, megapixels, _peak_mb(), found)
-    both = total(scores)
-    numbers |= {"true": both.true, "found_of_true": both.shown, "false": both.found - both.right}
-    numbers |= {"others": len(scores) - both.true, "wrong": wrong}
-    return {"ours": numbers}
+        names.append(path.name)
+        found.flaws[path.name] = flaws_of(picture, path)
+    rows = {}
+    for who, places in _parts(found, names).items():
+        part = _at(places, scores)
+        numbers = _figures(part, _at(places, cpu_s), _at(places, megapixels), _peak_mb(), found)
+        both = total(part)
+        numbers |= {"true": both.true, "found_of_true": both.shown, "false": both.found - both.right}
+        of_these = set(_at(places, names))
+        numbers |= {"others": len(part) - both.true, "wrong": [name for name in wrong if name in of_these]}
+        rows[who] = numbers
+    return rows
+
+
+def _parts(found: PublicSet, names: Sequence[str]) -> dict[str, list[int]]:
+    """Return the numbers of all pictures, and of those with each flaw. names: of all."""
+    parts = {"ours": list(range(len(names)))}
+    for flaw in sorted({flaw for each in found.flaws.values() for flaw in each}):
+        parts[f"ours_{flaw}"] = [k for k, name in enumerate(names) if flaw in found.flaws[name]]
+    return parts
+
+
+def _at(places: Sequence[int], values: Sequence[Any]) -> list[Any]:
+    return [values[k] for k in places]
 
 
 def _figures(

@@ -11,14 +11,13 @@ import numpy as np
 from PIL import Image
 from scipy.io import loadmat
 
-from inspection_tools.photographs.listing import pictures_in, read_picture
+from inspection_tools.findings.picture.flaws import check_shows
+from inspection_tools.photographs.listing import LeftOut, pictures_in, read_picture
 from inspection_tools.photographs.record import PhotographError
 
 YES, NO = ("1", "yes", "true", "y"), ("0", "no", "false", "n")
 FEW_VALUES = 16
 """A mask with more values was compressed with losses, and is cut at half its range."""
-DARK, BRIGHT, MOST_SHARE = 8, 247, 0.98
-"""A picture of which more is darker or brighter than these (of 255) shows nothing."""
 
 
 class SetError(Exception):
@@ -30,22 +29,23 @@ class PublicSet:
     """Photographs with masks or answers.
 
     label: value of the pixels of a mask that count; None: all but the most frequent value. left_out: name of
-    each other picture, with the reason.
+    each other picture, with the reason. flaws: of each picture that counts, words of `apart`.
     """
 
     masks: dict[Path, Path] = field(default_factory=dict)
     answers: dict[Path, bool] = field(default_factory=dict)
     label: int | None = None
     left_out: dict[str, str] = field(default_factory=dict)
+    flaws: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def pictures(self) -> Iterator[tuple[Path, np.ndarray]]:
         """Yield each picture, uint8 (height, width, 3), that shows something."""
         for path in (*self.masks, *self.answers):
             try:
                 picture = _read(path)
-                _check_shows(picture)
+                check_shows(picture, str(path))
             except (PhotographError, SetError) as error:
-                self.left_out[path.name] = str(error)
+                self.left_out[path.name] = LeftOut.of(path, error).why
                 continue
             yield path, picture
 
@@ -176,12 +176,6 @@ def _read(path: Path) -> np.ndarray:
     except (OSError, SyntaxError) as error:
         raise SetError(f"It cannot be read: {error}.") from None
     return read_picture(path)
-
-
-def _check_shows(picture: np.ndarray) -> None:
-    green = picture[..., 1]
-    if max((green < DARK).mean(), (green > BRIGHT).mean()) > MOST_SHARE:
-        raise SetError("It is black or white all over.")
 
 
 def _pictures(folder: Path) -> list[Path]:

@@ -89,7 +89,7 @@ def test_what_does_not_fit_is_left_out_and_named(pictures, tmp_path):
     masks = {path.name: found.mask(path, picture.shape[:2]) for path, picture in found.pictures()}
     np.testing.assert_array_equal(masks["a.png"], MASK)
     assert set(found.left_out) == {"b.png", "c.png", "d.png"}
-    assert found.left_out["b.png"] == "It is black or white all over."
+    assert found.left_out["b.png"] == "It is white all over. Shoot it again with another exposure."
     assert found.left_out["c.png"] == "Its mask has 60 x 20 px, and not its size."
 
 
@@ -109,6 +109,19 @@ def test_a_table_answers(pictures, tmp_path, capsys):
     assert "left out: x.png" in said
     numbers = json.loads((tmp_path / "benchmarks.json").read_text())["findings"]["pictures"]["crack"]["ours"]
     assert (numbers["true"], numbers["others"]) == (1, 1)
+
+
+def test_pictures_with_a_flaw_count_with_the_others_and_apart(pictures, tmp_path, capsys):
+    with Image.open(pictures / "c.png") as image:
+        image.convert("P").save(pictures / "c.png")
+    (tmp_path / "truth.csv").write_text("name,crack\na.png,yes\nc.png,no\n")
+    findings.main(
+        ["--photographs", str(pictures), "--truth", str(tmp_path / "truth.csv"), "--results", str(tmp_path)]
+    )
+    assert "converted: 1 pictures: c.png." in capsys.readouterr().out
+    numbers = json.loads((tmp_path / "benchmarks.json").read_text())["findings"]["pictures"]["crack"]
+    assert numbers["ours"]["pictures"] == 2
+    assert (numbers["ours_converted"]["true"], numbers["ours_converted"]["others"]) == (0, 1)
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,7 @@ from inspection_tools.findings.findings_file import (
 from inspection_tools.findings.kinds import kinds_of
 from inspection_tools.findings.merging import Finding
 from inspection_tools.findings.parameters import FindingParameters
+from inspection_tools.findings.picture.flaws import counted
 from inspection_tools.findings.picture.paint import told_of_paint
 from inspection_tools.findings.search import plan_nearer, search_folders
 from inspection_tools.survey.plan import SurveyPlan
@@ -80,6 +81,8 @@ def main(arguments: list[str] | None = None) -> int:
         return 1
     for each in record.left_out:
         print(f"findings: left out: {each.name}: {each.why}", file=sys.stderr)
+    for line in counted(record.flawed):
+        print(f"findings: {line}", file=sys.stderr)
     for kind in kinds_of(each.kind for each in findings):
         print(f"{kind.name}: {sum(each.kind == kind.name for each in findings)}")
     if record.red:

@@ -29,7 +29,8 @@ class SearchRecord:
 
     searched: names of the photographs in which findings were looked for; None: an older program did not tell.
     left_out: those that could not be searched, with the reason. red: names of those whose coating is as red
-    as rust: rust of its colour is not told from it. without_pose: what is marked on pictures alone.
+    as rust: rust of its colour is not told from it. without_pose: what is marked on pictures alone. flawed:
+    those that were searched, but are blurred or written upon, with a sentence for each flaw.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -37,6 +38,7 @@ class SearchRecord:
     left_out: tuple[LeftOut, ...] = ()
     red: tuple[str, ...] = ()
     without_pose: tuple[MarkedPicture, ...] = ()
+    flawed: tuple[LeftOut, ...] = ()
 
 
 def read_findings(path: Path) -> list[Finding]:
@@ -64,15 +66,16 @@ def read_search(path: Path) -> SearchRecord:
         raise ReportError(f"{path}: two findings have the same id. Give each its own.")
     try:
         searched = None if content.get("searched") is None else tuple(map(str, content["searched"]))
-        left_out = tuple(
-            LeftOut(str(each["photograph"]), str(each["why"])) for each in content.get("left_out", ())
+        left_out, flawed = (
+            tuple(LeftOut(str(each["photograph"]), str(each["why"])) for each in content.get(key, ()))
+            for key in ("left_out", "flawed")
         )
         red = tuple(map(str, content.get("red", ())))
     except (KeyError, TypeError) as error:
         raise ReportError(
-            f"{path}: searched, left_out and red must be lists of photographs ({error})."
+            f"{path}: searched, left_out, flawed and red must be lists of photographs ({error})."
         ) from None
-    return SearchRecord(tuple(found), searched, left_out, red, marked_in(content, path))
+    return SearchRecord(tuple(found), searched, left_out, red, marked_in(content, path), flawed)
 
 
 def _finding(path: Path, number: int, given: Any) -> Finding:
@@ -100,7 +103,11 @@ def write_findings(path: Path, record: SearchRecord) -> None:
     """Write a file of findings, whole or not at all. Raises ReportError."""
     rows = ",\n".join(json.dumps(asdict(each)) for each in record.findings)
     searched = "" if record.searched is None else f'"searched": {json.dumps(record.searched)}, '
-    left_out = json.dumps([{"photograph": each.name, "why": each.why} for each in record.left_out])
+    left_out, flawed = (
+        json.dumps([{"photograph": each.name, "why": each.why} for each in told])
+        for told in (record.left_out, record.flawed)
+    )
+    searched += f'"flawed": {flawed}, ' if record.flawed else ""
     searched += f'"red": {json.dumps(record.red)}, ' if record.red else ""
     searched += f'"without_pose": {json.dumps(rows_of(record.without_pose))}, ' if record.without_pose else ""
     text = f'{{"frame": "map", {searched}"left_out": {left_out}, "findings": [\n{rows}\n]}}\n'

@@ -103,8 +103,8 @@ class Remembered:
         self._key = hashlib.sha256(np.ascontiguousarray(triangles_m).tobytes())
         self._key.update(json.dumps(asdict(parameters)).encode() + _program())
 
-    def read(self, path: Path) -> list[Candidate] | None:
-        """Return the candidates of a photograph; None: it was not searched."""
+    def read(self, path: Path) -> tuple[list[Candidate], tuple[str, ...]] | None:
+        """Return the candidates of a photograph, and its flaws; None: it was not searched."""
         try:
             with np.load(path.with_suffix(SUFFIX)) as stored:
                 if str(stored["key"]) != self._key_of(path):
@@ -112,12 +112,13 @@ class Remembered:
                 ends = np.cumsum(stored["counts"])[:-1]
                 parts = np.split(stored["pixels"], ends) if len(stored["counts"]) else []
                 rows = zip(stored["kinds"], parts, stored["sizes"])
-                return [Candidate(str(kind), pixels, int(size)) for kind, pixels, size in rows]
+                found = [Candidate(str(kind), pixels, int(size)) for kind, pixels, size in rows]
+                return found, tuple(map(str, stored["flaws"]))
         except (OSError, ValueError, KeyError, EOFError, BadZipFile):
             return None
 
-    def write(self, path: Path, found: Sequence[Candidate]) -> None:
-        """Keep the candidates of a photograph."""
+    def write(self, path: Path, found: Sequence[Candidate], flaws: Sequence[str] = ()) -> None:
+        """Keep the candidates of a photograph, and its flaws."""
         pixels = [each.pixels for each in found] or [np.zeros((0, 2))]
         content = io.BytesIO()
         with contextlib.suppress(OSError):
@@ -128,6 +129,7 @@ class Remembered:
                 sizes=np.array([each.size_px for each in found], np.int64),
                 counts=np.array([len(each.pixels) for each in found], np.int64),
                 pixels=np.concatenate(pixels),
+                flaws=np.array(flaws, str),
             )
             write_whole({path.with_suffix(SUFFIX): content.getvalue()})
 

@@ -16,6 +16,7 @@ from inspection_tools.findings.kinds import RUST, kind_of
 from inspection_tools.findings.merging import Finding, merged
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate, candidates_in
+from inspection_tools.findings.picture.flaws import check_shows, flaws_in
 from inspection_tools.findings.picture.on_pictures import PictureSearch, without_pose
 from inspection_tools.findings.picture.paint import RED
 from inspection_tools.findings.placing import MeshSurface, Placed, PosedPhotograph
@@ -59,6 +60,7 @@ class PhotographSearch:
 
     Attributes:
         searched: names of the photographs that were searched.
+        flawed: those of them that have a flaw, with a sentence each.
     """
 
     def __init__(self, mesh: Mesh, parameters: FindingParameters, first: Path) -> None:
@@ -67,30 +69,39 @@ class PhotographSearch:
         self._placed: list[Placed] = []
         self._near: list[PosedPhotograph] = []
         self.searched: list[str] = []
+        self.flawed: list[LeftOut] = []
 
     def add(self, path: Path) -> None:
         """Search a photograph.
 
         Raises:
-            PhotographError: it or its marks are damaged, or its folder's calibration cannot be read.
+            PhotographError: it shows nothing, it or its marks are damaged, or its folder's calibration cannot
+                be read.
         """
         camera, record = read_camera(path.parent / "calibration.yaml"), read_record(path.with_suffix(".json"))
         name = _named(path, self._first)
         posed = self._detector.posed(camera, record, name)
-        found = read_marks(path)
-        if found is not None:
-            check_picture(path)
-        else:
-            found = self._remembered.read(path)
-        if found is None:
-            picture, _ = read_photograph(path)
-            found = self._detector.candidates(picture, posed)
-            self._remembered.write(path, found)
+        found, flaws = self._marks_of(path, posed)
+        self.flawed += [LeftOut(name, why) for why in flaws]
         self._placed += [each for each in map(posed.place, found) if each is not None]
         self.searched.append(name)
         if posed.sight.finest_mm <= self._p.crack_closer:
             posed.sight.forget_edges()  # or hundreds of photographs take gigabytes
             self._near.append(posed)
+
+    def _marks_of(self, path: Path, posed: PosedPhotograph) -> tuple[list[Candidate], tuple[str, ...]]:
+        """Return what is marked in a photograph, by another detector or by us, and its flaws."""
+        by_others = read_marks(path)
+        if by_others is not None:
+            check_picture(path)
+            return by_others, ()
+        known = self._remembered.read(path)
+        if known is None:
+            picture, _ = read_photograph(path)
+            check_shows(picture, str(path))
+            known = self._detector.candidates(picture, posed), flaws_in(picture, path)
+            self._remembered.write(path, *known)
+        return known
 
     def red_photographs(self) -> list[str]:
         """Return the photographs that show little but the colour of rust, if they are most of all.
@@ -171,8 +182,9 @@ def _with_poses(
             except PhotographError as error:
                 left_out.append(LeftOut.of(path, error)._replace(name=_named(path, first)))
     return SearchRecord(
-        tuple(search.findings()), tuple(search.searched), tuple(left_out), tuple(search.red_photographs())
-    )
+        tuple(search.findings()), tuple(search.searched), tuple(left_out), tuple(search.red_photographs()),
+        flawed=tuple(search.flawed),
+    )  # fmt: skip
 
 
 def _without_poses(
@@ -193,6 +205,7 @@ def _without_poses(
         searched=tuple(searched),
         left_out=(*kept, *left_out),
         without_pose=search.marked(),
+        flawed=(*record.flawed, *search.flawed),
     )
 
 

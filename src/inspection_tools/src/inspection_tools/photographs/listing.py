@@ -32,6 +32,8 @@ UNREAD = (
 """Of pictures whose kind is not read here."""
 COLOURED = ("RGB", "RGBA", "RGBX", "P", "PA", "CMYK", "YCbCr", "LAB", "HSV")
 """Pillow's names of what has colours, with 8 bits for each."""
+AS_STORED = ("RGB", "RGBA", "RGBX", "L")
+"""Those whose values are taken as they are."""
 JPEGS = ("JPEG", "MPO")
 """Pillow's names of JPEG, and of several in one file, of which the first one counts."""
 START_OF_JPEG, START_OF_SCAN, END_OF_JPEG, TAIL_BYTES = b"\xff\xd8", b"\xda", b"\xff\xd9", 4096
@@ -136,6 +138,12 @@ def read_picture(path: Path) -> np.ndarray:
             return np.array(image.convert("RGB"))  # one may write to it
     except _DAMAGES as error:
         raise PhotographError(_damage(error, path)) from None
+
+
+def is_converted(path: Path) -> bool:
+    """Return whether a picture's colours are of another kind than RGB: inks, a palette and others."""
+    with Image.open(path) as image:
+        return image.mode not in AS_STORED
 
 
 def size_of(path: Path) -> tuple[int, int]:

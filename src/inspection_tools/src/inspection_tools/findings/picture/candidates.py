@@ -16,6 +16,7 @@ from inspection_tools.findings.picture.paint import RED, is_all_red, unlike_coat
 from inspection_tools.findings.picture.rough_cracks import cracks_on_rough
 from inspection_tools.findings.picture.rust_texture import rust_among
 from inspection_tools.findings.picture.smoothing import smoothed
+from inspection_tools.findings.picture.stamps import without_writing, writing_in
 
 BLOCK_PX = 4
 """Colour is judged in blocks: single pixels are noisy, and JPEG halves the colour's resolution."""
@@ -68,7 +69,9 @@ def candidates_in(
     block_mm = BLOCK_PX * float(np.clip(detail_mm, 0.1, 2.0 * COARSE_MM))
     least = max(LEAST_BLOCKS, (1e3 * parameters.rust_size / block_mm) ** 2)
     blocks = block_light(picture, _linear(), BLOCK_PX)
+    writing = writing_in(picture)
     red = _rust_blocks(blocks, parameters, least, math.ceil(RIM_MM / block_mm))
+    red = without_writing(red, writing, BLOCK_PX)
     rust = rust_among(red, picture, _linear()) if parameters.rust_texture else red
     most_apart = max(1, int(RUST_APART_MM / block_mm))
     found = []
@@ -77,6 +80,7 @@ def candidates_in(
         rust = red = _large(unlike_the_most(blocks, red), least)
     found += _of_blocks(RUST.name, rust, most_apart)
     near = ndimage.binary_dilation(red, iterations=3)  # rust has dark pits and borders
+    near = ~without_writing(~near, writing, BLOCK_PX)
     for times in sorted({1, max(1, round(COARSE_MM / max(detail_mm, 0.1)))}):
         light = _smaller(light_of(picture[..., 1], _linear()), times)  # green has the least noise
         light = smoothed(light, SMOOTH_PX, SMOOTH_REACH)

@@ -12,9 +12,10 @@ from inspection_tools.errors import ReportError
 from inspection_tools.findings.kinds import RUST
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.picture.candidates import Candidate, candidates_in
+from inspection_tools.findings.picture.flaws import check_shows, flaws_in
 from inspection_tools.findings.picture.paint import RED
 from inspection_tools.findings.remembered import read_marks
-from inspection_tools.photographs.listing import check_picture, pictures_in, read_picture
+from inspection_tools.photographs.listing import LeftOut, check_picture, pictures_in, read_picture
 
 Box = tuple[int, int, int, int]
 
@@ -42,19 +43,27 @@ def without_pose(folder: Path) -> list[Path]:
 
 
 class PictureSearch:
-    """Marks rust and cracks in pictures. A picture that another detector has marked is not searched."""
+    """Marks rust and cracks in pictures. A picture that another detector has marked is not searched.
+
+    Attributes:
+        flawed: the pictures that were searched, but have a flaw, with a sentence each.
+    """
 
     def __init__(self, parameters: FindingParameters) -> None:
         self._p = parameters.for_pictures()
         self._marked: list[MarkedPicture] = []
+        self.flawed: list[LeftOut] = []
 
     def add(self, path: Path, name: str) -> None:
-        """Search a picture; raises PhotographError if it, or its file of marks, is damaged."""
+        """Search a picture; raises PhotographError: it shows nothing, or it or its marks are damaged."""
         found = read_marks(path)
         if found is not None:
             check_picture(path)
         else:
-            found = candidates_in(read_picture(path), self._p)
+            picture = read_picture(path)
+            check_shows(picture, str(path))
+            found = candidates_in(picture, self._p)
+            self.flawed += [LeftOut(name, why) for why in flaws_in(picture, path)]
         self._marked.append(MarkedPicture(name, tuple(_mark(each) for each in found)))
 
     def marked(self) -> tuple[MarkedPicture, ...]:
