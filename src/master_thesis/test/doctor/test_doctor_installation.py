@@ -162,6 +162,14 @@ def test_what_is_broken_is_found(case):
     assert found[0].remedy
 
 
+@pytest.mark.parametrize("case", ["foreign numpy", "not built", "not sourced"])
+def test_what_hides_all_messages_is_told_alone(case):
+    """With a foreign numpy 67 messages were "not built", and a set-up would not have helped."""
+    changes, _, where, _ = CASES[case]
+    found = installation.check(replace(WELL, **changes, md5_found={}))
+    assert [one.where for one in found] == [where]
+
+
 def test_ros_ip_makes_up_for_a_name_that_does_not_resolve():
     hosts = {"localhost": True, "box": False}
     assert installation.check(replace(WELL, hosts=hosts, **with_ros(ROS_IP="127.0.0.1"))) == []

@@ -91,9 +91,15 @@ def underlays(machine: Machine) -> Iterator[Finding]:
 
 
 def messages(machine: Machine) -> Iterator[Finding]:
-    """Check the message types' md5sums. Only with upstream's can nodes talk to MAVROS and Gazebo."""
+    """Check the message types' md5sums. Only with upstream's can nodes talk to MAVROS and Gazebo.
+
+    What keeps all messages from being read is a finding of its own. Each of them would only hide it.
+    """
+    explained = bool(machine.shadowed) or not (machine.built and machine.sourced)
     for name, wanted in machine.md5_wanted.items():
         found = machine.md5_found.get(name)
+        if found is None and explained:
+            continue
         if found is None:
             yield Finding(ERROR, f"message {name}", "is not built, or not in PYTHONPATH", SETUP)
         elif found != wanted:
