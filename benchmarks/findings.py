@@ -12,7 +12,8 @@ counted apart, too.
 Keys: findings.SET.KIND.{ours, sato}.{precision, recall, f}, of all pictures together; .f_p10, .f_median,
 .f_p90 over the pictures; .cpu_s, the median of a picture; .cpu_s_per_mp; .peak_mb of the process; .pictures;
 .left_out; and with --truth .true, .found_of_true, .false, .others, .wrong. The same of ours_blurred,
-ours_written and ours_converted, of such pictures alone.
+ours_written and ours_converted, of such pictures alone; with --halves, of first_half, on which one may tune,
+and of second_half.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from tqdm import tqdm
 
 from benchmarks.findings_rows import ours, public_set
 from benchmarks.findings_rows.apart import flaws_of, told_of
+from benchmarks.findings_rows.halves import halves_of
 from benchmarks.findings_rows.public_set import PublicSet, SetError
 from benchmarks.findings_rows.sato import lines_by_sato
 from benchmarks.findings_rows.scores import Score, of_answer, of_pixels, total
@@ -50,6 +52,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--truth", type=Path, metavar="FILE", help="CSV: name, and crack or rust: yes or no")
     parser.add_argument("--kind", choices=KINDS, default="crack")
     parser.add_argument("--tolerance", type=float, default=5.0, help="of marks beside the mask, px")
+    parser.add_argument(
+        "--halves",
+        type=int,
+        metavar="SEED",
+        help="with --truth: tell both halves of the set by this seed",
+    )
     parser.add_argument("--set", default=None, help="name of the set; default: that of its folder")
     parser.add_argument("--peers", nargs="+", default=(), choices=("sato",))
     given = parser.parse_args(arguments)
@@ -60,13 +68,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     if (given.masks is None) == (given.truth is None):
         parser.error("give either --masks FOLDER or --truth FILE")
+    if given.halves is not None and given.truth is None:
+        parser.error("--halves needs --truth FILE")
     try:
         found = _set_of(given)
     except (SetError, OSError) as error:
         parser.exit(1, f"bench findings: {error}\n")
     name = given.set or given.photographs.resolve().name
     with Results("findings", given.results, vars(given)) as results:
-        rows = _by_answers(found, given.kind) if given.truth else _by_masks(found, given)
+        rows = _by_answers(found, given.kind, given.halves) if given.truth else _by_masks(found, given)
         for who, numbers in rows.items():
             results.add(f"findings.{name}.{given.kind}.{who}", numbers)
         for why in sorted(set(found.left_out.values())):
@@ -117,7 +127,7 @@ def _by_masks(found: PublicSet, given: argparse.Namespace) -> dict[str, dict[str
     return rows
 
 
-def _by_answers(found: PublicSet, kind: str) -> dict[str, dict[str, Any]]:
+def _by_answers(found: PublicSet, kind: str, seed: int | None) -> dict[str, dict[str, Any]]:
     names, scores, cpu_s, megapixels, wrong = [], [], [], [], []
     for path, picture in tqdm(found.pictures(), total=len(found.answers), unit="picture"):
         start = time.process_time()
@@ -130,7 +140,11 @@ def _by_answers(found: PublicSet, kind: str) -> dict[str, dict[str, Any]]:
         names.append(path.name)
         found.flaws[path.name] = flaws_of(picture, path)
     rows = {}
-    for who, places in _parts(found, names).items():
+    parts = _parts(found, names)
+    if seed is not None:
+        for half, members in halves_of(found.answers, seed)._asdict().items():
+            parts[f"{half}_half"] = [k for k, name in enumerate(names) if name in members]
+    for who, places in parts.items():
         part = _at(places, scores)
         numbers = _figures(part, _at(places, cpu_s), _at(places, megapixels), _peak_mb(), found)
         both = total(part)

@@ -10,6 +10,7 @@ from PIL import Image
 from scipy.io import savemat
 
 from benchmarks import findings
+from benchmarks.findings_rows.halves import halves_of
 from benchmarks.findings_rows.public_set import SetError, read_mask, with_answers, with_masks
 from benchmarks.findings_rows.scores import of_answer, of_pixels, total
 
@@ -122,6 +123,25 @@ def test_pictures_with_a_flaw_count_with_the_others_and_apart(pictures, tmp_path
     numbers = json.loads((tmp_path / "benchmarks.json").read_text())["findings"]["pictures"]["crack"]
     assert numbers["ours"]["pictures"] == 2
     assert (numbers["ours_converted"]["true"], numbers["ours_converted"]["others"]) == (0, 1)
+
+
+def test_halves_share_no_picture_and_copies_stay_together(tmp_path):
+    rng, answers = np.random.default_rng(1), {}
+    for k in range(10):
+        image = Image.fromarray(rng.integers(0, 255, (24, 24, 3)).astype(np.uint8))
+        for name, copy in ((f"{k}.png", image), (f"{k}_copy.png", image.resize((48, 48)))):
+            copy.save(tmp_path / name)
+            answers[tmp_path / name] = k < 4
+    for seed in (1, 2):
+        halves = halves_of(answers, seed)
+        assert halves == halves_of(dict(reversed(answers.items())), seed)
+        assert halves.first | halves.second == {path.name for path in answers}
+        assert not halves.first & halves.second
+        for half in halves:
+            assert {name for name in half if "copy" in name} == {
+                name.replace(".", "_copy.") for name in half if "copy" not in name
+            }
+            assert sum(answers[tmp_path / name] for name in half) == 4
 
 
 @pytest.mark.parametrize(
