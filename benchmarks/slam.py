@@ -7,6 +7,7 @@ Experiment 4 in the closed loop, with all lidars, odometry drifting as by defaul
 `hall` is 300 x 300 m wide, seen with 80 m; `beams360` and `beams10000` are lidars in a hold; these three
 and the costs of Intel (`cost_growth`, `render_ms`) are the filter alone. The hall is mapped with loop
 closure, too. `no_imu` is `lidar_odometry` with scans alone, of a robot that turns at 186 degrees/s.
+`two_hours` is laps in known corridors: memory and CPU time of the second hour beside those of the first.
 
 Each run of a log, a hall and a lidar is a process of its own, on one thread, with its kernels compiled. Times
 are CPU times, user and system; memory is the process's peak, Python and numba too. Where a log is absent, it
@@ -49,10 +50,14 @@ SIMULATED = {"beams360": 3, "beams10000": 1, "hall": 1}
 """Logs that `shared.slam_run` makes, and the most seeds that are run, because they take long."""
 COSTS = 3
 """Seeds of Intel's costs."""
+TWO_HOURS = 3
+"""Seeds of two hours of laps, which take minutes each."""
 GMAPPINGS = 3
 """Seeds of gmapping, which takes minutes for a log."""
 WITH_TRUE_POSES = ("csail", "aces", "corridor")
-ROWS = (*LOGS, "hold", *SIMULATED, "no_imu")
+ALONE = ("no_imu", "two_hours")
+"""Rows that are modules of `slam_rows`, with a process for each seed. The worst seed counts."""
+ROWS = (*LOGS, "hold", *SIMULATED, *ALONE)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -84,8 +89,9 @@ def measure(row: str, seeds: Sequence[int], given: argparse.Namespace) -> dict[s
     """Return the metrics of a row by the logs' names in the keys; nothing where its files are absent."""
     if row == "hold":
         return hold.measure(seeds, given)
-    if row == "no_imu":
-        runs = [run_alone(row, seed, module="benchmarks.slam_rows.no_imu") for seed in tqdm(seeds, row)]
+    if row in ALONE:
+        seeds = seeds[:TWO_HOURS] if row == "two_hours" else seeds
+        runs = [run_alone(row, seed, module=f"benchmarks.slam_rows.{row}") for seed in tqdm(seeds, row)]
         return {row: {name: max(run[name] for run in runs) for name in runs[0]}}
     if row in SIMULATED:
         seeds = seeds[: SIMULATED[row]]

@@ -44,6 +44,12 @@ GOALS: Mapping[str, Sequence[Goal]] = {
         Goal("cpu_ms_p95", 40.0),
         Goal("peak_mb", 300.0),
     ),
+    "two_hours": (
+        Goal("growth_mb", 10.0),
+        Goal("cpu_growth", 1.1),
+        Goal("end_mb", 300.0),
+        Goal("error_max_m", 0.5),
+    ),
     "no_imu": (Goal("error_max_m", 0.3), Goal("turn_error_max_deg", 2.0)),
     "corridor": (
         Goal("length_excess_worst_m", 0.0),

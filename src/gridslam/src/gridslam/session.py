@@ -128,15 +128,19 @@ class SlamSession:
             if self.slam.follow(base, scan.stamp_s, covariance):
                 self.slam.refuse(scan.stamp_s)
             return None
+        self.slam.skips_known = self._closer is not None and self._closer.has_agreed
         update = self._supervisor.process(self.slam, scan, base, covariance)
         if self._closer is not None and was_lost and not self.slam.tracking.is_lost:
             self._closer.drop(is_contradicted=not self.slam.tracking.is_confirming)
         if self._closer is not None and was_apart and self.slam.earlier is None:
             self._closer.drop()
         if self._closer is not None:
-            if update is not None:
+            is_node = update is not None and update.is_node
+            if is_node:
                 self._keep_cloud(self.slam, cloud)
-            self._look_for_loops(self._closer, self.slam, scan.stamp_s, base if update is not None else None)
+            elif update is not None:  # in a place that is known
+                self.slam.tracking.check(self.slam.tracking.self_check.recognised())
+            self._look_for_loops(self._closer, self.slam, scan.stamp_s, is_node)
         return update
 
     def _keep_cloud(self, slam: GridSlam, cloud: Callable[[], LevelCloud | None]) -> None:
@@ -169,12 +173,12 @@ class SlamSession:
             self._say(f"{words} The map is of both and may be wrong; no loops are closed between them.")
         return False
 
-    def _look_for_loops(
-        self, closer: LoopCloser, slam: GridSlam, stamp_s: float, base_of_node: np.ndarray | None
-    ) -> None:
-        """Let the closer search, if that is due. ``base_of_node``: odometry, if the scan was integrated."""
-        if base_of_node is not None:
-            closer.add_node(stamp_s, base_of_node, None if slam.evidence is None else slam.evidence.agreement)
+    def _look_for_loops(self, closer: LoopCloser, slam: GridSlam, stamp_s: float, is_node: bool) -> None:
+        """Let the closer search, if that is due. ``is_node``: the scan was kept."""
+        if is_node:
+            closer.add_node(
+                stamp_s, slam.newest_odometry, None if slam.evidence is None else slam.evidence.agreement
+            )
             if closer.is_search_due:
                 closer.search(slam.snapshot())
         elif not slam.tracking.is_lost and closer.is_decision_due(stamp_s):
@@ -194,7 +198,7 @@ class SlamSession:
         """Let the filter take over a correction, if there is one."""
         if correction is None or self.slam is None:
             return
-        before = self.slam.trajectory().poses_in_map[: len(correction.poses)]
+        before = self.slam.node_poses()[: len(correction.poses)]
         drift = drift_of(before, correction.poses)
         self.slam.correct(correction)
         self.slam.tracking.check(self.slam.tracking.self_check.recognised(drift))

@@ -56,9 +56,20 @@ class GridSlam(ParticleFilter):
         return resampling.entropy(self.particle_weights)
 
     def trajectory(self) -> Trajectory:
-        """Return the best particle's path, at the processed scans."""
+        """Return the best particle's path, at the processed scans; those in known places are among them."""
         path = self._particles.trajectory()
-        return replace(path, heights_m=self._map.kept.heights_m) if self._map.has_kept_scans else path
+        if self._map.has_kept_scans:
+            path = replace(path, heights_m=self._map.kept.heights_m)
+        return self._light.merged(path)
+
+    def node_poses(self) -> np.ndarray:
+        """Return the poses (k, 3) of the best particle's path at the scans that are kept."""
+        return self._particles.trajectory().poses_in_map
+
+    @property
+    def newest_odometry(self) -> np.ndarray:
+        """(3,) odometry at the newest kept scan, as loop closure gets it; StateError: none are kept."""
+        return self._map.kept.newest_odometry
 
     @property
     def rise_m(self) -> float:
@@ -87,7 +98,7 @@ class GridSlam(ParticleFilter):
         return Beams.from_scan(scan, self.parameters).matching[:, :2] * self.parameters.delta
 
     def processed_scans(self) -> list[PlanarScan]:
-        """Return the scans at the trajectory's poses; raises StateError if they were not kept."""
+        """Return the scans at the nodes' poses; raises StateError if they were not kept."""
         return list(self._map.kept.scans)
 
     # The vehicle is put elsewhere
@@ -133,7 +144,7 @@ class GridSlam(ParticleFilter):
         if not self._map.has_kept_scans:
             self._map.drop_own(self._particles.nodes)
         else:
-            poses, first = self.trajectory().poses_in_map, self._map.pieces.first_in_map
+            poses, first = self.node_poses(), self._map.pieces.first_in_map
             self.adopt(np.vstack([poses[:first], se2.compose(moved, poses[first:])]))
         self.relocate(base_in_earlier, covariance, math.nan if self._motion is None else self._motion.stamp_s)
 
@@ -152,7 +163,7 @@ class GridSlam(ParticleFilter):
         count = len(self._particles)
         self._resample(np.full(count, self.best_particle))
         pose = self._particles.poses[0].copy()
-        self._map.change_band(band, self.trajectory().poses_in_map)
+        self._map.change_band(band, self.node_poses())
         self._particles.place(np.tile(pose, (count, 1)))
         is_known = any(len(beams.hits) for beams in self._map.beams)
         is_misled = is_known and not self.odometry_in_space
@@ -166,7 +177,7 @@ class GridSlam(ParticleFilter):
         Raises:
             StateError: the scans were not kept.
         """
-        path, kept, pieces = self.trajectory(), self._map.kept, self._map.pieces
+        path, kept, pieces = self._particles.trajectory(), self._map.kept, self._map.pieces
         return Snapshot(
             path.stamps_s,
             path.poses_in_map,
@@ -188,7 +199,7 @@ class GridSlam(ParticleFilter):
         Raises:
             StateError: the scans were not kept.
         """
-        path, poses = self.trajectory().poses_in_map, correction.poses
+        path, poses = self.node_poses(), correction.poses
         since = se2.between(path[len(poses) - 1], path[len(poses) :])
         draft = correction.draft
         if draft is None:
@@ -210,7 +221,7 @@ class GridSlam(ParticleFilter):
         """
         poses = np.array(poses_in_map, float)
         self._map.adopt(poses, draft)
-        self._particles.adopt(poses)
+        self._particles.adopt(poses, self._light.now(poses))
 
     # Saved states
 
@@ -233,6 +244,8 @@ class GridSlam(ParticleFilter):
             None if kept is None else kept.scans,
             None if kept is None else kept.odometry,
             [] if kept is None else kept.in_space,
+            self._light.rows,
+            self._shift,
             self._rng.bit_generator.state,
         )
 
@@ -260,6 +273,8 @@ class GridSlam(ParticleFilter):
         particles.log_likelihoods = state.log_likelihoods
         particles.tree = TrajectoryTree.from_state(state.tree)
         slam._map.restore(state)
+        slam._light.restore(state.light_poses, len(state.tree.stamps_s))
+        slam._shift = state.odometry_shift
         slam._motion = None if state.motion is None else Motion.from_state(state.motion)
         slam._step_check.remember(state.before)
         slam._rng.bit_generator.state = state.random

@@ -40,6 +40,11 @@ class KeptScans:
         return np.reshape(self._odometry, (-1, 3))
 
     @property
+    def newest_odometry(self) -> np.ndarray:
+        """(3,) the same at the newest scan."""
+        return self._odometry[-1]
+
+    @property
     def heights_m(self) -> np.ndarray:
         """(k,) of the base in the map, at each scan; NaN: not known."""
         pairs = zip(self.scans, self.in_space)

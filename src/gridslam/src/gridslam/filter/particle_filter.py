@@ -10,6 +10,8 @@ import numpy as np
 from gridslam import se2
 from gridslam.errors import ParameterError, ScanError, StateError
 from gridslam.filter import resampling
+from gridslam.filter.known_places import adds_nothing
+from gridslam.filter.light_poses import LightPose, LightPoses
 from gridslam.filter.motion_model import Motion, Prediction, predict
 from gridslam.filter.particles import Particles
 from gridslam.filter.proposal import propose
@@ -25,7 +27,7 @@ from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.tracking.evidence import Evidence
-from gridslam.tracking.monitor import TrackingMonitor
+from gridslam.tracking.monitor import TRACKING, TrackingMonitor
 
 START_DEVIATION = (0.1, 0.1, 0.05)
 """m, m, rad: uncertainty of a starting pose on a given map."""
@@ -70,6 +72,13 @@ class ParticleFilter:
         """Whether odometry is matched in space, as by clouds. Then it tells a place better than level scans
         do, which see another slice at each height. So the filter follows it, wherever its covariance alone
         says how uncertain a motion is; scans make the map, and loop closure corrects the path."""
+        self.skips_known = False
+        """Whether a scan that agrees in a place that enough passes have mapped is not kept. It enters the
+        map, so that what changes is seen. Loop closure must have found that the path is right."""
+        self._light = LightPoses()
+        self._shift: np.ndarray | None = None
+        """(3,) odometry's frame in that of the nodes' odometry. In known places the map tells the motion, so
+        that odometry's drift there is not held against the next node's step. None: there was none."""
         self.evidence: Evidence | None = None
         """What the scan that was given last says of the pose; None: it was not compared with the map."""
 
@@ -145,7 +154,7 @@ class ParticleFilter:
         A scan that contradicts the map is refused: particles and maps stay as they are.
         """
         particles, maps, parameters = self._particles, self._map.tiles, self.parameters
-        beams = Beams.from_scan(scan, parameters)
+        beams, before = Beams.from_scan(scan, parameters), particles.poses
         prediction = predict(particles.poses, motion, particles.best, self._rng)
         noise = self._rng.standard_normal(particles.poses.shape)
         noise[particles.best] = 0.0
@@ -173,12 +182,38 @@ class ParticleFilter:
         self._step_check.remember(scan)
         if self.tracking.is_confirming and not self.localisation_only:
             return None
-        self._add_node(scan, beams, motion.now)
+        is_node = not (best_matched and self._is_known(scan, beams, motion, before))
+        if is_node:
+            self._add_node(scan, beams, motion.now)
         if resample:
             self._resample(resampling.systematic(weights, uniform))
         if not self.localisation_only:
             maps.insert(particles.poses, beams)
-        return self._update(scan, weights, resample, best_matched)
+        return self._update(scan, weights, resample, best_matched, is_node)
+
+    def _is_known(self, scan: PlanarScan, beams: Beams, motion: Motion, before: np.ndarray) -> bool:
+        """Return whether the scan adds nothing in a known place. Then its pose is noted instead of a node.
+
+        before: (particles, 3) where the particles were at the scan before.
+        """
+        if not self.skips_known or self.evidence is None or self.tracking.state != TRACKING:
+            return False
+        if not adds_nothing(self.evidence.agreement, beams):
+            return False
+        best, path = self.best_particle, self._particles.trajectory().poses_in_map
+        pose = self._particles.poses[best]
+        anchor = self._map.known_node(path, pose, scan)
+        if anchor is None:
+            return False
+        climb_m = scan.height_m + self._map.kept.rise_m - float(self._map.kept.heights_m[anchor])
+        row = (anchor, *se2.between(path[anchor], pose).tolist(), climb_m)
+        self._light.add(LightPose(scan.stamp_s, len(path), *row))
+        by_map = se2.compose(self._shifted(motion.start), se2.between(before[best], pose))
+        self._shift = se2.compose(by_map, se2.inverse(motion.now))
+        return True
+
+    def _shifted(self, base_in_odom: np.ndarray) -> np.ndarray:
+        return base_in_odom if self._shift is None else se2.compose(self._shift, base_in_odom)
 
     def _match(
         self, scan: PlanarScan, beams: Beams, motion: Motion, prediction: Prediction
@@ -208,11 +243,13 @@ class ParticleFilter:
 
     def _add_node(self, scan: PlanarScan, beams: Beams, base_in_odom: np.ndarray) -> None:
         self._particles.tree.extend(scan.stamp_s, self._particles.poses)
-        self._map.add_node(scan, beams, base_in_odom)
+        self._map.add_node(scan, beams, self._shifted(base_in_odom))
 
-    def _update(self, scan: PlanarScan, weights: np.ndarray, resampled: bool, matched: bool) -> ScanUpdate:
+    def _update(
+        self, scan: PlanarScan, weights: np.ndarray, resampled: bool, matched: bool, is_node: bool = True
+    ) -> ScanUpdate:
         neff, entropy = resampling.effective_number(weights), resampling.entropy(weights)
-        return ScanUpdate(scan.stamp_s, self.base_in_map, neff, resampled, matched, entropy)
+        return ScanUpdate(scan.stamp_s, self.base_in_map, neff, resampled, matched, entropy, is_node)
 
     # Where it is
 

@@ -68,10 +68,10 @@ class Particles:
         self.move(poses)
         self.log_likelihoods[:] = 0.0
 
-    def adopt(self, path: np.ndarray) -> None:
-        """Give all particles one path (k, 3)."""
+    def adopt(self, path: np.ndarray, now: np.ndarray) -> None:
+        """Give all particles one path (k, 3), and the pose (3,) at the last processed scan."""
         self.tree.replace(path)
-        self.poses = np.tile(path[-1], (len(self.poses), 1))
+        self.poses = np.tile(now, (len(self.poses), 1))
         self.log_weights[:] = 0.0
         self.log_likelihoods[:] = 0.0
 

@@ -21,3 +21,5 @@ class ScanUpdate:
     """Whether the scan fitted the best particle's map; if not, odometry alone has placed it."""
     entropy: float
     """Of the particles' weights, before resampling."""
+    is_node: bool = True
+    """Whether the path got a node, with the scan. In known places it does not; see `known_places`."""

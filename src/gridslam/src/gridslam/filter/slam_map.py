@@ -9,6 +9,7 @@ import numpy as np
 from gridslam.errors import StateError
 from gridslam.filter.earlier_map import MapPieces
 from gridslam.filter.kept_scans import KeptScans
+from gridslam.filter.known_places import known_node
 from gridslam.filter.state import FilterState
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import ALL_HEIGHTS, Band, MapDraft, new_maps
@@ -72,6 +73,19 @@ class SlamMap:
         """Keep a processed scan, if they are kept. `tiles` get it otherwise."""
         if self._kept is not None:
             self._kept.add(scan, beams, base_in_odom)
+
+    def known_node(self, path: np.ndarray, pose: np.ndarray, scan: PlanarScan) -> int | None:
+        """Return the node of a place that enough passes have mapped; None: a scan there is to be kept.
+
+        Args:
+            path: (k, 3) of all nodes.
+            pose: (3,) of the base at the scan.
+            scan: its height counts.
+        """
+        if self._kept is None or self.is_fixed or self.pieces.earlier is not None:
+            return None
+        height_m, usable = scan.height_m + self._kept.rise_m, self.pieces.is_usable(len(path))
+        return known_node(path, self._kept.heights_m, usable, pose, height_m)
 
     def grid(self, particle: int, nodes: int) -> OccupancyGrid:
         """Return a particle's map, or the earlier one if that holds more of the nodes. It is read-only."""

@@ -53,6 +53,10 @@ class FilterState:
     """(k, 3) at these scans."""
     in_space: list[InSpace]
     """k, of these scans."""
+    light_poses: np.ndarray
+    """(m, 7) see `LightPoses`."""
+    odometry_shift: np.ndarray | None
+    """(3,) of the nodes' odometry, by known places; None: there was none."""
     random: Mapping[str, Any]
     """State of the random generator."""
 
@@ -65,6 +69,9 @@ class FilterState:
                 raise ValueError(f"{name} do not fit {count} particles")
         if self.tree.leaves.shape != (count,):
             raise ValueError(f"the paths do not fit {count} particles")
+        shift = self.odometry_shift
+        if shift is not None and (shift.shape != (3,) or not np.isfinite(shift).all()):
+            raise ValueError("the shift of odometry is no pose")
         nodes = len(self.tree.stamps_s)
         odometry = np.zeros((0, 3)) if self.odometry is None else self.odometry
         if self.scans is not None and (len(self.scans) != nodes or odometry.shape != (nodes, 3)):

@@ -55,6 +55,7 @@ class CloserState:
     searched_m: float
     newest_s: float
     decided_nodes: int
+    has_agreed: bool
 
 
 class LoopCloser:
@@ -89,6 +90,8 @@ class LoopCloser:
         """The closures that count at present. A closure stops counting when later ones contradict it."""
         self.found: Found | None = None
         """What the last `take` has found of the pose; None: nothing was due."""
+        self.has_agreed = False
+        """Whether the last search that was taken found a place again, and the path was right there."""
 
     def add_node(self, stamp_s: float, base_in_odom: np.ndarray, agreement: Agreement | None = None) -> None:
         """Take notice of a scan that the filter has processed.
@@ -157,6 +160,7 @@ class LoopCloser:
         correction, self._work = self._work.result(), None
         self.closures = self._stages.closures()
         self.found = Found(self._stages.agreed, self._stages.open_m)
+        self.has_agreed = self.found.agreed
         return correction
 
     def drop(self, is_contradicted: bool = False) -> None:
@@ -165,6 +169,7 @@ class LoopCloser:
         ``is_contradicted``: the scans contradicted odometry, and no other place was found.
         """
         self._doubtful = self._doubtful.with_new_place(self._nodes, is_contradicted)
+        self.has_agreed = False
         if self._work is not None:
             self._work.result()
             self._work = None
@@ -198,6 +203,7 @@ class LoopCloser:
             self._searched_m,
             self._newest_s,
             self._decided_nodes,
+            self.has_agreed,
         )
 
     @classmethod
@@ -211,6 +217,7 @@ class LoopCloser:
         closer._stages.restore(state.stages, nodes)
         closer._nodes, closer._base_in_odom = nodes, odometry[-1] if nodes else None
         closer._way_m, closer._searched_m = float(state.way_m), float(state.searched_m)
+        closer.has_agreed = bool(state.has_agreed)
         closer._newest_s, closer._decided_nodes = float(state.newest_s), int(state.decided_nodes)
         for doubtful in (state.doubtful.unmatched, state.doubtful.guessed, state.doubtful.contradicted):
             require_indices(np.array(doubtful, int), nodes, "the doubtful nodes")

@@ -36,7 +36,7 @@ def link_pairs(
         most: the pairs after this many links are left out (None).
     """
     p, poses, count = parameters, np.array(predicted, float), len(pairs)
-    covariances, are_found = np.empty((count, 3, 3)), np.zeros(count, bool)
+    covariances, are_found = np.zeros((count, 3, 3)), np.zeros(count, bool)
     measure_pairs(
         scans.arrays,
         pairs,
