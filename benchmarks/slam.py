@@ -8,6 +8,8 @@ Experiment 4 in the closed loop, with all lidars, odometry drifting as by defaul
 and the costs of Intel (`cost_growth`, `render_ms`) are the filter alone. The hall is mapped with loop
 closure, too. `no_imu` is `lidar_odometry` with scans alone, of a robot that turns at 186 degrees/s.
 `two_hours` is laps in known corridors: memory and CPU time of the second hour beside those of the first.
+`small_robot` drives through rooms of a few metres with turns and gaps, and in `slipped_step` a wheel slips in
+a turn that no scan spans: the state beside the true error.
 
 Each run of a log, a hall and a lidar is a process of its own, on one thread, with its kernels compiled. Times
 are CPU times, user and system; memory is the process's peak, Python and numba too. Where a log is absent, it
@@ -55,7 +57,7 @@ TWO_HOURS = 3
 GMAPPINGS = 3
 """Seeds of gmapping, which takes minutes for a log."""
 WITH_TRUE_POSES = ("csail", "aces", "corridor")
-ALONE = ("no_imu", "two_hours")
+ALONE = ("no_imu", "two_hours", "small_robot", "slipped_step")
 """Rows that are modules of `slam_rows`, with a process for each seed. The worst seed counts."""
 ROWS = (*LOGS, "hold", *SIMULATED, *ALONE)
 

@@ -50,6 +50,12 @@ GOALS: Mapping[str, Sequence[Goal]] = {
         Goal("end_mb", 300.0),
         Goal("error_max_m", 0.5),
     ),
+    "small_robot": (
+        Goal("lost_share", 0.0),
+        Goal("tracking_wrong_share", 0.0),
+        Goal("final_error_max_m", 0.1),
+    ),
+    "slipped_step": (Goal("tracking_wrong_share", 0.0), Goal("final_error_max_m", 0.3)),
     "no_imu": (Goal("error_max_m", 0.3), Goal("turn_error_max_deg", 2.0)),
     "corridor": (
         Goal("length_excess_worst_m", 0.0),

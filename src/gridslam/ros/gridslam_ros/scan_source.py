@@ -59,6 +59,7 @@ class ScanSource:
             (scan.range_min, scan.range_max),
             lidar_in_base,
             base_in_odom,
+            self._frames.last_base(scan),
         )
         self._watch_lidar(scan)
         self._watch.check(ranges_m, planar, base)

@@ -1,13 +1,16 @@
 """What a leaning, inclined or inverted lidar measures of a wall comes out as that wall; the floor goes."""
 
+import dataclasses
 import math
 
 import numpy as np
+import planar_world
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from gridslam import ScanError
+from gridslam import ScanError, se2
+from gridslam.evaluation import Walls
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion, roll_pitch_yaw_of
 from gridslam.inputs.scan_projection import project
 
@@ -202,3 +205,34 @@ def test_without_a_greatest_range_the_farthest_return_counts():
     np.testing.assert_array_equal(scan.ranges_m, [3.0, np.inf, 8.0])
     assert scan.range_max_m == pytest.approx(8.0, abs=0.1)
     assert scan.range_max_m > 8.01  # or the return would count as none, see `ranges_for`
+
+
+@pytest.mark.parametrize("moved", [(0.0, 0.0, 0.3), (0.2, -0.1, 0.0), (0.15, 0.05, -0.4)])
+@pytest.mark.parametrize("mounting", [(0.0, 0.0, 0.0), (0.2, -0.1, 0.7)])
+def test_a_lidar_that_moves_while_it_scans_sees_straight_walls(moved, mounting):
+    # given a room of 8 x 6 m, each beam of which is measured where the lidar is by then
+    walls = Walls.from_polygons([np.array([(-4.0, -3.0), (4.0, -3.0), (4.0, 3.0), (-4.0, 3.0)])])
+    ranges = np.empty(401)
+    for index in range(401):
+        x, y, yaw = se2.compose(index / 400 * np.array(moved), mounting)
+        ranges[index] = planar_world.cast(walls.ends_m, (x, y), np.array([yaw - 2.0 + 0.01 * index]))[0]
+    ranges[200] = np.inf
+    in_base = pose_matrix(turn((0, 0, 1), mounting[2]), (*mounting[:2], 0.0))
+    # when the motion is undone
+    scan = project(ranges, lidar_in_base=in_base, moved=moved, **FOV)
+    # then all beams end at the walls, seen from where the base was at the first
+    hits = np.isfinite(scan.ranges_m)
+    seen = dataclasses.replace(scan, angles_rad=scan.angles_rad[hits], ranges_m=scan.ranges_m[hits])
+    x, y = ends_in_base(seen).T
+    away = np.minimum(np.abs(4.0 - np.abs(x)), np.abs(3.0 - np.abs(y)))
+    assert len(x) == 400
+    assert away.max() < 1e-9
+    assert max(np.abs(x).max() - 4.0, np.abs(y).max() - 3.0) < 1e-9
+    # and the beam without a return points where it pointed
+    assert scan.angles_rad[200] == pytest.approx(moved[2] / 2)
+
+
+@pytest.mark.parametrize("moved", [(0.0, 0.0), (np.nan, 0.0, 0.0)])
+def test_a_motion_that_is_none_is_refused(moved):
+    with pytest.raises(ScanError, match="motion during the scan"):
+        project(np.ones(401), lidar_in_base=UPRIGHT, moved=moved, **FOV)

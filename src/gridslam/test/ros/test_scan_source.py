@@ -1,5 +1,6 @@
 """What a change of the lidar during a run is called."""
 
+import numpy as np
 import pytest
 
 rospy = pytest.importorskip("rospy", reason="needs ROS")
@@ -8,6 +9,8 @@ scan_source = pytest.importorskip(
 )
 from gridslam_ros.frames.odometry_frames import EarlyScanError, FrameError, OdometryFrames  # noqa: E402
 from slam_probe import room_scan, transform  # noqa: E402
+
+from gridslam import se2  # noqa: E402
 
 
 def said_of(lidars):
@@ -65,3 +68,39 @@ def test_static_odometry_holds_at_any_time():
     for edge in (("odom", "base_link"), ("base_link", "lidar")):
         frames.add(transform(*edge, rospy.Time(0)).transforms, static=True)
     assert frames.know(room_scan(rospy.Time(9.0), (0.0, 0.0, 0.0), frame="lidar"))
+
+
+def turning(until_s, **changes):
+    """The transforms of a base that turns by 1 rad from 10 s to 10.2 s, up to some time, and its scan."""
+    frames = OdometryFrames("odom", "base_link", lambda sentence: None)
+    frames.add(transform("base_link", "lidar", rospy.Time(0)).transforms, static=True)
+    for at_s, yaw in ((10.0, 0.0), (10.2, 1.0)):
+        if at_s <= until_s:
+            frames.add(transform("odom", "base_link", rospy.Time(at_s), (0.0, 0.0, yaw)).transforms)
+    return frames, room_scan(rospy.Time(10), (0.0, 0.0, 0.0), "lidar", beams=101, **changes)
+
+
+def test_a_scan_waits_for_the_odometry_of_its_last_beam_which_straightens_it():
+    told = {"time_increment": 0.001}
+    assert not turning(10.0, **told)[0].know(turning(10.0, **told)[1])
+    frames, scan = turning(10.2, **told)
+    assert frames.know(scan)
+    planar, base = scan_source.ScanSource(frames, print).planar(scan)
+    as_measured = scan.angle_min + scan.angle_increment * np.arange(101)
+    turned = np.abs(se2.wrap(planar.angles_rad - as_measured - np.linspace(0.0, 0.5, 101)))
+    assert turned.max() < 1e-6
+    assert base == pytest.approx((0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("step_s", [0.0, -0.001, 0.1, float("nan")])
+def test_beams_without_a_sensible_time_are_of_one_instant(step_s):
+    frames, scan = turning(10.0, time_increment=step_s)
+    assert frames.know(scan)
+    planar, _ = scan_source.ScanSource(frames, print).planar(scan)
+    np.testing.assert_allclose(planar.angles_rad, scan.angle_min + scan.angle_increment * np.arange(101))
+
+
+def test_the_last_scan_of_a_bag_counts_as_of_one_instant():
+    frames, scan = turning(10.0, time_increment=0.001)
+    planar, _ = scan_source.ScanSource(frames, print).planar(scan)
+    np.testing.assert_allclose(planar.angles_rad, scan.angle_min + scan.angle_increment * np.arange(101))

@@ -21,6 +21,8 @@ Pose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 CACHE_S = 120.0
 BACK_NS = 1_000_000_000
 """If a stamp is older than the last by this much, the clock went back: a reset, or a bag played again."""
+SWEEP_MAX_S = 2.0
+"""A scan that claims to last longer counts as one of an instant."""
 HELD_MAX = 100
 """Greatest number of held messages."""
 UNIT_TOLERANCE = 4e-3
@@ -169,9 +171,9 @@ class OdometryFrames:
         return False
 
     def know(self, scan: LaserScan) -> bool:
-        """Whether TF has reached the scan's stamp. Then a later look-up gives the same result."""
-        lidar_frame = scan.header.frame_id.lstrip("/")
-        return all(self._has_reached(scan.header.stamp, source) for source in (lidar_frame, self.base_frame))
+        """Whether TF has reached the scan's last beam. Then a later look-up gives the same result."""
+        lidar_frame, end = scan.header.frame_id.lstrip("/"), scan.header.stamp + sweep(scan)
+        return all(self._has_reached(end, source) for source in (lidar_frame, self.base_frame))
 
     def _has_reached(self, stamp: rospy.Time, source: str) -> bool:
         try:
@@ -193,6 +195,16 @@ class OdometryFrames:
         base_in_odom = self._pose(self.odom_frame, self.base_frame, stamp)
         return base_in_odom, self._pose(self.base_frame, lidar_frame, stamp)
 
+    def last_base(self, scan: LaserScan) -> Pose | None:
+        """Return the base in odom at the scan's last beam; None: it is not known, or all are of one stamp."""
+        lasts = sweep(scan)
+        if lasts.is_zero():
+            return None
+        try:
+            return self._pose(self.odom_frame, self.base_frame, scan.header.stamp + lasts)
+        except FrameError:  # at the end of a bag
+            return None
+
     def _pose(self, target: str, source: str, stamp: rospy.Time) -> Pose:
         try:
             found = self._buffer.lookup_transform_core(target, source, stamp).transform
@@ -202,6 +214,15 @@ class OdometryFrames:
                 f'TF knows no transform from "{source}" to "{target}" at {stamp.to_sec():.3f} s.'
             ) from None
         return xyz(found.translation), xyzw(found.rotation)
+
+
+def sweep(scan: LaserScan) -> rospy.Duration:
+    """Return how long a scan lasts from its first beam to its last, by its `time_increment`.
+
+    It is 0 for what has none, or one that makes no sense.
+    """
+    lasts_s = getattr(scan, "time_increment", 0.0) * (len(getattr(scan, "ranges", ())) - 1)
+    return rospy.Duration(lasts_s) if 0.0 < lasts_s <= SWEEP_MAX_S else rospy.Duration()
 
 
 def _names(edge: TransformStamped) -> tuple[str, str]:

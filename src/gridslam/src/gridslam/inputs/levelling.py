@@ -7,6 +7,7 @@ from typing import Sequence
 
 import numpy as np
 
+from gridslam import se2
 from gridslam.inputs.attitude import matrix_of_quaternion, roll_pitch_yaw_of
 from gridslam.inputs.scan_projection import LidarPose, project
 from gridslam.scan import PlanarScan
@@ -31,6 +32,7 @@ class Levelling:
         limits_m: tuple[float, float],
         lidar_in_base: LidarPose,
         base_in_odom: tuple[Sequence[float], Sequence[float]],
+        last_in_odom: tuple[Sequence[float], Sequence[float]] | None = None,
     ) -> tuple[PlanarScan, tuple[float, float, float]]:
         """Return the levelled scan, and the base in `odom` as x, y, yaw.
 
@@ -41,6 +43,7 @@ class Levelling:
             limits_m: least and greatest range of the lidar.
             lidar_in_base: see `project`.
             base_in_odom: (xyz, quaternion xyzw) at the same stamp.
+            last_in_odom: the same at the last beam; None: all beams are of one instant.
 
         Raises:
             ScanError: the scan or a pose makes no sense.
@@ -56,5 +59,15 @@ class Levelling:
             (roll_rad, pitch_rad) if self.is_on else (0.0, 0.0),
             height_m if self.is_on else None,
             stamp_s,
+            None if last_in_odom is None else _moved((x, y, yaw_rad), last_in_odom),
         )
         return replace(scan, height_m=float(z)), (x, y, yaw_rad)
+
+
+def _moved(
+    base: tuple[float, float, float], last_in_odom: tuple[Sequence[float], Sequence[float]]
+) -> np.ndarray:
+    """Return where the base was at the last beam (x, y, yaw), in its frame at the first."""
+    (x, y, _), orientation = last_in_odom
+    _, _, yaw_rad = roll_pitch_yaw_of(matrix_of_quaternion(orientation))
+    return se2.between(base, (x, y, yaw_rad))

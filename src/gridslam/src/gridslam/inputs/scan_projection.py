@@ -11,6 +11,7 @@ from typing import Sequence
 
 import numpy as np
 
+from gridslam import se2
 from gridslam.errors import NoUsableBeamError, ScanError
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion
 from gridslam.scan import PlanarScan
@@ -36,6 +37,7 @@ def project(
     attitude_rad: tuple[float, float] = (0.0, 0.0),
     height_m: float | None = None,
     stamp_s: float = 0.0,
+    moved: Sequence[float] | None = None,
 ) -> PlanarScan:
     """Return a scan projected from above, in the levelled base frame.
 
@@ -54,7 +56,9 @@ def project(
         attitude_rad: (roll, pitch) of the base frame.
         height_m: of the base frame's origin over a flat floor; beams that end at the floor are dropped. None:
             not known, no beam is dropped for that.
-        stamp_s: when the scan was taken.
+        stamp_s: when the scan was taken, by its first beam.
+        moved: x, y in m and yaw in rad: where the base was at the last beam, in its frame at the first, on an
+            even motion. All beams come out as if they were measured at the first. None: they were.
 
     Raises:
         ScanError: the scan's geometry, the mounting or the attitude makes no sense.
@@ -78,13 +82,38 @@ def project(
         raise NoUsableBeamError(
             "No beam of the scan is usable: all are invalid, too close, steep or at the floor."
         )
+    lidar = (float(translation_xyz[0]), float(translation_xyz[1]), yaw_rad)
+    bearings_rad, level_m = bearings_rad[usable], ranges_m[usable] * np.sqrt(1.0 - slopes[usable] ** 2)
+    if moved is not None:
+        shares = np.linspace(0.0, 1.0, ranges_m.size)[usable]
+        bearings_rad, level_m = _straightened(bearings_rad, level_m, shares, lidar, moved)
     return PlanarScan(
         stamp_s=stamp_s,
-        angles_rad=bearings_rad[usable],
-        ranges_m=ranges_m[usable] * np.sqrt(1.0 - slopes[usable] ** 2),
-        lidar_in_base=(float(translation_xyz[0]), float(translation_xyz[1]), yaw_rad),
+        angles_rad=bearings_rad,
+        ranges_m=level_m,
+        lidar_in_base=lidar,
         range_max_m=range_max_m,
     )
+
+
+def _straightened(
+    bearings_rad: np.ndarray,
+    ranges_m: np.ndarray,
+    shares: np.ndarray,
+    lidar: tuple[float, float, float],
+    moved: Sequence[float],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return bearings and ranges (n,) as the lidar would have measured them before it moved.
+
+    shares: (n,) of the motion, at each beam.
+    """
+    if np.shape(moved) != (3,) or not np.isfinite(moved).all():
+        raise ScanError(f"The motion during the scan must be finite x, y, yaw, not {moved}.")
+    then = se2.between(lidar, se2.compose(shares[:, None] * np.asarray(moved, float), lidar))
+    turned = se2.wrap(bearings_rad + then[:, 2])
+    hits = np.isfinite(ranges_m)
+    x, y = then[:, :2].T + np.where(hits, ranges_m, 0.0) * np.stack((np.cos(turned), np.sin(turned)))
+    return np.where(hits, np.arctan2(y, x), turned), np.where(hits, np.hypot(x, y), np.inf)
 
 
 def _farthest_m(ranges_m: np.ndarray, range_min_m: float) -> float:
