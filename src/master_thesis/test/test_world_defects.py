@@ -1,5 +1,7 @@
 """Given a hold, the defects lie on its surfaces, and the shipped files are those of the generator."""
 
+import runpy
+import sys
 from collections import Counter
 from pathlib import Path
 
@@ -101,6 +103,15 @@ def test_a_world_without_a_file_of_defects_is_told_with_the_command_that_writes_
     assert "mine.world has no defects" in remark
     assert f"make_defects {tmp_path}/mine.world" in remark
     assert defects_in(WORLDS / "hold_3d.world", None)[1] == ""
+
+
+def test_a_folder_that_is_not_there_is_told_before_places_are_looked_for(tmp_path, monkeypatch, capsys):
+    main = runpy.run_path(str(WORLDS.parent / "nodes/make_defects"))["main"]
+    words = [str(WORLDS / "hold_3d.world"), "--out", str(tmp_path / "none/x.yaml")]
+    monkeypatch.setattr(sys, "argv", ["make_defects", *words])
+    monkeypatch.setitem(main.__globals__, "write_defects", lambda *_: pytest.fail("it looked for places"))
+    assert main() == 1
+    assert f"there is no folder {tmp_path}/none" in capsys.readouterr().err
 
 
 def test_each_compartment_of_the_tank_has_defects():
