@@ -56,7 +56,12 @@ GOALS: Mapping[str, Sequence[Goal]] = {
         Goal("final_error_max_m", 0.1),
     ),
     "slipped_step": (Goal("tracking_wrong_share", 0.0), Goal("final_error_max_m", 0.3)),
-    "no_imu": (Goal("error_max_m", 0.3), Goal("turn_error_max_deg", 2.0)),
+    "no_imu": (
+        Goal("error_max_m", 0.3),
+        Goal("turn_error_max_deg", 2.0),
+        Goal("clouds_error_max_m", 0.3),
+        Goal("clouds_turn_error_max_deg", 2.0),
+    ),
     "corridor": (
         Goal("length_excess_worst_m", 0.0),
         Goal("gap_worst_m", 0.3),

@@ -242,3 +242,22 @@ def test_parameters_that_do_not_fit_each_other_are_refused():
         CloudOdometryParameters(points_max=10.5)
     with pytest.raises(ParameterError, match="at most 1"):
         CloudOdometryParameters(agreement_min=1.5)
+
+
+def turning_yaw_at(time_s):
+    """From rest, when the map has begun, to turns of up to 2.2 rad/s."""
+    return 2.0 * (1.0 - math.cos(1.1 * max(time_s - 1.5, 0.0)))
+
+
+def test_without_an_imu_the_turn_goes_on_as_before():
+    o, generator, off = CloudOdometry(start=(*START[:2], 0.0)), rng(), []
+    for tick in range(40):
+        time_s = 0.1 * tick
+        place, yaw = place_at(time_s - 0.5), turning_yaw_at(time_s)
+        estimate = o.on_cloud(time_s, cloud(place, heading(yaw), generator), LEVEL)
+        error_m = np.abs(np.array(estimate.position_xyz[:2]) - place[:2]).max()
+        turned = math.remainder(estimate.roll_pitch_yaw[2] - yaw, 2.0 * math.pi)
+        off.append((error_m, abs(turned)))
+        assert "IMU is silent" in estimate.remark
+    assert np.max(off, axis=0)[0] < 0.03
+    assert np.max(off, axis=0)[1] < 0.01

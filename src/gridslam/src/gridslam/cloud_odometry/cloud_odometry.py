@@ -28,7 +28,9 @@ from gridslam.odometry.lidar_odometry import LOST_S, OdometryEstimate
 from gridslam.odometry.parameters import LidarOdometryParameters
 
 SILENT_LEAN_RAD = 0.1
-"""Standard deviation of roll and pitch then."""
+"""Standard deviation of roll and pitch if the IMU is silent."""
+SILENT_TURN = 5.0
+"""rad/s/sqrt(s): white noise of the turn's acceleration then. The turn goes on as from the cloud before."""
 HEIGHT_SIGMA_M = 0.01
 """Least standard deviation of the predicted height."""
 FREE_HEIGHT_M = 0.1
@@ -75,6 +77,8 @@ class CloudOdometry(BodySensedOdometry):
         x, y, yaw = self._start.tolist()
         self._pose = PoseInSpace(np.array((x, y, 0.0)), Rotation.from_rotvec((0.0, 0.0, yaw)).as_matrix())
         self._velocity, self._velocity_covariance = np.zeros(3), 0.01 * np.eye(3)
+        self._rates = np.zeros(3)
+        """(3,) rad/s in the base frame, from the cloud before to the last one that matched."""
         self._covariance = FIRST_VARIANCE * np.eye(6)
         self._keyframe: PoseInSpace | None = None
         self._untold = np.zeros((0, 3))
@@ -134,12 +138,17 @@ class CloudOdometry(BodySensedOdometry):
 
     def _predict(self, stamp_s: float, lean: Lean | None) -> PoseInSpace:
         """Return the pose by the speed, the gyroscope and the IMU's lean. The covariance grows."""
-        _, _, yaw = roll_pitch_yaw_of(self._pose.rotation)
-        roll, pitch = (lean.roll_rad, lean.pitch_rad) if lean else roll_pitch_yaw_of(self._pose.rotation)[:2]
-        place = self._pose.place
+        dt_s = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
+        rotation, place = self._pose.rotation, self._pose.place
+        if lean is None:
+            rotation = rotation @ Rotation.from_rotvec(dt_s * self._rates).as_matrix()
+            self._covariance[TURN, TURN] += SILENT_TURN**2 * dt_s**3 * np.eye(3)
+        roll, pitch, yaw = roll_pitch_yaw_of(rotation)
+        if lean is not None:
+            roll, pitch = lean.roll_rad, lean.pitch_rad
         if self._stamp_s is not None:
-            dt_s = stamp_s - self._stamp_s
-            yaw += self._inertial.motion(self._stamp_s, stamp_s).turn_rad
+            if lean is not None:
+                yaw += self._inertial.motion(self._stamp_s, stamp_s).turn_rad
             self._velocity -= (1.0 - math.exp(-dt_s / self._p.rest_time_s)) * (
                 self._untold.T @ (self._untold @ self._velocity)
             )
@@ -224,6 +233,8 @@ class CloudOdometry(BodySensedOdometry):
             dt_s = stamp_s - self._stamp_s
             if found:
                 self._velocity = (pose.place - self._pose.place) / dt_s
+                turned = Rotation.from_matrix(self._pose.rotation.T @ pose.rotation)
+                self._rates = turned.as_rotvec() / dt_s
                 if self._is_by_range(stamp_s):
                     self._velocity[2] = self.height.at(stamp_s)[1]
                 self._velocity_covariance = 2.0 * self._covariance[PLACE, PLACE] / dt_s**2
