@@ -11,6 +11,8 @@ from gridslam import se2
 from gridslam.evaluation import Walls
 from gridslam.kernels.links import Surfaces, align, nearest_by_bearing, nearest_earlier
 from gridslam.loop_closure import LoopClosureParameters
+from gridslam.loop_closure.edges import Edge
+from gridslam.loop_closure.links import scan_links
 from gridslam.loop_closure.links.scan_links import ScanLinks
 from gridslam.loop_closure.links.scan_pairs import LINK_SIGMA_M, link_pairs
 from gridslam.loop_closure.path.measured_path import MeasuredPath
@@ -185,3 +187,25 @@ def test_passes_of_a_place_are_linked_and_links_survive_a_saved_state():
     copy.extend(scans, path)
     assert [(e.older, e.newer) for e in copy.edges] == [(e.older, e.newer) for e in links.edges]
     assert copy.link_passes(poses, path.way_m) == 0
+
+
+@pytest.mark.parametrize(
+    ("off", "sigmas", "odometry_off", "is_kept"),
+    [
+        ((3.0, 0.0, 0.0), (0.01, 0.01, 0.01), 0.0, False),  # as in the next of rooms that look alike
+        ((0.0, -3.0, 0.2), (5.0, 0.02, 0.01), 0.0, False),
+        ((3.0, 0.0, 0.0), (5.0, 0.02, 0.01), 0.0, True),  # along a bare corridor
+        ((3.0, 0.0, 0.0), (0.01, 0.01, 0.01), 2.9, True),  # odometry says so, too
+        ((0.5, 0.5, 0.0), (0.01, 0.01, 0.01), 0.0, True),
+    ],
+)
+def test_a_link_that_both_filter_and_odometry_exclude_is_none(
+    monkeypatch, off, sigmas, odometry_off, is_kept
+):
+    poses = np.array([(1.0, -1.5, 0.0), (1.5, -1.5, 0.0)])
+    found = Edge(0, 1, np.array((0.5, 0.0, 0.0)) + off, np.diag(np.square(sigmas)))
+    monkeypatch.setattr(scan_links, "link_pairs", lambda *given, **options: [found])
+    links = ScanLinks(PARAMETERS)
+    odometry = poses + np.array([(0.0, 0.0, 0.0), (odometry_off, 0.0, 0.0)])
+    links.extend([scan_from(WALLS, pose) for pose in poses], path_of(poses, odometry))
+    assert links.edges == ([found] if is_kept else [])

@@ -32,6 +32,10 @@ NOTHING = np.zeros((3, 3))
 OPEN_M = 1.0
 """m: a link with a greater standard deviation leaves a direction open, as along a bare corridor."""
 
+ASTRAY_M = 0.9
+"""m: in a direction that it measures, a link with a scan just before must not differ by more from both the
+filter's path and odometry's. Rooms that look alike fit each other, too."""
+
 
 @dataclass(frozen=True, eq=False)
 class ScanLinksState:
@@ -127,8 +131,9 @@ class ScanLinks:
                 [se2.between(poses[pairs[:, 0]], poses[newer]) for poses in (path.poses, path.odometry)],
                 axis=1,
             )
-            for edge in link_pairs(pairs, self._surfaces, predicted, p, most=p.links_back):
-                if edge is not None:
+            edges = link_pairs(pairs, self._surfaces, predicted, p, most=p.links_back)
+            for edge, starts in zip(edges, predicted):
+                if edge is not None and not _is_astray(edge, starts):
                     self._add(edge)
 
     def _before(self, newer: int, way_m: np.ndarray) -> list[int]:
@@ -220,6 +225,13 @@ class ScanLinks:
             self._add(edge)
         self._passes = {(edge.older, edge.newer): edge for edge in state.passes.each()}
         self._failed = dict(zip(state.failed, state.failed_poses))
+
+
+def _is_astray(edge: Edge, starts: np.ndarray) -> bool:
+    """Return whether a link differs from all starts (k, 3) by more than it and they allow."""
+    off = se2.between(starts, edge.newer_in_older)[:, :2]
+    allowed = edge.covariance[:2, :2] + (ASTRAY_M / 3.0) ** 2 * np.eye(2)
+    return bool((np.einsum("ki,ij,kj->k", off, np.linalg.inv(allowed), off) > 9.0).all())
 
 
 def _between(poses: np.ndarray, pairs: Sequence[tuple[int, int]]) -> np.ndarray:
