@@ -113,7 +113,7 @@ def _by_masks(found: PublicSet, given: argparse.Namespace) -> dict[str, dict[str
         megapixels.append(mask.size / 1e6)
         found.flaws[path.name] = flaws_of(picture, path)
     rows = {
-        who: _figures(*(_at(places, each) for each in (scores, cpu_s, megapixels)), _peak_mb(), found)
+        who: _figures(_at(places, scores), _at(places, cpu_s), _at(places, megapixels), _peak_mb(), found)
         for who, places in _parts(found, [path.name for path in paths]).items()
     }
     if "sato" in given.peers and given.kind == "crack":

@@ -79,7 +79,7 @@ class DetectorTest(unittest.TestCase):
             np.testing.assert_allclose(mine.position_m, theirs.position_m, atol=1e-4)
 
     def test_2_the_detector_on_the_page_runs_and_its_marks_become_findings(self):
-        (code,) = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
+        code, _ = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.S)
         folder = drawn(with_rust=False)
         (folder / "my_detector.py").write_text(code, encoding="utf-8")
         node = subprocess.Popen(
