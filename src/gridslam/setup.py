@@ -13,6 +13,7 @@ setup(
             "gridslam.evaluation.volume",
             "gridslam.files",
             "gridslam.filter",
+            "gridslam.filter.kept",
             "gridslam.inputs",
             "gridslam.kernels",
             "gridslam.localisation",

@@ -20,6 +20,7 @@ setup(
             "inspection_tools.findings",
             "inspection_tools.findings.picture",
             "inspection_tools.inspection",
+            "inspection_tools.inspection.legs",
             "inspection_tools.mission",
             "inspection_tools.photograph_poses",
             "inspection_tools.photographs",

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from gridslam.filter.known_places import PASSES_ENOUGH, adds_nothing, known_node
-from gridslam.filter.light_poses import LightPose, LightPoses
+from gridslam.filter.kept.known_places import PASSES_ENOUGH, adds_nothing, known_node
+from gridslam.filter.kept.light_poses import LightPose, LightPoses
 from gridslam.maps.beams import Beams
 from gridslam.tracking.evidence import Agreement
 from gridslam.trajectory import Trajectory

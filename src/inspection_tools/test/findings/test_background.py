@@ -18,11 +18,10 @@ from scipy.spatial.transform import Rotation
 from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
 from inspection_tools.errors import SurveyError
 from inspection_tools.findings import search as searching
-from inspection_tools.findings.background import BackgroundSearch
+from inspection_tools.findings.background import BackgroundSearch, Wanted
 from inspection_tools.findings.follower import follow
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.search import find
-from inspection_tools.findings.wanted import Wanted
 from inspection_tools.photographs.folder import PhotographFolder
 from inspection_tools.photographs.listing import photographs_in
 from inspection_tools.photographs.record import PhotographRecord

@@ -11,8 +11,8 @@ from inspecting_uav import BLURRED, QUICK, VIEWS, Uav, inspection
 
 from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.inspection import InspectionParameters
+from inspection_tools.inspection.legs.passing import AHEAD_S, TURN_PER_M, Passing, beyond
 from inspection_tools.inspection.motion import Motion
-from inspection_tools.inspection.passing import AHEAD_S, TURN_PER_M, Passing, beyond
 from inspection_tools.inspection.places import body_place_m
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
 from inspection_tools.survey.plan import SurveyPlan

@@ -15,7 +15,7 @@ from inspecting_uav import (
 
 from inspection_tools.camera.survey_camera import SurveyCamera
 from inspection_tools.inspection import InspectionParameters, PhotographQuality, Task
-from inspection_tools.inspection.leg import PhotographLeg
+from inspection_tools.inspection.legs.leg import PhotographLeg
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.places import body_place_m
 from inspection_tools.survey.parameters import FlightParameters, SurveyParameters

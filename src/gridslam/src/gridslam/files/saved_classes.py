@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from gridslam.filter.earlier_map import PiecesState
-from gridslam.filter.kept_scans import InSpace
+from gridslam.filter.kept.earlier_map import PiecesState
+from gridslam.filter.kept.kept_scans import InSpace
 from gridslam.filter.motion_model import MotionState
 from gridslam.filter.state import FilterState
 from gridslam.inputs.continuous_odometry import OdometryState

@@ -10,7 +10,7 @@ import numpy as np
 
 from gridslam import se2
 from gridslam.filter import resampling
-from gridslam.filter.earlier_map import EarlierMap
+from gridslam.filter.kept.earlier_map import EarlierMap
 from gridslam.filter.motion_model import Motion
 from gridslam.filter.particle_filter import START_DEVIATION, ParticleFilter
 from gridslam.filter.state import FilterState

@@ -10,8 +10,8 @@ import numpy as np
 from gridslam import se2
 from gridslam.errors import ParameterError, ScanError, StateError
 from gridslam.filter import resampling
-from gridslam.filter.known_places import adds_nothing
-from gridslam.filter.light_poses import LightPose, LightPoses
+from gridslam.filter.kept.known_places import adds_nothing
+from gridslam.filter.kept.light_poses import LightPose, LightPoses
 from gridslam.filter.motion_model import Motion, Prediction, predict
 from gridslam.filter.particles import Particles
 from gridslam.filter.proposal import propose

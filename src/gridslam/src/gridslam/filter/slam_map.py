@@ -7,9 +7,9 @@ from typing import Sequence
 import numpy as np
 
 from gridslam.errors import StateError
-from gridslam.filter.earlier_map import MapPieces
-from gridslam.filter.kept_scans import KeptScans
-from gridslam.filter.known_places import known_node
+from gridslam.filter.kept.earlier_map import MapPieces
+from gridslam.filter.kept.kept_scans import KeptScans
+from gridslam.filter.kept.known_places import known_node
 from gridslam.filter.state import FilterState
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import ALL_HEIGHTS, Band, MapDraft, new_maps

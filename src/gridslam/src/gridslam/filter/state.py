@@ -7,8 +7,8 @@ from typing import Any, Mapping
 
 import numpy as np
 
-from gridslam.filter.earlier_map import PiecesState
-from gridslam.filter.kept_scans import InSpace
+from gridslam.filter.kept.earlier_map import PiecesState
+from gridslam.filter.kept.kept_scans import InSpace
 from gridslam.filter.motion_model import MotionState
 from gridslam.maps.new_map import Band
 from gridslam.maps.tile_map import MapsState

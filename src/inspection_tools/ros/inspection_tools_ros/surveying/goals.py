@@ -11,8 +11,7 @@ import rospy
 
 from inspection_tools.energy import EnergyWatch
 from inspection_tools.errors import InspectionToolsError
-from inspection_tools.findings.background import BackgroundSearch
-from inspection_tools.findings.wanted import Wanted
+from inspection_tools.findings.background import BackgroundSearch, Wanted
 from inspection_tools.inspection import Inspection, InspectionParameters
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.second_look import SearchState, SecondLook

@@ -13,11 +13,20 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple, Sequence
 
-from inspection_tools.findings.wanted import Wanted
 from inspection_tools.survey.views.candidates import View
 
 ENDING_S = 10.0
 """Wall time in which a search that answers no more has ended."""
+
+
+class Wanted(NamedTuple):
+    """What the photographs of a survey are searched for while it is flown.
+
+    open: photographs of what no photograph shows well enough. cracks: nearer ones of cracks.
+    """
+
+    open: bool = True
+    cracks: bool = True
 
 
 class Answer(NamedTuple):

@@ -22,10 +22,10 @@ from typing import Iterable, Iterator
 import numpy as np
 
 from inspection_tools.errors import InspectionToolsError, SurveyError
+from inspection_tools.findings.background import Wanted
 from inspection_tools.findings.kinds import FINDING_KINDS
 from inspection_tools.findings.parameters import FindingParameters
 from inspection_tools.findings.search import PhotographSearch, plan_nearer
-from inspection_tools.findings.wanted import Wanted
 from inspection_tools.photographs.listing import check_picture
 from inspection_tools.photographs.record import PhotographError, read_record
 from inspection_tools.survey.plan import SurveyPlan

@@ -18,8 +18,8 @@ from inspection_tools.energy import EnergyWatch, Verdict, WayHome
 from inspection_tools.errors import MapError, NoPathError
 from inspection_tools.exploration.way import Way
 from inspection_tools.inspection.homing import Homing
-from inspection_tools.inspection.leg import PhotographLeg
-from inspection_tools.inspection.legs import Legs
+from inspection_tools.inspection.legs.leg import PhotographLeg
+from inspection_tools.inspection.legs.ways import Legs
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.parameters import InspectionParameters
 from inspection_tools.inspection.photograph_quality import PhotographQuality

@@ -8,9 +8,9 @@ import numpy as np
 
 from inspection_tools.errors import NoPathError
 from inspection_tools.exploration.way import Way
-from inspection_tools.inspection.leg import PhotographLeg
+from inspection_tools.inspection.legs.leg import PhotographLeg
+from inspection_tools.inspection.legs.passing import beyond
 from inspection_tools.inspection.parameters import InspectionParameters
-from inspection_tools.inspection.passing import beyond
 from inspection_tools.inspection.photograph_queue import Task
 from inspection_tools.inspection.places import body_place_m, place_nearby
 from inspection_tools.planning import PathPlanner

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from inspection_tools.inspection.legs.passing import Passing
 from inspection_tools.inspection.motion import Motion
 from inspection_tools.inspection.parameters import InspectionParameters
-from inspection_tools.inspection.passing import Passing
 from inspection_tools.inspection.photograph_queue import Task
 
 SLOW = 3.0
