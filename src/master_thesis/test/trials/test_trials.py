@@ -13,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from distributed import LocalCluster
 
 from master_thesis.errors import FlightError, TrialsError
 from master_thesis.files import plain, replace_file
 from master_thesis.results.sources import commit
-from master_thesis.trials import run
+from master_thesis.trials import dask_workers, run
 from master_thesis.trials.run import WORKER_DIED, run_trials
 from master_thesis.trials.store import Store
 from master_thesis.trials.trial import Row, Trial, file_digest, several_versions
@@ -174,6 +175,20 @@ def test_a_killed_worker_costs_its_trial_only_and_another_one_runs_it_again(two_
         rows, failed = compute(trials, tmp_path / "t.jsonl", workers)
     assert not failed
     assert [row.result for row in rows] == ["alive", {"square": 1, "third": 1 / 3, "drawn": "<svg/>"}]
+
+
+def test_a_worker_without_the_workspace_is_refused(two_processes, monkeypatch):
+    """It would end at its first trial, and the campaign would wait for ever."""
+    monkeypatch.setattr(dask_workers, "PACKAGE", "not_installed_there")
+    with pytest.raises(TrialsError, match=r"cannot import .*: tcp://.*source devel/setup.bash"):
+        open_workers(scheduler=two_processes.address)
+
+
+def test_a_scheduler_without_workers_is_told_of(capsys):
+    nobody = LocalCluster(n_workers=0, processes=False, dashboard_address=None, protocol="tcp")
+    with nobody, open_workers(scheduler=nobody.scheduler_address):
+        pass
+    assert "No worker has joined" in capsys.readouterr().err
 
 
 class Dead(ThisProcess):

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import importlib.util
 import logging
 import os
 import signal
+import sys
 import uuid
 from pathlib import Path
 from typing import Any, Callable, Iterator, Sequence, TypeVar
@@ -21,6 +23,8 @@ Result = TypeVar("Result")
 
 ALLOWED_FAILURES = 10
 """After this many dead workers a trial is given up."""
+PACKAGE = "master_thesis"
+"""What a worker must be able to import."""
 CONNECT_TIMEOUT_S = 15
 CLOSE_TIMEOUT_S = 1
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
@@ -40,13 +44,14 @@ class DaskWorkers:
         """number: of local processes; default: as many as cores. scheduler: tcp://host:port, or its file.
 
         Raises:
-            TrialsError: the scheduler cannot be reached.
+            TrialsError: the scheduler cannot be reached, or one of its workers lacks this workspace.
         """
         self._cluster: LocalCluster | None = None
         self._settings = dask.config.set(_SETTINGS)
         logging.getLogger("distributed").setLevel(logging.CRITICAL)  # `run_trials` reports dead workers
         if scheduler is not None:
             self._client = _connected(scheduler)
+            _check_workers(self._client, scheduler)
             return
         self._cluster = LocalCluster(
             n_workers=number or os.cpu_count(),
@@ -138,3 +143,17 @@ def _connected(scheduler: str) -> Client:
         return Client(scheduler_file=str(file), timeout=CONNECT_TIMEOUT_S)
     except (OSError, ValueError) as error:
         raise TrialsError(f"The scheduler {scheduler} cannot be reached: {error}.") from None
+
+
+def _check_workers(client: Client, scheduler: str) -> None:
+    """Refuse workers without the package: each would end at its first trial, and tell only its terminal."""
+    found = client.run(importlib.util.find_spec, PACKAGE)
+    if not found:
+        print(f"No worker has joined {scheduler} yet; the trials wait for one.", file=sys.stderr)
+    lacking = sorted(address for address, module in found.items() if module is None)
+    if lacking:
+        client.close(timeout=CLOSE_TIMEOUT_S)
+        raise TrialsError(
+            f"Workers that cannot import {PACKAGE}: {', '.join(lacking)}. Stop them, and start each "
+            "again after `source devel/setup.bash` in the workspace of its machine."
+        )
