@@ -30,7 +30,7 @@ TOKEN, RUN_TOKEN = "WORKSPACE_TEST", "WORKSPACE_TEST_RUN"
 RUN = pytest.StashKey[str]()
 
 # Libraries are tested where nothing is built, too; a built workspace comes first, it has messages as well.
-sys.path += [*sorted(str(path) for path in ROOT.glob("src/*/src")), str(ROOT)]
+sys.path += [*sorted(str(path) for path in ROOT.glob("src/**/src")), str(ROOT)]
 
 # Tests run beside each other. More threads in numpy would wait for each other, and they wait by computing.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -38,10 +38,10 @@ from benchmarks.explore_rows import batteries, decisions, one_mesh, way_home
 from benchmarks.explore_rows.meshes import PLACES
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
+from exploration.next_view import End, Why
 from gridslam.cloud_odometry.warm_up import warm_up_cloud_odometry
 from gridslam.volume.warm_up import warm_up_volume
-from inspection_tools.exploration import End, Why
-from inspection_tools.warm_up import warm_up
+from inspection.warm_up import warm_up
 from master_thesis.exploring.judged_flight import fly_and_judge
 from master_thesis.exploring.places import ROWS, place_of
 

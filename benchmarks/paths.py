@@ -12,9 +12,9 @@ from typing import Sequence
 import numpy as np
 
 from benchmarks.shared.results import Results, options, table
-from inspection_tools import NoPathError
-from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner
-from inspection_tools.warm_up import warm_up
+from exploration.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner
+from flight_basics.errors import NoPathError
+from inspection.warm_up import warm_up
 
 SIDE = 16
 LOW_M, HIGH_M = np.full(3, 0.5), np.array((30.5, 20.5, 10.5))

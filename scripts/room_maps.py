@@ -15,13 +15,12 @@ import re
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = {path.parent.name: path / "how_it_works.md" for path in sorted(ROOT.glob("src/*/doc"))}
-PAGES.update(
-    {
-        name: ROOT / f"src/{name}/README.md"
-        for name in ("kernel_cache", "stamp_pairing", "mesh_files", "flight_limits", "node_tools")
-    }
-)
+FOLDERS = {path.parent.name: path.parent for path in sorted(ROOT.glob("src/**/setup.py"))}
+"""The folder of each package."""
+PAGES = {
+    name: page if (page := folder / "doc/how_it_works.md").is_file() else folder / "README.md"
+    for name, folder in FOLDERS.items()
+}
 """The page of each package that holds its map."""
 MODULES_UP_TO_ROOMS = 2
 """A library with more folders than these is shown by its folders alone."""
@@ -37,7 +36,7 @@ def summary(module: Path) -> str:
 
 def room_map(package: str) -> str:
     """Return the list of a package's rooms, in Markdown."""
-    top = ROOT / "src" / package
+    top = FOLDERS[package]
     library, edge = top / "src" / package, top / "ros" / f"{package}_ros"
     rooms = [*edge.glob("__init__.py"), *sorted(library.glob("*/__init__.py"))]
     modules = [path for path in sorted(library.glob("*.py")) if path.stem != "__init__"]
@@ -46,7 +45,7 @@ def room_map(package: str) -> str:
     rows = [(f"{path.parent.relative_to(top)}/", path) for path in rooms]
     rows += [(str(path.relative_to(top)), path) for path in modules]
     lines = [f"- [`{name}`]({name_from(package)}{name}): {summary(path)}" for name, path in rows]
-    return "\n".join(["", f"In `src/{package}/`:", "", *lines, "", ""])
+    return "\n".join(["", f"In `{top.relative_to(ROOT)}/`:", "", *lines, "", ""])
 
 
 def name_from(package: str) -> str:

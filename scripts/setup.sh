@@ -204,15 +204,15 @@ slim_python() {
 
 # compile_imported: compiles our libraries' imports to byte code, so that nodes start faster (all packages: 0.15 GB more)
 compile_imported() {
-  local libraries=(src/*/src)
+  local libraries=(src/*/src src/{helpers,extensions}/*/src)
   # matplotlib caches its list of fonts. Some may not be installed yet, so do not use the cache in the user's folder
   env PYTHONPATH="$(IFS=: && echo "${libraries[*]/#/$root/}")" MPLCONFIGDIR="$root/.venv/.matplotlib" \
-    .venv/bin/python scripts/import_all.py src/*/src/*/ && rm -rf .venv/.matplotlib
+    .venv/bin/python scripts/import_all.py src/*/src/*/ src/{helpers,extensions}/*/src/*/ && rm -rf .venv/.matplotlib
 }
 
 # compile_kernels [ARGUMENT...]: lets numba compile what no earlier call has compiled; see machine_code's own help
 compile_kernels() {
-  local libraries=(src/*/src src/*/ros)
+  local libraries=(src/*/{src,ros} src/{helpers,extensions}/*/{src,ros})
   env PYTHONPATH="$(IFS=: && echo "${libraries[*]/#/$root/}")" .venv/bin/python -m master_thesis_ros.launch.machine_code "$@"
 }
 
@@ -277,6 +277,14 @@ leave_out() {
   done
 }
 
+# all_sources_exist: whether each package that was built is still in its folder
+all_sources_exist() {
+  local folder
+  while read -r folder; do
+    [[ -d $folder ]] || return
+  done < <(sed -n 's/^[A-Za-z0-9_]*_SOURCE_DIR:STATIC=//p' build/CMakeCache.txt 2>/dev/null)
+}
+
 build_workspace() {
   local present inputs
   present=$(upstream_interfaces | paste -sd ';')
@@ -289,6 +297,8 @@ build_workspace() {
   fi
   # catkin leaves what it has built before, and our subset would hide upstream's package
   [[ ! -d build || $present == "$(cat build/.upstream 2>/dev/null)" ]] || rm -rf build devel
+  # nor does it delete the programs of a package that lies in another folder now
+  [[ ! -d build ]] || all_sources_exist || rm -rf build devel
   write_interpreter
   leave_out "$present"
   # Messages for Python and C++ only, because other languages take time and have no nodes here. Debian 12's catkin reads

@@ -12,14 +12,14 @@ from xml.etree import ElementTree
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-ROSTESTS = sorted(ROOT.glob("src/*/test/**/*.test"))
+ROSTESTS = sorted(ROOT.glob("src/**/test/**/*.test"))
 TIMEOUT_S = 600.0
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(TIMEOUT_S + 30.0)]
 
 
 def name_of(path: Path) -> str:
-    return f"{path.relative_to(ROOT / 'src').parts[0]}/{path.stem}"
+    return f"{path.parts[path.parts.index('test', len(ROOT.parts)) - 1]}/{path.stem}"
 
 
 @pytest.mark.parametrize("path", ROSTESTS, ids=name_of)

@@ -14,7 +14,7 @@ from typing import Sequence
 
 import numpy as np
 
-from inspection_tools.energy import EnergyParameters, EnergyWatch
+from exploration.energy import EnergyParameters, EnergyWatch
 from master_thesis.exploring.drift import Drift
 from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.exploring.places import SMALL_ROOMS, place_of

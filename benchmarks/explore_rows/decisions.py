@@ -6,9 +6,9 @@ import time
 
 import numpy as np
 
-from inspection_tools.exploration import Explorer
-from inspection_tools.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner
-from inspection_tools.warm_up import warm_up
+from exploration.next_view import Explorer
+from exploration.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner
+from inspection.warm_up import warm_up
 from master_thesis.exploring.places import EXPLORER, PLANNER
 
 ROW = "decisions"

@@ -12,10 +12,10 @@ import numpy as np
 
 from benchmarks.explore_rows.batteries import ENERGY
 from benchmarks.explore_rows.meshes import PLACES, MeshPlace
+from exploration.energy import EnergyWatch
 from gridslam.evaluation.volume.doubled_surfaces import doubled_share
 from gridslam.evaluation.volume.lidars import VIEWS
 from gridslam.volume import FLAT_MISS, VolumeParameters
-from inspection_tools.energy import EnergyWatch
 from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.exploring.judge import judge_map
 from master_thesis.exploring.places import (

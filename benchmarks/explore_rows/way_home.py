@@ -15,7 +15,7 @@ from typing import Sequence
 import numpy as np
 
 from benchmarks.explore_rows.batteries import ENERGY, PLACES
-from inspection_tools.energy import EnergyWatch
+from exploration.energy import EnergyWatch
 from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.exploring.places import place_of
 from master_thesis.flight.closed_loop import ClosedLoop

@@ -7,7 +7,7 @@ from typing import Iterator, Mapping
 
 import numpy as np
 
-from inspection_tools.findings.picture.flaws import BLURRED, CONVERTED, WRITTEN, flaws_in
+from inspection.findings.picture.flaws import BLURRED, CONVERTED, WRITTEN, flaws_in
 
 WORDS = {BLURRED: "blurred", WRITTEN: "written", CONVERTED: "converted"}
 

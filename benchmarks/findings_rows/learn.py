@@ -18,7 +18,7 @@ import numpy as np
 
 from benchmarks.findings_rows.halves import halves_of
 from benchmarks.findings_rows.public_set import SetError, with_answers
-from inspection_tools.findings.picture.learnt import FEATURES, Network, features_of
+from inspection.findings.picture.learnt import FEATURES, Network, features_of
 
 HIDDEN, STEPS, RATE, DECAY = 16, 300, 0.02, 1e-3
 """Neurons; steps of Adam (Kingma and Ba 2015), their size, and the weights' penalty."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from inspection_tools.findings.parameters import FindingParameters
-from inspection_tools.findings.picture.candidates import Candidate, candidates_in
-from inspection_tools.findings.picture.paint import RED
+from inspection.findings.parameters import FindingParameters
+from inspection.findings.picture.candidates import Candidate, candidates_in
+from inspection.findings.picture.paint import RED
 
 
 def marks_in(picture: np.ndarray, kind: str) -> list[Candidate]:

@@ -11,9 +11,9 @@ import numpy as np
 from PIL import Image
 from scipy.io import loadmat
 
-from inspection_tools.findings.picture.flaws import check_shows
-from inspection_tools.photographs.listing import LeftOut, pictures_in, read_picture
-from inspection_tools.photographs.record import PhotographError
+from inspection.findings.picture.flaws import check_shows
+from inspection.photographs.listing import LeftOut, pictures_in, read_picture
+from inspection.photographs.record import PhotographError
 
 YES, NO = ("1", "yes", "true", "y"), ("0", "no", "false", "n")
 FEW_VALUES = 16

@@ -8,17 +8,17 @@ import numpy as np
 
 from benchmarks.inspection_rows.hold import FLYING, HOME_M, WORLD
 from benchmarks.inspection_rows.parts import only
+from exploration.energy import EnergyWatch
+from exploration.planning import PlannerParameters
 from gridslam.volume import VolumeParameters
-from inspection_tools.energy import EnergyWatch
-from inspection_tools.inspection import InspectionParameters, PriorMap
-from inspection_tools.planning import PlannerParameters
-from inspection_tools.survey.coverage import judge_on
-from inspection_tools.survey.parameters import FlightParameters
-from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.planner import SurveyPlanner
-from inspection_tools.survey.poses import Taken
-from inspection_tools.survey.supplement import Supplement
-from inspection_tools.survey.surface.reading import Surface, read_surface
+from inspection.flight import InspectionParameters, PriorMap
+from inspection.survey.coverage import judge_on
+from inspection.survey.parameters import FlightParameters
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.planner import SurveyPlanner
+from inspection.survey.poses import Taken
+from inspection.survey.supplement import Supplement
+from inspection.survey.surface.reading import Surface, read_surface
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import Outcome, PhaseLimits
 from master_thesis.flight.parameters import LED_CEPA, ClosedLoopParameters

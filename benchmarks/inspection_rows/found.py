@@ -14,17 +14,17 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.inspection_rows.hold import ASKED, HOME_M, WORLD
 from benchmarks.inspection_rows.parts import only
-from inspection_tools.findings.parameters import FindingParameters
-from inspection_tools.findings.placing import MeshSurface
-from inspection_tools.findings.search import find
-from inspection_tools.photographs.listing import photographs_in
-from inspection_tools.survey.closer import closer_plan
-from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.planner import SurveyPlanner
-from inspection_tools.survey.poses import Taken
-from inspection_tools.survey.surface.of_mesh import patches_of_mesh
-from inspection_tools.survey.surface.reading import read_surface
-from inspection_tools.survey.views.candidates import View
+from inspection.findings.parameters import FindingParameters
+from inspection.findings.placing import MeshSurface
+from inspection.findings.search import find
+from inspection.photographs.listing import photographs_in
+from inspection.survey.closer import closer_plan
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.planner import SurveyPlanner
+from inspection.survey.poses import Taken
+from inspection.survey.surface.of_mesh import patches_of_mesh
+from inspection.survey.surface.reading import read_surface
+from inspection.survey.views.candidates import View
 from master_thesis.inspecting.findings_judge import JudgedFindings, disturbed, judge_findings, shows
 from master_thesis.photographing.command import photograph, poses_of
 from master_thesis.worlds.defects import write_defects

@@ -14,16 +14,16 @@ from benchmarks.inspection_rows.found import shoot
 from benchmarks.inspection_rows.hold import ASKED
 from benchmarks.inspection_rows.parts import only
 from benchmarks.inspection_rows.rusted import STEP_M, by_cells, is_rusted
-from inspection_tools.findings.merging import Finding
-from inspection_tools.findings.parameters import FindingParameters
-from inspection_tools.findings.search import find
-from inspection_tools.report.grades import AreaGrade, GradeRules, areas_graded
-from inspection_tools.ship.ship import Ship
-from inspection_tools.ship.ship_file import parse_ship
-from inspection_tools.survey.coverage import judge_on
-from inspection_tools.survey.planner import SurveyPlanner
-from inspection_tools.survey.surface.edges import edge_places
-from inspection_tools.survey.surface.reading import read_surface
+from inspection.findings.merging import Finding
+from inspection.findings.parameters import FindingParameters
+from inspection.findings.search import find
+from inspection.report.grades import AreaGrade, GradeRules, areas_graded
+from inspection.ship.ship import Ship
+from inspection.ship.ship_file import parse_ship
+from inspection.survey.coverage import judge_on
+from inspection.survey.planner import SurveyPlanner
+from inspection.survey.surface.edges import edge_places
+from inspection.survey.surface.reading import read_surface
 from master_thesis.worlds.defects import COATINGS
 from master_thesis.worlds.writer import Box, Colour, Part, Prop, Surroundings, write_world
 from simulation_tools.camera.defects import decals_of, read_defects

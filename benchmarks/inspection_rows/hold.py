@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from inspection_tools.survey.parameters import SurveyParameters
+from inspection.survey.parameters import SurveyParameters
 from master_thesis.inspecting.request import COMFORT_M, FINER
 
 WORLD = Path(__file__).resolve().parents[2] / "src/master_thesis/worlds/hold_3d.world"

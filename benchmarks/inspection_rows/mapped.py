@@ -9,10 +9,10 @@ from pathlib import Path
 from benchmarks.inspection_rows.hold import FLYING, HOME_M, WORLD
 from benchmarks.inspection_rows.placed import place_rust
 from gridslam.volume import stream_of, write_octree
-from inspection_tools.survey.coverage import judge_on
-from inspection_tools.survey.planner import SurveyPlanner
-from inspection_tools.survey.poses import Taken
-from inspection_tools.survey.surface.reading import read_surface
+from inspection.survey.coverage import judge_on
+from inspection.survey.planner import SurveyPlanner
+from inspection.survey.poses import Taken
+from inspection.survey.surface.reading import read_surface
 from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.exploring.places import HOLD, place_of
 from master_thesis.flight.closed_loop import ClosedLoop

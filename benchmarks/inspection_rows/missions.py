@@ -16,12 +16,12 @@ import numpy as np
 
 from benchmarks.inspection_rows.hold import FLYING
 from benchmarks.inspection_rows.parts import only
-from inspection_tools.energy import EnergyWatch
-from inspection_tools.inspection import InspectionParameters, PriorMap
-from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.planner import SurveyPlanner
-from inspection_tools.survey.surface.reading import read_surface
-from inspection_tools.survey.surface.room import Room
+from exploration.energy import EnergyWatch
+from inspection.flight import InspectionParameters, PriorMap
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.planner import SurveyPlanner
+from inspection.survey.surface.reading import read_surface
+from inspection.survey.surface.room import Room
 from master_thesis.exploring.places import SMALL_ROOMS, Place, place_of
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.conditions import Conditions

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Sequence
 
-from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.views.candidates import View
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.views.candidates import View
 
 
 def only(whole: SurveyPlan, views: Sequence[View]) -> SurveyPlan:

@@ -9,15 +9,15 @@ from typing import Sequence
 import numpy as np
 
 from benchmarks.inspection_rows.hold import ASKED, WORLD
-from inspection_tools.camera.survey_camera import SurveyCamera
-from inspection_tools.findings.merging import merged
-from inspection_tools.findings.parameters import FindingParameters
-from inspection_tools.findings.picture.candidates import Candidate
-from inspection_tools.findings.placing import MeshSurface, Placed, PosedPhotograph
-from inspection_tools.findings.several_views import where_sights_cross
-from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.poses import Taken
-from inspection_tools.survey.surface.mesh_file import Mesh
+from inspection.camera.survey_camera import SurveyCamera
+from inspection.findings.merging import merged
+from inspection.findings.parameters import FindingParameters
+from inspection.findings.picture.candidates import Candidate
+from inspection.findings.placing import MeshSurface, Placed, PosedPhotograph
+from inspection.findings.several_views import where_sights_cross
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.poses import Taken
+from inspection.survey.surface.mesh_file import Mesh
 from master_thesis.inspecting.findings_judge import NEAR_M, disturbed, shows
 from master_thesis.worlds.defects import write_defects
 from simulation_tools.camera.defects import Defect, read_defects

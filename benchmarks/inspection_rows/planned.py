@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 
 from benchmarks.inspection_rows.hold import ASKED, HOME_M, WORLD
-from inspection_tools.survey.planner import SurveyPlanner
-from inspection_tools.survey.surface.reading import read_surface
+from inspection.survey.planner import SurveyPlanner
+from inspection.survey.surface.reading import read_surface
 
 SEEDS = (11, 12, 13)
 

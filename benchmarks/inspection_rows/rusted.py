@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy import ndimage
 
-from inspection_tools.findings.merging import Finding, thinned
+from inspection.findings.merging import Finding, thinned
 from simulation_tools.camera.defects import KINDS, Decals, decals_of, read_defects
 from simulation_tools.camera.surfaces import Surfaces, surfaces_of
 from simulation_tools.camera.textures import clouds

@@ -14,22 +14,22 @@ from benchmarks.inspection_rows.found import shoot
 from benchmarks.inspection_rows.hold import ASKED, HOME_M
 from benchmarks.inspection_rows.parts import only
 from benchmarks.inspection_rows.rusted import true_rust
-from inspection_tools.camera.survey_camera import SurveyCamera
-from inspection_tools.camera.taken import Taken
-from inspection_tools.findings.merging import Finding
-from inspection_tools.findings.parameters import FindingParameters
-from inspection_tools.findings.search import search_folders
-from inspection_tools.photographs.searched import countable
-from inspection_tools.report.grades import AreaGrade, GradeRules, areas_graded
-from inspection_tools.ship.ship_file import read_ship
-from inspection_tools.survey.coverage import Coverage, judge_on
-from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.planner import SurveyPlanner
-from inspection_tools.survey.poses import taken_in
-from inspection_tools.survey.surface.edges import edge_places
-from inspection_tools.survey.surface.of_mesh import patches_of_mesh
-from inspection_tools.survey.surface.reading import Surface, read_surface
+from inspection.camera.survey_camera import SurveyCamera
+from inspection.camera.taken import Taken
+from inspection.findings.merging import Finding
+from inspection.findings.parameters import FindingParameters
+from inspection.findings.search import search_folders
+from inspection.photographs.searched import countable
+from inspection.report.grades import AreaGrade, GradeRules, areas_graded
+from inspection.ship.ship_file import read_ship
+from inspection.survey.coverage import Coverage, judge_on
+from inspection.survey.parameters import SurveyParameters
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.planner import SurveyPlanner
+from inspection.survey.poses import taken_in
+from inspection.survey.surface.edges import edge_places
+from inspection.survey.surface.of_mesh import patches_of_mesh
+from inspection.survey.surface.reading import Surface, read_surface
 from master_thesis.inspecting.findings_judge import JudgedFindings, judge_findings
 from simulation_tools.camera.defects import beside, read_defects
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Iterable, Sequence
 
-from changed_tests.workspace import Workspace
+from changed_tests.workspace import Workspace, package_of
 
 ROSTESTS = "tests/test_rostests.py"
 EVERYTHING = re.compile(
@@ -21,11 +21,11 @@ PAGES = re.compile(
     r".*\.(?:md|rst)|LICENSE|\.gitignore|\.pre-commit-config\.yaml|benchmarks/results/.*|(?:.*/)?doc/.*\.(?:png|svg)"
 )
 """What no program reads; the tests of pages and code do."""
-_TEST = re.compile(r"(?:src/[^/]+/test|tests)/(?:.*/)?test_[^/]*\.py")
-_ROSTEST = re.compile(r"src/([^/]+)/test/.*\.test")
+_TEST = re.compile(r"(?:src/(?:(?:helpers|extensions)/)?[^/]+/test|tests)/(?:.*/)?test_[^/]*\.py")
+_ROSTEST = re.compile(r"src/(?:(?:helpers|extensions)/)?([^/]+)/test/.*\.test")
 _ALWAYS = re.compile(r"tests/(?:code|pages)/")
 _READS_FOLDERS = re.compile(r"(?:\b[A-Z][A-Z_]{2,}\b|__file__|rootpath)[^\n]*\.(?:r?glob|iterdir)\(")
-_PATH_OF_PYTHON = re.compile(r"""ROOT\.glob\((["'])src/\*/(?:src|ros)\1\)""")
+_PATH_OF_PYTHON = re.compile(r"""ROOT\.glob\((["'])src/\*\*/(?:src|ros)\1\)""")
 
 
 @dataclass(frozen=True)
@@ -112,4 +112,6 @@ def _package(path: str) -> str:
     if _ROSTEST.fullmatch(path):
         return "rostests"
     parts = path.split("/")
-    return parts[1] if parts[0] == "src" else "/".join(parts[:2] if len(parts) > 2 else parts[:1])
+    if package := package_of(path):
+        return package
+    return "/".join(parts[:2] if len(parts) > 2 else parts[:1])

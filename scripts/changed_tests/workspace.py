@@ -11,8 +11,9 @@ from typing import Iterable, Mapping
 from changed_tests.references import References, of_python, of_text
 
 _TEXTS = {".launch", ".test", ".world", ".sdf", ".yaml", ".rviz", ".sh", ".xml", ".config", ".json"}
-_ROOTS = re.compile(r"src/[^/]+/(?:src|ros)/|scripts/")
-_TEST_FOLDER = re.compile(r"(?:src/[^/]+/test|tests)/")
+_PACKAGE = re.compile(r"src/(?:(?:helpers|extensions)/)?([^/]+)/")
+_ROOTS = re.compile(r"src/(?:(?:helpers|extensions)/)?[^/]+/(?:src|ros)/|scripts/")
+_TEST_FOLDER = re.compile(r"(?:src/(?:(?:helpers|extensions)/)?[^/]+/test|tests)/")
 _ATTRIBUTES = ":attributes"
 """Behind a package's path: what its names may need that it imports only when asked (`__getattr__`)."""
 
@@ -76,7 +77,7 @@ class Workspace:
     def _dependents(self) -> Mapping[str, set[str]]:
         """By a file: those that import it, name it, or whose conftest it is."""
         dependents: dict[str, set[str]] = defaultdict(set)
-        packages = {path.split("/")[1] for path in self.files if path.startswith("src/")}
+        packages = {package_of(path) for path in self.files} - {""}
         named, started = defaultdict(set), defaultdict(set)
         for path in self.files:
             for name in names(path):
@@ -164,7 +165,7 @@ def names(path: str) -> set[str]:
     if pure.name in ("__init__.py", "conftest.py"):
         return set()
     if _is_node(path):  # many nodes are called as their package or a topic is
-        return {f"{pure.parts[1]} {pure.name}", f"nodes {pure.name}"}
+        return {f"{pure.parts[-3]} {pure.name}", f"nodes {pure.name}"}
     return {pure.name}
 
 
@@ -183,8 +184,13 @@ def loose_names(path: str) -> set[str]:
 
 
 def _is_node(path: str) -> bool:
-    parts = path.split("/")
-    return len(parts) == 4 and parts[0] == "src" and parts[2] == "nodes"
+    return re.fullmatch(r"src/(?:(?:helpers|extensions)/)?[^/]+/nodes/[^/]+", path) is not None
+
+
+def package_of(path: str) -> str:
+    """Return the name of the package that a file belongs to; empty: none."""
+    found = _PACKAGE.match(path)
+    return found[1] if found else ""
 
 
 def _matches(pattern: str, name: str) -> bool:

@@ -67,7 +67,7 @@ def configuration(stage: Stage, out: Path) -> str:
     nav["More"].append("pictures.md")
     config["not_in_nav"] = "".join(f"/{page.as_posix()}\n" for page in sorted(stage.shown))
     config["plugins"]["mkdocstrings"]["handlers"]["python"]["paths"] = [
-        str(path) for path in sorted(ROOT.glob("src/*/src"))
+        str(path) for path in sorted(ROOT.glob("src/**/src"))
     ]
     return yaml.dump(config)
 

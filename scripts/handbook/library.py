@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from pathlib import Path
 
 from handbook.pages import ROOT
@@ -16,16 +17,16 @@ FOUND_LATER = "---\nsearch:\n  boost: 0.3\n---\n"
 def packages(root: Path = ROOT) -> dict[str, Path]:
     """Return the folder of each Python package of the libraries, by the name that Python imports."""
     found = {}
-    for init in sorted(root.glob("src/*/src/**/__init__.py")):
+    for init in sorted(root.glob("src/**/src/**/__init__.py")):
         folder = init.parent.relative_to(root)
-        found[".".join(folder.parts[3:])] = folder
+        found[name_of(folder, root)] = folder
     return found
 
 
 def name_of(folder: Path, root: Path = ROOT) -> str:
     """Return the Python package of a library in this folder; empty: there is none."""
-    is_library = len(folder.parts) > 3 and folder.parts[0] == "src" and folder.parts[2] == "src"
-    return ".".join(folder.parts[3:]) if is_library and (root / folder / "__init__.py").is_file() else ""
+    inside = re.match(r"src/(?:(?:helpers|extensions)/)?[^/]+/src/(.+)", folder.as_posix())
+    return inside[1].replace("/", ".") if inside and (root / folder / "__init__.py").is_file() else ""
 
 
 def page_of(package: str) -> Path:

@@ -171,7 +171,7 @@ def test_the_table_of_experiment_1_is_flown(run, tmp_path, monkeypatch):
 @pytest.mark.flight
 def test_the_simulator_s_rays_are_benchmarked_as_bringup_does(tmp_path):
     command = (sys.executable, "-m", "benchmarks.sim", "--results", str(tmp_path), "--parts", "raycast")
-    libraries = os.pathsep.join([*map(str, ROOT.glob("src/*/src")), os.environ.get("PYTHONPATH", "")])
+    libraries = os.pathsep.join([*map(str, ROOT.glob("src/**/src")), os.environ.get("PYTHONPATH", "")])
     environment = {**os.environ, "PYTHONPATH": libraries}
     done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr

@@ -4,7 +4,7 @@ import numpy as np
 from PIL import Image
 
 from benchmarks.findings_rows.learn import main, trained
-from inspection_tools.findings.picture.learnt import FEATURES, Network
+from inspection.findings.picture.learnt import FEATURES, Network
 
 
 def test_cells_that_a_line_divides_are_learnt():

@@ -28,3 +28,9 @@ def python_nodes(package: Path) -> list[Path]:
     """Return the executables in a package's ``nodes/`` that are Python."""
     files = (path for path in package.glob("nodes/*") if path.is_file())
     return [path for path in files if path.read_bytes().startswith(b"#!/usr/bin/env python3")]
+
+
+def folder_of(package: str) -> Path:
+    """Return the folder of a Python package of the workspace, by its name."""
+    (found,) = Path(__file__).resolve().parents[2].glob(f"src/**/{package}/setup.py")
+    return found.parent

@@ -14,7 +14,7 @@ sys.path.append(str(ROOT / "scripts"))
 
 from changed_tests import __main__ as command  # noqa: E402
 from changed_tests.selection import Selection, select  # noqa: E402
-from changed_tests.workspace import Workspace  # noqa: E402
+from changed_tests.workspace import Workspace, package_of  # noqa: E402
 
 ALPHA, BETA = "src/alpha/src/alpha", "src/beta/src/beta"
 FILES = {
@@ -224,3 +224,11 @@ def test_no_repository_and_no_git_are_told_in_one_sentence(tmp_path, capsys, mon
     monkeypatch.setenv("PATH", str(tmp_path))
     assert command.main([], tmp_path) == 1
     assert capsys.readouterr().err == "--changed needs git; without it, call ./bringup.sh test.\n"
+
+
+@pytest.mark.parametrize(
+    ("path", "package"),
+    [("src/alpha/setup.py", "alpha"), ("src/extensions/gamma/nodes/a", "gamma"), ("tests/code/a.py", "")],
+)
+def test_a_package_may_lie_in_a_folder_of_packages(path, package):
+    assert package_of(path) == package

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import ast
+import re
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from typing import Iterator
 
 import pytest
+from python_sources import dotted_imports, folder_of, python_nodes
 
 ROOT = Path(__file__).resolve().parents[2]
-LIBRARIES = sorted(path.parent for path in ROOT.glob("src/*/src/*/__init__.py")) + sorted(
-    path.parent for path in ROOT.glob("src/*/ros/*/__init__.py")
+LIBRARIES = sorted(path.parent for path in ROOT.glob("src/**/src/*/__init__.py")) + sorted(
+    path.parent for path in ROOT.glob("src/**/ros/*/__init__.py")
 )
 
 
@@ -49,3 +51,49 @@ def test_a_circle_of_types_is_found(tmp_path):
     )
     with pytest.raises(pytest.fail.Exception, match=r"rooms\.\w imports rooms\.\w imports rooms\.\w"):
         test_no_circle(library)
+
+
+# -- the picture: which package may import which ------------------------------------------------------------
+
+HELPERS = frozenset(
+    {"flight_basics", "flight_limits", "kernel_cache", "mesh_files", "node_tools", "stamp_pairing"}
+)
+MAY_IMPORT: dict[str, frozenset[str]] = {
+    **dict.fromkeys(HELPERS, frozenset()),
+    "flight_basics": frozenset({"node_tools"}),
+    **dict.fromkeys(("simulation_tools", "inspection_tools", "cepa", "gridslam", "exploration"), HELPERS),
+    "inspection": HELPERS | {"exploration"},
+}
+MAY_IMPORT["master_thesis"] = frozenset(MAY_IMPORT)
+"""By package: those that its library, its ROS side and its nodes may import. Messages anybody may import."""
+MESSAGES = re.compile(r"\w+\.(msg|srv|cfg)\b")
+
+
+def packages_in(path: Path) -> set[str]:
+    """Return the packages of the workspace that a file imports, but for their messages."""
+    names = {name for name in dotted_imports(path) if not MESSAGES.match(name)}
+    return {name.split(".")[0].removesuffix("_ros") for name in names} & MAY_IMPORT.keys()
+
+
+def test_the_picture_shows_every_package():
+    assert MAY_IMPORT.keys() == {path.parent.name for path in ROOT.glob("src/**/setup.py")}
+
+
+@pytest.mark.parametrize("package", MAY_IMPORT)
+def test_a_package_imports_those_below_it_only(package):
+    folder = folder_of(package)
+    sources = (*python_nodes(folder), *folder.glob("src/**/*.py"), *folder.glob("ros/**/*.py"))
+    allowed = {*MAY_IMPORT[package], package}
+    assert {str(path): above for path in sources if (above := packages_in(path) - allowed)} == {}
+
+
+def test_no_packages_import_each_other_in_a_circle():
+    TopologicalSorter(MAY_IMPORT).prepare()
+
+
+def test_an_import_of_a_package_above_is_seen_and_one_of_messages_is_not(tmp_path):
+    source = tmp_path / "node.py"
+    source.write_text(
+        "from inspection_ros.files import a\nfrom exploration.msg import B\nimport gridslam.volume\n"
+    )
+    assert packages_in(source) == {"inspection", "gridslam"}

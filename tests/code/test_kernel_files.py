@@ -11,11 +11,11 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = ["cepa", "gridslam", "inspection_tools", "simulation_tools"]
+PACKAGES = ["cepa", "gridslam", "exploration", "inspection", "simulation_tools"]
 WITH_KERNELS = [
-    path for path in sorted(ROOT.glob("src/*/src/**/*.py")) if "njit(" in path.read_text(encoding="utf-8")
+    path for path in sorted(ROOT.glob("src/**/src/**/*.py")) if "njit(" in path.read_text(encoding="utf-8")
 ]
-COMPILER = ROOT / "src/kernel_cache/src/kernel_cache/compiler.py"
+COMPILER = ROOT / "src/helpers/kernel_cache/src/kernel_cache/compiler.py"
 
 
 @pytest.mark.parametrize("path", WITH_KERNELS, ids=lambda path: str(path.relative_to(ROOT / "src")))
@@ -63,7 +63,7 @@ for package in sys.argv[1:]:
 
 def test_the_warm_up_calls_every_kernel_and_sources_hold_all_it_uses():
     """Or it would be compiled in flight, or fly with the code of older sources."""
-    paths = os.pathsep.join(str(path) for path in ROOT.glob("src/*/src"))
+    paths = os.pathsep.join(str(path) for path in ROOT.glob("src/**/src"))
     command = [sys.executable, "-c", LOOK, *PACKAGES]
     environment = {**os.environ, "PYTHONPATH": paths}
     told = subprocess.run(command, env=environment, capture_output=True, text=True, check=True, timeout=120)
@@ -74,3 +74,4 @@ def test_the_warm_up_calls_every_kernel_and_sources_hold_all_it_uses():
     uses = [int(re.search(r"uses (\d+) of", line)[1]) for line in known]
     assert uses[0] > 0  # cepa's named tuples of surroundings.py
     assert uses[1] > 5  # gridslam's kernels of other files
+    assert uses[3] > 0  # inspection's kernel of exploration's

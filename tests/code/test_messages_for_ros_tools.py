@@ -27,7 +27,7 @@ def interfaces() -> list[str]:
     found = []
     for path in sorted(ROOT.glob("src/**/*.[ms][sr][gv]")):
         found.append(f"{path.suffix[1:]}:{path.parts[-3]}/{path.stem}")
-    for path in sorted(ROOT.glob("src/*/action/*.action")):
+    for path in sorted(ROOT.glob("src/**/action/*.action")):
         kinds = ("Action", "ActionFeedback", "ActionGoal", "ActionResult", "Feedback", "Goal", "Result")
         found += [f"msg:{path.parts[-3]}/{path.stem}{kind}" for kind in kinds]
     return found
@@ -35,7 +35,7 @@ def interfaces() -> list[str]:
 
 def test_debians_python_loads_every_message_without_numpy():
     given = interfaces()
-    assert {"msg:gridslam/VoxelTiles", "srv:inspection_tools/LookCloser"} <= set(given)
+    assert {"msg:gridslam/VoxelTiles", "srv:inspection/LookCloser"} <= set(given)
     run = subprocess.run(
         [DEBIANS_PYTHON, "-c", LOAD, *given], capture_output=True, text=True, check=False, timeout=120.0
     )

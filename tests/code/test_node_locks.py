@@ -13,7 +13,7 @@ from locked_calls import LockedCall, LockedCalls, NodeClass, classes_in, dotted
 from python_sources import python_nodes
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
+PACKAGES = sorted(path.parent for path in ROOT.glob("src/**/setup.py"))
 FILES = sorted(
     {path for package in PACKAGES for path in (*python_nodes(package), *package.glob("ros/**/*.py"))}
 )

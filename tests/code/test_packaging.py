@@ -12,8 +12,8 @@ import pytest
 from python_sources import imports, python_nodes
 
 ROOT = Path(__file__).resolve().parents[2]
-SETUPS = sorted(ROOT.glob("src/*/setup.py"))
-PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
+SETUPS = sorted(ROOT.glob("src/**/setup.py"))
+PACKAGES = sorted(path.parent for path in ROOT.glob("src/**/setup.py"))
 
 
 @pytest.mark.parametrize("setup", SETUPS, ids=lambda path: path.parent.name)
@@ -83,7 +83,7 @@ def test_every_import_is_declared(package):
     declared = set(re.findall(r"<(?:\w+_)?depend>([^<]+)<", (package / "package.xml").read_text()))
     sources = [*package.glob("src/**/*.py"), *package.glob("ros/**/*.py"), *python_nodes(package)]
     tests = list(package.glob("test/**/*.py"))
-    helpers = {path.stem for path in tests}
+    helpers = {path.stem for path in ROOT.glob("src/**/test/**/*.py")}
     own = {package.name, f"{package.name}_ros", "benchmarks", *helpers, *sys.stdlib_module_names}
     found = set().union(*(imports(path) for path in (*sources, *tests))) - own - BY_REQUIREMENTS
     others = {f"{path.name}_ros": path.name for path in PACKAGES}

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from python_sources import folder_of
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -64,7 +65,7 @@ SourceFileLoader("node", {path!r}).load_module()
 @pytest.mark.parametrize("node", LIGHT_NODES)
 def test_a_node_without_kernels_loads_neither_numba_nor_physics(node):
     package, name = node.split("/")
-    path = str(ROOT / "src" / package / "nodes" / name)
+    path = str(folder_of(package) / "nodes" / name)
     assert not loaded_by(IMPORT.format(path=path)) & {*NUMBA, "pybullet", "embreex", "matplotlib"}
 
 

@@ -8,7 +8,7 @@ from locked_calls import dotted
 from python_sources import python_nodes
 
 ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
+PACKAGES = sorted(path.parent for path in ROOT.glob("src/**/setup.py"))
 
 
 def sources(package):

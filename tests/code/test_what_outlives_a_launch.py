@@ -8,7 +8,7 @@ from python_sources import python_nodes
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "doc/restarts.md").read_text(encoding="utf-8")
-PACKAGES = sorted(path.parent for path in ROOT.glob("src/*/package.xml"))
+PACKAGES = sorted(path.parent for path in ROOT.glob("src/**/setup.py"))
 FILES = sorted(
     {
         path

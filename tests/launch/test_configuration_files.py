@@ -20,22 +20,22 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def files(*patterns: str) -> list[Path]:
-    return sorted(path for pattern in patterns for path in ROOT.glob(f"src/{pattern}"))
+    return sorted(path for pattern in patterns for path in ROOT.glob(f"src/**/{pattern}"))
 
 
 def name(path: Path) -> str:
     return str(path.relative_to(ROOT / "src" if ROOT / "src" in path.parents else ROOT))
 
 
-LAUNCH = files("*/launch/**/*.launch")
-STARTED = files("*/launch/*.launch")  # those in launch/include get their arguments from these
-ROSTESTS = files("*/test/**/*.test")
+LAUNCH = files("launch/**/*.launch")
+STARTED = files("launch/*.launch")  # those in launch/include get their arguments from these
+ROSTESTS = files("test/**/*.test")
 # A test's data may be broken on purpose.
-SDF = [path for path in files("**/*.sdf", "**/*.world") if "test" not in path.parts] + [ROOT / "my.world"]
-YAML = files("*/config/**/*.yaml", "*/launch/**/*.yaml", "*/rviz/*.rviz")
-RVIZ = files("*/rviz/*.rviz")
+SDF = [path for path in files("*.sdf", "*.world") if "test" not in path.parts] + [ROOT / "my.world"]
+YAML = files("config/**/*.yaml", "launch/**/*.yaml", "rviz/*.rviz")
+RVIZ = files("rviz/*.rviz")
 MAPPING_RVIZ = ROOT / "src/master_thesis/rviz"
-CFG = files("*/cfg/*.cfg")
+CFG = files("cfg/*.cfg")
 LONGEST_LIST = 7  # parameters in one frame of rqt_reconfigure
 
 
@@ -135,7 +135,7 @@ def test_every_launch_file_that_flies_can_hold_the_worlds_models(file):
 
 @pytest.mark.parametrize("path", LAUNCH + ROSTESTS, ids=name)
 def test_package_declares_what_its_launch_file_uses(path):
-    package = ROOT / "src" / path.relative_to(ROOT / "src").parts[0]
+    package = next(folder for folder in path.parents if (folder / "package.xml").is_file())
     text = path.read_text(encoding="utf-8")
     used = set(re.findall(r"""\bpkg="(\w+)"|\$\(find (\w+)\)|\bfind\('(\w+)'\)""", text))
     manifest = ElementTree.parse(package / "package.xml").getroot()
@@ -160,7 +160,7 @@ def sdf_complaints():
     """Return what `ign sdf -k` says of each SDF file. It knows the format better than we do."""
     if not shutil.which("ign"):
         pytest.skip("needs `ign sdf`: packages ignition-tools and libsdformat-dev")
-    models = os.pathsep.join(str(folder) for folder in files("*/models"))
+    models = os.pathsep.join(str(folder) for folder in files("models"))
     run = subprocess.run(
         [sys.executable, str(ROOT / "tests/launch/sdf_check.py"), *map(str, SDF)],
         env={**os.environ, "SDF_PATH": models},
@@ -291,7 +291,7 @@ def parameters(group):
         yield from parameters(inner)
 
 
-@pytest.mark.parametrize("path", files("*/rqt/*.perspective"), ids=name)
+@pytest.mark.parametrize("path", files("rqt/*.perspective"), ids=name)
 def test_the_perspective_publishes_what_the_launch_files_know(path):
     groups = json.loads(path.read_text())["groups"]
     assert {"geometry", "state"} <= groups["mainwindow"]["keys"].keys(), "Qt would share out the room"

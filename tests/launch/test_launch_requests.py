@@ -363,7 +363,7 @@ def test_a_node_that_is_dead_but_registered_is_no_graph_that_runs(ros_master, mo
 
 @pytest.mark.parametrize(
     "path",
-    sorted((ROOT / "src").glob("*/launch/*.launch")),
+    sorted((ROOT / "src").glob("**/launch/*.launch")),
     ids=lambda path: f"{path.parts[-3]}/{path.stem}",
 )
 def test_roslaunch_calls_an_argument_required_only_if_it_is(path):

@@ -235,7 +235,7 @@ def test_launch_files_know_which_lidars_have_clouds():
     models = (ROOT / "src/simulation_tools/models").glob("lidar_*/model.sdf")
     with_cloud = {file.parent.name.removeprefix("lidar_") for file in models if '"cloud"' in file.read_text()}
     assert with_cloud == set(CLOUD_LIDARS)
-    texts = [file.read_text() for file in ROOT.glob("src/*/launch/**/*.launch")]
+    texts = [file.read_text() for file in ROOT.glob("src/**/launch/**/*.launch")]
     lists = [found for text in texts for found in re.findall(r"lidar in (\(.*?\))", text)]
     assert len(lists) >= 5
     assert {ast.literal_eval(each) for each in lists} == {CLOUD_LIDARS}

@@ -27,7 +27,7 @@ def has_argument(path: Path) -> bool:
     )
 
 
-FILES = sorted(path for path in ROOT.glob("src/*/launch/*.launch") if has_argument(path))
+FILES = sorted(path for path in ROOT.glob("src/**/launch/*.launch") if has_argument(path))
 
 
 def test_every_flight_can_be_flown_without_gnss():

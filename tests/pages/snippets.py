@@ -68,9 +68,9 @@ class Call:
 
 def pages() -> list[str]:
     """Return the pages that users read."""
-    found = [ROOT / "README.md", *ROOT.glob("benchmarks/*.md"), *ROOT.glob("src/*/README.md")]
-    found += [*ROOT.glob("doc/*.md"), *ROOT.glob("src/*/doc/*.md"), *ROOT.glob("src/*/models/*.md")]
-    return sorted(str(path.relative_to(ROOT)) for path in found)
+    found = [ROOT / "README.md", *ROOT.glob("benchmarks/*.md"), *ROOT.glob("src/**/README.md")]
+    found += [*ROOT.glob("doc/*.md"), *ROOT.glob("src/**/doc/*.md"), *ROOT.glob("src/**/models/*.md")]
+    return sorted({str(path.relative_to(ROOT)) for path in found})
 
 
 def fenced(page: str, *languages: str) -> list[str]:

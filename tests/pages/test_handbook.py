@@ -55,10 +55,11 @@ def test_a_parameter_without_a_sentence_is_named():
 def test_what_a_node_asks_for_by_name_is_on_a_page(parameters):
     """Found by another way: every private name in a call of get_param is in the tables of its package."""
     for package in {package for package, _ in parameters} - {"master_thesis"}:
+        (folder,) = (path.parent for path in ROOT.glob(f"src/**/{package}/setup.py"))
         known = {name for (owner, _), rows in parameters.items() if owner == package for name in rows}
         files = [
-            *(ROOT / "src" / package / "nodes").glob("*"),
-            *(ROOT / "src" / package / "ros").rglob("*.py"),
+            *(folder / "nodes").glob("*"),
+            *(folder / "ros").rglob("*.py"),
         ]
         text = "".join(path.read_text(encoding="utf-8") for path in files if path.is_file())
         asked = set(re.findall(r'\bget(?:_param)?\(\s*"~([\w/]+)"', text))
@@ -76,8 +77,8 @@ def test_what_a_launch_file_sets_is_on_the_nodes_page(parameters):
     ("node", "name", "expected"),
     [
         (("cepa", "cepa"), "r_lb", ("float", 0.5, 0.05, 5.0, "m")),  # .cfg
-        (("inspection_tools", "explore"), "reach", ("float", 10.0, 0.5, 200.0, "m")),  # dataclass, Attributes
-        (("inspection_tools", "explore"), "planner/margin", ("float", 0.2, 0.0, 5.0, "m")),  # in a namespace
+        (("exploration", "explore"), "reach", ("float", 10.0, 0.5, 200.0, "m")),  # dataclass, Attributes
+        (("exploration", "explore"), "planner/margin", ("float", 0.2, 0.0, 5.0, "m")),  # in a namespace
         (
             ("gridslam", "slam_gridslam"),
             "closure_rest_s",

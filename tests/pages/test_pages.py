@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 READMES = [ROOT / "README.md", ROOT / "benchmarks/README.md", *sorted((ROOT / "src").rglob("README.md"))]
-OTHERS = [ROOT / "CONTRIBUTING.md", *sorted(ROOT.glob("doc/*.md")), *sorted(ROOT.glob("src/*/doc/*.md"))]
+OTHERS = [ROOT / "CONTRIBUTING.md", *sorted(ROOT.glob("doc/*.md")), *sorted(ROOT.glob("src/**/doc/*.md"))]
 README_WORDS_MAX = 700
 
 FOLDERS = ("src", "tests", "benchmarks", "scripts")
@@ -43,7 +43,7 @@ def test_a_map_shows_the_rooms_that_exist(package):
 
 
 def test_every_package_has_a_map():
-    packages = {path.parent.name for path in ROOT.glob("src/*/package.xml")}
+    packages = {path.parent.name for path in ROOT.glob("src/**/setup.py")}
     assert room_maps.PAGES.keys() == packages
 
 
@@ -58,14 +58,14 @@ def test_the_readmes_list_every_node(package):
     """A package's README lists all its programs, but those that only launch files call."""
     nodes = {
         path.name
-        for path in (ROOT / "src" / package / "nodes").glob("*")
+        for path in (room_maps.FOLDERS[package] / "nodes").glob("*")
         if path.is_file() and not path.suffix
     }
-    own = (ROOT / "src" / package / "README.md").read_text(encoding="utf-8")
+    own = (room_maps.FOLDERS[package] / "README.md").read_text(encoding="utf-8")
     assert {node for node in nodes if not re.search(rf"\b{node}\b", own)} <= {"check_launch", "check_flight"}
-    launches = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("src/*/launch/**/*.launch"))
+    launches = "".join(path.read_text(encoding="utf-8") for path in ROOT.glob("src/**/launch/**/*.launch"))
     started = set(re.findall(rf'pkg="{package}" type="(\w+)"', launches))
-    (row,) = re.findall(rf"^\| \[{package}\].*", (ROOT / "README.md").read_text(encoding="utf-8"), re.M)
+    (row,) = re.findall(rf"^\|[^|]*\[{package}\].*", (ROOT / "README.md").read_text(encoding="utf-8"), re.M)
     assert {node for node in started if f"`{node}`" not in row} == set()
 
 
@@ -85,7 +85,7 @@ def test_contributing_says_how_to_add(what):
 
 def test_the_help_of_bringup_says_what_each_launch_file_does():
     told = subprocess.run([ROOT / "bringup.sh", "--help"], capture_output=True, text=True, check=True).stdout
-    files = sorted(f"{path.parts[-3]}/{path.name}" for path in ROOT.glob("src/*/launch/*.launch"))
+    files = sorted(f"{path.parts[-3]}/{path.name}" for path in ROOT.glob("src/**/launch/*.launch"))
     sentences = dict(re.findall(r"^  (\w+/\w+\.launch) +(\S.*\.)$", told, flags=re.M))
     assert sorted(sentences) == files
     assert sentences["master_thesis/explore.launch"].startswith("A UAV explores a place")

@@ -27,16 +27,19 @@ from pathlib import Path
 Path("plate.obj").write_text("v 0 0 0\\nv 1 0 0\\nv 0 1 0\\nf 1 2 3\\n")
 """
 PYTHON = {
-    "src/stamp_pairing/README.md": ("", "paired.fresh('reference', 500_000_000, None) == (1.5, 0.0)"),
-    "src/flight_limits/README.md": ("", "limits.ceiling_m == 8.0 and limits.boxes[0].holds((12, 0, 7))"),
-    "src/mesh_files/README.md": (PLATE, "len(parts[0].triangles) == 1"),
+    "src/helpers/stamp_pairing/README.md": ("", "paired.fresh('reference', 500_000_000, None) == (1.5, 0.0)"),
+    "src/helpers/flight_limits/README.md": (
+        "",
+        "limits.ceiling_m == 8.0 and limits.boxes[0].holds((12, 0, 7))",
+    ),
+    "src/helpers/mesh_files/README.md": (PLATE, "len(parts[0].triangles) == 1"),
     "src/cepa/README.md": (GIVEN, "decision.velocity_xy != (0.0, 0.0)"),
     "src/gridslam/README.md": (GIVEN + POSE, "update is not None"),
     "src/inspection_tools/README.md": (
         GIVEN + "stamp_s, position_m, yaw_rad = 1.0, (0.0, 0.0, 2.0), 0.0\n",
         "yaw_rate > 0.0 and not command.goal_reached",
     ),
-    "src/inspection_tools/doc/path_planner.md": (ROOM, "abs(plan.length_m - 0.6) < 1e-9"),
+    "src/extensions/exploration/doc/path_planner.md": (ROOM, "abs(plan.length_m - 0.6) < 1e-9"),
     "src/simulation_tools/README.md": (
         "",
         "abs(simulation.world.get_state('iris').pose.position_m[2] - 2.0) < 0.3 and not simulation.close()",
@@ -45,9 +48,9 @@ PYTHON = {
 """By page: what its reader has before the page's python, and what is true afterwards."""
 SKELETONS = {
     "src/gridslam/doc/loop_closure.md": "lines of a caller's loop; test_loop_closure.py runs the same calls",
-    "src/inspection_tools/doc/findings.md": "a node; rostest_detector.py runs it on photographs",
-    "src/kernel_cache/README.md": "a kernel; test_compiler.py compiles others",
-    "src/node_tools/README.md": "the frame of a node, with dots where its imports stand",
+    "src/extensions/inspection/doc/findings.md": "a node; rostest_detector.py runs it on photographs",
+    "src/helpers/kernel_cache/README.md": "a kernel; test_compiler.py compiles others",
+    "src/helpers/node_tools/README.md": "the frame of a node, with dots where its imports stand",
     "src/master_thesis/doc/tutorial.md": "a node; test_tutorial.py runs it against a scan",
 }
 

@@ -40,7 +40,7 @@ def place(tmp_path_factory):
         home / "tutorial/models/lidar_mine/model.sdf": "",
         home / "tutorial/limits.yaml": fenced("src/master_thesis/doc/tutorial.md", "yaml")[0],
         home / "tutorial/tank.world": fenced("src/master_thesis/doc/own_tank.md", "xml")[0],
-        made / "limits.yaml": fenced("src/inspection_tools/doc/path_planner.md", "yaml")[0],
+        made / "limits.yaml": fenced("src/extensions/exploration/doc/path_planner.md", "yaml")[0],
     }
     for path, content in before.items():
         path.parent.mkdir(parents=True, exist_ok=True)

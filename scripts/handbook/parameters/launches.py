@@ -11,13 +11,15 @@ from handbook.pages import ROOT
 
 CHOICES = {"$(arg leader)": ("explore", "inspect"), "$(arg driver)": ("exploring", "inspecting")}
 """Nodes that a launch file starts by an argument."""
+PACKAGES = {"explore": "exploration", "inspect": "inspection"}
+"""Packages of those that have not the launch file's own."""
 NODE = tuple[str, str]
 
 
 def launch_files(root: Path = ROOT) -> list[ElementTree.Element]:
     """Return the launch files of all packages, those that others include last."""
-    return [ElementTree.parse(path).getroot() for path in sorted(root.glob("src/*/launch/*.launch"))] + [
-        ElementTree.parse(path).getroot() for path in sorted(root.glob("src/*/launch/*/*.launch"))
+    return [ElementTree.parse(path).getroot() for path in sorted(root.glob("src/**/launch/*.launch"))] + [
+        ElementTree.parse(path).getroot() for path in sorted(root.glob("src/**/launch/*/*.launch"))
     ]
 
 
@@ -45,7 +47,7 @@ def _parameters(file: ElementTree.Element) -> Iterator[tuple[NODE, str, str]]:
         for name in CHOICES.get(kind, (kind,)):
             for parameter in node.findall("param"):
                 yield (
-                    (str(node.get("pkg")), name),
+                    (PACKAGES.get(name, str(node.get("pkg"))), name),
                     str(parameter.get("name")),
                     str(parameter.get("value", "")),
                 )

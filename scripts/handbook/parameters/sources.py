@@ -6,7 +6,7 @@ import ast
 import math
 import re
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -143,7 +143,7 @@ class Sources:
         """Return a module of ours by its name, or None."""
         if name not in self._modules:
             file = Path(*name.split("."))
-            for package in self.root.glob("src/*"):
+            for package in _packages(self.root):
                 for part in PARTS:
                     for path in (
                         package / part / file.with_suffix(".py"),
@@ -157,7 +157,13 @@ class Sources:
     def nodes(self) -> dict[tuple[str, str], Module]:
         """Return the script of each node, by package and name."""
         found = {}
-        for path in sorted(self.root.glob("src/*/nodes/*")):
+        for path in sorted(self.root.glob("src/**/nodes/*")):
             if path.is_file() and not path.suffix and IS_NODE.search(path.read_text(encoding="utf-8")):
                 found[path.parents[1].name, path.name] = Module(path, self)
         return found
+
+
+@cache
+def _packages(root: Path) -> tuple[Path, ...]:
+    """Return the folders of all Python packages."""
+    return tuple(path.parent for path in sorted(root.glob("src/**/setup.py")))

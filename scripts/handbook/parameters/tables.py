@@ -47,7 +47,7 @@ def _of_node(
         for parameter in of_class(home, filled):
             found[prefix + parameter.name] = dataclasses.replace(parameter, name=prefix + parameter.name)
     for config in read.configs:
-        for parameter in of_config(ROOT / "src" / f"{config}.cfg"):
+        for parameter in of_config(next(ROOT.glob(f"src/**/{config}.cfg"))):
             found[parameter.name] = parameter
     for name, default in read.names.items():
         if f"{name}/" not in {prefix for prefix, *_ in classes}:

@@ -6,14 +6,10 @@ import math
 
 import pytest
 
-from inspection_tools import (
-    CorrectionParameters,
-    ParameterError,
-    PositionController,
-    PositionControllerParameters,
-    SlowCorrection,
-)
-from inspection_tools.geometry import multiply, rotate, yaw_of
+from flight_basics.correction import CorrectionParameters, SlowCorrection
+from flight_basics.errors import ParameterError
+from flight_basics.geometry import multiply, rotate, yaw_of
+from inspection_tools import PositionController, PositionControllerParameters
 
 STEP_S = 0.025
 

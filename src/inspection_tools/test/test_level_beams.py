@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from inspection_tools import LevelBeamsParameters, LevelFrame, ParameterError, ScanError, ScanGeometry
+from flight_basics.errors import ParameterError, ScanError
+from inspection_tools import LevelBeamsParameters, LevelFrame, ScanGeometry
 from inspection_tools.level_beams import is_whole, level_part
 
 GEOMETRY = ScanGeometry(1081, -0.75 * math.pi, math.radians(0.25))

@@ -7,13 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from inspection_tools import (
-    LidarMedianFilter,
-    MedianFilterParameters,
-    ParameterError,
-    ScanError,
-    ScanGeometry,
-)
+from flight_basics.errors import ParameterError, ScanError
+from inspection_tools import LidarMedianFilter, MedianFilterParameters, ScanGeometry
 
 INF, NAN = math.inf, math.nan
 RANGE_MIN, RANGE_MAX = 0.5, 8.0

@@ -4,7 +4,8 @@ import math
 
 import pytest
 
-from inspection_tools import Mission, MissionError, ParameterError, PoseError, Waypoint, way_home, way_m
+from flight_basics.errors import MissionError, ParameterError, PoseError
+from inspection_tools import Mission, Waypoint, way_home, way_m
 from inspection_tools.mission.waypoints import headings_shown
 
 A, B = Waypoint((1.0, 0.0, 2.0)), Waypoint((1.0, 5.0, 2.0), hold_s=2.0)

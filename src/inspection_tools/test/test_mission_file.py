@@ -2,7 +2,8 @@
 
 import pytest
 
-from inspection_tools import MissionError, Waypoint, parse_mission, read_mission
+from flight_basics.errors import MissionError
+from inspection_tools import Waypoint, parse_mission, read_mission
 
 
 def test_a_file_in_every_form(tmp_path):

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from inspection_tools import LidarPadding, PaddingParameters, ParameterError, ScanError, ScanGeometry
+from flight_basics.errors import ParameterError, ScanError
+from inspection_tools import LidarPadding, PaddingParameters, ScanGeometry
 
 INF, NAN = math.inf, math.nan
 DEGREE = math.pi / 180.0

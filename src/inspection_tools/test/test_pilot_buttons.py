@@ -2,7 +2,7 @@
 
 import pytest
 
-from inspection_tools.errors import ParameterError
+from flight_basics.errors import ParameterError
 from inspection_tools.pilot_buttons import ButtonParameters, Order, PilotButtons
 
 

@@ -6,8 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from inspection_tools import ParameterError, PoseError, PositionController, PositionControllerParameters
-from inspection_tools.position_controller import MAX_TIME_STEP_S, approach_speed
+from flight_basics.bounds import MAX_TIME_STEP_S
+from flight_basics.errors import ParameterError, PoseError
+from inspection_tools import PositionController, PositionControllerParameters
+from inspection_tools.position_controller import approach_speed
 
 STEP_S = 0.01  # odometry at 100 Hz
 

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from inspection_tools import ScanError, ScanGeometry
+from flight_basics.errors import ScanError
+from inspection_tools import ScanGeometry
 
 DEGREE = math.pi / 180.0
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from inspection_tools.errors import ParameterError
+from flight_basics.errors import ParameterError
 from inspection_tools.teleop import FASTEST_M_S, HOVER, JoystickPilot, KeyboardPilot, TeleopParameters
 
 

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from inspection_tools import ParameterError, VisionPose, VisionPoseParameters, VisionState
+from flight_basics.errors import ParameterError
+from inspection_tools import VisionPose, VisionPoseParameters, VisionState
 from inspection_tools.vision_pose import Motion
 
 COVARIANCE = np.diag([1e-4, 1e-4, 1e-4, 1e-6, 1e-6, 1e-6]).ravel().tolist()

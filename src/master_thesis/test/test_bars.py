@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from gridslam.volume import CloudNode, Pose
 from gridslam.volume.clouds import KeptCloud, rounded
 from gridslam.volume.plates import Plates
-from inspection_tools.survey.surface.rays import Rays
+from inspection.survey.surface.rays import Rays
 from master_thesis.photographing.bars import AT_M, BEYOND_M, FLAT, THICK, are_bars, beams_on, cubes_of
 
 SIDE_M = 0.2

@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
-from inspection_tools.camera.taken import Taken
-from inspection_tools.findings.merging import Finding
-from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.surface.mesh_file import Mesh
-from inspection_tools.survey.surface.patches import grouped
-from inspection_tools.survey.surface.samples import SurfacePoints
+from inspection.camera.survey_camera import SurveyCamera, optical_axes
+from inspection.camera.taken import Taken
+from inspection.findings.merging import Finding
+from inspection.survey.parameters import SurveyParameters
+from inspection.survey.surface.mesh_file import Mesh
+from inspection.survey.surface.patches import grouped
+from inspection.survey.surface.samples import SurfacePoints
 from master_thesis.inspecting.findings_judge import disturbed, judge_findings
 from simulation_tools.camera.defects import Defect
 

@@ -11,10 +11,10 @@ from gridslam.volume.octree.stream import stream_of
 from gridslam.volume.path_poses import OdometryHistory
 from gridslam.volume.saved.map_time import MapTime
 from gridslam.volume.saved.saved_map import state_of, write_volume
-from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.surface.mesh_file import MAPPED_PLATING, MAPPED_STRUCTURE
-from inspection_tools.survey.surface.rays import Rays
-from inspection_tools.survey.surface.reading import read_surface
+from inspection.survey.parameters import SurveyParameters
+from inspection.survey.surface.mesh_file import MAPPED_PLATING, MAPPED_STRUCTURE
+from inspection.survey.surface.rays import Rays
+from inspection.survey.surface.reading import read_surface
 from master_thesis.photographing.map_mesh import (
     FREE,
     OCCUPIED,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from inspection_tools.photographs.metering import metering
+from inspection.photographs.metering import metering
 from master_thesis.worlds.writer import Box, Colour, Part, Prop, Surroundings, write_world
 from simulation_tools.camera.defects import decals_of
 from simulation_tools.camera.optics import CameraOptics

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from inspection_tools.ship.ship_file import read_ship
+from inspection.ship.ship_file import read_ship
 
 SHIPS = Path(__file__).resolve().parents[1] / "config/ships"
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import yaml
 
-from inspection_tools.photographs.listing import read_photograph
-from inspection_tools.survey.plan_file import read_plan
+from inspection.photographs.listing import read_photograph
+from inspection.survey.plan_file import read_plan
 from master_thesis.photographing.command import photograph, poses_of
 from master_thesis.worlds import floor_plan
 from master_thesis.worlds.ballast_tank import BallastTankParameters

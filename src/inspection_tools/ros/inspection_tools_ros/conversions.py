@@ -6,19 +6,19 @@ import math
 from typing import Sequence
 
 import numpy as np
-from geometry_msgs.msg import Point, Pose, TwistStamped
+from flight_basics_ros.pose_messages import pose_of
+from geometry_msgs.msg import Point, TwistStamped
 from geometry_msgs.msg import Quaternion as QuaternionMessage
 from geometry_msgs.msg import Vector3 as Vector3Message
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 
-from inspection_tools.errors import PoseError, ScanError, VelocityError
-from inspection_tools.geometry import Quaternion, Vector3, normalised
+from flight_basics.errors import ScanError, VelocityError
+from flight_basics.geometry import Vector3
 from inspection_tools.padding import PaddedScan
-from inspection_tools.position_controller import FARTHEST_M
 from inspection_tools.scan import ScanGeometry
 from inspection_tools.vision_pose import Motion
-from node_tools.conversions import time_of, xyz, xyzw
+from node_tools.conversions import time_of, xyz
 
 GREATEST_SPEED_M_S = 1e6
 UNSEEN_INTENSITY = -1.0
@@ -59,33 +59,6 @@ def intensities_of(padded: PaddedScan, source: Sequence[float] = ()) -> np.ndarr
         beams = min(len(source), padded.geometry.beams)  # beams beyond a turn repeat the first ones
         intensities[padded.first_beam : padded.first_beam + beams] = source[:beams]
     return intensities
-
-
-def pose_of(pose: Pose) -> tuple[Vector3, Quaternion]:
-    """Return position (x, y, z) and unit quaternion (x, y, z, w) of a geometry_msgs/Pose.
-
-    Raises:
-        PoseError: not finite, farther away than anything flies, or without an orientation.
-    """
-    position_m = xyz(pose.position)
-    if not all(math.isfinite(coordinate) for coordinate in position_m):
-        raise PoseError("The pose has a position that is not finite.")
-    if max(map(abs, position_m)) > FARTHEST_M:
-        raise PoseError(f"The pose has a position beyond {FARTHEST_M:g} m; check its source.")
-    return position_m, normalised(xyzw(pose.orientation))
-
-
-def require_frames(odometry: Odometry, frame: str, child_frame: str) -> None:
-    """Check the frames of a nav_msgs/Odometry. An empty child frame is taken for the right one.
-
-    Raises:
-        PoseError: another frame.
-    """
-    given, child = odometry.header.frame_id.lstrip("/"), odometry.child_frame_id.lstrip("/")
-    if given != frame or child not in ("", child_frame):
-        raise PoseError(
-            f'The pose is of frame "{child}" in "{given}", but "{child_frame}" in "{frame}" is expected.'
-        )
 
 
 def motion_of(odometry: Odometry) -> Motion:

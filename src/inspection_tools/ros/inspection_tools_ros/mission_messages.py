@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Sequence
 
+from flight_basics_ros.pose_messages import pose_of
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 
+from flight_basics.geometry import Vector3, yaw_of
 from inspection_tools import Waypoint
-from inspection_tools.geometry import Vector3, yaw_of
 from inspection_tools.mission.waypoints import headings_shown
-from inspection_tools_ros.conversions import pose_of
 from node_tools.conversions import set_yaw, xyzw
 
 

@@ -8,7 +8,7 @@ import rospy
 import tf2_py
 from tf2_msgs.msg import TFMessage
 
-from inspection_tools.geometry import Quaternion, Vector3, normalised
+from flight_basics.geometry import Quaternion, Vector3, normalised
 from node_tools.conversions import xyz, xyzw
 
 CACHE_S = 5.0

@@ -8,7 +8,7 @@ import sys
 import termios
 import tty
 
-from inspection_tools.errors import InspectionToolsError
+from flight_basics.errors import InspectionToolsError
 
 
 class TerminalError(InspectionToolsError):

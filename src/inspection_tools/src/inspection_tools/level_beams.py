@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inspection_tools.checks import check_parameters, limited
-from inspection_tools.errors import ScanError
-from inspection_tools.geometry import Quaternion, Vector3, rotate, yaw_of
+from flight_basics.checks import check_parameters, limited
+from flight_basics.errors import ScanError
+from flight_basics.geometry import Quaternion, Vector3, rotate, yaw_of
 from inspection_tools.scan import FULL_TURN_RAD, ScanGeometry, check_range_limits
 
 SAME_RAD, SAME_M = 0.003, 0.003

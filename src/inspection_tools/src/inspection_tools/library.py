@@ -1,7 +1,7 @@
 """The names that `from inspection_tools import ...` knows."""
 
-from inspection_tools.correction import CorrectionParameters, SlowCorrection
-from inspection_tools.errors import (
+from flight_basics.correction import CorrectionParameters, SlowCorrection
+from flight_basics.errors import (
     ContradictionError,
     InspectionToolsError,
     MapError,

@@ -12,8 +12,8 @@ from typing import Sequence
 
 import numpy as np
 
-from inspection_tools.checks import check_parameters, limited
-from inspection_tools.errors import ParameterError, ScanError
+from flight_basics.checks import check_parameters, limited
+from flight_basics.errors import ParameterError, ScanError
 from inspection_tools.scan import ScanGeometry, check_range_limits
 
 MAX_WINDOW_BEAMS = 31

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from inspection_tools.checks import check_number
-from inspection_tools.errors import ParameterError, ScanError
+from flight_basics.checks import check_number
+from flight_basics.errors import ParameterError, ScanError
 from inspection_tools.scan import ScanGeometry, check_range_limits
 
 MAX_VALUE_M = 1000.0

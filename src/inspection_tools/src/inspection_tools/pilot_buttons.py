@@ -6,8 +6,8 @@ import enum
 from dataclasses import dataclass
 from typing import Sequence
 
-from inspection_tools.checks import check_whole
-from inspection_tools.errors import ParameterError
+from flight_basics.checks import check_whole
+from flight_basics.errors import ParameterError
 
 
 class Order(enum.Enum):

@@ -6,16 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import Sequence
 
-from inspection_tools.checks import check_parameters, limited
-from inspection_tools.errors import ParameterError, PoseError
-from inspection_tools.geometry import Vector3
+from flight_basics.bounds import FARTHEST_M, MAX_TIME_STEP_S
+from flight_basics.checks import check_parameters, limited
+from flight_basics.errors import ParameterError, PoseError
+from flight_basics.geometry import Vector3
 from inspection_tools.leg import Leg
-
-FARTHEST_M = 1e6
-"""A setpoint beyond this is refused as a mistake."""
-
-MAX_TIME_STEP_S = 0.1
-"""A longer gap between poses counts as this long, so that the velocity never jumps after a gap."""
 
 
 @dataclass(frozen=True)

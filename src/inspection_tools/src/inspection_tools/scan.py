@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from inspection_tools.errors import ScanError
+from flight_basics.errors import ScanError
 
 FULL_TURN_RAD = 2.0 * math.pi
 

@@ -9,8 +9,8 @@ import math
 from dataclasses import dataclass
 from typing import Sequence
 
-from inspection_tools.checks import check_parameters, check_whole, limited
-from inspection_tools.errors import ParameterError
+from flight_basics.checks import check_parameters, check_whole, limited
+from flight_basics.errors import ParameterError
 
 HOVER = (0.0, 0.0, 0.0)
 FASTEST_M_S = 5.0

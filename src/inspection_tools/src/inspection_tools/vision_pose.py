@@ -13,8 +13,8 @@ from typing import Sequence
 
 import numpy as np
 
-from inspection_tools.checks import check_parameters, limited
-from inspection_tools.geometry import Quaternion, Vector3, multiply, rotate, yaw_of
+from flight_basics.checks import check_parameters, limited
+from flight_basics.geometry import Quaternion, Vector3, multiply, rotate, yaw_of
 
 _X, _Y, _Z, _YAW = 0, 7, 14, 35  # of a covariance matrix of 6 x 6, row by row
 

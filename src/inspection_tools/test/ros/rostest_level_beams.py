@@ -16,7 +16,7 @@ from tf2_msgs.msg import TFMessage
 from node_tools.testing import Input, Output, Stamps, Warned
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import bad_scans, scan_of
+from flight_basics_ros.testing import bad_scans, scan_of
 
 NODE = "/level_beams"
 AHEAD = 540

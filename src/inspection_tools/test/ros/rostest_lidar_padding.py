@@ -15,7 +15,7 @@ from sensor_msgs.msg import LaserScan
 from node_tools.testing import Input, Output, Stamps, Warned
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import bad_scans, scan_of
+from flight_basics_ros.testing import bad_scans, scan_of
 
 NODE = "/lidar_padding"
 

@@ -18,8 +18,8 @@ from std_msgs.msg import Header
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from lock_order import take_report
-from ros_probe import odometry_of, scan_of, velocity_of
+from flight_basics_ros.lock_order import take_report
+from flight_basics_ros.testing import odometry_of, scan_of, velocity_of
 
 from inspection_tools.msg import MissionActionFeedback, MissionActionGoal, MissionActionResult, MissionGoal
 

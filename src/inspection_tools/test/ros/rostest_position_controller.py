@@ -16,7 +16,7 @@ from std_msgs.msg import Bool
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import odometry_of
+from flight_basics_ros.testing import odometry_of
 
 NODE = "/position_controller"
 DEFAULTS = {"max_speed": 2.0, "max_acceleration": 2.0, "braking_deceleration": 1.0}

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import rospy
 import rostest
-from geometry_msgs.msg import Pose, PoseStamped, TransformStamped, TwistStamped
+from geometry_msgs.msg import Pose, PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool, String
 from tf2_msgs.msg import TFMessage
@@ -17,20 +17,9 @@ from node_tools.conversions import xyz
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import odometry_of
+from flight_basics_ros.testing import correction, odometry_of
 
 NODE = "/position_controller"
-
-
-def correction(stamp, x, y, yaw):
-    """map -> odom as SLAM broadcasts it."""
-    transform = TransformStamped()
-    transform.header.stamp = stamp
-    transform.header.frame_id, transform.child_frame_id = "map", "odom"
-    transform.transform.translation.x, transform.transform.translation.y = x, y
-    transform.transform.rotation.z = math.sin(yaw / 2.0)
-    transform.transform.rotation.w = math.cos(yaw / 2.0)
-    return TFMessage([transform])
 
 
 class SlamTest(unittest.TestCase):

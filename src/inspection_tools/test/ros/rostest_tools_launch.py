@@ -17,7 +17,7 @@ from sensor_msgs.msg import LaserScan
 from node_tools.testing import Input, Output, Stamps, address_of, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import odometry_of, scan_of, velocity_of
+from flight_basics_ros.testing import odometry_of, scan_of, velocity_of
 
 TYPES = {
     "/scan/filtered": "sensor_msgs/LaserScan",

@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from node_tools.testing import Input, Output, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import odometry_of
+from flight_basics_ros.testing import odometry_of
 
 NODE = "/vision_pose_publisher"
 

@@ -16,7 +16,7 @@ from tf2_msgs.msg import TFMessage
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from ros_probe import velocity_of
+from flight_basics_ros.testing import velocity_of
 
 NODE = "/yaw_regulator"
 DEFAULTS = {"gain": 1.5, "max_yaw_rate": 1.0, "speed_on": 0.25, "speed_off": 0.15}

@@ -12,8 +12,8 @@ from xmlrpc.client import ServerProxy
 import rosgraph
 import rosnode
 import rospy
+from flight_basics_ros.setpoints import SetpointSender
 from geometry_msgs.msg import Point, Pose, PoseStamped
-from inspection_tools_ros.setpoints import SetpointSender
 
 NODE, TOPIC = "/position_controller", "/pos_setpoint"
 SETTLED_S = 0.5

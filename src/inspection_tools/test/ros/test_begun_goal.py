@@ -6,7 +6,7 @@ import pytest
 
 pytestmark = pytest.mark.ros
 
-begun_goal = pytest.importorskip("inspection_tools_ros.begun_goal", reason="needs ROS")
+begun_goal = pytest.importorskip("flight_basics_ros.begun_goal", reason="needs ROS")
 rospy = pytest.importorskip("rospy")
 
 from geometry_msgs.msg import Point, Pose  # noqa: E402

@@ -10,11 +10,11 @@ from types import SimpleNamespace
 
 import pytest
 
-pytest.importorskip("inspection_tools_ros.pose_source", reason="needs the workspace's environment")
+pytest.importorskip("flight_basics_ros.pose_source", reason="needs the workspace's environment")
 
 from geometry_msgs.msg import Point
 
-from inspection_tools.energy.thresholds import ChargeWatch
+from inspection_tools.charge_thresholds import ChargeWatch
 from inspection_tools.pilot_buttons import Order, PilotButtons
 from node_tools import ending
 

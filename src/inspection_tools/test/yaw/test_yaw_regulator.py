@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from inspection_tools import ParameterError, VelocityError, YawRegulator, YawRegulatorParameters
+from flight_basics.errors import ParameterError, VelocityError
+from inspection_tools import YawRegulator, YawRegulatorParameters
 
 STEP_S = 0.025  # a lidar at 40 Hz
 

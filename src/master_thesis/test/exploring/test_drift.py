@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from exploration.planning import PathPlanner
 from gridslam.volume import VolumeParameters
-from inspection_tools.planning import PathPlanner
 from master_thesis.exploring.drift import Drift
 from master_thesis.exploring.volume_of_flight import VolumeOfFlight
 

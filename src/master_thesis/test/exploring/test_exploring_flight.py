@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from cepa import Reason
+from exploration.energy import EnergyWatch
+from exploration.next_view import End, ExplorationParameters, ExplorerParameters
+from exploration.planning import PlannerParameters
 from gridslam.volume import VolumeParameters
-from inspection_tools.energy import EnergyWatch
-from inspection_tools.exploration import End, ExplorationParameters, ExplorerParameters
-from inspection_tools.planning import PlannerParameters
 from master_thesis.errors import FlightError
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.exploring.flight import ExploringFlight

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from exploration.energy import EnergyWatch
+from exploration.planning import PlannerParameters
 from gridslam.volume import VolumeParameters
-from inspection_tools.energy import EnergyWatch
-from inspection_tools.inspection import End, InspectionParameters, PriorMap
-from inspection_tools.planning import PlannerParameters
-from inspection_tools.survey import FlightParameters, SurveyCamera, SurveyParameters
-from inspection_tools.survey.coverage import judge_on
-from inspection_tools.survey.plan import Flight, PlannedView, SurveyPlan
-from inspection_tools.survey.supplement import Supplement
-from inspection_tools.survey.surface.reading import read_surface
-from inspection_tools.survey.views.candidates import View
+from inspection.flight import End, InspectionParameters, PriorMap
+from inspection.survey import FlightParameters, SurveyCamera, SurveyParameters
+from inspection.survey.coverage import judge_on
+from inspection.survey.plan import Flight, PlannedView, SurveyPlan
+from inspection.survey.supplement import Supplement
+from inspection.survey.surface.reading import read_surface
+from inspection.survey.views.candidates import View
 from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.flight.closed_loop import ClosedLoop
 from master_thesis.flight.course import PhaseLimits

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from inspection_tools.camera.taken import Taken
+from inspection.camera.taken import Taken
 from master_thesis.inspecting.coverage import Judged
 from master_thesis.inspecting.pictures import caption
 

@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import pytest
 
-from inspection_tools.camera.survey_camera import SurveyCamera
-from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
-from inspection_tools.survey.plan import Draft, Flight, PlannedView, SurveyPlan
-from inspection_tools.survey.plan_file import write_plan
-from inspection_tools.survey.views.candidates import View
+from inspection.camera.survey_camera import SurveyCamera
+from inspection.survey.parameters import FlightParameters, SurveyParameters
+from inspection.survey.plan import Draft, Flight, PlannedView, SurveyPlan
+from inspection.survey.plan_file import write_plan
+from inspection.survey.views.candidates import View
 from master_thesis.inspecting import whole_plan
 from master_thesis.inspecting.whole_plan import WholePlanPage
 

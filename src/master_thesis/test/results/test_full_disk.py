@@ -150,7 +150,7 @@ def test_a_failure_of_roslaunch_is_never_outvoted_by_result_json(tmp_path, succe
     path = tmp_path / "result.json"
     path.write_text(json.dumps({**RESULT, "success": success}))
     command = (sys.executable, str(ROOT / "scripts/summarise.py"), str(path), *launch_code)
-    folders = [*map(str, ROOT.glob("src/*/src")), *os.environ.get("PYTHONPATH", "").split(":")]
+    folders = [*map(str, ROOT.glob("src/**/src")), *os.environ.get("PYTHONPATH", "").split(":")]
     environment = {**os.environ, "PYTHONPATH": ":".join(folders)}
     done = subprocess.run(command, capture_output=True, text=True, check=False, env=environment)
     assert done.returncode == code, done.stderr

@@ -22,4 +22,4 @@ def test_a_search_that_takes_too_long_is_told_and_the_run_goes_on(tmp_path, monk
     # Then the command counts as not done, and the sentence says how to do it
     assert driver._command("findings", "photographs", "--out", "findings.json") is False
     assert "so the results lack what it writes" in said[0]
-    assert "rosrun inspection_tools findings photographs --out findings.json" in said[0]
+    assert "rosrun inspection findings photographs --out findings.json" in said[0]

@@ -84,7 +84,7 @@ print(len(counted), len(found))
 
 
 def libraries(*first):
-    folders = [*first, *ROOT.glob("src/*/src"), *ROOT.glob("src/*/ros")]
+    folders = [*first, *ROOT.glob("src/**/src"), *ROOT.glob("src/**/ros")]
     return {"PATH": "/usr/bin:/bin", "PYTHONPATH": ":".join(map(str, folders))}
 
 
@@ -153,3 +153,11 @@ def test_after_an_interruption_the_next_call_compiles(part, tmp_path, monkeypatc
 
 def interrupt():
     raise KeyboardInterrupt
+
+
+def test_the_kernels_of_a_package_below_count_too(monkeypatch, tmp_path):
+    monkeypatch.setattr(machine_code, "_folder", lambda package: tmp_path / package)
+    (tmp_path / "exploration").mkdir()
+    before = machine_code._digest(machine_code.PATHS)
+    (tmp_path / "exploration/kernels.py").write_text("A = 1")
+    assert machine_code._digest(machine_code.PATHS) != before

@@ -225,7 +225,7 @@ end(code)
 
 
 def test_what_ctrl_c_leaves_half_made_says_nothing():
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, ROOT.glob("src/*/src")))}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, ROOT.glob("src/**/src")))}
     command = [sys.executable, "-c", HALF_MADE]
     told = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=200.0)
     assert (told.returncode, told.stderr) == (INTERRUPTED, "Interrupted.\n")
@@ -247,7 +247,7 @@ if __name__ == "__main__":
 def test_semaphores_of_workers_are_freed_after_ctrl_c(tmp_path):
     """Else Python's tracker of them warns of leaks after the last sentence. The worker is just starting."""
     (tmp_path / "held.py").write_text(HELD)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, ROOT.glob("src/*/src")))}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(map(str, ROOT.glob("src/**/src")))}
     command = [sys.executable, str(tmp_path / "held.py")]
     told = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=200.0)
     assert (told.returncode, told.stderr) == (INTERRUPTED, "Interrupted.\n")
@@ -269,7 +269,7 @@ def test_an_interrupted_trial_clears_up_what_it_has_started(tmp_path):
     )
     libraries = [
         str(Path(__file__).parent),
-        *map(str, ROOT.glob("src/*/src")),
+        *map(str, ROOT.glob("src/**/src")),
         os.environ.get("PYTHONPATH", ""),
     ]
     here = {**os.environ, "PYTHONPATH": os.pathsep.join(libraries)}

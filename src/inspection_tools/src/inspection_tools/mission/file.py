@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Mapping
 
-from inspection_tools.errors import MissionError, ParameterError
+from flight_basics.errors import MissionError, ParameterError
 from inspection_tools.mission.waypoints import Waypoint
 
 MOST_LAPS = 1000

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Sequence
 
-from inspection_tools.checks import check_number
-from inspection_tools.errors import MissionError, PoseError
-from inspection_tools.position_controller import FARTHEST_M
+from flight_basics.bounds import FARTHEST_M
+from flight_basics.checks import check_number
+from flight_basics.errors import MissionError, PoseError
 from stamp_pairing.clock_steps import SteadyTime
 
 LONGEST_HOLD_S = 86_400.0

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Sequence
 
-from inspection_tools.checks import check_parameters, limited
-from inspection_tools.errors import ParameterError, VelocityError
+from flight_basics.checks import check_parameters, limited
+from flight_basics.errors import ParameterError, VelocityError
 
 NO_VELOCITY = (0.0, 0.0)
 

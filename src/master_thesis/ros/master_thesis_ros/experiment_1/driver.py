@@ -7,8 +7,8 @@ from typing import Iterable, Sequence
 
 import numpy as np
 import rospy
+from flight_basics_ros.setpoints import SetpointSender
 from geometry_msgs.msg import Point, Pose, Quaternion
-from inspection_tools_ros.setpoints import SetpointSender
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 

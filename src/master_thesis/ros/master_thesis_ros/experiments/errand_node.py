@@ -14,8 +14,8 @@ from mavros_msgs.msg import State
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
 
+from flight_basics.errors import InspectionToolsError
 from gridslam import SlamError
-from inspection_tools import InspectionToolsError
 from master_thesis.errors import FlightError, MasterThesisError
 from master_thesis.exploring.errand import Errand, Next
 from master_thesis.exploring.stopover import Stopover

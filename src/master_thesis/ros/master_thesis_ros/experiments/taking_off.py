@@ -10,7 +10,7 @@ from dynamic_reconfigure.msg import Config, DoubleParameter
 from dynamic_reconfigure.srv import Reconfigure
 from std_srvs.srv import Trigger
 
-from inspection_tools.srv import RoomAbove
+from exploration.srv import RoomAbove
 from master_thesis.errors import FlightError
 from master_thesis.flight.take_off import hover_height_m
 from node_tools.services import ServiceCall

@@ -10,7 +10,7 @@ from typing import Any
 import rospy
 from nav_msgs.msg import Odometry
 
-from inspection_tools.msg import ExploreActionFeedback, ExploreActionGoal, ExploreActionResult, ExploreResult
+from exploration.msg import ExploreActionFeedback, ExploreActionGoal, ExploreActionResult, ExploreResult
 from master_thesis.flight.monitor import Monitor
 from master_thesis_ros.experiments.part import Flown, Part
 from node_tools.conversions import xyz
@@ -40,8 +40,8 @@ class Explored:
 class ExplorationPart(Part):
     """Lets the node `explore` explore to the end.
 
-    Listens: /explore/explore/feedback (inspection_tools/ExploreActionFeedback), odometry (nav_msgs/Odometry).
-    Publishes: /explore/explore/goal (inspection_tools/ExploreActionGoal, latched).
+    Listens: /explore/explore/feedback (exploration/ExploreActionFeedback), odometry (nav_msgs/Odometry).
+    Publishes: /explore/explore/goal (exploration/ExploreActionGoal, latched).
 
     Args:
         monitor: tells the time. time_s: after it the UAV comes home.

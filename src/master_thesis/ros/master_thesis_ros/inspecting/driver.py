@@ -9,9 +9,9 @@ from typing import Any, Sequence
 
 import rospy
 
+from flight_basics.errors import InspectionToolsError
 from gridslam.errors import SlamError
-from inspection_tools import InspectionToolsError
-from inspection_tools.survey.plan import SurveyPlan
+from inspection.survey.plan import SurveyPlan
 from master_thesis.errors import FlightError
 from master_thesis.exploring.errand import Errand
 from master_thesis.flight.judging.contacts import UavParts
@@ -170,7 +170,7 @@ def _write_whole_page(request: InspectingRequest, folder: Path) -> bool:
 def _tell_what_is_left(folder: Path, plan: SurveyPlan, ship: Path | None) -> None:
     """After Ctrl-C: tell which commands search what was photographed, and write the report."""
     for command in (_searching(folder, plan), _reporting(folder, ship)):
-        rospy.logwarn(f"Interrupted; to go on: rosrun inspection_tools {' '.join(command)}")
+        rospy.logwarn(f"Interrupted; to go on: rosrun inspection {' '.join(command)}")
 
 
 def _draw(flown: FlownRun, judged: Judged, inspection: dict) -> None:
@@ -183,15 +183,15 @@ def _draw(flown: FlownRun, judged: Judged, inspection: dict) -> None:
 
 
 def _command(name: str, *arguments: str, before: tuple[str, ...] = ()) -> bool:
-    """Run a command of inspection_tools, which ends when this process does. Return whether it did its work.
+    """Run a command of inspection, which ends when this process does. Return whether it did its work.
 
     What it cannot do is a warning. before: words before the command.
     """
-    words = f"rosrun inspection_tools {name} {' '.join(arguments)}"
+    words = f"rosrun inspection {name} {' '.join(arguments)}"
     rospy.loginfo(words)
     try:
         done = subprocess.run(
-            ["setpriv", "--pdeathsig", "TERM", *before, "rosrun", "inspection_tools", name, *arguments],
+            ["setpriv", "--pdeathsig", "TERM", *before, "rosrun", "inspection", name, *arguments],
             capture_output=True, text=True, timeout=COMMAND_S, check=False,
         )  # fmt: skip
     except subprocess.TimeoutExpired:

@@ -12,12 +12,12 @@ import rospy
 from geometry_msgs.msg import PoseStamped
 from std_msgs.msg import String
 
-from inspection_tools.inspection import End
-from inspection_tools.inspection.second_look import SearchState
-from inspection_tools.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
-from inspection_tools.photographs.listing import photographs_in
-from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.plan_file import read_plan
+from inspection.flight import End
+from inspection.flight.second_look import SearchState
+from inspection.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
+from inspection.photographs.listing import photographs_in
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.plan_file import read_plan
 from master_thesis.inspecting.coverage import TruePose
 from master_thesis.inspecting.request import InspectingRequest
 from master_thesis_ros.experiments.messages import pose_values, stamp_s
@@ -47,7 +47,7 @@ class SurveyPart(Part):
     """Lets the node `inspect` take all photographs.
 
     Listens: /camera/ground_truth (geometry_msgs/PoseStamped), /inspect/search (std_msgs/String).
-    Publishes: /inspect/survey/goal (inspection_tools/SurveyActionGoal, latched).
+    Publishes: /inspect/survey/goal (inspection/SurveyActionGoal, latched).
 
     Args:
         request: see there. folder: of the run. make_plan: see there.

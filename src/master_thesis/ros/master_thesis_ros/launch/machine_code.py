@@ -32,14 +32,30 @@ LOOP_CLOSURE = "gridslam.loop_closure.warm_up:warm_up_loop_closure"
 ODOMETRY = "gridslam.odometry.warm_up:warm_up_odometry"
 CLOUD_ODOMETRY = "gridslam.cloud_odometry.warm_up:warm_up_cloud_odometry"
 VOLUME = "gridslam.volume.warm_up:warm_up_volume"
-PATHS = "inspection_tools.warm_up:warm_up"
-ALL = (SIMULATOR, THESIS_CEPA, DYNAMIC_CEPA, SLAM, LOOP_CLOSURE, ODOMETRY, CLOUD_ODOMETRY, VOLUME, PATHS)
+EXPLORATION = "exploration.warm_up:warm_up_exploration"
+PATHS = "inspection.warm_up:warm_up"
+ALL = (
+    SIMULATOR,
+    THESIS_CEPA,
+    DYNAMIC_CEPA,
+    SLAM,
+    LOOP_CLOSURE,
+    ODOMETRY,
+    CLOUD_ODOMETRY,
+    VOLUME,
+    EXPLORATION,
+    PATHS,
+)
 """The parts that are compiled one by one: module and function that runs through all kernels of the part."""
 FIRST_FLIGHT = (SIMULATOR, DYNAMIC_CEPA)
 """Those of `bringup.sh` without arguments."""
 NO = ("false", "0")
 PACKAGES = Path(__file__).resolve().parents[4]
 """The workspace's folder of packages."""
+GROUPS = ("", "helpers", "extensions")
+"""Folders in it that hold packages."""
+USED = {"inspection": ("exploration",)}
+"""Packages whose kernels those of another package call, or run with them."""
 EVERY_S = 10.0
 """Between two lines, where no terminal shows them."""
 
@@ -202,7 +218,7 @@ def _digest(part: str) -> str:
     digest = hashlib.sha256()
     for known in (sys.version, metadata.version("numba"), os.environ.get("NUMBA_CACHE_DIR", "")):
         digest.update(known.encode() + b"\0")
-    for package in (_package(part), "kernel_cache"):
+    for package in (_package(part), *USED.get(_package(part), ()), "kernel_cache"):
         folder = _folder(package)
         digest.update(str(folder).encode() + b"\0")
         for path in sorted(folder.rglob("*.py")):
@@ -212,9 +228,10 @@ def _digest(part: str) -> str:
 
 def _folder(package: str) -> Path:
     """Return the folder of a package's sources; catkin's devel space holds an `__init__.py` alone."""
-    beside = PACKAGES / package / "src" / package
-    if beside.is_dir():
-        return beside
+    for group in GROUPS:
+        beside = PACKAGES / group / package / "src" / package
+        if beside.is_dir():
+            return beside
     spec = find_spec(package)
     if spec is None or spec.origin is None:
         raise FlightError(f"Python finds no package {package}; call `source devel/setup.bash`.")

@@ -17,6 +17,8 @@ from master_thesis.doctor.snapshot import Graph, Node, Recording, Topic, Transfo
 COLOURS = {
     "simulation_tools": "#cfe3f5",
     "inspection_tools": "#d9efd3",
+    "exploration": "#d3e9e6",
+    "inspection": "#f2d9df",
     "cepa": "#fde0c5",
     "gridslam": "#e6d9f2",
     "master_thesis": "#f5f0c4",

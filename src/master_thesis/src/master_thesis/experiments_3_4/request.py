@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Mapping
 
-from inspection_tools import InspectionToolsError, Waypoint, hold_s, read_mission, way_m
+from flight_basics.errors import InspectionToolsError
+from inspection_tools import Waypoint, hold_s, read_mission, way_m
 from master_thesis.errors import ScenarioError
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.description import RunDescription

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gridslam.odometry import OdometryEstimate
-from gridslam.volume import VolumeParameters
-from inspection_tools.energy import EnergyWatch
-from inspection_tools.exploration import (
+from exploration.energy import EnergyWatch
+from exploration.next_view import (
     Exploration,
     ExplorationParameters,
     Explored,
     Explorer,
     ExplorerParameters,
 )
-from inspection_tools.planning import Limits, PathPlanner, PlannerParameters
+from exploration.planning import Limits, PathPlanner, PlannerParameters
+from gridslam.odometry import OdometryEstimate
+from gridslam.volume import VolumeParameters
 from master_thesis.exploring.battery_swap import BatterySwap
 from master_thesis.exploring.drift import Drift
 from master_thesis.exploring.errand import Errand, Next

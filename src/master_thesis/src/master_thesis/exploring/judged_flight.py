@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
+from exploration.next_view import Explored
 from gridslam.evaluation.volume.lidars import VIEWS
 from gridslam.volume.voxel_map import VoxelMap
-from inspection_tools.exploration import Explored
 from master_thesis.exploring.flight import ExploringFlight
 from master_thesis.exploring.judge import Judged, judge_map
 from master_thesis.exploring.places import Place

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from cepa import CepaParameters
+from exploration.next_view import ExplorationParameters, ExplorerParameters
+from exploration.planning import PlannerParameters
 from gridslam.volume import FLAT_MISS, VolumeParameters
 from inspection_tools import PositionControllerParameters
-from inspection_tools.exploration import ExplorationParameters, ExplorerParameters
-from inspection_tools.planning import PlannerParameters
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.parameters import LED_CEPA, ClosedLoopParameters
 from master_thesis.launch_arguments.free_places import check_course

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Mapping
 
-from inspection_tools import InspectionToolsError
-from inspection_tools.planning import read_limits
+from exploration.planning import read_limits
+from flight_basics.errors import InspectionToolsError
 from master_thesis.errors import FlightError, ScenarioError
 from master_thesis.flight.course import PhaseLimits
 from master_thesis.flight.description import RunDescription

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from exploration.planning import PathPlanner
 from gridslam.volume import CorrectedMap, Pose, ShownMap, VolumeParameters
 from gridslam.volume.correction.rebuilding import Rebuilding
 from gridslam.volume.kernels.tiles import SIDE
-from inspection_tools.inspection import PriorMap
-from inspection_tools.planning import PathPlanner
+from inspection.flight import PriorMap
 
 
 class VolumeOfFlight:

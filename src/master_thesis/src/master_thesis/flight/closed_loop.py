@@ -16,11 +16,7 @@ import numpy as np
 
 from cepa import ALGORITHMS, LaserScan2D
 from cepa.algorithm import Algorithm
-from inspection_tools import (
-    Mission,
-    PositionController,
-    way_home,
-)
+from inspection_tools import Mission, PositionController, way_home
 from inspection_tools.position_controller import STOP, PositionCommand
 from master_thesis.errors import FlightError
 from master_thesis.flight.conditions import Delivery

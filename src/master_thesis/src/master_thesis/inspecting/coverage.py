@@ -9,11 +9,11 @@ from typing import Mapping
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.camera.taken import Taken
-from inspection_tools.photographs.searched import countable
-from inspection_tools.survey.coverage import judge_each, write_coverage
-from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.poses import read_taken, taken_in
+from inspection.camera.taken import Taken
+from inspection.photographs.searched import countable
+from inspection.survey.coverage import judge_each, write_coverage
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.poses import read_taken, taken_in
 
 TruePose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 """Position in the world, m, and orientation (x, y, z, w) of the optical frame."""

@@ -8,14 +8,14 @@ from typing import Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from inspection_tools.camera.survey_camera import SurveyCamera
-from inspection_tools.camera.taken import Taken
-from inspection_tools.findings.merging import Finding
-from inspection_tools.findings.placing import MeshSurface
-from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.showing import Showing
-from inspection_tools.survey.surface.mesh_file import Mesh
-from inspection_tools.survey.surface.patches import Patches
+from inspection.camera.survey_camera import SurveyCamera
+from inspection.camera.taken import Taken
+from inspection.findings.merging import Finding
+from inspection.findings.placing import MeshSurface
+from inspection.survey.parameters import SurveyParameters
+from inspection.survey.showing import Showing
+from inspection.survey.surface.mesh_file import Mesh
+from inspection.survey.surface.patches import Patches
 from simulation_tools.camera.defects import Defect
 
 NEAR_M = 0.15

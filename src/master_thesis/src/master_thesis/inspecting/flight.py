@@ -13,14 +13,14 @@ from typing import Callable
 import numpy as np
 import yaml
 
+from exploration.energy import EnergyWatch
+from exploration.planning import PathPlanner, PlannerParameters
+from flight_basics.geometry import heading_rate
 from gridslam.inputs.attitude import matrix_of_quaternion
 from gridslam.odometry import OdometryEstimate
 from gridslam.volume import VolumeParameters
-from inspection_tools import PositionControllerParameters, YawRegulatorParameters
-from inspection_tools.camera.taken import Taken
-from inspection_tools.energy import EnergyWatch
-from inspection_tools.geometry import heading_rate
-from inspection_tools.inspection import (
+from inspection.camera.taken import Taken
+from inspection.flight import (
     Inspection,
     InspectionParameters,
     PhotographQuality,
@@ -28,10 +28,10 @@ from inspection_tools.inspection import (
     PriorMap,
     Task,
 )
-from inspection_tools.inspection.motion import Motion
-from inspection_tools.planning import PathPlanner, PlannerParameters
-from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.supplement import ROUNDS, Supplement
+from inspection.flight.motion import Motion
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.supplement import ROUNDS, Supplement
+from inspection_tools import PositionControllerParameters, YawRegulatorParameters
 from master_thesis.exploring.battery_swap import BatterySwap
 from master_thesis.exploring.errand import Errand, Next
 from master_thesis.exploring.flight import BATTERY_US

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Sequence
 
 import numpy as np
 
-from inspection_tools.camera.taken import Taken
-from inspection_tools.survey.surface_record import SurfaceRecord, read_surface_record
+from inspection.camera.taken import Taken
+from inspection.survey.surface_record import SurfaceRecord, read_surface_record
 from master_thesis.inspecting.coverage import Judged
 from master_thesis.results.picture_files import png
 from master_thesis.results.run_folder import RunFolder

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Callable
 
 from gridslam.volume.octree.files import read_octree
-from inspection_tools.report.plan_page import write_plan_page
-from inspection_tools.ship.ship_file import read_ship
-from inspection_tools.survey.parameters import SurveyParameters
-from inspection_tools.survey.plan import SurveyPlan
-from inspection_tools.survey.plan_file import read_plan, write_plan
-from inspection_tools.survey.planner import SurveyPlanner
-from inspection_tools.survey.surface.reading import Surface, read_surface
+from inspection.report.plan_page import write_plan_page
+from inspection.ship.ship_file import read_ship
+from inspection.survey.parameters import SurveyParameters
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.plan_file import read_plan, write_plan
+from inspection.survey.planner import SurveyPlanner
+from inspection.survey.surface.reading import Surface, read_surface
 from master_thesis.inspecting.request import InspectingRequest
 from master_thesis.photographing.map_mesh import mesh_of_map
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Mapping
 
-from inspection_tools import InspectionToolsError
-from inspection_tools.camera.survey_camera import SurveyCamera
-from inspection_tools.survey.parameters import FlightParameters, SurveyParameters
-from inspection_tools.survey.plan_file import read_plan
+from flight_basics.errors import InspectionToolsError
+from inspection.camera.survey_camera import SurveyCamera
+from inspection.survey.parameters import FlightParameters, SurveyParameters
+from inspection.survey.plan_file import read_plan
 from master_thesis.errors import ScenarioError
 from master_thesis.exploring import request as exploring
 from master_thesis.exploring.request import ExploringRequest

@@ -6,8 +6,8 @@ import threading
 from pathlib import Path
 from typing import Callable
 
-from inspection_tools.errors import SurveyError
-from inspection_tools.survey.plan_file import read_plan
+from flight_basics.errors import SurveyError
+from inspection.survey.plan_file import read_plan
 
 LOOK_S = 1.0
 """Wall time between two looks at the file."""

@@ -135,7 +135,7 @@ def highest_hover_m(cast: Cast, start: Sequence[float], stands_m: float, keep_m:
     start: x, y, z of the ground. stands_m: height of the UAV's origin while it stands. keep_m: that it keeps
     from what is above it.
     """
-    from inspection_tools.planning.room_above import rise_m  # numba takes half a second
+    from exploration.planning.room_above import rise_m  # numba takes half a second
 
     wanted_m = HOVER_M + SPARE_M - stands_m
     origin = np.array((start[0], start[1], start[2] + stands_m))

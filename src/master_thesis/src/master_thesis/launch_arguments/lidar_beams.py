@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from cepa import CepaError, LaserScan2D
-from inspection_tools import InspectionToolsError, LidarPadding, ScanGeometry
+from flight_basics.errors import InspectionToolsError
+from inspection_tools import LidarPadding, ScanGeometry
 from master_thesis.errors import ScenarioError
 from simulation_tools.vehicle.uav import load_uav
 

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Any, Mapping
 
-from inspection_tools.errors import InspectionToolsError
+from flight_basics.errors import InspectionToolsError
 from master_thesis.errors import ScenarioError
 from master_thesis.worlds import scenario
 from simulation_tools import values
@@ -73,7 +73,7 @@ def _check_plan(plan: str) -> None:
         return
     if not Path(plan).is_absolute():
         raise ScenarioError(f"plan:={plan} is relative, but nodes run elsewhere; give plan:=$PWD/{plan}.")
-    from inspection_tools.survey.plan_file import read_plan  # needed by inspections only
+    from inspection.survey.plan_file import read_plan  # needed by inspections only
 
     try:
         read_plan(Path(plan))

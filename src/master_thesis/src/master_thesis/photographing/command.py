@@ -7,10 +7,10 @@ from typing import Iterator
 
 import numpy as np
 
-from inspection_tools.camera.survey_camera import SurveyCamera, optical_axes
-from inspection_tools.photographs.folder import PhotographFolder
-from inspection_tools.photographs.record import PhotographRecord
-from inspection_tools.survey.plan import SurveyPlan
+from inspection.camera.survey_camera import SurveyCamera, optical_axes
+from inspection.photographs.folder import PhotographFolder
+from inspection.photographs.record import PhotographRecord
+from inspection.survey.plan import SurveyPlan
 from simulation_tools.camera.defects import decals_of, defects_in
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.camera.renderer import Renderer

@@ -13,7 +13,7 @@ from gridslam.volume import CloudNode
 from gridslam.volume.octree.files import read_octree
 from gridslam.volume.plates import Plates, SeenPoints, plates_of, points_of
 from gridslam.volume.saved.saved_map import read_volume
-from inspection_tools.survey.surface.mesh_file import (
+from inspection.survey.surface.mesh_file import (
     MAPPED_BARS,
     MAPPED_PLATING,
     MAPPED_STRUCTURE,

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from flight_basics.correction import SlowCorrection
 from gridslam.odometry.warm_up import warm_up_odometry
 from gridslam.warm_up import warm_up
-from inspection_tools.correction import SlowCorrection
 from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
 from master_thesis.experiments_3_4.slam_run import SlamParticipant
 from master_thesis.experiments_3_4.slam_setup import read_setup

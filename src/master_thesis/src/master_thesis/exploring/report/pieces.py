@@ -6,10 +6,10 @@ import math
 import tempfile
 from pathlib import Path
 
+from exploration.next_view import Why
+from exploration.warm_up import warm_up_exploration
 from gridslam.volume.warm_up import warm_up_volume
 from gridslam.warm_up import warm_up
-from inspection_tools.exploration import Why
-from inspection_tools.exploration.warm_up import warm_up_exploration
 from master_thesis.exploring.judged_flight import fly_and_judge
 from master_thesis.exploring.pictures import explored_figure
 from master_thesis.exploring.places import place_of

@@ -1,0 +1,96 @@
+"""Distances to what is not known to be free, kept up to date where the map changes."""
+
+from __future__ import annotations
+
+from typing import Sequence
+
+import numpy as np
+
+from exploration.planning.kernels.distances import squared_clearances
+from exploration.planning.voxel_grid import UNKNOWN, Taken, VoxelGrid, placed
+from flight_limits import KeepOutBox
+
+BLOCK = 64
+"""Voxels along the side of a block that is computed at once."""
+
+
+class ClearanceMap:
+    """Squared distance, in voxels, from each voxel's centre to that of the nearest blocked one.
+
+    Voxels that are occupied, unknown, or meet a keep-out box are blocked; so is all outside the grid.
+
+    Args:
+        grid: the map. reach: voxels; greater distances are cut there. boxes: keep-out boxes.
+    """
+
+    def __init__(self, grid: VoxelGrid, reach: int, boxes: Sequence[KeepOutBox] = ()):
+        self.grid, self.reach, self._boxes = grid, reach, tuple(boxes)
+        self._corner = grid.corner
+        self._squares = np.zeros((0, 0, 0), np.uint16)
+        self._changed: list[tuple[np.ndarray, np.ndarray]] = []
+        if grid.kinds.size:
+            self._changed.append((grid.corner, grid.corner + grid.shape_xyz))
+
+    def note(self, tiles: np.ndarray) -> None:
+        """Remember that tiles (n, 3), x, y, z, of the grid have changed."""
+        side = self.grid.side
+        self._changed += [(tile * side, (tile + 1) * side) for tile in np.asarray(tiles, np.int64)]
+
+    def take_as_free(self, place_m: np.ndarray, radius_m: float) -> Taken | None:
+        """See `VoxelGrid.take_as_free`."""
+        taken = self.grid.take_as_free(place_m, radius_m)
+        if taken is not None and self._was_unknown(taken):
+            self._changed.append((taken.low, taken.high))
+        return taken
+
+    def take_back(self, taken: Taken) -> None:
+        """See `VoxelGrid.take_back`."""
+        self.grid.take_back(taken)
+        self._changed.append((taken.low, taken.high))
+
+    def _was_unknown(self, taken: Taken) -> bool:
+        part = self.grid.kinds[placed(taken.low - self.grid.corner, taken.is_new.shape)]
+        return bool((taken.is_new & (part == UNKNOWN)).any())
+
+    def squares(self) -> np.ndarray:
+        """Return the squared distances (d, h, w), z first, uint16, at most reach**2; 0: blocked."""
+        grid = self.grid
+        if self._squares.shape != grid.kinds.shape or (self._corner != grid.corner).any():
+            squares = np.zeros(grid.kinds.shape, np.uint16)
+            squares[placed(self._corner - grid.corner, self._squares.shape)] = self._squares
+            self._corner, self._squares = grid.corner, squares
+        if self._changed:
+            for block in self._stale_blocks():
+                self._renew(block)
+            self._changed = []
+        return self._squares
+
+    def _stale_blocks(self) -> np.ndarray:
+        """Return the blocks (n, 3), z, y, x, that a change may reach."""
+        is_stale = np.zeros([-(-size // BLOCK) for size in self._squares.shape], bool)
+        for low, high in self._changed:
+            first = np.maximum(low - self._corner - self.reach, 0) // BLOCK
+            last = (high - self._corner + self.reach - 1) // BLOCK
+            is_stale[tuple(slice(a, b + 1) for a, b in zip(first[::-1].tolist(), last[::-1].tolist()))] = True
+        return np.argwhere(is_stale)
+
+    def _renew(self, block: np.ndarray) -> None:
+        low = block * BLOCK
+        high = np.minimum(low + BLOCK, self._squares.shape)
+        around = squared_clearances(self._blocked(low - self.reach, high + self.reach), self.reach)
+        inner = tuple(slice(self.reach, self.reach + size) for size in (high - low).tolist())
+        self._squares[tuple(map(slice, low.tolist(), high.tolist()))] = around[inner]
+
+    def _blocked(self, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return which voxels from low to before high, z, y, x in the grid, are blocked."""
+        blocked = np.ones(high - low, bool)
+        first, last = np.maximum(low, 0), np.minimum(high, self._squares.shape)
+        inside = tuple(map(slice, (first - low).tolist(), (last - low).tolist()))
+        blocked[inside] = ~self.grid.is_free(tuple(map(slice, first.tolist(), last.tolist())))
+        for box in self._boxes:
+            corners = np.array((box.low_m, box.high_m)) / self.grid.resolution_m
+            begin = np.floor(corners[0]).astype(np.int64) - self._corner
+            end = np.ceil(corners[1]).astype(np.int64) - self._corner
+            begin, end = np.maximum(begin[::-1] - low, 0), np.maximum(end[::-1] - low, 0)
+            blocked[tuple(map(slice, begin.tolist(), end.tolist()))] = True
+        return blocked

@@ -1,0 +1,1 @@
+"""Shared by nodes that inspect: camera, photographs, detector, files of a survey, messages and markers."""

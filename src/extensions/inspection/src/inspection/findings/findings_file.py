@@ -1,0 +1,172 @@
+"""The file of findings: status and remark are the surveyor's, and stay when findings are made anew."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import math
+import os
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from flight_basics.errors import ReportError
+from inspection.files.whole import write_whole
+from inspection.findings.merging import Finding
+from inspection.findings.pairing import pairs_of
+from inspection.findings.picture.on_pictures import MarkedPicture, marked_in, rows_of
+from inspection.photographs.listing import LeftOut
+
+NEW, UNDER_REVIEW, CONFIRMED, DISMISSED = STATUSES = ("new", "under review", "confirmed", "dismissed")
+
+
+@dataclass(frozen=True)
+class SearchRecord:
+    """What findings.json holds.
+
+    searched: names of the photographs in which findings were looked for; None: an older program did not tell.
+    left_out: those that could not be searched, with the reason. red: names of those whose coating is as red
+    as rust: rust of its colour is not told from it. without_pose: what is marked on pictures alone. flawed:
+    those that were searched, but are blurred or written upon, with a sentence for each flaw.
+    """
+
+    findings: tuple[Finding, ...] = ()
+    searched: tuple[str, ...] | None = None
+    left_out: tuple[LeftOut, ...] = ()
+    red: tuple[str, ...] = ()
+    without_pose: tuple[MarkedPicture, ...] = ()
+    flawed: tuple[LeftOut, ...] = ()
+
+
+def read_findings(path: Path) -> list[Finding]:
+    """Read the findings of a file; raises ReportError as `read_search`."""
+    return list(read_search(path).findings)
+
+
+def read_search(path: Path) -> SearchRecord:
+    """Read a file of findings.
+
+    Raises:
+        ReportError: one sentence that names the file, the finding and the fault.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
+    except OSError as error:
+        raise ReportError(f"The findings {path} cannot be read: {error.strerror}.") from None
+    except (ValueError, RecursionError) as error:
+        raise ReportError(f"The findings {path} are not JSON ({error}).") from None
+    entries = content.get("findings") if isinstance(content, Mapping) else None
+    if not isinstance(entries, list):
+        raise ReportError(f'{path}: there is no list "findings" in it.')
+    found = [_finding(path, number, each) for number, each in enumerate(entries, start=1)]
+    if len({each.id for each in found}) < len(found):
+        raise ReportError(f"{path}: two findings have the same id. Give each its own.")
+    try:
+        searched = None if content.get("searched") is None else tuple(map(str, content["searched"]))
+        left_out, flawed = (
+            tuple(LeftOut(str(each["photograph"]), str(each["why"])) for each in content.get(key, ()))
+            for key in ("left_out", "flawed")
+        )
+        red = tuple(map(str, content.get("red", ())))
+    except (KeyError, TypeError) as error:
+        raise ReportError(
+            f"{path}: searched, left_out, flawed and red must be lists of photographs ({error})."
+        ) from None
+    return SearchRecord(tuple(found), searched, left_out, red, marked_in(content, path), flawed)
+
+
+def _finding(path: Path, number: int, given: Any) -> Finding:
+    where = f"{path}, entry {number}"
+    try:
+        known: dict[str, Any] = {
+            key: tuple(value) if isinstance(value, list) else value for key, value in given.items()
+        }
+        finding = Finding(**known)
+        numbers = (*finding.position_m, *finding.normal, finding.length_m, finding.area_m2)
+        good = len(numbers) == 8 and all(math.isfinite(each) for each in numbers)
+        places_m = np.array(finding.places_m, float).reshape(len(finding.places_m), 3)
+        good &= bool(np.isfinite(places_m).all())
+        good &= isinstance(finding.id, int) and all(isinstance(each, str) for each in finding.photographs)
+    except (TypeError, ValueError, AttributeError) as error:
+        raise ReportError(f"{where}: is no finding ({error}).") from None
+    if not good:
+        raise ReportError(f"{where}: it needs a whole id, finite numbers, and names of photographs.")
+    if finding.status not in STATUSES:
+        raise ReportError(f'{where}: the status is "{finding.status}"; give one of {", ".join(STATUSES)}.')
+    return replace(finding, remark=str(finding.remark), places_m=tuple(map(tuple, places_m.tolist())))
+
+
+def write_findings(path: Path, record: SearchRecord) -> None:
+    """Write a file of findings, whole or not at all. Raises ReportError."""
+    rows = ",\n".join(json.dumps(asdict(each)) for each in record.findings)
+    searched = "" if record.searched is None else f'"searched": {json.dumps(record.searched)}, '
+    left_out, flawed = (
+        json.dumps([{"photograph": each.name, "why": each.why} for each in told])
+        for told in (record.left_out, record.flawed)
+    )
+    searched += f'"flawed": {flawed}, ' if record.flawed else ""
+    searched += f'"red": {json.dumps(record.red)}, ' if record.red else ""
+    searched += f'"without_pose": {json.dumps(rows_of(record.without_pose))}, ' if record.without_pose else ""
+    text = f'{{"frame": "map", {searched}"left_out": {left_out}, "findings": [\n{rows}\n]}}\n'
+    try:
+        write_whole({path: text.encode()})
+    except OSError as error:
+        raise ReportError(f"{path} cannot be written: {error.strerror}.") from None
+
+
+@contextmanager
+def held(path: Path) -> Iterator[None]:
+    """Keep others from changing a file of findings between reading and writing it.
+
+    Raises:
+        ReportError: its folder cannot be used.
+    """
+    try:
+        descriptor = os.open(path.parent, os.O_RDONLY)
+    except OSError as error:
+        raise ReportError(f"{path} cannot be written: {error.strerror}.") from None
+    try:
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def with_decisions(before: Sequence[Finding], now: Sequence[Finding]) -> list[Finding]:
+    """Return findings that were made anew, with number, status and remark of those before.
+
+    What a surveyor has judged stays, even if it is not found again.
+    """
+    of = {j: before[i] for i, j in pairs_of(before, now)}
+    used = {each.id for each in of.values()}
+    judged = [e for e in before if e.id not in used and (e.status != NEW or e.remark)]
+    following = max((each.id for each in before), default=0) + 1
+    kept = []
+    for j, each in enumerate(now):
+        if j in of:
+            kept.append(replace(each, id=of[j].id, status=of[j].status, remark=of[j].remark))
+        else:
+            kept.append(replace(each, id=following))
+            following += 1
+    return sorted([*kept, *judged], key=lambda each: each.id)
+
+
+def decide(findings: Sequence[Finding], number: int, status: str, remark: str | None) -> list[Finding]:
+    """Return the findings with a surveyor's status, and remark if there is one, of one of them.
+
+    Raises:
+        ReportError: there is no such finding, or no such status.
+    """
+    if status not in STATUSES:
+        raise ReportError(f'"{status}" is no status; give one of {", ".join(STATUSES)}.')
+    if number not in {each.id for each in findings}:
+        raise ReportError(f"There is no finding {number}; there are {len(findings)}.")
+
+    def judged(each: Finding) -> Finding:
+        return replace(each, status=status, remark=each.remark if remark is None else remark)
+
+    return [judged(each) if each.id == number else each for each in findings]

@@ -1,0 +1,139 @@
+"""Reads a model of COLMAP in text: cameras.txt and images.txt (https://colmap.github.io/format.html).
+
+Its optical frame is ours, but its pixels begin at the corner of the first one, not in its middle.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import NamedTuple, Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from flight_basics.errors import ParameterError
+from inspection.camera.lens import Lens
+from inspection.camera.survey_camera import SurveyCamera
+from inspection.photograph_poses.pose import Names, Pose, Poses
+from inspection.photographs.calibration import camera_with
+from inspection.photographs.listing import LeftOut
+from inspection.photographs.record import PhotographError
+
+F, FXY = ("f", "cx", "cy"), ("fx", "fy", "cx", "cy")
+MODELS = {
+    "SIMPLE_PINHOLE": F,
+    "PINHOLE": FXY,
+    "SIMPLE_RADIAL": (*F, "k1"),
+    "RADIAL": (*F, "k1", "k2"),
+    "OPENCV": (*FXY, "k1", "k2", "p1", "p2"),
+    "FULL_OPENCV": (*FXY, "k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
+}
+DISTORTION = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
+
+
+class Seen(NamedTuple):
+    """A photograph of a model. place_m: (3,) of the camera. axes: (3, 3) of the optical frame, in columns."""
+
+    name: str
+    camera: int
+    place_m: np.ndarray
+    axes: np.ndarray
+
+
+def poses_of_colmap(model: Path, folder: Path, photographs: Sequence[Path]) -> Poses:
+    """Return the poses in a model's own frame.
+
+    Raises:
+        PhotographError: a file of the model cannot be read, or its lens is of another model than OpenCV's.
+    """
+    seen, names = read_images(model / "images.txt"), Names(folder, photographs)
+    if not seen:
+        raise PhotographError(f"{model / 'images.txt'}: there is no photograph in it.")
+    own = [(path, each) for each in seen if (path := names.find(each.name)) is not None]
+    if not own:
+        raise PhotographError(
+            f"{model}: none of its {len(seen)} photographs is in {folder}; the first is {seen[0].name}."
+        )
+    numbers = [each.camera for _, each in own]
+    number = max(numbers, key=numbers.count)
+    camera = read_cameras(model / "cameras.txt", number)
+    why = f"COLMAP has another camera for it than {number}, which most have. Give it a folder of its own."
+    left_out = [LeftOut(path.name, why) for path, each in own if each.camera != number]
+    poses = {path: Pose.of_axes(each.place_m, each.axes) for path, each in own if each.camera == number}
+    missing = [each for each in photographs if each not in {path for path, _ in own}]
+    left_out += [LeftOut(each.name, "It is not in COLMAP's model.") for each in missing]
+    return Poses(poses, tuple(left_out), camera, is_camera_exact=True)
+
+
+def read_images(path: Path) -> list[Seen]:
+    """Return the photographs of images.txt; every second line, of points, is left out."""
+    seen, lines = [], _lines(path)
+    numbered = [(number, line) for number, line in lines if not line.startswith("#")]
+    while numbered and not numbered[-1][1]:
+        numbered.pop()
+    wrong = next((number for number, line in numbered[1::2] if len(line.split()) % 3), None)
+    for number, line in numbered[::2]:
+        words = line.split(maxsplit=9)
+        try:
+            w, x, y, z, *shift = map(float, words[1:8])
+            camera, name = int(words[8]), words[9]
+            turn = np.array((x, y, z, w))
+            if (
+                wrong == number + 1
+                or not np.isfinite([*turn, *shift]).all()
+                or abs(np.linalg.norm(turn) - 1.0) > 0.01
+            ):
+                raise ValueError
+        except (ValueError, IndexError):
+            raise PhotographError(
+                f"{path}, line {number}: must be IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, and each "
+                "second line one of points, which may be empty."
+            ) from None
+        into_camera = Rotation.from_quat(turn).as_matrix()
+        seen.append(Seen(name, camera, -into_camera.T @ shift, into_camera.T))
+    return seen
+
+
+def read_cameras(path: Path, wanted: int) -> SurveyCamera:
+    """Return a camera of cameras.txt by its number."""
+    for number, line in _lines(path):
+        words = line.split()
+        if not words or line.startswith("#") or words[0] != str(wanted):
+            continue
+        try:
+            model, width, height, *values = words[1:]
+            if model not in MODELS:
+                raise ParameterError(
+                    f"the lens model {model} is not read, but {', '.join(MODELS)} are. Undistort the "
+                    "photographs with COLMAP's image_undistorter, and give that model"
+                )
+            numbers = [float(each) for each in values]
+            if len(numbers) != len(MODELS[model]):
+                raise ParameterError(f"{model} has {len(MODELS[model])} parameters, not {len(numbers)}")
+            return camera_with(int(width), int(height), _lens(dict(zip(MODELS[model], numbers))))
+        except (ValueError, ParameterError) as error:
+            raise PhotographError(f"{path}, line {number}: is no camera that can be used: {error}.") from None
+    raise PhotographError(f"{path}: there is no camera {wanted}, which images.txt names.")
+
+
+def _lens(values: dict[str, float]) -> Lens:
+    focal = values.get("f", math.nan)
+    return Lens(
+        (values.get("fx", focal), values.get("fy", focal)),
+        (values["cx"] - 0.5, values["cy"] - 0.5),
+        tuple(values.get(each, 0.0) for each in DISTORTION),
+    )
+
+
+def _lines(path: Path) -> list[tuple[int, str]]:
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except OSError as error:
+        more = ""
+        if path.with_suffix(".bin").exists():
+            more = " Write the model as text: colmap model_converter --output_type TXT."
+        raise PhotographError(f"{path}: cannot be read: {error.strerror}.{more}") from None
+    except UnicodeDecodeError:
+        raise PhotographError(f"{path}: is no text of COLMAP.") from None
+    return [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1)]

@@ -1,0 +1,72 @@
+"""The camera of a folder: `calibration.yaml`, as ROS's camera_calibration_parsers writes it."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import yaml
+
+from flight_basics.errors import ParameterError
+from inspection.camera.lens import Lens, lens_of
+from inspection.camera.survey_camera import SurveyCamera
+from inspection.photographs.record import PhotographError
+
+MIDDLE_PX, SQUARE = 1e-3, 1e-9
+"""A principal point so near to the middle, and pixels so near to squares, are those of a pinhole."""
+
+
+def read_camera(path: Path) -> SurveyCamera:
+    """Return the camera in a folder's calibration.yaml, with its lens unless it is a pinhole.
+
+    Raises:
+        PhotographError: the file cannot be read, or the lens is of another model than OpenCV's.
+    """
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
+        distortion = (values.get("distortion_coefficients") or {}).get("data") or []
+        lens = lens_of(values["camera_matrix"]["data"], values.get("distortion_model") or "", distortion)
+        return camera_with(values["image_width"], values["image_height"], lens)
+    except OSError as error:
+        raise PhotographError(f"{path}: cannot be read: {error.strerror}.") from None
+    except (
+        yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError, RecursionError, ParameterError
+    ) as error:  # fmt: skip
+        raise PhotographError(f"{path}: is no camera's calibration ({error}).") from None
+
+
+def camera_with(width: int, height: int, lens: Lens) -> SurveyCamera:
+    """Return a camera with a lens, or the pinhole that it is; raises ParameterError if it makes no sense."""
+    across = round(2.0 * math.degrees(math.atan(0.5 * width / lens.focal_px[0])), 6)
+    pinhole = SurveyCamera(width, height, across)
+    off_px = np.abs(np.subtract(lens.centre_px, pinhole.centre_px)).max()
+    is_square = abs(lens.focal_px[1] / lens.focal_px[0] - 1.0) < SQUARE
+    if is_square and off_px < MIDDLE_PX and not any(lens.distortion):
+        return pinhole
+    return SurveyCamera(width, height, across, lens=lens)
+
+
+def calibration_of(camera: SurveyCamera) -> dict:
+    """Return the content of calibration.yaml."""
+
+    def matrix(values: np.ndarray) -> dict:
+        return {"rows": values.shape[0], "cols": values.shape[1], "data": values.ravel().tolist()}
+
+    model, distortion = distortion_of(camera)
+    return {
+        "image_width": camera.width,
+        "image_height": camera.height,
+        "camera_name": "inspection_camera",
+        "camera_matrix": matrix(camera.matrix),
+        "distortion_model": model,
+        "distortion_coefficients": matrix(np.array([distortion])),
+        "rectification_matrix": matrix(np.eye(3)),
+        "projection_matrix": matrix(np.column_stack((camera.matrix, np.zeros(3)))),
+    }
+
+
+def distortion_of(camera: SurveyCamera) -> tuple[str, list[float]]:
+    """Return CameraInfo's distortion_model and D of a camera."""
+    held = list(camera.lens.distortion) if camera.lens is not None else [0.0] * 8
+    return ("rational_polynomial", held) if any(held[5:]) else ("plumb_bob", held[:5])

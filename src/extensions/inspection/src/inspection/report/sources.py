@@ -1,0 +1,188 @@
+"""Reads what an inspection left in its folder. What is missing is told in one sentence, and left out."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Callable, Collection, Mapping, Sequence, TypeVar
+
+from flight_basics.errors import InspectionToolsError, ReportError, SurveyError
+from inspection.camera.survey_camera import SurveyCamera
+from inspection.findings.findings_file import SearchRecord, read_search
+from inspection.findings.merging import Finding
+from inspection.findings.picture.on_pictures import MarkedPicture
+from inspection.findings.picture.paint import told_of_paint
+from inspection.photographs.calibration import read_camera
+from inspection.photographs.listing import LeftOut, listed
+from inspection.photographs.record import PhotographRecord
+from inspection.report.words import counted
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.plan_file import read_plan
+from inspection.survey.surface_record import SurfaceRecord, read_surface_record
+
+T = TypeVar("T")
+NAMED = 3
+"""Of photographs with the same fault, so many are named."""
+AGAIN = {
+    name: f"So there are no grades. Run {command} again."
+    for name, command in (("findings", "findings"), ("coverage", "survey_planner coverage"))
+}
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A photograph: its file, and the record beside it."""
+
+    path: Path
+    record: PhotographRecord
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What a folder holds; None: it is not there, or cannot be used. remarks: what is missing.
+
+    photographs: the folder of them. coverage, result: contents of the JSON files. unsearched: a sentence why
+    the surface that photographs show does not count as seen, as nobody has looked for rust in all of them;
+    empty: it counts. red: photographs whose coating is as red as rust. without_pose: photographs that were
+    searched on their own, for their poses are not known.
+    """
+
+    folder: Path
+    photographs: Path
+    shots: tuple[Shot, ...]
+    camera: SurveyCamera | None
+    findings: tuple[Finding, ...] | None
+    surface: SurfaceRecord | None
+    coverage: dict[str, Any] | None
+    plan: SurveyPlan | None
+    result: dict[str, Any] | None
+    remarks: tuple[str, ...]
+    unsearched: str = ""
+    red: int = 0
+    without_pose: tuple[MarkedPicture, ...] = ()
+
+    @property
+    def seen(self) -> SurfaceRecord | None:
+        """The surface with what photographs show that were searched; None: it is not known."""
+        return None if self.unsearched else self.surface
+
+
+def read_inspection(folder: Path) -> Inspection:
+    """Read an inspection's folder, or a plain folder of photographs.
+
+    Raises:
+        ReportError: there is no such folder, or neither photographs nor findings are in it.
+    """
+    if not folder.is_dir():
+        raise ReportError(f"{folder}: there is no such folder.")
+    photographs = folder / "photographs" if (folder / "photographs").is_dir() else folder
+    remarks: list[str] = []
+
+    def of(name: str, read: Callable[[Path], T], missing: str) -> T | None:
+        places = [each / name for each in (folder, photographs) if (each / name).is_file()]
+        if not places:
+            if missing:
+                remarks.append(missing)
+            return None
+        try:
+            return read(places[0])
+        except InspectionToolsError as error:
+            remarks.append(str(error))
+            return None
+
+    search = of("findings.json", read_search, "The photographs were not searched for rust and cracks.")
+    marked = () if search is None else search.without_pose
+    shots = _shots(photographs, remarks, {each.photograph for each in marked})
+    findings = None if search is None else search.findings
+    if not shots and findings is None:
+        raise ReportError(f"{folder}: there are neither photographs nor findings in it.")
+    camera = of("calibration.yaml", read_camera, "") if shots else None
+    coverage = of("coverage.json", _json, "It was not determined which surface the photographs show.")
+    surface = None
+    if coverage is not None:
+        told = "The record of the surface is missing; the coverage must be determined again."
+        surface = of("coverage.npz", partial(_surface, coverage), told)
+    plan = of("plan.yaml", read_plan, "There is no survey plan.")
+    result = of("result.json", _json, "There is no record of the flights.")
+    unsearched = "" if surface is None or search is None else _unsearched(coverage or {}, search)
+    if unsearched:
+        remarks.append(unsearched)
+    if search is not None:
+        remarks += _left_out("Not searched", search.left_out)
+        if search.red:
+            told = told_of_paint(len(search.red), len(search.searched or ()))
+            remarks.append(f"{told} Until then no coating is graded.")
+    return Inspection(
+        folder,
+        photographs,
+        tuple(shots),
+        camera,
+        findings,
+        surface,
+        coverage,
+        plan,
+        result,
+        tuple(remarks),
+        unsearched,
+        0 if search is None else len(search.red),
+        () if search is None else search.without_pose,
+    )
+
+
+def _shots(folder: Path, remarks: list[str], marked: Collection[str]) -> list[Shot]:
+    """Return the photographs with poses. marked: those that were searched without one are told elsewhere."""
+    listing = listed(folder, pixels=False)
+    remarks += _left_out("Left out", [each for each in listing.left_out if each.name not in marked])
+    if not listing.whole:
+        remarks.append("There are no photographs with their positions.")
+    return [Shot(path, record) for path, record in listing.whole]
+
+
+def _left_out(what: str, left_out: Sequence[LeftOut]) -> list[str]:
+    """Return in words which photographs do not count, for each reason."""
+    reasons: dict[str, list[str]] = {}
+    for each in left_out:
+        reasons.setdefault(each.why, []).append(each.name)
+    told = []
+    for why, names in reasons.items():
+        more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+        told.append(f"{what}: {counted(len(names), 'photograph')} ({', '.join(names[:NAMED])}{more}). {why}")
+    return told
+
+
+def _unsearched(coverage: Mapping[str, Any], search: SearchRecord) -> str:
+    """Return why what the coverage tells as shown does not count as seen; empty: it does."""
+    shown = coverage.get("counted")
+    if search.searched is None:
+        return f"findings.json does not tell which photographs were searched. {AGAIN['findings']}"
+    if not isinstance(shown, list) or not shown:
+        return f"coverage.json does not tell which photographs it counts. {AGAIN['coverage']}"
+    missing = sorted(set(map(str, shown)) - set(search.searched))
+    if missing:
+        return (
+            f"The coverage counts {counted(len(missing), 'photograph')} that nobody has searched, the first "
+            f"{missing[0]}. {AGAIN['coverage']}"
+        )
+    return ""
+
+
+def _surface(coverage: Mapping[str, Any], path: Path) -> SurfaceRecord:
+    """Return the record of the surface; raises SurveyError if it is damaged, or of another run."""
+    record = read_surface_record(path)
+    digest = coverage.get("record")
+    if digest is not None and digest != hashlib.sha256(path.read_bytes()).hexdigest():
+        raise SurveyError(f"{path} is not of the same run as coverage.json. {AGAIN['coverage']}")
+    return record
+
+
+def _json(path: Path) -> dict[str, Any]:
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ReportError(f"{path} cannot be read ({error}).") from None
+    if not isinstance(content, dict):
+        raise ReportError(f"{path}: is no record of an inspection.")
+    return content

@@ -1,0 +1,80 @@
+"""Given a picture that is black, white, blurred or written upon, it is told; writing is no finding."""
+
+import json
+
+import numpy as np
+import pytest
+from PIL import Image, ImageDraw, ImageFont
+from scipy import ndimage
+from scipy.stats import foldnorm
+
+from inspection.findings.command import main
+from inspection.findings.parameters import FindingParameters
+from inspection.findings.picture.candidates import candidates_in
+from inspection.findings.picture.flaws import BLURRED, CONVERTED, WRITTEN, blur_ratio, flaws_in
+from inspection.findings.picture.stamps import writing_in
+
+TEXTURE = ndimage.gaussian_filter(np.random.default_rng(1).normal(size=(480, 640)), 0.8)
+PLATE = np.clip(120 + 60 * TEXTURE, 0, 255).astype(np.uint8)[..., None].repeat(3, axis=2)
+
+
+def stamped(picture, colour, text="2021-07-14 12:33", place=(300, 440)):
+    image = Image.fromarray(picture)
+    ImageDraw.Draw(image).text(place, text, fill=colour, font=ImageFont.load_default(28))
+    return np.array(image)
+
+
+@pytest.mark.parametrize("colour", [(255, 140, 0), (255, 255, 255), (255, 60, 20), (0, 0, 0)])
+@pytest.mark.parametrize("place", [(300, 440), (10, 5)])
+def test_a_stamp_is_told_and_its_digits_are_nothing(colour, place):
+    even = np.full((480, 640, 3), 120, np.uint8)
+    picture = stamped(even, colour, place=place)
+    left = (picture != even).any(axis=2)
+    for box in writing_in(picture):
+        left[box.top : box.bottom, box.left : box.right] = False
+    assert not left.any()
+    assert WRITTEN in flaws_in(picture)
+    assert candidates_in(picture, FindingParameters()) == []
+
+
+def test_other_things_are_no_writing():
+    assert writing_in(PLATE) == []
+    rust = PLATE.copy()
+    rust[450:470, 100:500:40] = (140, 60, 20)
+    assert writing_in(rust) == []  # spots without strokes
+
+
+def moved(picture, length, axis):
+    return ndimage.uniform_filter1d(picture.astype(float), length, axis=axis).astype(np.uint8)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_motion_blur_is_told(axis):
+    rng = np.random.default_rng(2)
+    blocks = np.kron(rng.integers(60, 200, (12, 16)), np.ones((40, 40))).astype(np.uint8)
+    sharp = blocks[..., None].repeat(3, axis=2)
+    assert BLURRED not in flaws_in(sharp)
+    assert BLURRED in flaws_in(moved(sharp, 21, axis))
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_edges_that_lie_far_apart_differ_by_the_distance(axis):
+    stripes = np.where(np.arange(1200) // 50 % 2, 60, 180)[:, None, None] * np.ones((1, 1200, 3))
+    # Across an edge F that a Gaussian smoothed, the integral of (F(x + l) - F(x))^2 is
+    # E|l + X - Y| - E|X - Y|.
+    near, far = (foldnorm.mean(lag / np.sqrt(2), scale=np.sqrt(2)) - 2 / np.sqrt(np.pi) for lag in (2, 8))
+    assert blur_ratio(np.moveaxis(stripes, 0, axis).astype(np.uint8)) == pytest.approx(near / far, rel=0.03)
+    assert blur_ratio(np.full((100, 100, 3), 90, np.uint8)) == 1.0  # nothing to judge by
+
+
+@pytest.mark.parametrize("value", [0, 255])
+def test_black_and_white_pictures_are_left_out(tmp_path, value, capsys):
+    Image.fromarray(PLATE).save(tmp_path / "plate.png")
+    Image.fromarray(np.full_like(PLATE, value)).save(tmp_path / "lost.png")
+    Image.fromarray(PLATE).convert("CMYK").save(tmp_path / "inks.jpg")
+    assert main([str(tmp_path)]) == 0
+    content = json.loads((tmp_path / "findings.json").read_text())
+    assert [each["photograph"] for each in content["left_out"]] == ["lost.png"]
+    assert ("black" if value == 0 else "white") in content["left_out"][0]["why"]
+    assert content["flawed"] == [{"photograph": "inks.jpg", "why": CONVERTED}]
+    assert f"1 photographs: inks.jpg: {CONVERTED}" in capsys.readouterr().err

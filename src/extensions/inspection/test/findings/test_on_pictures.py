@@ -1,0 +1,73 @@
+"""Given photographs whose poses nobody knows, what they show is marked on the pictures, and placed later."""
+
+import json
+
+import numpy as np
+import trimesh
+from drawn_wall import AWAY_M, CAMERA, wall_picture
+from page_words import words
+from PIL import Image
+
+from inspection.findings.command import main
+from inspection.photograph_poses.command import main as place
+from inspection.report.command import main as report
+
+
+def test_photographs_without_poses_are_searched_and_placed_later(tmp_path, capsys):
+    path = tmp_path / "IMG_0007.JPG"
+    Image.fromarray(mottled(wall_picture())).save(path, quality=95, exif=equivalent_focal_length())
+    assert main([str(tmp_path)]) == 0
+    said = capsys.readouterr()
+    assert "searched: 1 of 1" in said.out
+    assert "Photographs without a pose: 1." in said.err
+    content = json.loads((tmp_path / "findings.json").read_text())
+    assert content["findings"] == content["left_out"] == []
+    (marked,) = content["without_pose"]
+    boxes = {each["kind"]: each["box_px"] for each in marked["marks"]}
+    assert sorted(boxes) == ["crack", "rust"]
+    for kind, (x, y) in (("crack", (500.5, 299.5)), ("rust", (199.5, 299.5))):
+        left, top, right, bottom = boxes[kind]
+        assert left - 1 <= x <= right + 1
+        assert top - 1 <= y <= bottom + 1
+    assert report([str(tmp_path)]) == 0
+    page = (tmp_path / "report.html").read_text()
+    assert "Photographs without a pose" in page
+    assert 'href="./IMG_0007.JPG"' in page
+    assert "1 x possible crack, 1 x rust" in page
+    wall = trimesh.creation.box((1.0, 4.0, 4.0))
+    wall.apply_translation((0.5, 0.0, 0.0))
+    wall.export(tmp_path / "wall.stl")
+    (tmp_path / "poses.csv").write_text(f"name,x,y,z,yaw_deg,tilt_deg\nIMG_0007,{-AWAY_M},0,0,0,0\n")
+    assert place([str(tmp_path), "--table", str(tmp_path / "poses.csv")], None) == 0
+    assert main([str(tmp_path), "--mesh", str(tmp_path / "wall.stl")]) == 0
+    content = json.loads((tmp_path / "findings.json").read_text())
+    assert sorted(each["kind"] for each in content["findings"]) == ["crack", "rust"]
+    assert "without_pose" not in content
+    assert report([str(tmp_path), "--mesh", str(tmp_path / "wall.stl")]) == 0
+    text = words(tmp_path / "report.html")
+    assert "Photographs 1 with position" in text
+    assert "Light in the middle of a photograph not given Blur by motion, greatest not given" in text
+
+
+def mottled(picture):
+    """The same picture, with dark and light pixels in its rust, which is brown."""
+    light = np.exp(np.random.default_rng(2).normal(0.0, 0.2, picture.shape[:2]))
+    brown = picture[..., 0] > 1.6 * picture[..., 2]
+    return np.where(brown[..., None], np.clip(picture * light[..., None], 0, 255), picture).astype(np.uint8)
+
+
+def equivalent_focal_length():
+    """For a field of view of the drawn camera, as phones tell it."""
+    exif = Image.Exif()
+    diagonal_px = (CAMERA.width**2 + CAMERA.height**2) ** 0.5
+    exif.get_ifd(0x8769)[0xA405] = round(CAMERA.focal_px * 43.2666 / diagonal_px)
+    return exif
+
+
+def test_photographs_with_poses_still_need_the_surface(tmp_path, capsys):
+    Image.fromarray(wall_picture()).save(tmp_path / "a.jpg")
+    (tmp_path / "poses.csv").write_text("name,x,y,z,yaw_deg,tilt_deg\na,0,0,0,0,0\n")
+    Image.fromarray(wall_picture()).save(tmp_path / "a.jpg", exif=equivalent_focal_length())
+    assert place([str(tmp_path), "--table", str(tmp_path / "poses.csv")], None) == 0
+    assert main([str(tmp_path)]) == 1
+    assert "Give the surface: --mesh FILE" in capsys.readouterr().err

@@ -1,1 +1,0 @@
-"""The battery, as the flight controller tells of it."""

@@ -1,1 +1,0 @@
-"""The ROS side of `inspect`: goals, photographs, what it publishes, lockstep."""

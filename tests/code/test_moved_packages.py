@@ -1,0 +1,23 @@
+"""A workspace that was built before its packages moved is built anew: catkin deletes nothing that it made."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_build_counts_only_while_its_packages_are_in_their_folders(tmp_path, moved):
+    places = [tmp_path / "src/one", tmp_path / "src/two words"]
+    lines = [f"{place.name[:3]}_SOURCE_DIR:STATIC={place}\n" for place in places]
+    (tmp_path / "build").mkdir()
+    (tmp_path / "build/CMakeCache.txt").write_text("OTHER:STRING=/nowhere\n" + "".join(lines))
+    for place in places[: 1 if moved else 2]:
+        place.mkdir(parents=True)
+    script = f"root=. log_file=log; source '{ROOT}/scripts/setup.sh'; cd '{tmp_path}'; all_sources_exist"
+    done = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (int(moved), "")
