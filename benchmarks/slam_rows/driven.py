@@ -22,7 +22,7 @@ def driven(log: Any, seed: int) -> dict[str, float]:
     state is `tracking`, and the pose is off by more than WRONG_M. `final_error_max_m` is of the
     corrected path.
     """
-    truth, said = log.truth.poses_in_map, []
+    truth, said = log.truth.poses_in_map, list[str]()
     start = tuple(truth[0].tolist())
     session = SlamSession(SlamParameters(seed=seed, threads=1), starting_pose=start, say=said.append)
     warm_up()

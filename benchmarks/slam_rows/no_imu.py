@@ -59,7 +59,7 @@ def main() -> None:
 
 def by_clouds(seed: int) -> dict[str, float]:
     """Return the metrics of clouds alone."""
-    from puck_in_a_room import LEVEL, cloud, heading, place_at
+    from puck_in_a_room import LEVEL, cloud, heading, place_at  # type: ignore[import-not-found]
 
     rng, start = np.random.default_rng(seed), place_at(0.0)
     odometry, off, unmatched = CloudOdometry(start=(*start[:2], 0.0)), [], 0

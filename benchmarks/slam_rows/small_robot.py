@@ -18,7 +18,7 @@ from benchmarks.slam_rows.driven import driven
 def main() -> None:
     """Drive once, and print."""
     sys.path.insert(0, str(ROOT / "src/gridslam/test"))
-    from small_robot import small_robot
+    from small_robot import small_robot  # type: ignore[import-not-found]
 
     seed = int(sys.argv[2])
     told, skewed = (driven(small_robot(seed, tells_time=tells)[0], seed) for tells in (True, False))

@@ -79,7 +79,7 @@ def test_the_picture_shows_every_package():
     assert MAY_IMPORT.keys() == {path.parent.name for path in ROOT.glob("src/**/setup.py")}
 
 
-@pytest.mark.parametrize("package", MAY_IMPORT)
+@pytest.mark.parametrize("package", sorted(MAY_IMPORT))
 def test_a_package_imports_those_below_it_only(package):
     folder = folder_of(package)
     sources = (*python_nodes(folder), *folder.glob("src/**/*.py"), *folder.glob("ros/**/*.py"))

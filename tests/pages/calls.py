@@ -53,8 +53,11 @@ def look_at(call: Call) -> None:
     elif program == "./bringup.sh":
         brings_up(call)
     elif program == ".venv/bin/python":
-        assert words[:2] == ["-m", "pytest"], call
-        assert not [word for word in words[2:] if "/" in word and not Path(call.folder, word).exists()], call
+        if words[:2] == ["-m", "pytest"]:
+            assert all(Path(call.folder, word).exists() for word in words[2:] if "/" in word), call
+        else:
+            script = Path(*words[1].split(".")).with_suffix(".py") if words[0] == "-m" else Path(words[0])
+            assert (ROOT / script).is_file(), call
     elif program == "ign":
         done = subprocess.run(["which", "ign"], capture_output=True)
         assert done.returncode != 0 or Path(words[-1]).is_file(), call

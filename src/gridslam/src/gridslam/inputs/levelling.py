@@ -66,8 +66,8 @@ class Levelling:
 
 def _moved(
     base: tuple[float, float, float], last_in_odom: tuple[Sequence[float], Sequence[float]]
-) -> np.ndarray:
+) -> list[float]:
     """Return where the base was at the last beam (x, y, yaw), in its frame at the first."""
     (x, y, _), orientation = last_in_odom
     _, _, yaw_rad = roll_pitch_yaw_of(matrix_of_quaternion(orientation))
-    return se2.between(base, (x, y, yaw_rad))
+    return se2.between(base, (x, y, yaw_rad)).tolist()
