@@ -281,7 +281,7 @@ leave_out() {
 all_sources_exist() {
   local folder
   while read -r folder; do
-    [[ -d $folder ]] || return
+    [[ -f $folder/CMakeLists.txt ]] || return # Python leaves its caches in the folder
   done < <(sed -n 's/^[A-Za-z0-9_]*_SOURCE_DIR:STATIC=//p' build/CMakeCache.txt 2>/dev/null)
 }
 

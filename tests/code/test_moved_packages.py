@@ -16,8 +16,10 @@ def test_a_build_counts_only_while_its_packages_are_in_their_folders(tmp_path, m
     lines = [f"{place.name[:3]}_SOURCE_DIR:STATIC={place}\n" for place in places]
     (tmp_path / "build").mkdir()
     (tmp_path / "build/CMakeCache.txt").write_text("OTHER:STRING=/nowhere\n" + "".join(lines))
+    for place in places:
+        (place / "__pycache__").mkdir(parents=True)  # Python's cache stays where a package was
     for place in places[: 1 if moved else 2]:
-        place.mkdir(parents=True)
+        (place / "CMakeLists.txt").touch()
     script = f"root=. log_file=log; source '{ROOT}/scripts/setup.sh'; cd '{tmp_path}'; all_sources_exist"
     done = subprocess.run(["bash", "-c", script], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (int(moved), "")

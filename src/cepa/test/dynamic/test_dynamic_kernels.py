@@ -177,8 +177,9 @@ def test_points_and_bins_are_those_of_the_beams(seed, turn):
     hits = seen & (ranges < 8.0)
     plain = ranges[hits, None] * np.stack([np.cos(angles[hits]), np.sin(angles[hits])], axis=1)
     np.testing.assert_allclose(points[:found, :2], plain, atol=1e-9)
-    for angle, r in zip(angles[seen], np.minimum(ranges[seen], 8.0)):
-        assert bins[round(math.degrees(angle)) % 360] <= r + 1e-9
+    for angle, r in zip(np.degrees(angles[seen]), np.minimum(ranges[seen], 8.0)):
+        nearest = {round(angle - 1e-6) % 360, round(angle + 1e-6) % 360}  # two, half way between them
+        assert min(bins[list(nearest)]) <= r + 1e-9
 
 
 @settings(max_examples=10)

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parents[1]
+SOURCES = PACKAGE.parents[1]
 PATIENCE_S = 30.0  # what is not ended takes a minute; how fast it ends is for benchmarks to say
 NODES = (
     "cepa/nodes/cepa",
@@ -164,7 +165,7 @@ def test_a_node_interrupted_at_its_start_ends_without_a_traceback(after_s):
     """All at the same time: none waits for another."""
     pytest.importorskip("rospy")
     nobodys = {**os.environ, "ROS_MASTER_URI": "http://127.0.0.1:1"}  # a user's own graph has the usual one
-    nodes = [str(PACKAGE.parent / path) for path in NODES]
+    nodes = [str(SOURCES / path) for path in NODES]
     with ThreadPoolExecutor(len(nodes)) as pool:
         ends = pool.map(lambda node: end([sys.executable, node], after_s=after_s, env=nobodys), nodes)
     for node, (_, output, seconds) in zip(nodes, ends):

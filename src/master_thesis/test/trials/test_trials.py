@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from distributed import LocalCluster
 
 from master_thesis.errors import FlightError, TrialsError
 from master_thesis.files import plain, replace_file
@@ -185,6 +184,8 @@ def test_a_worker_without_the_workspace_is_refused(two_processes, monkeypatch):
 
 
 def test_a_scheduler_without_workers_is_told_of(capsys):
+    from distributed import LocalCluster
+
     nobody = LocalCluster(n_workers=0, processes=False, dashboard_address=None, protocol="tcp")
     with nobody, open_workers(scheduler=nobody.scheduler_address):
         pass

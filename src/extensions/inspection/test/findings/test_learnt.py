@@ -59,7 +59,7 @@ def test_weights_are_stored_and_others_refused(tmp_path):
 
 
 def test_the_page_s_node_answers_a_photograph(tmp_path, monkeypatch):
-    messages = pytest.importorskip("inspection_tools.msg")
+    messages = pytest.importorskip("inspection.msg")
     BROWN.save(tmp_path / "rust.npz")
     sent, heard = [], {}
     rospy = SimpleNamespace(

@@ -27,7 +27,7 @@ class Inspection:
     def __init__(self):
         self.lost_ones, self.aborts, self.queue, self.exposures = [], [], PhotographQueue([]), []
 
-    def judge(self, _task, _shot):
+    def judge_quality(self, _task, _quality):
         return ""
 
     def metering(self, _task):

@@ -1,8 +1,8 @@
-"""The exceptions of this package: one base class, so that a caller can catch them all."""
+"""The exceptions of inspection_tools, exploration and inspection: one base class, to catch them all."""
 
 
 class InspectionToolsError(Exception):
-    """Base of every error that this package raises; its message is one sentence for the user."""
+    """Base of every error that these packages raise; its message is one sentence for the user."""
 
 
 class ParameterError(InspectionToolsError):

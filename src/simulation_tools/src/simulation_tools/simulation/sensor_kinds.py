@@ -1,6 +1,7 @@
 """The kinds of further sensors: how each is known in SDF, what measures, and what it needs to know.
 
-A new kind is one class that measures, in `simulation_tools.sensors`, and one entry of `KINDS`.
+A new kind is one class that measures, in `simulation_tools.sensors`, one entry of `KINDS`, and its message in
+`MESSAGES` of the node's `payload_output.py`.
 """
 
 from __future__ import annotations
