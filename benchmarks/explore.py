@@ -77,6 +77,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--seeds", nargs="+", type=int, default=None, help="of the flights, and of drawn places"
     )
+    parser.add_argument(
+        "--places", nargs="+", choices=tuple(PLACES), default=tuple(PLACES), help="of one_mesh; default: all"
+    )
     given = parser.parse_args(arguments)
     rows = given.rows or (ROWS[:1] if given.brief else (*ROWS, batteries.ROW))
     with Results("explore", given.results, vars(given)) as results:
@@ -114,7 +117,7 @@ def _fly_missions(given: argparse.Namespace, results: Results) -> None:
 
 def _fly_meshes(given: argparse.Namespace, results: Results) -> None:
     seeds = given.seeds or BRIEF_SEEDS
-    found = run_crossed("explore_one_mesh", fly_mesh, given, place=tuple(PLACES), seed=seeds)
+    found = run_crossed("explore_one_mesh", fly_mesh, given, place=given.places, seed=seeds)
     for (place, seed), numbers in found.items():
         if seed == seeds[0]:
             results.add(f"explore.{one_mesh.ROW}.{place}", numbers)

@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.explore_rows.batteries import ENERGY
 from benchmarks.explore_rows.meshes import PLACES, MeshPlace
 from exploration.energy import EnergyWatch
+from gridslam.cloud_odometry.cloud_odometry import FIRST_HEIGHT_S
 from gridslam.evaluation.volume.doubled_surfaces import doubled_share
 from gridslam.evaluation.volume.lidars import VIEWS
 from gridslam.volume import FLAT_MISS, VolumeParameters
@@ -86,9 +87,8 @@ def fly(name: str, seed: int) -> dict:
             truth = log.truth.array("t_s", "x_m", "y_m", "z_m")
             odometry = log.odometry.array("t_s", "z_m")
             poses = log.between(*_flight_s(outcome, truth))
-        off_m = odometry[:, 1] - np.interp(odometry[:, 0], truth[:, 0], truth[:, 3])
         flown["home_m"] = _way_m(truth, told.ended_s, outcome.times_s.get(Phase.HOVERING, told.ended_s))
-        flown["height_error_m"] = float(np.abs(off_m - off_m[0]).max())
+        flown["height_error_m"] = height_error_m(odometry, truth[:, (0, 3)])
         flown["height_uncertain_m"] = told.height_uncertain_m
         flown["doubled_share"] = doubled_share(flight.volume.corrected.voxels)
         is_home = outcome.landed and math.hypot(*truth[-1, 1:3]) < HOME_M
@@ -103,6 +103,16 @@ def fly(name: str, seed: int) -> dict:
             judged = judge_map(flight.volume.shown, world, place.box_m, hover_m, place.clearance_m, view, rng)
             flown |= {"known_share": judged.known_share, "reachable_m3": judged.reachable_m3}
     return flown
+
+
+def height_error_m(odometry: np.ndarray, truth: np.ndarray) -> float:
+    """Return the greatest error of the height over the floor of the start, m.
+
+    odometry, truth: (n, 2) time in s and height in m. That floor is 0 in all places. Odometry's first pose may
+    come before the first range, and tells no height then.
+    """
+    known = odometry[odometry[:, 0] - odometry[0, 0] >= FIRST_HEIGHT_S]
+    return float(np.abs(known[:, 1] - np.interp(known[:, 0], truth[:, 0], truth[:, 1])).max())
 
 
 def _way_m(truth: np.ndarray, begin_s: float, end_s: float) -> float:

@@ -157,6 +157,17 @@ def test_the_map_begins_at_the_height_of_the_first_range():
     assert estimate.position_xyz == pytest.approx(START, abs=0.01)
 
 
+def test_before_range_finder_or_map_tell_a_height_it_is_unknown():
+    """A height of 0 that seems sure to 1 mm contradicts the range finder, which soon tells another one."""
+    o, generator = odometry(), rng()
+    points = [cloud(START, heading(yaw_at(0.0)), generator) for _ in range(2)]
+    before = o.on_cloud(0.0, points[0], LEVEL)
+    o.on_range(0.01, START[2], LIMITS_M, DOWN)
+    after = o.on_cloud(0.1, points[1], LEVEL)
+    assert before.height_uncertain_m >= 1.0 and before.matched_covariance[2, 2] >= 1.0
+    assert after.height_uncertain_m < 0.05
+
+
 def test_few_rings_carry_a_climb_into_what_no_plane_knows_yet():
     """Of a lidar with 8 rings that stands on the floor, few points find a plane. But they agree with it."""
 

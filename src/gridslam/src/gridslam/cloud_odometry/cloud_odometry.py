@@ -24,7 +24,7 @@ from gridslam.errors import ScanError
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion, roll_pitch_yaw_of
 from gridslam.odometry.body_sensors import LEVEL, BodySensedOdometry
 from gridslam.odometry.inertial import Lean
-from gridslam.odometry.lidar_odometry import LOST_S, OdometryEstimate
+from gridslam.odometry.lidar_odometry import LOST_S, UNKNOWN_M2, OdometryEstimate
 from gridslam.odometry.parameters import LidarOdometryParameters
 
 SILENT_LEAN_RAD = 0.1
@@ -288,6 +288,8 @@ class CloudOdometry(BodySensedOdometry):
         pose = self._levelling.levelled(self._pose)
         rotation = pose.rotation
         covariance = 0.5 * (self._covariance + self._covariance.T)
+        if self._keyframe is None and not self.height.is_known_at(stamp_s):
+            covariance[2, 2] = max(covariance[2, 2], UNKNOWN_M2)  # the first range may put it elsewhere
         drifted = covariance.copy()
         drifted[PLACE, PLACE] += self._p.drift**2 * self._way_m * np.eye(3)
         velocity_covariance = np.zeros((6, 6))
