@@ -108,8 +108,8 @@ def fly(name: str, seed: int) -> dict:
 def height_error_m(odometry: np.ndarray, truth: np.ndarray) -> float:
     """Return the greatest error of the height over the floor of the start, m.
 
-    odometry, truth: (n, 2) time in s and height in m. That floor is 0 in all places. Odometry's first pose may
-    come before the first range, and tells no height then.
+    odometry, truth: (n, 2) time in s and height in m. That floor is 0 in all places. Odometry's first pose
+    may come before the first range, and tells no height then.
     """
     known = odometry[odometry[:, 0] - odometry[0, 0] >= FIRST_HEIGHT_S]
     return float(np.abs(known[:, 1] - np.interp(known[:, 0], truth[:, 0], truth[:, 1])).max())
