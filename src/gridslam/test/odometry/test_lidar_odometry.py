@@ -33,6 +33,10 @@ ROOM = Walls.from_polygons(
 )
 CORNERS = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
 ONE_WALL = Walls(np.array([(-100.0, 3.0, 100.0, 3.0)]))
+OCTAGON = np.array([(math.cos(a), math.sin(a)) for a in np.arange(8) * math.tau / 8])
+TRUNKS_ON_ONE_SIDE = Walls.from_polygons(
+    [0.25 * OCTAGON + place for place in ((-5.2, -3.8), (-3.6, -5.2), (-6.2, -3.0))]
+)
 NOTHING = Walls(np.array([(90.0, 90.0, 91.0, 90.0)]))
 
 
@@ -168,6 +172,22 @@ def test_along_a_bare_wall_the_covariance_grows_and_a_remark_comes():
     assert abs(last.position_xyz[0]) < 0.5
     assert abs(last.velocity_xyz[0]) < 0.1 * LidarOdometryParameters().rest_time_s
     assert abs(last.position_xyz[1]) < 0.02
+
+
+def turning_over_its_goal(t: float) -> np.ndarray:
+    """To and fro across the bearing of `TRUNKS_ON_ONE_SIDE`, and a turn by 0.6 rad."""
+    across_m = 0.3 * math.sin(0.8 * t) ** 2
+    return np.array((0.6 * across_m, -0.8 * across_m, 0.3 - 0.3 * math.cos(t)))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_trunks_on_one_side_tell_the_place_of_a_uav_that_knows_its_heading(seed):
+    odometry = LidarOdometry(start=turning_over_its_goal(0.0))
+    estimates = fly(odometry, TRUNKS_ON_ONE_SIDE, turning_over_its_goal, 6.0, bias=0.1, seed=seed)
+    # Ten seeds gave at most 0.09 m. Taken for a heading that nobody knows, they gave 0.26 m at least
+    off = errors(estimates, turning_over_its_goal)
+    assert np.hypot(off[:, 0], off[:, 1]).max() < 0.15
+    assert {estimate.remark for estimate in estimates} == {""}
 
 
 def test_a_shock_beside_a_bare_wall_is_no_motion():

@@ -56,7 +56,7 @@ def match(
             scan_only[:], gradient[:] = 0.0, 0.0
             linearise(pose[0], pose[1], pose[2], beams, nearby, found, robust_m2, scan_only, gradient)
             scan_only[:] = scan_only + np.tril(scan_only, -1).T
-            kept = _told(scan_only, parameters)
+            kept = _told(scan_only, prior[2, 2], parameters)
             information = kept.T @ scan_only @ kept
             step = kept.T @ gradient
             add_prior(pose, predicted, prior, information, step)
@@ -71,9 +71,14 @@ def match(
     return ScanMatch(pose, told, _untold(kept), share, newness)
 
 
-def _told(information: np.ndarray, parameters: LidarOdometryParameters) -> np.ndarray:
-    """Return (3, 3) the projection on what the scan tells: along its directions, and the heading."""
-    place, cross, heading = information[:2, :2], information[:2, 2], information[2, 2]
+def _told(information: np.ndarray, heading_known: float, parameters: LidarOdometryParameters) -> np.ndarray:
+    """Return (3, 3) the projection on what the scan tells: along its directions, and the heading.
+
+    heading_known: information of the heading that the prediction has. A few trunks on one side tell no place
+    to a UAV that may have turned. They do to one that knows its heading.
+    """
+    place, cross = information[:2, :2], information[:2, 2]
+    heading = information[2, 2] + heading_known
     marginal = place - np.outer(cross, cross) / heading if heading > 1e-9 else place
     values, vectors = np.linalg.eigh(marginal)
     least = parameters.reading_variance_m2 / parameters.told_m**2
