@@ -28,6 +28,13 @@ find_launch_file() {
 # takes_argument LAUNCH_FILE NAME
 takes_argument() { grep -q "<arg name=\"$2\"" "$1"; }
 
+# check_logs: ends the call if ROS cannot write its logs. roslaunch itself would end in a traceback.
+check_logs() {
+  local logs=${ROS_LOG_DIR:-${ROS_HOME:-$HOME/.ros}/log}
+  { mkdir -p "$logs" && [[ -w $logs ]]; } 2>/dev/null ||
+    fail "ROS cannot write its logs to $logs; set ROS_HOME or ROS_LOG_DIR to a folder of yours."
+}
+
 # launch FILE [arg:=value ...]: flies, then prints the results; the exit code tells whether the run succeeded
 launch() {
   local file=$1 name argument arguments=() given=" " child code=0 package
@@ -44,6 +51,7 @@ launch() {
     given+="${argument%%:=*} "
     arguments+=("$argument")
   done
+  check_logs
   set_up --first-flight
   load_workspace
   if takes_argument "$file" results && [[ $given != *" results "* ]]; then

@@ -1,5 +1,6 @@
 """`./bringup.sh NAME` finds a launch file in whatever package it is."""
 
+import os
 import subprocess
 from pathlib import Path
 
@@ -43,3 +44,15 @@ def test_what_no_user_starts_is_one_sentence(asked):
     assert (said.returncode, said.stdout) == (1, "")
     assert said.stderr.startswith(f"bringup: There is no launch file '{asked}.launch' in a package of src")
     assert said.stderr.count("\n") == 1
+
+
+def test_logs_that_cannot_be_written_are_one_sentence(tmp_path):
+    (tmp_path / "file").touch()
+    script = "source scripts/console.sh && source scripts/launch.sh && check_logs"
+    for home, code in ((tmp_path / "file", 1), (tmp_path / "new", 0)):
+        told = {"PATH": os.environ["PATH"], "HOME": str(tmp_path), "ROS_HOME": str(home)}
+        checked = subprocess.run(["bash", "-c", script], cwd=ROOT, env=told, capture_output=True, text=True)
+        remedy = "set ROS_HOME or ROS_LOG_DIR to a folder of yours"
+        said = f"bringup: ROS cannot write its logs to {home}/log; {remedy}.\n"
+        assert (checked.returncode, checked.stderr) == (code, said if code else "")
+    assert (tmp_path / "new/log").is_dir()

@@ -25,6 +25,7 @@ from master_thesis.doctor.finding import (
 )
 from master_thesis.doctor.machine import (
     Machine,
+    blocked_by,
     geoid_path,
     is_address_here,
     kernels_missing,
@@ -79,6 +80,12 @@ CASES = {
         "192.0.2.7 is no address of this machine",
     ),
     "no room for logs": ({"ros_home": "/small/log", "ros_home_free_mb": 3}, ERROR, "/small/log", "only 3 MB"),
+    "no folder for logs": (
+        {"ros_home": "/a/file/log", "ros_home_blocked_by": "/a/file", "ros_home_free_mb": 0},
+        ERROR,
+        "/a/file/log",
+        "no folder that ROS can write its logs in, because of /a/file",
+    ),
     "no models": ({"models_gone": ("/models",)}, WARNING, "/models", "does not exist"),
     "another platform": ({"platform_known": False}, WARNING, "platform", "neither Debian 12 nor 13"),
     "not built": ({"built": False}, ERROR, "/ws", "is not built"),
@@ -223,6 +230,13 @@ def test_folders_that_the_environment_names_are_looked_at(monkeypatch, tmp_path)
     assert machine.models_gone == (f"{tmp_path}/none",)
     assert machine.ros_home == f"{tmp_path}/not/made/yet/log"
     assert 0 < machine.ros_home_free_mb < 1_000_000_000
+    assert not machine.ros_home_blocked_by
+
+
+def test_a_file_is_no_folder_for_logs(tmp_path):
+    (tmp_path / "file").touch()
+    assert blocked_by(tmp_path / "file" / "log") == f"{tmp_path}/file"
+    assert blocked_by(tmp_path / "not/made/yet") == ""
 
 
 @pytest.mark.parametrize(

@@ -121,7 +121,10 @@ def room(machine: Machine) -> Iterator[Finding]:
     if machine.free_disk_mb < DISK_FOR_A_RUN_MB:
         what = f"only {machine.free_disk_mb} MB of disk are free; a run with its bag takes up to 200"
         yield Finding(WARNING, machine.root, what, "Delete old folders in results/")
-    if machine.ros_home_free_mb < DISK_FOR_LOGS_MB:
+    if machine.ros_home_blocked_by:
+        what = f"is no folder that ROS can write its logs in, because of {machine.ros_home_blocked_by}"
+        yield Finding(ERROR, machine.ros_home, what, "Set ROS_HOME or ROS_LOG_DIR to a folder of yours")
+    elif machine.ros_home_free_mb < DISK_FOR_LOGS_MB:
         what = f"only {machine.ros_home_free_mb} MB of disk are free, and roslaunch and all nodes log there"
         yield Finding(ERROR, machine.ros_home, what, "rosclean purge, or set ROS_HOME to a folder with room")
     if machine.free_memory_mb < MEMORY_FOR_A_RUN_MB:

@@ -76,6 +76,8 @@ class Machine:
     ros_ip_is_here: bool = True
     ros_home: str = ""
     ros_home_free_mb: int = 1_000_000
+    ros_home_blocked_by: str = ""
+    """What stands where ROS needs a folder for its logs: a file, or a folder that nobody may write in."""
     models_gone: tuple[str, ...] = ()
 
 
@@ -115,6 +117,7 @@ def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -
         ros_ip_is_here=is_address_here(os.environ.get("ROS_IP", "")),
         ros_home=str(logs),
         ros_home_free_mb=_free_mb(logs),
+        ros_home_blocked_by=blocked_by(logs),
         models_gone=tuple(path for path in _folders("GAZEBO_MODEL_PATH") if not Path(path).is_dir()),
         **_underlays(root, _folders("CMAKE_PREFIX_PATH")),
     )
@@ -158,10 +161,20 @@ def ros_logs(environment: Mapping[str, str]) -> Path:
     return Path(environment.get("ROS_LOG_DIR") or f"{home}/log").expanduser()
 
 
+def blocked_by(folder: Path) -> str:
+    """Return what keeps a folder from being made or written in; empty: nothing does."""
+    there = _nearest_there(folder)
+    return "" if there.is_dir() and os.access(there, os.W_OK | os.X_OK) else str(there)
+
+
 def _free_mb(folder: Path) -> int:
     """Return the room on the disk that holds a folder, or would hold it."""
-    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    return shutil.disk_usage(there).free // 2**20
+    return shutil.disk_usage(_nearest_there(folder)).free // 2**20
+
+
+def _nearest_there(folder: Path) -> Path:
+    """Return the folder if it exists, else the nearest of its parents that does."""
+    return next(path for path in (folder, *folder.absolute().parents) if path.exists())
 
 
 def _underlays(root: Path, prefixes: Sequence[str]) -> dict[str, tuple[str, ...]]:

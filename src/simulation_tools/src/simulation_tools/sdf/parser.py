@@ -50,11 +50,12 @@ def load_world(path: PathLike, model_path: Sequence[PathLike] | None = None, sta
     """Read a world file. model_path: folders of models; None: those of ``GAZEBO_MODEL_PATH``.
 
     static: no model moves, whatever the file says. A model that cannot be used is left out, and the world's
-    first warnings name it. Raises SdfError, whose text is ``PATH:LINE: sentence``, when there is no world.
+    first warnings name it. Raises SdfError when there is no world: ``PATH:LINE: sentence``, or the sentence
+    alone if there is no such file.
     """
     path = Path(path)
     if not path.is_file():
-        raise SdfError(f"{path}:1: There is no such world file.")
+        raise SdfError(f"There is no world file {path}; give the path of an SDF world.")
     return _Reader(model_path, is_lenient=True).world(Document.from_file(path), static)
 
 
@@ -66,11 +67,11 @@ def load_model(path_or_uri: PathLike, model_path: Sequence[PathLike] | None = No
         try:
             path = uri.resolve(location, reader.model_path, None)
         except uri.UriError as error:
-            raise SdfError(f"{location}:1: The model cannot be loaded: {error}.") from None
+            raise SdfError(f"The model {location} cannot be loaded: {error}.") from None
     else:
         path = Path(location)
     if not path.exists():
-        raise SdfError(f"{location}:1: There is no such model.")
+        raise SdfError(f"There is no model {location}; give a name that GAZEBO_MODEL_PATH knows, or a path.")
     return _only_model(reader.file(path if path.is_file() else model_file(path)), str(path))
 
 
@@ -92,7 +93,7 @@ def model_file(folder: Path) -> Path:
     """Return the SDF file that a model folder's model.config names (its newest supported version)."""
     config = next((found for name in CONFIGS if (found := folder / name).is_file()), None)
     if config is None:
-        raise SdfError(f"{folder}:1: The folder is not a model: it holds no model.config.")
+        raise SdfError(f"{folder}: The folder is not a model: it holds no model.config.")
     document = Document.from_file(config)
     named = document.root("model").children("sdf")
     versions = [(_version(node.attribute("version", "1.6")), node) for node in named]
