@@ -28,7 +28,7 @@ _NO_TYPE = (
 
 
 class SdfError(SimulationToolsError):
-    """A description file cannot be used; the text is ``PATH:LINE: sentence``. Without a file there is no line."""
+    """A description file cannot be used; the text is ``PATH:LINE: sentence`` (of no file: no line)."""
 
 
 def parse_xml(text: bytes, name: str) -> etree._Element:
