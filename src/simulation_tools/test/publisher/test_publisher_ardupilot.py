@@ -8,11 +8,13 @@ from simulation_tools.geometry import Pose
 from simulation_tools.publisher import (
     AnnounceReady,
     FcuState,
+    Log,
     Phase,
     PublisherParameters,
     RequestArm,
     RequestMode,
     RequestTakeoff,
+    SendLevel,
     SendPosition,
     SendVelocity,
     SetOrigin,
@@ -137,3 +139,59 @@ def test_when_a_pose_was_late_before_it_left_the_ground_it_is_told_to_take_off_a
     bench.pose = Pose((1.0, 2.0, 2.0))
     bench.set("GUIDED", landed=AIR).run(1.0)
     assert bench.publisher.phase is Phase.FLYING
+
+
+def landing_without_a_pose():
+    bench = flying(needs_home=False, needs_vision=True)
+    bench.pose = Pose((1.0, 2.0, 2.0), (0.0, 0.0, 0.6, 0.8))
+    bench.commands = True
+    bench.run(0.5)
+    bench.set("LAND", landed=LANDING).run(1.0)
+    bench.vision = False
+    return bench
+
+
+def test_a_pose_that_is_late_does_not_end_its_landing():
+    bench = landing_without_a_pose()
+    bench.run(0.9)
+    bench.vision = True
+    bench.run(1.0)
+    assert bench.publisher.phase is Phase.YIELDED
+    assert not bench.of(SendLevel)
+
+
+def test_where_it_lands_without_a_pose_it_comes_down_level_and_then_disarms():
+    """Its LAND would follow a velocity that nobody measures, and tip over on the ground."""
+    # Given a landing
+    bench = landing_without_a_pose()
+    # When it has no pose for more than a second
+    bench.run(1.3)
+    # Then it is told so, and the UAV sinks with its heading, even if MAVROS sends no poses any more
+    assert [log.text for log in bench.of(Log) if "level" in log.text] == [
+        "no sure pose while the UAV lands: it comes down level, and may drift."
+    ]
+    assert bench.of(RequestMode) == [RequestMode("GUIDED_NOGPS")]
+    bench.set("GUIDED_NOGPS").poses = False
+    bench.vision = True  # poses that come back change nothing
+    bench.run(2.0)
+    levels = bench.of(SendLevel)
+    assert len(levels) > 20
+    assert {(round(level.yaw, 6), level.thrust < 0.5) for level in levels} == {(1.287002, True)}
+    assert not [bench.of(kind) for kind in (SendVelocity, SendPosition, RequestMode) if bench.of(kind)]
+    # And on the ground it is disarmed
+    bench.set("GUIDED_NOGPS", landed=GROUND).run(0.5)
+    assert bench.of(RequestMode)[0] == RequestMode("LAND")
+    bench.set("LAND", landed=GROUND).run(2.0)
+    assert not bench.of(RequestMode)
+    bench.set("LAND", status=3, armed=False, landed=GROUND).run(1.0)
+    assert bench.publisher.phase is Phase.IDLE
+
+
+def test_a_pilot_takes_over_while_it_comes_down_level():
+    bench = landing_without_a_pose()
+    bench.run(1.3)
+    bench.set("STABILIZE").run(1.0)
+    assert bench.publisher.phase is Phase.YIELDED
+    bench.run(1.0)
+    assert not bench.of(SendLevel)
+    assert not bench.of(RequestMode)

@@ -10,7 +10,7 @@ import rospy
 from geographic_msgs.msg import GeoPointStamped
 from geometry_msgs.msg import Point, PoseStamped, Quaternion
 from geometry_msgs.msg import Vector3 as Vector3Message
-from mavros_msgs.msg import PositionTarget
+from mavros_msgs.msg import AttitudeTarget, PositionTarget
 from mavros_msgs.srv import CommandBool, CommandTOL, SetMode
 from std_msgs.msg import Bool, Header, String
 
@@ -27,6 +27,7 @@ from simulation_tools.publisher import (
     RequestArm,
     RequestMode,
     RequestTakeoff,
+    SendLevel,
     SendPosition,
     SendVelocity,
     SetOrigin,
@@ -49,14 +50,18 @@ VELOCITY_AND_YAW_RATE = (
     | PositionTarget.IGNORE_AFZ
     | PositionTarget.IGNORE_YAW
 )
+ATTITUDE_ALONE = (
+    AttitudeTarget.IGNORE_ROLL_RATE | AttitudeTarget.IGNORE_PITCH_RATE | AttitudeTarget.IGNORE_YAW_RATE
+)
 
 
 class Actions:
     """Publishes setpoints, asks MAVROS for modes and arming, and publishes the status.
 
-    Publishes: mavros/setpoint_raw/local (velocities, frame BODY_NED), mavros/setpoint_position/local; ready
-    (Bool, latched); waiting_for (std_msgs/String, latched): the reason for waiting; empty if it does not
-    wait. Calls: mavros/set_mode, mavros/cmd/arming, mavros/cmd/takeoff.
+    Publishes: mavros/setpoint_raw/local (velocities, frame BODY_NED), mavros/setpoint_position/local;
+    mavros/setpoint_raw/attitude, from the first level descent on; ready (Bool, latched); waiting_for
+    (std_msgs/String, latched): the reason for waiting; empty if it does not wait.
+    Calls: mavros/set_mode, mavros/cmd/arming, mavros/cmd/takeoff.
     """
 
     def __init__(self, base_frame: str) -> None:
@@ -67,6 +72,7 @@ class Actions:
         self._do: dict[type, Callable[[Any], None]] = {
             SendVelocity: self._send_velocity,
             SendPosition: self._send_position,
+            SendLevel: self._send_level,
             RequestMode: self._request_mode,
             RequestArm: self._request_arm,
             RequestTakeoff: self._request_takeoff,
@@ -77,6 +83,7 @@ class Actions:
         }
         self._raw = DirectPublisher("mavros/setpoint_raw/local", PositionTarget, queue_size=10)
         self._position = DirectPublisher("mavros/setpoint_position/local", PoseStamped, queue_size=10)
+        self._attitude: DirectPublisher | None = None
         self._origin = rospy.Publisher("mavros/global_position/set_gp_origin", GeoPointStamped, queue_size=1)
         self._ready = rospy.Publisher("ready", Bool, queue_size=1, latch=True)
         self._ready.publish(False)
@@ -105,6 +112,14 @@ class Actions:
         message.pose.position = Point(*action.position)
         message.pose.orientation = Quaternion(*quaternion_from_rpy(0.0, 0.0, action.yaw))
         self._position.publish(message)
+
+    def _send_level(self, action: SendLevel) -> None:
+        if self._attitude is None:
+            self._attitude = DirectPublisher("mavros/setpoint_raw/attitude", AttitudeTarget, queue_size=10)
+        message = AttitudeTarget(header=Header(stamp=time_of(action.stamp_ns), frame_id=self._base_frame))
+        message.type_mask, message.thrust = ATTITUDE_ALONE, action.thrust
+        message.orientation = Quaternion(*quaternion_from_rpy(0.0, 0.0, action.yaw))
+        self._attitude.publish(message)
 
     # In lockstep, simulated time waits for the setpoint after the request. So the request takes effect at
     # the same instant in every flight. If MAVROS hangs, the node waits once and then sends setpoints without

@@ -17,6 +17,9 @@ class Family:
     climbs to a setpoint. comes_back: after a failsafe the client takes the UAV back. False: the failsafe has
     the last word. brakes_by_plan: without a pose, `Brake` flies it to a standstill. False: it gets velocities
     of zero. needs_origin: without GNSS it arms only after a client has told it a place on earth.
+    levelled: mode in which it obeys attitudes and needs no place. A UAV that lands without a pose comes down
+    in it, because the landing itself would follow a velocity that nobody measures. Empty: the landing comes
+    down level by itself.
     """
 
     guided: str
@@ -25,6 +28,7 @@ class Family:
     comes_back: bool
     brakes_by_plan: bool
     needs_origin: bool
+    levelled: str
 
 
 PX4 = Family(
@@ -34,9 +38,16 @@ PX4 = Family(
     comes_back=True,
     brakes_by_plan=True,
     needs_origin=False,
+    levelled="",
 )
 ARDUPILOT = Family(
-    "GUIDED", "LAND", takes_off_by_command=True, comes_back=False, brakes_by_plan=False, needs_origin=True
+    "GUIDED",
+    "LAND",
+    takes_off_by_command=True,
+    comes_back=False,
+    brakes_by_plan=False,
+    needs_origin=True,
+    levelled="GUIDED_NOGPS",
 )
 
 _FAMILIES: Mapping[str, Family] = {"standin": PX4, "px4": PX4, "ardupilot": ARDUPILOT}

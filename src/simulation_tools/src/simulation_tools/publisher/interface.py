@@ -122,6 +122,15 @@ class SendPosition:
 
 
 @dataclass(frozen=True)
+class SendLevel:
+    """Send a level attitude with a heading, rad from east, and a thrust: 0.5 holds the height, less sinks."""
+
+    stamp_ns: int
+    yaw: float
+    thrust: float
+
+
+@dataclass(frozen=True)
 class RequestMode:
     """Ask the flight controller for a mode."""
 
@@ -171,6 +180,7 @@ class Log:
 Action = (
     SendVelocity
     | SendPosition
+    | SendLevel
     | RequestMode
     | RequestArm
     | RequestTakeoff

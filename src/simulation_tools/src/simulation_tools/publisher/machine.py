@@ -26,6 +26,7 @@ from simulation_tools.publisher.interface import (
     FcuState,
     Log,
     PublisherParameters,
+    SendLevel,
     SendVelocity,
 )
 from simulation_tools.publisher.phases import Phase, Phases
@@ -36,6 +37,8 @@ _NS = 1e-9
 _BEFORE_NS = 1_000_000
 _SEVERE = 4  # MAV_SEVERITY_WARNING
 _POSE_PATIENCE_S = 0.2
+_SINKS_WITH = 1.0 / 3.0
+"""Thrust of a UAV that comes down level: 0.5 m/s with ArduPilot's own WPNAV_SPEED_DN of 1.5 m/s."""
 _FIRST_POSE_PATIENCE_S = 0.01  # the first one may come at any time
 
 
@@ -174,6 +177,8 @@ class SetpointPublisher:
         return actions
 
     def _watch_vision(self, now_ns: int) -> list[Action]:
+        if self.phase is Phase.SINKING:  # the flight controller may send no poses then
+            return self._answer(now_ns, now_ns - _BEFORE_NS, self._answers_poses)
         may_stop = self.phase in (Phase.FLYING, Phase.BLIND) and not self._poses_missing
         if not may_stop or not self._blindness(now_ns).is_too_long:
             return []
@@ -226,5 +231,7 @@ class SetpointPublisher:
                 return [commanded]
         if self.phase in (Phase.TAKING_OFF, Phase.RETURNING, Phase.FLYING):
             return [self._hover.setpoint(now_ns, stamp_ns, self.parameters)]
+        if self.phase is Phase.SINKING:
+            return [SendLevel(stamp_ns, self._phases.sinking_yaw_rad, _SINKS_WITH)]
         brake = self._phases.brake if self.phase is Phase.BLIND else None
         return [SendVelocity(stamp_ns, brake.velocity(now_ns) if brake else STANDSTILL, 0.0)]

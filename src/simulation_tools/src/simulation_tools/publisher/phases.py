@@ -24,6 +24,8 @@ from simulation_tools.publisher.vision_watch import Blindness
 _ON_GROUND = 1  # MAV_LANDED_STATE
 _LANDS_BLIND_S = 0.5
 """Without external poses for so long, a landing is one without a place, and is told as such."""
+_SINKS_BLIND_S = 1.0
+"""After so long the publisher itself brings down level a UAV whose landing does not. Poses may be late."""
 _BLIND_QUIET_S, _BLIND_LASTS_S = 10.0, 1.0
 """Poses that go and come are told once in this time, and again only where they are missing for so long."""
 _TOGETHER_S = 5.0
@@ -39,6 +41,7 @@ class Phase(enum.Enum):
     RETURNING = "getting back to hover after the flight controller or MAVROS was away"
     FLYING = "flying by commands"
     BLIND = "standing still without a pose"
+    SINKING = "coming down level without a pose"
     YIELDED = "leaving the UAV to whoever changed its mode"
     IDLE = "on the ground, done"
 
@@ -70,6 +73,7 @@ class Phases:
         self._said: tuple[int, str] | None = None
         self._told_ns = 0  # stamp of the newest state that made a decision
         self.brake: Brake | None = None  # of the last time it became blind
+        self.sinking_yaw_rad = 0.0
 
     def advance(
         self,
@@ -111,7 +115,9 @@ class Phases:
         elif self.phase is Phase.RETURNING:
             actions = self._return(now_ns, pose, state, is_flying, poses_missing, p)
         elif self.phase is Phase.YIELDED:
-            actions = self._yield(pose, state, blindness, p)
+            actions = self._yield(now_ns, pose, state, is_flying, blindness, p)
+        elif self.phase is Phase.SINKING:
+            actions = self._sink(now_ns, state, is_flying, p)
         self._was_failsafe = state.failsafe(p.family) or (self._was_failsafe and not state.armed)
         return actions
 
@@ -225,17 +231,35 @@ class Phases:
         return self._request(now_ns, p, RequestMode(p.family.landing))
 
     def _yield(
-        self, pose: Pose, state: FcuState, blindness: Blindness, p: PublisherParameters
+        self,
+        now_ns: int,
+        pose: Pose,
+        state: FcuState,
+        is_flying: bool,
+        blindness: Blindness,
+        p: PublisherParameters,
     ) -> list[Action]:
         if not state.armed:
             return self._enter_idle()
-        if state.mode == p.family.landing and blindness.lasts_s >= _LANDS_BLIND_S and not self._lands_blind:
+        patience_s = _SINKS_BLIND_S if p.family.levelled else _LANDS_BLIND_S
+        if state.mode == p.family.landing and blindness.lasts_s >= patience_s and not self._lands_blind:
             self._lands_blind = True
+            if p.family.levelled and is_flying:
+                return self._enter_sinking(now_ns, pose, p)
             return [Log("no sure pose while the UAV lands: the flight controller brings it down level.")]
         guided = p.family.guided
         if state.mode == guided and not state.failsafe(p.family):
             return self._enter_flying(pose, f"{guided} again: taking over where the UAV is.")
         return []
+
+    def _sink(self, now_ns: int, state: FcuState, is_flying: bool, p: PublisherParameters) -> list[Action]:
+        """Come down level. On the ground the landing disarms. Who changes the mode meanwhile has the UAV."""
+        if not state.armed:
+            return self._enter_idle()
+        if state.mode not in (p.family.landing, p.family.levelled):
+            return self._enter_yielded(state, p)
+        mode = p.family.levelled if is_flying else p.family.landing
+        return [] if state.mode == mode else self._request(now_ns, p, RequestMode(mode))
 
     def _end_flight(self) -> list[Action]:
         """Take off again after a failsafe's landing. Any other landing ends the flight."""
@@ -271,6 +295,13 @@ class Phases:
         self._blind_is_told, self._blind_told_ns = True, now_ns
         text = f"the flight controller has had no external pose for {blind_s:.2f} s: stopping, then landing."
         return [Log(text)]
+
+    def _enter_sinking(self, now_ns: int, pose: Pose, p: PublisherParameters) -> list[Action]:
+        self.phase = Phase.SINKING
+        self.sinking_yaw_rad = pose.yaw_rad
+        self._requested_ns = None
+        text = "no sure pose while the UAV lands: it comes down level, and may drift."
+        return [Log(text), *self._request(now_ns, p, RequestMode(p.family.levelled))]
 
     def _enter_yielded(self, state: FcuState, p: PublisherParameters) -> list[Action]:
         self.phase = Phase.YIELDED
