@@ -9,6 +9,8 @@ import trimesh
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Mesh, World
 from simulation_tools.sdf.parser import load_world, parse_model
+from simulation_tools.world.bodies import BodyFactory
+from simulation_tools.world.engine import WorldError
 from simulation_tools.world.mesh_file import write_world_mesh
 from simulation_tools.world.shapes import bullet_shapes
 from simulation_tools.world.shapes.convex_parts import connected_pieces, convex_parts
@@ -208,7 +210,7 @@ def test_a_part_that_moves_may_have_any_number_of_shapes(build):
 
 @pytest.fixture
 def half_good(tmp_path):
-    """A world of a model with a good and a bad shape, and of a model that cannot be built."""
+    """A world of a model with a good and a bad shape, and of a plane that is not static."""
     (tmp_path / "bad.stl").write_bytes(b"nothing")
     good = '<collision name="g"><geometry><box><size>1 1 1</size></box></geometry></collision>'
     bad = "<geometry><mesh><uri>bad.stl</uri></mesh></geometry>"
@@ -222,15 +224,75 @@ def half_good(tmp_path):
     return path
 
 
-def test_what_cannot_be_built_is_left_out_and_said(half_good):
+def test_what_cannot_be_built_is_left_out_and_said(half_good, monkeypatch):
+    def refuse(factory, name, *_):
+        if name == "falling":
+            raise WorldError("PyBullet refused.")
+        return create(factory, name, *_)
+
+    create = BodyFactory.create
+    monkeypatch.setattr(BodyFactory, "create", refuse)
     world = PhysicsWorld(load_world(half_good, []), drawn=True)
     try:
         assert world.model_names() == ["half"]
-        shape, model = world.remarks
+        shape, fixed, model = world.remarks
         assert shape.startswith('A shape of the model "half" is left out: ')
-        assert 'The model "falling" is left out: ' in model
+        assert fixed.startswith('The model "falling" stays where it is')
+        assert model == 'The model "falling" is left out: PyBullet refused.'
         ray = np.array(((1.0, 0, 0),))
         assert world.rays.cast(np.array((-3.0, 0, 0)), ray, 9.0)[0] == pytest.approx(2.5)
+    finally:
+        world.close()
+
+
+PLANE = '<collision name="ground"><geometry><plane/></geometry></collision>'
+BOX = '<collision name="box"><geometry><box><size>0.2 0.2 0.2</size></box></geometry></collision>'
+
+
+@pytest.fixture
+def forgotten(tmp_path):
+    """A function that loads a world with a ball at 3 m, over a model at 2 m that is not static."""
+
+    def loaded(shapes):
+        path = tmp_path / "w.world"
+        ball = BOX.replace("box><size>0.2 0.2 0.2</size></box", "sphere><radius>0.1</radius></sphere")
+        path.write_text(
+            '<sdf version="1.6"><world name="w">'
+            f'<model name="ball"><pose>0 0 3 0 0 0</pose><link name="l">{ball}</link></model>'
+            f'<model name="stage"><pose>9 0 2 0 0 0</pose><link name="l">{shapes}</link></model>'
+            "</world></sdf>"
+        )
+        return PhysicsWorld(load_world(path, []))
+
+    return loaded
+
+
+def test_a_plane_of_a_model_that_is_not_static_stays_where_it_is_and_that_is_said(forgotten):
+    """In Gazebo, too: a plane has no body."""
+    world = forgotten(PLANE)
+    try:
+        (said,) = world.remarks
+        assert said.startswith('The model "stage" stays where it is')
+        assert "a plane does not move" in said
+        for _ in range(1000):
+            world.step()
+        assert world.get_state("stage").pose.position_m == (9.0, 0.0, 2.0)
+        assert world.get_state("ball").pose.position_m[2] == pytest.approx(2.1, abs=2e-3)
+    finally:
+        world.close()
+
+
+def test_a_model_that_moves_and_has_a_plane_moves_without_it_and_that_is_said(forgotten):
+    world = forgotten(PLANE + BOX)
+    try:
+        (said,) = world.remarks
+        assert 'the plane "ground" cannot move' in said
+        for _ in range(100):
+            world.step()
+        time_s = 100 * world.settings.time_step_s
+        fallen_m = 0.5 * 9.81 * time_s**2
+        height_m = world.get_state("stage").pose.position_m[2]
+        assert height_m == pytest.approx(2.0 - fallen_m, abs=0.03 * fallen_m)
     finally:
         world.close()
 

@@ -25,7 +25,7 @@ from simulation_tools.world.assembly import PlacedCollision, PlacedVisual
 from simulation_tools.world.engine import WorldError, pybullet
 from simulation_tools.world.shapes.convex_parts import MAX_SLABS, convex_parts
 from simulation_tools.world.shapes.extrusion import prisms
-from simulation_tools.world.shapes.meshes import DRAWN_SAGITTA_M, drawn_mesh_of, mesh_of
+from simulation_tools.world.shapes.meshes import DRAWN_SAGITTA_M, GROUNDS, drawn_mesh_of, mesh_of
 from simulation_tools.world.shapes.triangle_mesh import TriangleMesh, joined
 
 MAX_SHAPES_PER_PART = 16  # MAX_COMPOUND_COLLISION_SHAPES of PyBullet's command buffer
@@ -117,7 +117,7 @@ class ShapeFactory:
         if not placed:
             return -1
         for item in placed:
-            if isinstance(item.collision.geometry, (Plane, Heightmap)):
+            if isinstance(item.collision.geometry, GROUNDS):
                 raise WorldError(
                     f"The ground {item.link}::{item.collision.name} must belong to a static model."
                 )

@@ -31,6 +31,8 @@ from simulation_tools.world.shapes.triangle_mesh import TriangleMesh
 
 DRAWN_SAGITTA_M = 0.01  # the same for pictures, which take time for each triangle
 SAGITTA_M = 0.001  # greatest depth of a facet's middle under the true surface: well below any lidar's noise
+GROUNDS = Plane, Heightmap
+"""Shapes that cannot move."""
 PLANE_HALF_SIZE_M = 2000.0  # stands for an infinite plane; no lidar here sees a tenth as far
 
 
@@ -74,8 +76,10 @@ def readable(model: Model, drawn: bool = False) -> tuple[Model, list[str]]:
     """Return the model without the shapes whose files cannot be used, and a sentence for each of them.
 
     drawn: visual shapes count too; those that RViz gets as triangles always do.
+
+    A plane and a heightmap do not move, as in Gazebo; see `_with_fixed_grounds`.
     """
-    said: list[str] = []
+    model, said = _with_fixed_grounds(model)
 
     def usable(shapes: tuple, everything: bool) -> tuple:
         kept = []
@@ -97,6 +101,31 @@ def readable(model: Model, drawn: bool = False) -> tuple[Model, list[str]]:
         for link in model.links
     )
     return (replace(model, links=links) if said else model), list(dict.fromkeys(said))
+
+
+def _with_fixed_grounds(model: Model) -> tuple[Model, list[str]]:
+    """Return a model whose planes and heightmaps, if it has any, do not move; and a sentence if it changes.
+
+    Its author forgot `<static>`. If bodies touch nothing else of it, all of the model stays where it is. Else
+    it moves, without these shapes.
+    """
+    collisions = [each for link in model.links for each in link.collisions]
+    grounds = [each for each in collisions if isinstance(each.geometry, GROUNDS)]
+    if model.static or not grounds:
+        return model, []
+    kind = type(grounds[0].geometry).__name__.lower()
+    if len(grounds) == len(collisions):
+        return replace(model, static=True), [
+            f'The model "{model.name}" stays where it is, as if it were static: a {kind} does not move.'
+        ]
+    links = []
+    for link in model.links:
+        movable = tuple(each for each in link.collisions if not isinstance(each.geometry, GROUNDS))
+        links.append(replace(link, collisions=movable))
+    return replace(model, links=tuple(links)), [
+        f'A shape of the model "{model.name}" is left out: the {kind} "{grounds[0].name}" cannot move, '
+        "and the model is not static."
+    ]
 
 
 def is_drawn_as_triangles(geometry: Geometry) -> bool:
