@@ -19,7 +19,8 @@ The row `decisions` is the CPU time of decisions in a large hall, without a flig
 
 The row `way_home` compares the reckoned way home with the time that it took, in 20 drawn places; see
 `explore_rows/way_home.py`. It is flown if it is named. Keys: explore.way_home.{flights, longer_than_allowed,
-ways, ratio_median, ratio_99, ratio_greatest, longest_m, contacts}.
+least_to_spare_s, longer_than_factor, ways, landing_s, longest_m, contacts}, and of ratios flown to reckoned
+{, up_, down_, energy_}{ratio_median, ratio_99, ratio_greatest}.
 
 Keys of `one_mesh`: explore.one_mesh.PLACE, of the first seed; `explore_rows/one_mesh.py` has what they hold.
 """

@@ -22,10 +22,15 @@ class Verdict(enum.IntEnum):
 
 @dataclass(frozen=True)
 class WayHome:
-    """The way home from here. time_s: of its flight. length_m: of its path, for the words."""
+    """The way home from here.
+
+    time_s: of its flight. length_m: of its path, for the words. up_m, down_m: of this, the steep parts.
+    """
 
     time_s: float
     length_m: float
+    up_m: float = 0.0
+    down_m: float = 0.0
 
     def __post_init__(self) -> None:
         check_number("time_s", self.time_s, 0.0, LONGEST_WAY_S)
@@ -86,7 +91,7 @@ class EnergyWatch:
         if way is None:
             return Decision(Verdict.RETURN, "No way home is known: go back the way you came.", charge)
         rate = self._charge.rate_per_s
-        least, needed = rate * way.time_s, rate * (p.margin * way.time_s + p.landing_time)
+        least, needed = rate * way.time_s, rate * (p.margin * way.time_s + p.settling_time + p.landing_time)
         words = f"The way home of {way.length_m:.0f} m takes {needed:.0%}, {charge:.0%} are left"
         if least > charge:
             return Decision(Verdict.LAND, f"{words}: land here.", charge, needed)

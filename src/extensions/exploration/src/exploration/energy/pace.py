@@ -47,7 +47,7 @@ class Pace:
         if not rest_m:
             self._goal_m = self._before = None
             return
-        left_m = _metres(np.array([here_m, *rest_m]))
+        left_m = metres_by_course(np.array([here_m, *rest_m]))
         is_same = self._goal_m is not None and math.dist(self._goal_m, rest_m[-1]) <= SAME_M
         if not is_same or self._before is None or not 0.0 <= stamp_s - self._before[0] <= LONGEST_S:
             self._goal_m, self._before = rest_m[-1], (stamp_s, left_m)
@@ -71,10 +71,10 @@ class Pace:
 
     def time_s(self, way_m: np.ndarray) -> float:
         """Return what a way (n, 3) takes, s."""
-        return sum(metres * self.of(course) for course, metres in _metres(way_m).items())
+        return sum(metres * self.of(course) for course, metres in metres_by_course(way_m).items())
 
 
-def _metres(way_m: np.ndarray) -> dict[Course, float]:
+def metres_by_course(way_m: np.ndarray) -> dict[Course, float]:
     """Return the length of a way (n, 3) by its courses, m."""
     legs_m = np.diff(way_m, axis=0)
     lengths_m, rises_m = np.linalg.norm(legs_m, axis=1), legs_m[:, 2]

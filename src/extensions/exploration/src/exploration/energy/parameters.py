@@ -22,6 +22,10 @@ class EnergyParameters:
     """Charge at which the UAV lands where it is."""
     margin: float = limited(1.3, 1.0, 5.0)
     """What the way home may take, as a multiple of its cost at the mean rate: head wind, detours."""
+    settling_time: float = limited(8.0, 0.0, 600.0)
+    """Time that each way home takes besides, s: to brake and turn round, and to come to rest over home. On a
+    short way it is most of the time.
+    """
     landing_time: float = limited(10.0, 0.0, 600.0)
     """Time that the landing takes, s."""
     endurance: float = limited(600.0, 10.0, 86_400.0)

@@ -8,7 +8,7 @@ from typing import Protocol, Sequence
 import numpy as np
 
 from exploration.energy.decision import Decision, EnergyWatch, Verdict, WayHome
-from exploration.energy.pace import Pace
+from exploration.energy.pace import Course, Pace, metres_by_course
 from exploration.planning import PathPlanner
 from flight_basics.errors import NoPathError
 
@@ -105,8 +105,16 @@ class WayBack:
         """Length of the way home, as it was planned last, and its time by this flight's pace; None: none."""
         if self.way_m is None:
             return None
-        length_m = float(np.linalg.norm(np.diff(self.way_m, axis=0), axis=1).sum())
-        return WayHome(self._pace.time_s(self.way_m), length_m)
+        metres = metres_by_course(self.way_m)
+        return WayHome(
+            self._pace.time_s(self.way_m), sum(metres.values()), metres[Course.UP], metres[Course.DOWN]
+        )
+
+    @property
+    def way_charge(self) -> float:
+        """Charge that the way home takes at the mean rate, without a margin, 0..1; NaN: not known."""
+        way = self.way
+        return math.nan if self._energy is None or way is None else self._energy.rate_per_s * way.time_s
 
     def note_pace(self, stamp_s: float, here_m: np.ndarray, rest_m: Sequence[np.ndarray]) -> None:
         """Learn from the way that the UAV (x, y, z) flies now. rest_m: its places to come; none: no way."""

@@ -270,7 +270,8 @@ class Exploration:
     def _end(self, end: End, reason: str) -> None:
         """Come home, unless it does already. If it is paused, then after the pause."""
         if self.told.end is None:
-            self.told.end, self.told.reason, self.told.way_home = end, reason, self._back.way
+            self.told.end, self.told.reason = end, reason
+            self.told.way_home, self.told.way_home_charge = self._back.way, self._back.way_charge
             self._guide.stop()
             self._look_s = -math.inf
 

@@ -37,6 +37,7 @@ class Explored:
     end: why it ended; None: it flies. reason: the same as a sentence. ended_s: when. views: that were
     decided. known_m3: time in s, and the free and occupied volume. leftovers: what stays unknown. cpu_s: CPU
     time of each decision. way_home: as it was reckoned when it ended; None: the battery does not count.
+    way_home_charge: what that takes at the mean rate, 0..1; NaN: not known.
     height_uncertain_m: the greatest standard deviation of the height in flight, as odometry told it; NaN: it
     told none.
     """
@@ -49,6 +50,7 @@ class Explored:
     cpu_s: list[float] = field(default_factory=list)
     ended_s: float = math.nan
     way_home: WayHome | None = None
+    way_home_charge: float = math.nan
     height_uncertain_m: float = math.nan
 
     def left_m2(self, why: Why) -> float:
