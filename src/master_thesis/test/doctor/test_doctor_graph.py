@@ -39,11 +39,31 @@ def test_a_graph_that_is_well_has_no_finding():
 
 
 @pytest.mark.parametrize(
-    "topic", ["/mavros/vision_pose/pose", "/mavros/rc/override", "/mavros/distance_sensor/sonar_1_sub"]
+    "topic",
+    [
+        "/mavros/vision_pose/pose",
+        "/mavros/rc/override",
+        "/mavros/distance_sensor/sonar_1_sub",
+        "/mavros/manual_control/send",
+        "/mavros/mocap/pose",
+    ],
 )
 def test_an_input_that_mavros_can_do_without_is_no_finding(topic):
     assert graph.check(with_topic(topic, subscribers=("/mavros",))) == []
     assert [found.where for found in graph.check(with_topic("/mavros/state", subscribers=("/mine",)))]
+
+
+@pytest.mark.parametrize("topic", ["/joy", "/explore/explore/status", "/inspect/survey/status"])
+def test_what_pilot_orders_can_do_without_is_no_finding(topic):
+    assert graph.check(with_topic(topic, subscribers=("/pilot_orders",))) == []
+
+
+def test_of_goals_those_contradict_whose_senders_do_not_hear_each_other():
+    both = ("/experiment", "/pilot_orders")
+    heard = with_topic("/UAV/pos_setpoint", publishers=both, subscribers=(*both, "/position_controller"))
+    assert graph.check(heard) == []
+    unheard = with_topic("/UAV/pos_setpoint", publishers=both, subscribers=("/position_controller",))
+    assert ["/experiment and /pilot_orders both" in found.what for found in graph.check(unheard)] == [True]
 
 
 def test_external_poses_that_mavros_takes_are_no_finding():

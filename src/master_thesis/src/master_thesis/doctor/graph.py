@@ -98,6 +98,8 @@ def unheard(graph: Graph) -> Iterator[Finding]:
             continue
         if QUIET_TOPICS.match(topic.name) or OPTIONAL_INPUTS.match(topic.name) or topic.name == "/clock":
             continue
+        if all(name.endswith("/mavros") for name in topic.subscribers):  # takes what anyone may send it
+            continue
         what = f"{_told(topic.subscribers)} subscribes, but nobody publishes"
         remedy = "Start who publishes it, or remap the listener to what is there (rostopic list)"
         yield Finding(ERROR if topic.name in in_chain else NOTE, topic.name, what, remedy)
@@ -158,11 +160,14 @@ def chain(recording: Recording) -> Iterator[Finding]:
 
 
 def commands(recording: Recording) -> Iterator[Finding]:
-    """Check whether two nodes publish the same command."""
+    """Check whether two nodes publish the same command.
+
+    Of the goal's publishers, one that also hears it gives way to the others (`SetpointSender`).
+    """
     for topic in recording.topics.values():
-        speakers = sorted(set(topic.publishers))
+        goal = topic.name.endswith("pos_setpoint")
+        speakers = sorted(set(topic.publishers) - set(topic.subscribers if goal else ()))
         if is_command(topic.name) and len(speakers) > 1:
-            goal = topic.name.endswith("pos_setpoint")
             what = f"{' and '.join(speakers)} both publish commands"
             yield Finding(
                 WARNING if goal else ERROR, topic.name, what, "Keep one of them, end the other: rosnode kill"
