@@ -111,7 +111,7 @@ FIRST = (
     "src/master_thesis/test/report/test_report.py",
     "tests/flights/",
     "tests/test_rostests.py",
-    "src/master_thesis/test/exploring/",
+    "src/extensions/flights/test/exploring/",
     "tests/",
 )
 # Files whose tests share nothing, but are dear: each test may run in another process.
@@ -255,7 +255,7 @@ def master_of_module(processes_of_module):
 
 def start_master(processes: Processes) -> Processes:
     """Start a ROS master on a free port, lead `processes` to it, and wait until it answers."""
-    from master_thesis.graph.free_ports import free_ports
+    from flights.graph.free_ports import free_ports
 
     (port,) = free_ports(1)
     processes.environment["ROS_MASTER_URI"] = f"http://localhost:{port}"

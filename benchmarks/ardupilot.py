@@ -31,7 +31,7 @@ from benchmarks.simulator import ardupilot_flights
 from benchmarks.simulator.ardupilot_pilots import Programs, fly_steps
 from benchmarks.simulator.px4_process import PROGRAM
 from benchmarks.simulator.step_response import COLUMNS, MANOEUVRES, metrics
-from master_thesis.errors import GraphError
+from flights.errors import GraphError
 from simulation_tools.ardupilot_sitl.program import ENVIRONMENT, check_program
 from simulation_tools.errors import SimulationToolsError
 

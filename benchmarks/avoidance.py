@@ -1,6 +1,6 @@
 """Flights through places that tuning never saw: does an algorithm touch anything, arrive, or get stuck?
 
-Each row is a campaign file of master_thesis (`config/campaigns/avoidance_ROW.yaml`). --rows flies some of
+Each row is a campaign file of flights (`config/campaigns/avoidance_ROW.yaml`). --rows flies some of
 them. --resume goes on from an interrupted run.
 
 - mixed: `config/campaigns/avoidance.yaml`, the improved and the original algorithm in random forests. The
@@ -25,11 +25,11 @@ from benchmarks.avoidance_rows.judging import Verdict
 from benchmarks.avoidance_rows.rows import REAL_TIME, ROWS, Row
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import AGAIN, end_interrupted, trial_options
-from master_thesis.campaign.campaign import Campaign
-from master_thesis.campaign.folder import CampaignFolder, Flown
-from master_thesis.campaign.reading import read_campaign
-from master_thesis.campaign.summary import write_summary
-from master_thesis.trials.workers import open_workers
+from flights.campaign.campaign import Campaign
+from flights.campaign.folder import CampaignFolder, Flown
+from flights.campaign.reading import read_campaign
+from flights.campaign.summary import write_summary
+from flights.trials.workers import open_workers
 
 BRIEF_SEEDS, BRIEF_ROW_SEEDS = 4, 1
 """Of the row mixed, and of any other."""

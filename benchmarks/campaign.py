@@ -25,10 +25,10 @@ import pandas as pd
 
 from benchmarks.peers import turns as peers
 from benchmarks.shared.results import Results, options, table
-from master_thesis.campaign.campaign import Campaign
-from master_thesis.campaign.folder import COSTS, TABLE, CampaignFolder
-from master_thesis.campaign.reading import campaign_of
-from master_thesis.trials.dask_workers import DaskWorkers
+from flights.campaign.campaign import Campaign
+from flights.campaign.folder import COSTS, TABLE, CampaignFolder
+from flights.campaign.reading import campaign_of
+from flights.trials.dask_workers import DaskWorkers
 
 BY_CORE = ("flown_s_per_core_s", "trials_per_core_s")
 TRIALS = 60

@@ -27,11 +27,11 @@ from benchmarks.shared.flights import Question, record
 from benchmarks.shared.results import Results, options, table
 from cepa import ALGORITHMS, CepaParameters, Improved
 from cepa.algorithm import Algorithm
-from master_thesis.campaign.trial import steering
+from flights.campaign.trial import steering
+from flights.flight.parameters import CEPA
+from flights.worlds.scenario import SCENARIOS
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
-from master_thesis.flight.parameters import CEPA
 from master_thesis.report.thesis import TABLE_8_1_MS
-from master_thesis.worlds.scenario import SCENARIOS
 
 REPLAYS = 2
 WORST = {

@@ -15,6 +15,10 @@ from typing import Sequence
 
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_crossed, trial_options
+from flights.files import replace_file
+from flights.results.picture_files import png
+from flights.worlds.placements import SCENARIOS, placement
+from flights.worlds.scenario import THESIS_ALGORITHMS
 from master_thesis.experiment_2.variations import (
     Flown,
     fly_variation,
@@ -22,10 +26,6 @@ from master_thesis.experiment_2.variations import (
     variations_metrics,
 )
 from master_thesis.experiment_2.variations_pictures import Paths, paths_figure
-from master_thesis.files import replace_file
-from master_thesis.results.picture_files import png
-from master_thesis.worlds.placements import SCENARIOS, placement
-from master_thesis.worlds.scenario import THESIS_ALGORITHMS
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -16,13 +16,13 @@ import numpy as np
 
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_crossed, trial_options
+from flights.files import replace_file
+from flights.results.picture_files import png
+from flights.worlds import scenario as scenarios
 from master_thesis.experiment_1.pictures import times_figure
 from master_thesis.experiment_1.pieces import ALGORITHMS
 from master_thesis.experiment_1.scenario_flight import fly_scenario, scenario_parameters
-from master_thesis.files import replace_file
 from master_thesis.report.thesis import TABLE_8_1_MS
-from master_thesis.results.picture_files import png
-from master_thesis.worlds import scenario as scenarios
 
 COLUMNS = {
     "computation_ms": ("CEPA's mean [ms]", 3),

@@ -40,11 +40,11 @@ from benchmarks.explore_rows.meshes import PLACES
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
 from exploration.next_view import End, Why
+from flights.exploring.judged_flight import fly_and_judge
+from flights.exploring.places import ROWS, place_of
 from gridslam.cloud_odometry.warm_up import warm_up_cloud_odometry
 from gridslam.volume.warm_up import warm_up_volume
 from inspection.warm_up import warm_up
-from master_thesis.exploring.judged_flight import fly_and_judge
-from master_thesis.exploring.places import ROWS, place_of
 
 SEEDS, BRIEF_SEEDS = (11, 12, 13), (11,)
 """The exploration was developed in flights with the seed 1."""

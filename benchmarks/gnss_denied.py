@@ -33,11 +33,11 @@ from benchmarks.gnss_rows.beside import NAMES
 from benchmarks.gnss_rows.climb_places import CLIMBS
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_all, run_crossed, trial_options
+from flights.flight.without_gnss import PARTS
+from flights.trials.trial import Trial
+from flights.trials.workers import count
+from flights.worlds.scenario import LIDARS
 from master_thesis.experiments_3_4.without_gnss.flight import fly_without_gnss, parameters_without_gnss
-from master_thesis.flight.without_gnss import PARTS
-from master_thesis.trials.trial import Trial
-from master_thesis.trials.workers import count
-from master_thesis.worlds.scenario import LIDARS
 
 WORLDS = ("room", "hold")
 ROWS = ("missions", "killed", "stops", "boxes", "landings", "restart", "climbs")

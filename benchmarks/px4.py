@@ -35,7 +35,7 @@ from benchmarks.simulator.step_response import (
     read_reference,
     rms_percent,
 )
-from master_thesis.files import replace_file
+from flights.files import replace_file
 from simulation_tools.px4.estimation.choice import ESTIMATORS, STEADY
 from simulation_tools.simulation import Simulation
 

@@ -17,16 +17,16 @@ from typing import Sequence
 
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_all, trial_options
+from flights.files import replace_file
+from flights.mapping.mapping_flight import SCENARIOS, parameters_of
+from flights.mapping.slam_metrics import verdict
+from flights.results.picture_files import png
+from flights.trials.trial import Trial
+from flights.worlds.scenario import LIDARS
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight, medians
-from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
-from master_thesis.experiments_3_4.slam_metrics import verdict
-from master_thesis.files import replace_file
 from master_thesis.report.thesis import LIDARS as THESIS_LIDARS
 from master_thesis.report.thesis import MAPS
-from master_thesis.results.picture_files import png
-from master_thesis.trials.trial import Trial
-from master_thesis.worlds.scenario import LIDARS
 
 WORLDS = ("room", "hold")
 SEEDS = (1, 2, 3, 4, 5)

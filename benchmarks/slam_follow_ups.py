@@ -17,15 +17,15 @@ from typing import Sequence
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_crossed, trial_options
 from benchmarks.slam_experiments import SEEDS
+from flights.files import replace_file
+from flights.mapping.mapping_flight import SCENARIOS, fly_and_record, parameters_of
+from flights.mapping.slam_metrics import judge
+from flights.mapping.slam_run import SlamRun, replay, true_path, true_walls
+from flights.mapping.slam_setup import read_setup
 from gridslam.evaluation import Walls
 from gridslam.trajectory import Trajectory
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import medians
-from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, fly_and_record, parameters_of
-from master_thesis.experiments_3_4.slam_metrics import judge
-from master_thesis.experiments_3_4.slam_run import SlamRun, replay, true_path, true_walls
-from master_thesis.experiments_3_4.slam_setup import read_setup
-from master_thesis.files import replace_file
 
 BRIEF_SEEDS = (1,)
 METRICS = {

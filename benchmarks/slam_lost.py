@@ -19,13 +19,13 @@ import numpy as np
 
 from benchmarks.shared.results import Results, table
 from benchmarks.shared.trials import run_crossed, trial_options
+from flights.mapping.mapping_flight import parameters_of
+from flights.mapping.slam_run import SlamParticipant
 from gridslam import OccupancyGrid, se2
 from gridslam.session import SlamSession
 from gridslam.tracking.monitor import LOST, TRACKING
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
-from master_thesis.experiments_3_4.mapping_flight import parameters_of
-from master_thesis.experiments_3_4.slam_run import SlamParticipant
 
 WORLDS, LIDARS = ("room", "hold"), ("urg", "ust")
 STARTS, BRIEF_STARTS = 30, 5

@@ -28,6 +28,7 @@ from tqdm import tqdm
 from benchmarks.shared.results import ROOT, Results, table
 from benchmarks.shared.trials import run_all, trial_options
 from benchmarks.volume_rows import flown, nodding
+from flights.trials.trial import Trial
 from gridslam.volume import (
     Board,
     CorrectedMap,
@@ -39,7 +40,6 @@ from gridslam.volume import (
     stream_of,
 )
 from gridslam.volume.warm_up import warm_up_volume
-from master_thesis.trials.trial import Trial
 
 sys.path.append(str(ROOT / "src/gridslam/test"))
 

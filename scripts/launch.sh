@@ -1,8 +1,8 @@
 # shellcheck shell=bash
 # Finds launch files of all packages, starts one, and prints what its run has left. bringup.sh sources this file.
 
-# launch_files: prints the path of each launch file that a user starts
-launch_files() { find src -path '*/launch/*.launch' -not -path '*/launch/include/*' | sort; }
+# launch_files: prints the path of each launch file that a user starts; those in moved/ only lead to their new place
+launch_files() { find src -path '*/launch/*.launch' -not -path '*/launch/include/*' -not -path '*/launch/moved/*' | sort; }
 
 # package_of LAUNCH_FILE: prints the name of its package, which is its folder's
 package_of() { basename "$(dirname "$(dirname "$1")")"; }
@@ -61,8 +61,8 @@ launch() {
     say "no display is there, so this runs headless"
     arguments+=(headless:=true)
   fi
-  if [[ $package == master_thesis ]]; then # those of other packages check their arguments themselves, or take any
-    .venv/bin/python -m master_thesis_ros.launch.request "$file" "${arguments[@]}" || exit 1
+  if [[ $package == @(flights|master_thesis) ]]; then # those of other packages check their arguments themselves, or take any
+    .venv/bin/python -m "${package}_ros.launch.request" "$file" "${arguments[@]}" || exit 1
     export LAUNCH_CHECKED=1
   fi
   RESULTS_NAMED_IN=$(mktemp) # the experiment's node writes its folder there

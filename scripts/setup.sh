@@ -213,7 +213,7 @@ compile_imported() {
 # compile_kernels [ARGUMENT...]: lets numba compile what no earlier call has compiled; see machine_code's own help
 compile_kernels() {
   local libraries=(src/*/{src,ros} src/{helpers,extensions}/*/{src,ros})
-  env PYTHONPATH="$(IFS=: && echo "${libraries[*]/#/$root/}")" .venv/bin/python -m master_thesis_ros.launch.machine_code "$@"
+  env PYTHONPATH="$(IFS=: && echo "${libraries[*]/#/$root/}")" .venv/bin/python -m flights_ros.launch.machine_code "$@"
 }
 
 # --- the build -------------------------------------------------------------------------------------------------

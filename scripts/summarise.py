@@ -14,8 +14,8 @@ import json
 import sys
 from pathlib import Path
 
+from flights.results import run_summary
 from master_thesis.experiment_2 import summary as trial_summary
-from master_thesis.results import run_summary
 
 
 def headline(result: dict) -> str:
@@ -23,17 +23,17 @@ def headline(result: dict) -> str:
     if result["experiment"] == "experiment_2":
         return trial_summary.headline(result)
     if result["experiment"] in ("experiment_3", "experiment_4"):
-        from master_thesis.experiments_3_4 import (
-            slam_summary,  # takes half a second, and only these two need it
+        from master_thesis.experiments_3_4 import (  # takes half a second, and only these two need it
+            slam_summary,
         )
 
         return slam_summary.headline(result)
     if result["experiment"] == "explore":
-        from master_thesis.exploring import summary
+        from flights.exploring import summary
 
         return summary.headline(result)
     if result["experiment"] == "inspection":
-        from master_thesis.inspecting import summary as inspection_summary
+        from flights.inspecting import summary as inspection_summary
 
         return inspection_summary.headline(result)
     return run_summary.headline(result)

@@ -13,7 +13,7 @@ import pandas as pd
 import scipy  # loads stats at its first use; that takes half a second
 
 from benchmarks.shared.results import Results, table
-from master_thesis.campaign.campaign import Campaign
+from flights.campaign.campaign import Campaign
 
 SAFE_SPEED_M_S = 2.0
 SAFE = f"improved_at_{SAFE_SPEED_M_S:g}_m_s"

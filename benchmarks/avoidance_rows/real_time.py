@@ -13,14 +13,14 @@ import pandas as pd
 
 from benchmarks.avoidance_rows.rows import JUDGED, SPACED, Row
 from benchmarks.shared.trials import run_all
-from master_thesis.campaign.campaign import Case
-from master_thesis.campaign.places import place_of
-from master_thesis.campaign.reading import read_campaign
-from master_thesis.campaign.trial import thinned_times
-from master_thesis.errors import GraphError
-from master_thesis.graph.free_ports import free_ports
-from master_thesis.graph.launched_graph import LaunchedGraph
-from master_thesis.trials.trial import Trial
+from flights.campaign.campaign import Case
+from flights.campaign.places import place_of
+from flights.campaign.reading import read_campaign
+from flights.campaign.trial import thinned_times
+from flights.errors import GraphError
+from flights.graph.free_ports import free_ports
+from flights.graph.launched_graph import LaunchedGraph
+from flights.trials.trial import Trial
 
 FLIGHTS, BRIEF_FLIGHTS, SPEED_M_S = 20, 2, 4.0
 ALGORITHMS = (JUDGED,)
@@ -66,7 +66,7 @@ def fly(case: Case) -> dict:
         folder = Path(name)
         graph = LaunchedGraph(
             folder,
-            *("master_thesis", "fly_to_goal.launch", "headless:=true", "lockstep:=false", *ports),
+            *("flights", "fly_to_goal.launch", "headless:=true", "lockstep:=false", *ports),
             f"world:={place.world_file(folder)}",
             f"goal:={place.distance_m:g} 0 {settings['height_m']:g}",
             *(f"{name}:={settings[name]}" for name in ("algorithm", "lidar")),

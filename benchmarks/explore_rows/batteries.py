@@ -15,11 +15,11 @@ from typing import Sequence
 import numpy as np
 
 from exploration.energy import EnergyParameters, EnergyWatch
-from master_thesis.exploring.drift import Drift
-from master_thesis.exploring.flight import ExploringFlight
-from master_thesis.exploring.places import SMALL_ROOMS, place_of
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.conditions import Conditions
+from flights.exploring.drift import Drift
+from flights.exploring.flight import ExploringFlight
+from flights.exploring.places import SMALL_ROOMS, place_of
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.conditions import Conditions
 from simulation_tools.vehicle.energy.battery import COLDEST_C, WARM_C, BatteryStart
 
 ROW = "batteries"

@@ -8,8 +8,8 @@ import numpy as np
 
 from exploration.next_view import Explorer
 from exploration.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner
+from flights.exploring.places import EXPLORER, PLANNER
 from inspection.warm_up import warm_up
-from master_thesis.exploring.places import EXPLORER, PLANNER
 
 ROW = "decisions"
 VOXELS_M = (0.1, 0.2)

@@ -13,23 +13,16 @@ import numpy as np
 from benchmarks.explore_rows.batteries import ENERGY
 from benchmarks.explore_rows.meshes import PLACES, MeshPlace
 from exploration.energy import EnergyWatch
+from flights.exploring.flight import ExploringFlight
+from flights.exploring.judge import judge_map
+from flights.exploring.places import EXPLORER, TANK_ARRIVED_M, TANK_EXPLORER, TANK_PLANNER, TANK_UAV, Place
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Outcome, Phase
+from flights.results.clearance import SPACING_M, clearances_along, least
 from gridslam.cloud_odometry.cloud_odometry import FIRST_HEIGHT_S
 from gridslam.evaluation.volume.doubled_surfaces import doubled_share
 from gridslam.evaluation.volume.lidars import VIEWS
 from gridslam.volume import FLAT_MISS, VolumeParameters
-from master_thesis.exploring.flight import ExploringFlight
-from master_thesis.exploring.judge import judge_map
-from master_thesis.exploring.places import (
-    EXPLORER,
-    TANK_ARRIVED_M,
-    TANK_EXPLORER,
-    TANK_PLANNER,
-    TANK_UAV,
-    Place,
-)
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Outcome, Phase
-from master_thesis.results.clearance import SPACING_M, clearances_along, least
 from simulation_tools.vehicle.energy.battery import BatteryStart
 
 ROW = "one_mesh"

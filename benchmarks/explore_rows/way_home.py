@@ -17,11 +17,11 @@ import numpy as np
 from benchmarks.explore_rows.batteries import ENERGY, PLACES
 from exploration.energy import EnergyWatch
 from exploration.next_view import Explored
-from master_thesis.exploring.flight import ExploringFlight
-from master_thesis.exploring.places import place_of
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Phase
-from master_thesis.flight.parameters import ClosedLoopParameters
+from flights.exploring.flight import ExploringFlight
+from flights.exploring.places import place_of
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Phase
+from flights.flight.parameters import ClosedLoopParameters
 from simulation_tools.simulation import StepOutput
 from simulation_tools.vehicle.energy.battery import BatteryStart
 

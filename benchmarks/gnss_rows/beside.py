@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from master_thesis.errors import FlightError
+from flights.errors import FlightError
 
 NAMES = ("kiss_icp", "small_gicp")
 VOXEL_M = 0.5

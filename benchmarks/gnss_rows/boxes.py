@@ -11,12 +11,12 @@ from typing import Sequence
 
 import numpy as np
 
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Phase
+from flights.worlds.placements import Obstacle, varied
+from flights.worlds.writer import Box
 from gridslam.odometry.warm_up import warm_up_odometry
 from master_thesis.experiments_3_4.without_gnss.flight import parameters_without_gnss
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Phase
-from master_thesis.worlds.placements import Obstacle, varied
-from master_thesis.worlds.writer import Box
 
 HEIGHT_M = 0.5
 BOXES = tuple(

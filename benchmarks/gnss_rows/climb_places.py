@@ -10,10 +10,10 @@ from typing import Callable, Iterator
 import numpy as np
 
 from cepa import CepaParameters
+from flights.exploring.places import HOLD_START_M, TANK_CEPA, TANK_START_M, WORLDS
+from flights.flight.parameters import CEPA
+from flights.worlds.ballast_tank import BallastTankParameters
 from inspection_tools import Waypoint
-from master_thesis.exploring.places import HOLD_START_M, TANK_CEPA, TANK_START_M, WORLDS
-from master_thesis.flight.parameters import CEPA
-from master_thesis.worlds.ballast_tank import BallastTankParameters
 from simulation_tools.world.rays import RayScene
 
 LOWEST_XYZ_M, HIGHEST_XYZ_M = (-12.5, -7.5, 0.6), (12.5, 7.5, 8.6)

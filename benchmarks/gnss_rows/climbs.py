@@ -15,12 +15,12 @@ import numpy as np
 from benchmarks.gnss_rows.beside import Beside
 from benchmarks.gnss_rows.climb_places import CLIMBS, Climb
 from benchmarks.gnss_rows.slam_beside import SlamBeside
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Phase
+from flights.flight.parameters import ClosedLoopParameters
 from gridslam.cloud_odometry.warm_up import warm_up_cloud_odometry
 from gridslam.odometry.warm_up import warm_up_odometry
 from inspection_tools import PositionControllerParameters, Waypoint
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Phase
-from master_thesis.flight.parameters import ClosedLoopParameters
 from simulation_tools.geometry import Pose
 from simulation_tools.sensors.cloud import Cloud, CloudLidar
 from simulation_tools.simulation import SimulationParameters, StepOutput

@@ -12,13 +12,13 @@ from typing import Sequence
 
 import numpy as np
 
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Phase
+from flights.flight.without_gnss import SLAM, Outage
 from gridslam import se2
 from gridslam.odometry.warm_up import warm_up_odometry
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.without_gnss.flight import SlamPose, parameters_without_gnss
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Phase
-from master_thesis.flight.without_gnss import SLAM, Outage
 from simulation_tools.geometry import Pose, Vector3
 
 EVENT_M = 0.02

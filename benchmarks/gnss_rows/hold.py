@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from flights.flight.closed_loop import ClosedLoop
 from gridslam.odometry.warm_up import warm_up_odometry
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.without_gnss.flight import SlamPose, parameters_without_gnss
-from master_thesis.flight.closed_loop import ClosedLoop
 
 WORLD = "hold"
 

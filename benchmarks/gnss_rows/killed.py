@@ -12,10 +12,10 @@ from typing import Sequence
 import numpy as np
 
 from benchmarks.gnss_rows.hold import loop_in_hold
-from master_thesis.flight.course import Phase
-from master_thesis.flight.judging.contacts import GROUND
-from master_thesis.flight.judging.stop_metrics import SLOW_M_S, horizontal_speeds
-from master_thesis.flight.without_gnss import PARTS, SLAM, Outage
+from flights.flight.course import Phase
+from flights.flight.judging.contacts import GROUND
+from flights.flight.judging.stop_metrics import SLOW_M_S, horizontal_speeds
+from flights.flight.without_gnss import PARTS, SLAM, Outage
 
 LIDAR = "ust"
 SHORT_S, PERIOD_S, WATCHED_S = 0.3, 2.0, 12.0

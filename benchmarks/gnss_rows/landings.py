@@ -11,10 +11,10 @@ from typing import Sequence
 
 import numpy as np
 
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.judging.landing import TILT_MOST_RAD
 from gridslam.odometry.warm_up import warm_up_odometry
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.judging.landing import TILT_MOST_RAD
 
 NEAR_M = 0.5
 """A landing within this of the goal is one that was wanted."""

@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.flight_recording import LidarGeometry
+from flights.mapping.slam_run import SlamParticipant
+from flights.mapping.slam_setup import read_setup
 from gridslam import se2
-from master_thesis.experiments_3_4.slam_run import SlamParticipant
-from master_thesis.experiments_3_4.slam_setup import read_setup
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.flight_recording import LidarGeometry
 from simulation_tools.geometry import Pose
 
 

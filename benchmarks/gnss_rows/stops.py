@@ -13,10 +13,10 @@ import numpy as np
 
 from benchmarks.gnss_rows.hold import loop_in_hold
 from benchmarks.shared.forked import in_a_copy
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Phase
-from master_thesis.flight.judging.stop_metrics import stop_of
-from master_thesis.flight.without_gnss import BRIDGE, Outage
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Phase
+from flights.flight.judging.stop_metrics import stop_of
+from flights.flight.without_gnss import BRIDGE, Outage
 
 PERIOD_S, WATCHED_S = 1.3, 1.6
 FIRST_S = 4.0

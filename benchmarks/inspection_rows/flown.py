@@ -10,6 +10,10 @@ from benchmarks.inspection_rows.hold import FLYING, HOME_M, WORLD
 from benchmarks.inspection_rows.parts import only
 from exploration.energy import EnergyWatch
 from exploration.planning import PlannerParameters
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Outcome, PhaseLimits
+from flights.flight.parameters import LED_CEPA, ClosedLoopParameters
+from flights.inspecting.flight import InspectingFlight, Photographed, controller_of, regulator
 from gridslam.volume import VolumeParameters
 from inspection.flight import InspectionParameters, PriorMap
 from inspection.survey.coverage import judge_on
@@ -19,10 +23,6 @@ from inspection.survey.planner import SurveyPlanner
 from inspection.survey.poses import Taken
 from inspection.survey.supplement import Supplement
 from inspection.survey.surface.reading import Surface, read_surface
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Outcome, PhaseLimits
-from master_thesis.flight.parameters import LED_CEPA, ClosedLoopParameters
-from master_thesis.inspecting.flight import InspectingFlight, Photographed, controller_of, regulator
 from simulation_tools.camera.defects import decals_of
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.camera.renderer import Renderer

@@ -14,6 +14,9 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.inspection_rows.hold import ASKED, HOME_M, WORLD
 from benchmarks.inspection_rows.parts import only
+from flights.inspecting.findings_judge import JudgedFindings, disturbed, judge_findings, shows
+from flights.photographing.command import photograph, poses_of
+from flights.worlds.defects import write_defects
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.placing import MeshSurface
 from inspection.findings.search import find
@@ -25,9 +28,6 @@ from inspection.survey.poses import Taken
 from inspection.survey.surface.of_mesh import patches_of_mesh
 from inspection.survey.surface.reading import read_surface
 from inspection.survey.views.candidates import View
-from master_thesis.inspecting.findings_judge import JudgedFindings, disturbed, judge_findings, shows
-from master_thesis.photographing.command import photograph, poses_of
-from master_thesis.worlds.defects import write_defects
 from simulation_tools.camera.defects import Defect, read_defects
 
 SEEDS = (21, 22)

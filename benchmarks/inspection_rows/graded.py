@@ -14,6 +14,8 @@ from benchmarks.inspection_rows.found import shoot
 from benchmarks.inspection_rows.hold import ASKED
 from benchmarks.inspection_rows.parts import only
 from benchmarks.inspection_rows.rusted import STEP_M, by_cells, is_rusted
+from flights.worlds.defects import COATINGS
+from flights.worlds.writer import Box, Colour, Part, Prop, Surroundings, write_world
 from inspection.findings.merging import Finding
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.search import find
@@ -24,8 +26,6 @@ from inspection.survey.coverage import judge_on
 from inspection.survey.planner import SurveyPlanner
 from inspection.survey.surface.edges import edge_places
 from inspection.survey.surface.reading import read_surface
-from master_thesis.worlds.defects import COATINGS
-from master_thesis.worlds.writer import Box, Colour, Part, Prop, Surroundings, write_world
 from simulation_tools.camera.defects import decals_of, read_defects
 from simulation_tools.camera.surfaces import surfaces_of
 from simulation_tools.sdf.parser import load_world

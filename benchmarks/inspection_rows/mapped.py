@@ -8,15 +8,15 @@ from pathlib import Path
 
 from benchmarks.inspection_rows.hold import FLYING, HOME_M, WORLD
 from benchmarks.inspection_rows.placed import place_rust
+from flights.exploring.flight import ExploringFlight
+from flights.exploring.places import HOLD, place_of
+from flights.flight.closed_loop import ClosedLoop
+from flights.photographing.map_mesh import scene_of, surfaces_of_map
 from gridslam.volume import stream_of, write_octree
 from inspection.survey.coverage import judge_on
 from inspection.survey.planner import SurveyPlanner
 from inspection.survey.poses import Taken
 from inspection.survey.surface.reading import read_surface
-from master_thesis.exploring.flight import ExploringFlight
-from master_thesis.exploring.places import HOLD, place_of
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.photographing.map_mesh import scene_of, surfaces_of_map
 
 SEEDS = (53, 54)
 """Plans on maps were developed on the flight with seed 1."""

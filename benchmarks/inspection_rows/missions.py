@@ -17,16 +17,16 @@ import numpy as np
 from benchmarks.inspection_rows.hold import FLYING
 from benchmarks.inspection_rows.parts import only
 from exploration.energy import EnergyWatch
+from flights.exploring.places import SMALL_ROOMS, Place, place_of
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.conditions import Conditions
+from flights.flight.parameters import ClosedLoopParameters
+from flights.inspecting.flight import InspectingFlight, controller_of, regulator
 from inspection.flight import InspectionParameters, PriorMap
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.planner import SurveyPlanner
 from inspection.survey.surface.reading import read_surface
 from inspection.survey.surface.room import Room
-from master_thesis.exploring.places import SMALL_ROOMS, Place, place_of
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.conditions import Conditions
-from master_thesis.flight.parameters import ClosedLoopParameters
-from master_thesis.inspecting.flight import InspectingFlight, controller_of, regulator
 from simulation_tools.camera.defects import decals_of
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.camera.renderer import Renderer

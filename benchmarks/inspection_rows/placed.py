@@ -9,6 +9,8 @@ from typing import Sequence
 import numpy as np
 
 from benchmarks.inspection_rows.hold import ASKED, WORLD
+from flights.inspecting.findings_judge import NEAR_M, disturbed, shows
+from flights.worlds.defects import write_defects
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.findings.merging import merged
 from inspection.findings.parameters import FindingParameters
@@ -18,8 +20,6 @@ from inspection.findings.several_views import where_sights_cross
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.poses import Taken
 from inspection.survey.surface.mesh_file import Mesh
-from master_thesis.inspecting.findings_judge import NEAR_M, disturbed, shows
-from master_thesis.worlds.defects import write_defects
 from simulation_tools.camera.defects import Defect, read_defects
 
 OFF_M, OFF_DEG = 0.025, 0.3

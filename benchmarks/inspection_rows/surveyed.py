@@ -14,6 +14,7 @@ from benchmarks.inspection_rows.found import shoot
 from benchmarks.inspection_rows.hold import ASKED, HOME_M
 from benchmarks.inspection_rows.parts import only
 from benchmarks.inspection_rows.rusted import true_rust
+from flights.inspecting.findings_judge import JudgedFindings, judge_findings
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.camera.taken import Taken
 from inspection.findings.merging import Finding
@@ -30,13 +31,12 @@ from inspection.survey.poses import taken_in
 from inspection.survey.surface.edges import edge_places
 from inspection.survey.surface.of_mesh import patches_of_mesh
 from inspection.survey.surface.reading import Surface, read_surface
-from master_thesis.inspecting.findings_judge import JudgedFindings, judge_findings
 from simulation_tools.camera.defects import beside, read_defects
 
 SEEDS = (305,)
 MOST, BRIEF_MOST = 10000, 3
 """Photographs."""
-PACKAGE = Path(__file__).resolve().parents[2] / "src/master_thesis"
+PACKAGE = Path(__file__).resolve().parents[2] / "src/extensions/flights"
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from benchmarks.peers.environments import PeerError
 from benchmarks.shared.results import ROOT
 from benchmarks.shared.speed import Speed
 
-WORLD = ROOT / "src/master_thesis/worlds/forest.world"
+WORLD = ROOT / "src/extensions/flights/worlds/forest.world"
 MODELS = ROOT / "src/simulation_tools/models"
 STEP_S = 0.004
 SIMULATED_S = 30.0

@@ -21,9 +21,9 @@ import numpy as np
 import rosbag
 
 from benchmarks.peers.environments import PeerError
+from flights.graph.free_ports import free_ports
 from gridslam import se2
 from gridslam.trajectory import Trajectory
-from master_thesis.graph.free_ports import free_ports
 
 PATIENCE_S = 3600.0
 MASTER_PATIENCE_S = 60.0

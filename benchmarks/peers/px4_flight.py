@@ -15,7 +15,7 @@ from benchmarks.simulator.px4_process import PROGRAM
 from benchmarks.simulator.real_px4 import RealPx4
 from benchmarks.simulator.reference_quad import standing, stepped
 from benchmarks.simulator.step_response import Pilot
-from master_thesis.graph import processes
+from flights.graph import processes
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.simulation import Simulation
 

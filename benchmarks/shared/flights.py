@@ -7,9 +7,9 @@ from typing import NamedTuple
 from cepa import Cloud, Decision, Improved, LaserScan2D, Motion
 from cepa.algorithm import Algorithm
 from cepa.decision import Vector2
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Phase
-from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Phase
+from flights.flight.parameters import CEPA, ClosedLoopParameters
 
 
 class Question(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.shared.flights import Question
 from cepa import LaserScan2D
-from master_thesis.worlds.writer import Box, Colour, Cylinder, Part, Prop, Surroundings, write_world
+from flights.worlds.writer import Box, Colour, Cylinder, Part, Prop, Surroundings, write_world
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.world.world import PhysicsWorld
 

@@ -16,9 +16,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Iterable, NoReturn, Sequence
 
-from master_thesis.files import plain, replace_file
-from master_thesis.results.run_folder import machine, versions
-from master_thesis.results.sources import commit
+from flights.files import plain, replace_file
+from flights.results.run_folder import machine, versions
+from flights.results.sources import commit
 
 ROOT = Path(__file__).resolve().parents[2]
 RESULTS = ROOT / "results"

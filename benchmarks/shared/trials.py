@@ -8,10 +8,10 @@ import os
 from typing import Any, Callable, Iterable, NoReturn, Sequence
 
 from benchmarks.shared.results import options
-from master_thesis.trials.run import run_trials
-from master_thesis.trials.store import Store
-from master_thesis.trials.trial import Trial, several_versions
-from master_thesis.trials.workers import count, end, interrupted, open_workers
+from flights.trials.run import run_trials
+from flights.trials.store import Store
+from flights.trials.trial import Trial, several_versions
+from flights.trials.workers import count, end, interrupted, open_workers
 
 AGAIN = "call again with --resume to go on."
 

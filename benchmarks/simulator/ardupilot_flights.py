@@ -11,9 +11,9 @@ from typing import Any
 
 from benchmarks.simulator.ardupilot_pilots import Programs
 from benchmarks.simulator.px4_process import end_px4, start_px4
-from master_thesis.errors import GraphError
-from master_thesis.graph.free_ports import free_ports
-from master_thesis.graph.launched_graph import LaunchedGraph
+from flights.errors import GraphError
+from flights.graph.free_ports import free_ports
+from flights.graph.launched_graph import LaunchedGraph
 
 PATIENCE_S = 1500.0
 """Wall time of a flight on a busy machine."""

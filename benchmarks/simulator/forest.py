@@ -11,9 +11,9 @@ from tqdm import tqdm
 from benchmarks.peers.turns import Turns, flies, sentences
 from benchmarks.shared.results import table
 from benchmarks.shared.speed import Speed, medians, timed
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Phase
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Phase
 
 OURS = "ours: forest, UST at 40 Hz, CEPA, estimator, MAVLink, PyBullet at 250 Hz"
 HEADER = ("simulator", "RTF", "RTF, process", "RTF, wall", "ours by it (asked: > 1)", "ours by it, process")

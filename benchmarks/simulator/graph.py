@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Iterator
 
-from master_thesis.graph.free_ports import free_ports
-from master_thesis.graph.launched_graph import GraphError, LaunchedGraph
+from flights.graph.free_ports import free_ports
+from flights.graph.launched_graph import GraphError, LaunchedGraph
 
 HOVER_PATIENCE_S = 90.0
 END_PATIENCE_S = 240.0

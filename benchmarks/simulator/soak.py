@@ -17,11 +17,11 @@ from typing import Callable, Sequence
 import numpy as np
 from tqdm import tqdm
 
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Action, Phase, PhaseLimits
+from flights.flight.flight_log import FlightLog
+from flights.flight.parameters import ClosedLoopParameters
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Action, Phase, PhaseLimits
-from master_thesis.flight.flight_log import FlightLog
-from master_thesis.flight.parameters import ClosedLoopParameters
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.parser import parse_model
 from simulation_tools.simulation import Simulation, StepOutput

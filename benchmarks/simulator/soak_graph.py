@@ -22,9 +22,9 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks.simulator.soak import Goals, SoakMetrics
+from flights.graph.free_ports import free_ports
+from flights.graph.launched_graph import LaunchedGraph
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
-from master_thesis.graph.free_ports import free_ports
-from master_thesis.graph.launched_graph import LaunchedGraph
 from simulation_tools.px4_ports import own_ports
 from simulation_tools.simulation import Simulation
 

@@ -19,7 +19,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 
-from master_thesis.errors import GraphError
+from flights.errors import GraphError
 
 NAME = "/soak"
 

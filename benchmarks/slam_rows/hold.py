@@ -14,11 +14,11 @@ import numpy as np
 
 from benchmarks.shared.trials import run_crossed
 from benchmarks.slam_rows.logs import summary
+from flights.mapping.mapping_flight import parameters_of
+from flights.mapping.slam_metrics import judge
+from flights.worlds.scenario import LIDARS
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
-from master_thesis.experiments_3_4.mapping_flight import parameters_of
-from master_thesis.experiments_3_4.slam_metrics import judge
-from master_thesis.worlds.scenario import LIDARS
 from simulation_tools.sensors.odometry import OdometryParameters
 
 DRIFTS = (1, 3)

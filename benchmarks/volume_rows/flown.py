@@ -10,6 +10,9 @@ import numpy as np
 from benchmarks.gnss_rows.climb_places import CLIMBS
 from benchmarks.gnss_rows.climbs import parameters_of
 from exploration.planning import PathPlanner, PlannerParameters
+from flights.exploring.flown_clouds import FlownClouds
+from flights.exploring.volume_of_flight import VolumeOfFlight
+from flights.flight.closed_loop import ClosedLoop
 from gridslam.cloud_odometry.warm_up import warm_up_cloud_odometry
 from gridslam.evaluation.volume.lidars import VIEWS
 from gridslam.evaluation.volume.surface import read_surface
@@ -18,9 +21,6 @@ from gridslam.evaluation.volume.volume_error import VolumeError, volume_error
 from gridslam.evaluation.volume.voxels import voxels_of
 from gridslam.volume import FLAT_MISS, Pose, VolumeParameters
 from gridslam.volume.warm_up import warm_up_volume
-from master_thesis.exploring.flown_clouds import FlownClouds
-from master_thesis.exploring.volume_of_flight import VolumeOfFlight
-from master_thesis.flight.closed_loop import ClosedLoop
 from simulation_tools.sensors.cloud import CloudLidar
 
 RESOLUTION_M, RANGE_M = 0.1, 30.0

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from benchmarks.avoidance_rows import judging, mixed_forests, real_time, rows
-from master_thesis.campaign.reading import read_campaign
+from flights.campaign.reading import read_campaign
 
 
 # Garwood's limits for 0, 1 and 10 events at 95 % as every table of them has it

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.gnss_rows.beside import aligned_m
 from benchmarks.gnss_rows.climb_places import CLIMBS, is_open
 from benchmarks.gnss_rows.climbs import silent_m
-from master_thesis.worlds.ballast_tank import BallastTankParameters
+from flights.worlds.ballast_tank import BallastTankParameters
 from simulation_tools.simulation import Simulation, SimulationParameters
 
 

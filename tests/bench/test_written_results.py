@@ -15,7 +15,7 @@ from benchmarks.shared import results as written_results
 from benchmarks.shared.results import Results, merge, table
 from benchmarks.shared.trials import run_all, trial_options
 from benchmarks.simulator import graph
-from master_thesis.trials.trial import Trial
+from flights.trials.trial import Trial
 
 
 def test_dotted_keys_are_nested_objects_and_leave_the_others_alone(tmp_path):

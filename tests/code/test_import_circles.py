@@ -64,7 +64,9 @@ MAY_IMPORT: dict[str, frozenset[str]] = {
     **dict.fromkeys(("simulation_tools", "inspection_tools", "cepa", "gridslam", "exploration"), HELPERS),
     "inspection": HELPERS | {"exploration"},
 }
-MAY_IMPORT["master_thesis"] = frozenset(MAY_IMPORT)
+MAY_IMPORT["flights"] = frozenset(MAY_IMPORT)
+MAY_IMPORT["doctor"] = HELPERS | {"flights"}
+MAY_IMPORT["master_thesis"] = frozenset(MAY_IMPORT) - {"doctor"}
 """By package: those that its library, its ROS side and its nodes may import. Messages anybody may import."""
 MESSAGES = re.compile(r"\w+\.(msg|srv|cfg)\b")
 
@@ -85,6 +87,17 @@ def test_a_package_imports_those_below_it_only(package):
     sources = (*python_nodes(folder), *folder.glob("src/**/*.py"), *folder.glob("ros/**/*.py"))
     allowed = {*MAY_IMPORT[package], package}
     assert {str(path): above for path in sources if (above := packages_in(path) - allowed)} == {}
+
+
+@pytest.mark.parametrize("package", sorted(MAY_IMPORT.keys() - {"master_thesis"}))
+def test_what_a_package_starts_needs_no_experiment(package):
+    """Neither a launch file nor a `python -m`: nobody needs master_thesis, which is chapter 8 alone."""
+    folder = folder_of(package)
+    launched = [*folder.glob("launch/**/*.launch"), *folder.glob("src/**/*.py"), *folder.glob("ros/**/*.py")]
+    needs = re.compile(r"find master_thesis|pkg=\"master_thesis|[\"']master_thesis(_ros)?[.\"']")
+    found = {str(path): needs.findall(path.read_text(encoding="utf-8")) for path in launched}
+    own = {"doctor/drawing.py", "results/picture_files.py"}  # a colour for its nodes, and a salt
+    assert {path for path, names in found.items() if names and not path.endswith(tuple(own))} == set()
 
 
 def test_no_packages_import_each_other_in_a_circle():

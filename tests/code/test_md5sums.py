@@ -6,7 +6,7 @@ import importlib
 
 import pytest
 
-from master_thesis.doctor.upstream_messages import UPSTREAM_MD5SUMS as UPSTREAM
+from doctor.upstream_messages import UPSTREAM_MD5SUMS as UPSTREAM
 
 pytestmark = pytest.mark.ros
 

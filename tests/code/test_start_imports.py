@@ -34,11 +34,12 @@ def loaded_by(code: str) -> set[str]:
 @pytest.mark.parametrize(
     ("imports", "unused"),
     [
+        ("from flights_ros.launch import request", (*NUMBA, "rospy", "roslaunch", "pybullet")),
         ("from master_thesis_ros.launch import request", (*NUMBA, "rospy", "roslaunch", "pybullet")),
         ("from simulation_tools_ros import launch_check", (*NUMBA, "rospy", "numpy")),
-        ("from master_thesis_ros.experiment_1 import driver", (*NUMBA, "pybullet", "matplotlib")),
+        ("from flights_ros.goal_flight import driver", (*NUMBA, "pybullet", "matplotlib")),
     ],
-    ids=["check of a flight", "check of a launch", "experiment's node"],
+    ids=["check of a flight", "check of an experiment", "check of a launch", "experiment's node"],
 )
 def test_what_is_not_used_is_not_loaded(imports, unused):
     assert not loaded_by(imports) & set(unused)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from master_thesis.graph.free_ports import free_ports
+from flights.graph.free_ports import free_ports
 
 ROOT = Path(__file__).resolve().parents[2]
 READY_PATIENCE_S = 200.0  # quiet machines need 12 s
@@ -40,7 +40,8 @@ class Flight:
         ports = {"offboard_port": offboard, "gcs_port": ground, "results": results}
         words = [f"{name}:={value}" for name, value in {**ports, **args}.items()]
         self._log = (folder / "roslaunch.log").open("w")
-        roslaunch = ("roslaunch", "-p", str(master), "master_thesis")
+        package = "master_thesis" if launch_file.startswith("experiment_") else "flights"
+        roslaunch = ("roslaunch", "-p", str(master), package)
         command = (str(ROOT / "bringup.sh"),) if by_bringup else roslaunch
         self.started_s = time.monotonic()
         self._process = processes.start(

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from master_thesis.graph.free_ports import free_ports
+from flights.graph.free_ports import free_ports
 from simulation_tools.ardupilot_sitl.program import ENVIRONMENT
 
 SESSION = Path(__file__).with_name("copter_session.py")

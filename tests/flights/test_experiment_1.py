@@ -1,7 +1,7 @@
 """Through Experiment 1's forest: what a flight leaves, that lockstep repeats it, what a full disk ends.
 
 12 m suffice: the first trees force it aside. The loop without ROS flies all 40 m
-(src/master_thesis/test/flight/test_closed_loop.py), and one test below flies it beside this graph.
+(src/extensions/flights/test/flight/test_closed_loop.py), and one test below flies it beside this graph.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 from launched_flight import Flight
 
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Phase
+from flights.graph.free_ports import free_ports
 from master_thesis.experiment_1.scenario_flight import scenario_parameters
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Phase
-from master_thesis.graph.free_ports import free_ports
 
 ROOT = Path(__file__).resolve().parents[2]
-FOREST = ROOT / "src/master_thesis/worlds/forest.world"
+FOREST = ROOT / "src/extensions/flights/worlds/forest.world"
 GOAL_X_M = 12.0
 LOCKSTEP = {"lockstep": "true", "lockstep_timeout": 30, "real_time_factor": 0}
 

@@ -14,7 +14,7 @@ import pytest
 from launched_flight import READY_PATIENCE_S, Flight
 
 ROOT = Path(__file__).resolve().parents[2]
-EMPTY = ROOT / "src/master_thesis/worlds/empty.world"
+EMPTY = ROOT / "src/extensions/flights/worlds/empty.world"
 PROBES = ROOT / "tests/flights"
 
 pytestmark = [pytest.mark.ros, pytest.mark.flight]

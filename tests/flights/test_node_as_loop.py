@@ -27,10 +27,10 @@ from sensor_msgs.msg import Imu, LaserScan, PointCloud2, PointField
 from tf2_msgs.msg import TFMessage
 
 from cepa import SteeringLoop
-from master_thesis.flight import steering_chain
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.conditions import Conditions
-from master_thesis.flight.parameters import ClosedLoopParameters
+from flights.flight import steering_chain
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.conditions import Conditions
+from flights.flight.parameters import ClosedLoopParameters
 from simulation_tools.simulation import SimulationParameters
 
 pytestmark = pytest.mark.ros
@@ -169,7 +169,7 @@ def flown(monkeypatch, kind, lidar, conditions, imu):
     """Fly with a recorded loop; return it, and the lidar's pose on the body."""
     monkeypatch.setattr(steering_chain, "SteeringLoop", kind)
     simulation = SimulationParameters(
-        str(ROOT / "src/master_thesis/worlds/forest.world"), lidar=lidar, seed=3
+        str(ROOT / "src/extensions/flights/worlds/forest.world"), lidar=lidar, seed=3
     )
     parameters = ClosedLoopParameters(simulation, algorithm="dynamic", conditions=conditions, imu=imu)
     with ClosedLoop(parameters) as loop:

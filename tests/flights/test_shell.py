@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from master_thesis.graph.free_ports import free_ports
+from flights.graph.free_ports import free_ports
 
 ROOT = Path(__file__).resolve().parents[2]
 SETUP_PATIENCE_S = 400.0
@@ -73,7 +73,7 @@ def test_nodes_of_a_workspace_whose_venv_was_deleted_say_what_to_do(tmp_path):
 
 
 def test_nodes_run_on_the_interpreter_that_says_so():
-    for node in (ROOT / "devel/lib/cepa/cepa", ROOT / "devel/lib/master_thesis/check_flight"):
+    for node in (ROOT / "devel/lib/cepa/cepa", ROOT / "devel/lib/flights/check_flight"):
         assert node.read_text().splitlines()[0] == f"#!{ROOT}/devel/interpreter/python3"
 
 

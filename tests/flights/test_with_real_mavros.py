@@ -16,7 +16,7 @@ MISSION_PATIENCE_S = 200.0
 def test_a_flight_of_70_s_arrives(processes, tmp_path, gnss):
     for package in ("mavros",) if gnss == "true" else ("mavros", "mavros_extras"):
         if processes.run("rospack", "find", package, timeout_s=200.0).returncode != 0:
-            pytest.skip(f"the real {package} is not installed (master_thesis/doc/from_source.md)")
+            pytest.skip(f"the real {package} is not installed (flights/doc/from_source.md)")
     flight = Flight(processes, tmp_path, "experiment_4.launch", mavros="real", gnss=gnss, headless="true")
     flight.wait_until_said("A mission of 5 waypoints begins.", READY_PATIENCE_S)
     flight.end_without_pictures(MISSION_PATIENCE_S)

@@ -34,14 +34,14 @@ ROSTESTS = files("test/**/*.test")
 SDF = [path for path in files("*.sdf", "*.world") if "test" not in path.parts] + [ROOT / "my.world"]
 YAML = files("config/**/*.yaml", "launch/**/*.yaml", "rviz/*.rviz")
 RVIZ = files("rviz/*.rviz")
-MAPPING_RVIZ = ROOT / "src/master_thesis/rviz"
+MAPPING_RVIZ, FLYING_RVIZ = ROOT / "src/master_thesis/rviz", ROOT / "src/extensions/flights/rviz"
 CFG = files("cfg/*.cfg")
 LONGEST_LIST = 7  # parameters in one frame of rqt_reconfigure
 
 
 # For launch files that cannot be without: a value for each argument that has no default.
 EXAMPLES = {
-    "world": str(ROOT / "src/master_thesis/worlds/empty.world"),
+    "world": str(ROOT / "src/extensions/flights/worlds/empty.world"),
     "goal": "10 0 2",
     "bag": "some.bag",
 }
@@ -106,9 +106,9 @@ MAPPING = "$(eval 'dynamic' if nod else 'improved')"
 ALGORITHMS = (
     *((f"master_thesis/launch/experiment_{number}", THESIS) for number in (1, 2)),
     *((f"master_thesis/launch/experiment_{number}", MAPPING) for number in (3, 4)),
-    ("master_thesis/launch/fly_to_goal", OWN_WORLD),
-    ("master_thesis/launch/teleop", OWN_WORLD),
-    ("master_thesis/launch/real", OWN_WORLD),
+    ("extensions/flights/launch/fly_to_goal", OWN_WORLD),
+    ("extensions/flights/launch/teleop", OWN_WORLD),
+    ("extensions/flights/launch/real", OWN_WORLD),
     ("cepa/launch/cepa", OWN_WORLD),
 )
 
@@ -119,13 +119,16 @@ def test_own_worlds_are_flown_by_the_safe_algorithm_not_the_thesiss(file, algori
     assert defaults["algorithm"] == algorithm
 
 
-FLYING = ("experiment_1", "experiment_2", "experiment_3", "experiment_4", "fly_to_goal", "teleop")
+FLYING = (
+    *(f"master_thesis/launch/experiment_{number}" for number in (1, 2, 3, 4)),
+    "extensions/flights/launch/fly_to_goal",
+    "extensions/flights/launch/teleop",
+    "simulation_tools/launch/sitl",
+)
 
 
 @pytest.mark.ros
-@pytest.mark.parametrize(
-    "file", [f"master_thesis/launch/{one}" for one in FLYING] + ["simulation_tools/launch/sitl"]
-)
+@pytest.mark.parametrize("file", FLYING)
 def test_every_launch_file_that_flies_can_hold_the_worlds_models(file):
     path = ROOT / "src" / f"{file}.launch"
     for value in (False, True):
@@ -209,7 +212,7 @@ def test_rviz_shows_the_same_of_both_mapping_experiments():
 def test_exploring_and_inspecting_are_seen_from_the_uav_on():
     """A tank is as wide as the UAV's surroundings; a view and lines that suit a hold of 30 m hide it."""
     explore, inspection = (
-        yaml.safe_load((MAPPING_RVIZ / f"{name}.rviz").read_text()) for name in ("explore", "inspection")
+        yaml.safe_load((FLYING_RVIZ / f"{name}.rviz").read_text()) for name in ("explore", "inspection")
     )
     views = [config["Visualization Manager"]["Views"] for config in (explore, inspection)]
     assert views[0] == views[1]
@@ -311,8 +314,8 @@ def test_the_perspective_publishes_what_the_launch_files_know(path):
 def test_flights_with_clouds_map_with_the_miss_for_level_lidars():
     from gridslam.volume import FLAT_MISS
 
-    for launch in ("mapping", "mapped"):
-        tree = ElementTree.parse(ROOT / f"src/master_thesis/launch/include/{launch}.launch")
+    for launch in ("master_thesis/launch/include/mapping", "extensions/flights/launch/include/mapped"):
+        tree = ElementTree.parse(ROOT / f"src/{launch}.launch")
         told = [
             arg.get("value")
             for include in tree.iter("include")

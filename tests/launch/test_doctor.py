@@ -12,7 +12,7 @@ import pytest
 pytestmark = pytest.mark.ros
 
 PROBE = Path(__file__).parent / "doctor_probe.py"
-DOCTOR = (str(Path(__file__).resolve().parents[2] / "devel/lib/master_thesis/doctor"),)
+DOCTOR = (str(Path(__file__).resolve().parents[2] / "devel/lib/doctor/doctor"),)
 PATIENCE_S = 90.0
 
 EXPECTED = {
@@ -128,7 +128,7 @@ def written(path, turn_w=1.0):
 def test_no_damaged_byte_of_a_bag_ends_the_doctor(tmp_path):
     import random
 
-    doctor_bag = pytest.importorskip("master_thesis_ros.doctor.bag")
+    doctor_bag = pytest.importorskip("doctor_ros.bag")
     whole, path, read = written(tmp_path / "whole.bag"), tmp_path / "damaged.bag", []
     rng = random.Random(1)
     for _ in range(150):
@@ -146,7 +146,7 @@ def test_no_damaged_byte_of_a_bag_ends_the_doctor(tmp_path):
 
 
 def test_a_rotation_beyond_all_numbers_is_broken_not_the_end(tmp_path):
-    doctor_bag = pytest.importorskip("master_thesis_ros.doctor.bag")
+    doctor_bag = pytest.importorskip("doctor_ros.bag")
     written(tmp_path / "far.bag", turn_w=1e300)
     recording, _ = doctor_bag.read(tmp_path / "far.bag")
     assert [transform.broken for transform in recording.transforms] == [True]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from master_thesis.graph.free_ports import free_ports
+from flights.graph.free_ports import free_ports
 
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
 

@@ -17,7 +17,7 @@ def found(asked):
 @pytest.mark.parametrize(
     ("asked", "file"),
     [
-        ("explore", "src/master_thesis/launch/explore.launch"),
+        ("explore", "src/extensions/flights/launch/explore.launch"),
         ("sitl.launch", "src/simulation_tools/launch/sitl.launch"),
         ("gridslam/volume", "src/gridslam/launch/volume.launch"),
         ("inspection_tools/tools.launch", "src/inspection_tools/launch/tools.launch"),
@@ -56,3 +56,28 @@ def test_logs_that_cannot_be_written_are_one_sentence(tmp_path):
         said = f"bringup: ROS cannot write its logs to {home}/log; {remedy}.\n"
         assert (checked.returncode, checked.stderr) == (code, said if code else "")
     assert (tmp_path / "new/log").is_dir()
+
+
+MOVED = ("explore", "fly_to_goal", "inspection", "real", "teleop")
+
+
+def test_only_what_users_typed_leads_to_its_new_place():
+    assert sorted(path.stem for path in ROOT.glob("src/**/launch/moved/*")) == sorted(MOVED)
+
+
+@pytest.mark.ros
+@pytest.mark.parametrize("name", MOVED)
+def test_a_launch_file_that_moved_is_found_by_its_old_package_and_names_the_new_one(name):
+    launch_files = pytest.importorskip("launch_files", reason="needs the workspace's environment")
+    import roslib.packages
+
+    (old,) = roslib.packages.find_resource("master_thesis", f"{name}.launch")
+    words = ("world:=/a.world", "goal:=9 0 2", "seed:=7") if name == "fly_to_goal" else ()
+    there = launch_files.load(ROOT / f"src/extensions/flights/launch/{name}.launch", *words)
+    led = launch_files.load(old, *words)
+    (said,) = led.config_errors
+    assert f"roslaunch flights {name}.launch" in said
+    assert {node.name for node in led.nodes} == {node.name for node in there.nodes}
+    assert {key: one.value for key, one in led.params.items()} == {
+        key: one.value for key, one in there.params.items()
+    }

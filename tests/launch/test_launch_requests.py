@@ -11,18 +11,30 @@ from pathlib import Path
 import pytest
 import yaml
 
-from master_thesis.graph.free_ports import free_ports
+from flights.graph.free_ports import free_ports
 from simulation_tools.launch_check.launch_files import arguments_of
 
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
-request = pytest.importorskip("master_thesis_ros.launch.request", reason="needs the workspace's environment")
+request = pytest.importorskip("flights_ros.launch.request", reason="needs the workspace's environment")
+experiments = pytest.importorskip("master_thesis_ros.launch.request")
 
 ROOT = Path(__file__).resolve().parents[2]
-LAUNCH = ROOT / "src/master_thesis/launch"
-FOREST = f"world:={ROOT / 'src/master_thesis/worlds/forest.world'}"
+LAUNCH = {
+    path.stem: path
+    for package in ("extensions/flights", "master_thesis")
+    for path in ROOT.glob(f"src/{package}/launch/*.launch")
+}
+FOREST = f"world:={ROOT / 'src/extensions/flights/worlds/forest.world'}"
 TREE = "14.29 15.59"  # of the forest's first tree, radius 0.24 m
 
 pytestmark = pytest.mark.ros
+
+
+def checked(words):
+    """Check a launch as bringup.sh does, with the checks of the file's package; returns the exit code."""
+    of = experiments if "master_thesis" in Path(words[0]).parts else request
+    return request.main(words, of.FILES)
+
 
 REFUSED = {
     "argument": ("experiment_1", ["lidr:=urg"], "has no argument 'lidr'; did you mean lidar:=?"),
@@ -158,7 +170,7 @@ def test_what_cannot_be_flown_is_refused_in_one_sentence(case, capsys):
     if case == "closed" and os.access("/proc", os.W_OK):
         pytest.skip("root may write anywhere, as far as the file's mode tells")
     file, words, sentence = REFUSED[case]
-    assert request.main([str(LAUNCH / f"{file}.launch"), *words]) == 1
+    assert checked([str(LAUNCH[file]), *words]) == 1
     said = capsys.readouterr().err
     assert sentence in said
     assert said.count("\n") == 1
@@ -181,7 +193,7 @@ def test_what_cannot_be_flown_is_refused_in_one_sentence(case, capsys):
 def test_parameters_that_gridslam_refuses_are_refused_before_the_flight(tmp_path, capsys, content, sentence):
     path = tmp_path / "slam.yaml"
     path.write_text(content)
-    assert request.main([str(LAUNCH / "experiment_3.launch"), f"slam_config:={path}"]) == 1
+    assert checked([str(LAUNCH["experiment_3"]), f"slam_config:={path}"]) == 1
     said = capsys.readouterr().err
     assert str(path) in said
     assert sentence in said
@@ -199,7 +211,7 @@ def test_parameters_that_gridslam_refuses_are_refused_before_the_flight(tmp_path
 def test_a_real_uavs_parameters_that_cepa_refuses_are_refused(tmp_path, capsys, content, sentence):
     path = tmp_path / "own.yaml"
     path.write_text(content)
-    assert request.main([str(LAUNCH / "real.launch"), f"cepa_config:={path}"]) == 1
+    assert checked([str(LAUNCH["real"]), f"cepa_config:={path}"]) == 1
     said = capsys.readouterr().err
     assert f"CEPA cannot fly with cepa_config:={path}: " in said
     assert sentence in said
@@ -216,7 +228,7 @@ def test_a_real_uavs_parameters_that_cepa_refuses_are_refused(tmp_path, capsys, 
     ],
 )
 def test_a_real_uav_with_parts_of_its_own_is_flown(words, capsys):
-    assert request.main([str(LAUNCH / "real.launch"), *words]) == 0, capsys.readouterr().err
+    assert checked([str(LAUNCH["real"]), *words]) == 0, capsys.readouterr().err
 
 
 INSPECTS = ("inspection:=true", "gnss:=false", "lidar:=puck")
@@ -233,16 +245,16 @@ INSPECTS = ("inspection:=true", "gnss:=false", "lidar:=puck")
     ],
 )
 def test_a_real_uav_that_cannot_explore_is_refused(words, sentence, capsys):
-    assert request.main([str(LAUNCH / "real.launch"), *words]) == 1
+    assert checked([str(LAUNCH["real"]), *words]) == 1
     assert sentence in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("path", sorted(LAUNCH.glob("*.launch")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(LAUNCH.values()), ids=lambda path: path.stem)
 def test_every_launch_file_can_be_flown_as_it_is(path, capsys):
     needed = [FOREST, "goal:=9 0 2"] if path.stem == "fly_to_goal" else []
     if path.stem != "real":  # it has no simulated flight controller
         needed += free_mavlink_ports()
-    assert request.main([str(path), *needed]) == 0, capsys.readouterr().err
+    assert checked([str(path), *needed]) == 0, capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["experiment_1", "experiment_2", "experiment_4", "explore", "teleop"])
@@ -264,10 +276,10 @@ def dumped(name: str, autopilot: str) -> dict:
     """Return the parameters that a launch file sets for an autopilot; such a flight is not refused."""
     from launch_files import load
 
-    path = str(LAUNCH / f"{name}.launch")
+    path = str(LAUNCH[name])
     words = [f"autopilot:={autopilot}", f"ardupilot:={shutil.which('true')}", *free_mavlink_ports()]
     words.append(f"simulator_port:={free_ports(1)[0]}")
-    assert request.main([path, *words]) == 0
+    assert checked([path, *words]) == 0
     found = load(path, *words).params
     return {key: parameter.value for key, parameter in found.items()}
 
@@ -291,7 +303,7 @@ def test_a_launch_whose_port_is_taken_is_refused(file, steps, capsys):
         other.bind(("127.0.0.1", 0))
         port = other.getsockname()[1]
         words = free_mavlink_ports() + [f"{name}:={port - step}" for name, step in steps.items()]
-        assert request.main([str(LAUNCH / f"{file}.launch"), *words]) == 1
+        assert checked([str(LAUNCH[file]), *words]) == 1
     assert f"Cannot bind UDP 127.0.0.1:{port} for " in capsys.readouterr().err
 
 
@@ -357,8 +369,8 @@ def test_a_node_that_is_dead_but_registered_is_no_graph_that_runs(ros_master, mo
         rosgraph.Master("/gazebo", uri).handle.registerPublisher(
             "/gazebo", "/clock", "rosgraph_msgs/Clock", address
         )
-        words = [str(LAUNCH / "experiment_1.launch"), *free_mavlink_ports()]
-        assert request.main(words) == 0, capsys.readouterr().err
+        words = [str(LAUNCH["experiment_1"]), *free_mavlink_ports()]
+        assert checked(words) == 0, capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 import pytest
 import yaml
 
-from master_thesis.exploring.places import HOLD, TANK, place_of
-from master_thesis.flight.parameters import LED_CEPA
-from master_thesis.worlds.scenario import CLOUD_LIDARS
+from flights.exploring.places import HOLD, TANK, place_of
+from flights.flight.parameters import LED_CEPA
+from flights.worlds.scenario import CLOUD_LIDARS
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -41,17 +41,20 @@ def test_a_lidar_that_nods_is_flown_by_the_algorithm_that_remembers(number, give
     assert config.params["/experiment/algorithm"].value == algorithm
 
 
+OWN_WORLD = ("world:=/a.world", "algorithm:=improved")
+
+
 @pytest.mark.ros
 @pytest.mark.parametrize(
     ("file", "given", "k_previous"),
     [
         *((f"master_thesis/launch/experiment_{number}", (), 0.0) for number in (1, 2, 3, 4)),
         ("master_thesis/launch/experiment_1", ("k_previous:=3",), 3.0),
-        ("master_thesis/launch/fly_to_goal", ("world:=/a.world", "goal:=3 0 2", "algorithm:=improved"), 4.0),
-        ("master_thesis/launch/explore", ("world:=ballast_tank",), 4.0),
-        ("master_thesis/launch/inspection", ("world:=ballast_tank",), 4.0),
-        ("master_thesis/launch/real", ("algorithm:=improved",), 4.0),
-        ("master_thesis/launch/teleop", ("world:=/a.world", "algorithm:=improved"), 4.0),
+        ("extensions/flights/launch/fly_to_goal", (*OWN_WORLD, "goal:=3 0 2"), 4.0),
+        ("extensions/flights/launch/explore", ("world:=ballast_tank",), 4.0),
+        ("extensions/flights/launch/inspection", ("world:=ballast_tank",), 4.0),
+        ("extensions/flights/launch/real", ("algorithm:=improved",), 4.0),
+        ("extensions/flights/launch/teleop", OWN_WORLD, 4.0),
         ("cepa/launch/cepa", (), 4.0),
         ("cepa/launch/hokuyo_only", (), 4.0),
     ],
@@ -68,10 +71,10 @@ UNUSED = ("imu",)
 @pytest.mark.parametrize("given", [(), ("lockstep:=true", "gnss:=false", "lidar:=puck", "record:=true")])
 def test_experiment_1_is_a_flight_to_a_goal_in_its_world(given):
     """tests/flights/test_experiment_1.py flies the second in place of the first."""
-    folder, worlds = ROOT / "src/master_thesis/launch", ROOT / "src/master_thesis/worlds"
-    there = (f"world:={worlds}/forest.world", "goal:=40 0 2", "algorithm:=improved")
-    experiment = loaded(folder / "experiment_1.launch", *given)
-    flight = loaded(folder / "fly_to_goal.launch", *there, *given)
+    flights = ROOT / "src/extensions/flights"
+    there = (f"world:={flights}/worlds/forest.world", "goal:=40 0 2", "algorithm:=improved")
+    experiment = loaded(ROOT / "src/master_thesis/launch/experiment_1.launch", *given)
+    flight = loaded(flights / "launch/fly_to_goal.launch", *there, *given)
     files = (experiment, flight)
     told, told_there = (
         {key: each.value for key, each in file.params.items() if not key.startswith("/pilot_orders/")}
@@ -79,8 +82,9 @@ def test_experiment_1_is_a_flight_to_a_goal_in_its_world(given):
     )
     own = {"experiment/experiment": "experiment_1", "experiment/scenario": "forest", "cepa/k_previous": 0.0}
     own["cepa/imu"] = False  # only `dynamic` heeds it, and the thesis had none
-    worlds_told = {os.path.normpath(each.pop("/experiment/world")) for each in (told, told_there)}
-    assert worlds_told == {str(worlds / "forest.world")}
+    for name, place in (("world", flights / "worlds/forest.world"), ("results", ROOT / "results")):
+        for each in (told, told_there):
+            assert os.path.normpath(each.pop(f"/experiment/{name}")) == str(place)
     assert told == {**told_there, **{f"/{key}": value for key, value in own.items()}}
     nodes, nodes_there = (
         [
@@ -105,7 +109,7 @@ def test_experiment_1_is_a_flight_to_a_goal_in_its_world(given):
 )
 def test_a_lidar_of_short_range_stays_near_walls_and_where_it_nods_the_imu_counts(lidar, nod, reach_m):
     """7 m of the UST's 10 m: it still meets some 7 m of the wall to each side."""
-    path = ROOT / "src/master_thesis/launch/explore.launch"
+    path = ROOT / "src/extensions/flights/launch/explore.launch"
     params = loaded(path, f"lidar:={lidar}", f"nod:={str(nod).lower()}").params
     assert params["/explore/planner/landmark_reach"].value == reach_m
     assert ("/lidar_odometry/acceleration_noise" in params) is nod
@@ -121,7 +125,7 @@ def test_a_lidar_of_short_range_stays_near_walls_and_where_it_nods_the_imu_count
     ],
 )
 def test_cushions_fit_the_uav_and_lockstep_waits_for_the_map(file, given, leaders):
-    path = ROOT / f"src/master_thesis/launch/{file}.launch"
+    path = ROOT / f"src/extensions/flights/launch/{file}.launch"
     for world, radius_m, manhole_m, height_m in (
         ("hold_3d", 0.35, math.inf, math.inf),
         ("hold_3d_cargo", 0.35, math.inf, math.inf),
@@ -160,8 +164,8 @@ def test_lockstep_of_a_mapping_flight_waits_for_every_map(volume, mappers):
 
 @pytest.mark.ros
 def test_an_inspection_explores_unless_it_gets_a_plan_or_a_drawing():
-    path = ROOT / "src/master_thesis/launch/inspection.launch"
-    world = str(ROOT / "src/master_thesis/worlds/hold_3d.world")
+    path = ROOT / "src/extensions/flights/launch/inspection.launch"
+    world = str(ROOT / "src/extensions/flights/worlds/hold_3d.world")
     for given, explores, planned, read_at_start in (
         (None, True, "", ""),
         ("explore:=false", False, world, world),
@@ -178,7 +182,7 @@ def test_an_inspection_explores_unless_it_gets_a_plan_or_a_drawing():
 
 @pytest.mark.ros
 def test_an_inspection_explores_as_explore_launch_does_but_for_the_speed_and_cepa_in_tanks():
-    folder, other = ROOT / "src/master_thesis/launch", ["/explore/speed", "/explore/ahead"]
+    folder, other = ROOT / "src/extensions/flights/launch", ["/explore/speed", "/explore/ahead"]
     for world in ("hold_3d", "hold_3d_cargo", "ballast_tank"):
         left_out = [*other, "/explore/climbs_first"] if world == "ballast_tank" else other
         explored, inspected = (
@@ -195,7 +199,7 @@ def test_an_inspection_explores_as_explore_launch_does_but_for_the_speed_and_cep
 @pytest.mark.ros
 @pytest.mark.parametrize("world", [HOLD, TANK])
 def test_flights_without_ros_explore_as_the_launch_file_does(world):
-    config = loaded(ROOT / "src/master_thesis/launch/explore.launch", f"world:={world}")
+    config = loaded(ROOT / "src/extensions/flights/launch/explore.launch", f"world:={world}")
     given = {key: each.value for key, each in config.params.items()}
     place = place_of(world, 1)
     asked, explorer = place.asked(600.0), place.explorer
@@ -222,7 +226,7 @@ def test_explorer_and_cepa_know_where_a_lidar_s_beams_look(lidar):
     model = ElementTree.parse(ROOT / f"src/simulation_tools/models/lidar_{lidar}/model.sdf").getroot()
     (ray,) = model.iterfind(".//sensor[@name='cloud']/ray")
     beams = [float(ray.findtext(f"scan/vertical/{end}_angle")) for end in ("min", "max")]
-    config = loaded(ROOT / "src/master_thesis/launch/explore.launch", f"lidar:={lidar}")
+    config = loaded(ROOT / "src/extensions/flights/launch/explore.launch", f"lidar:={lidar}")
     params = {key: each.value for key, each in config.params.items()}
     assert [params[f"/explore/elevation_{end}"] for end in ("min", "max")] == pytest.approx(beams, abs=1e-3)
     limits = yaml.safe_load((ROOT / f"src/cepa/config/clouds/{lidar}.yaml").read_text())

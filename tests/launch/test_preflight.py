@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from master_thesis.graph.free_ports import free_ports
+from flights.graph.free_ports import free_ports
 
 pytestmark = pytest.mark.ros
 
 ROOT = Path(__file__).resolve().parents[2]
-PREFLIGHT = str(ROOT / "devel/lib/master_thesis/preflight")
-HALLWAY = ROOT / "src/master_thesis/worlds/hallway.world"
+PREFLIGHT = str(ROOT / "devel/lib/doctor/preflight")
+HALLWAY = ROOT / "src/extensions/flights/worlds/hallway.world"
 BESIDE_WALL = "y:=1.1"
 """The hallway is 3 m wide, so the left wall is at 0.4 m."""
 PATIENCE_S = 120.0
@@ -29,7 +29,7 @@ def test_the_bench_passes_with_our_nodes_and_gives_way_to_a_board(ros_master):
     said = checked(ros_master, "passed  lidar:", "--listen", "2")
     assert "failed  avoidance: 0 messages a second on /scan/padded" in said
     assert "failed  frames: TF does not lead from base_frame to hokuyo." in said
-    ros_master.start("roslaunch", "master_thesis", "real.launch", "lidar:=ust")
+    ros_master.start("roslaunch", "flights", "real.launch", "lidar:=ust")
     said = all_passed(ros_master, "--listen", "3")
     assert "passed  avoidance:" in said
     assert "passed  commands:" in said

@@ -10,7 +10,7 @@ pytest.importorskip("roslaunch", reason="needs the workspace's environment")
 
 import launch_files
 
-LAUNCH = Path(__file__).resolve().parents[2] / "src/master_thesis/launch"
+LAUNCH = Path(__file__).resolve().parents[2] / "src/extensions/flights/launch"
 REAL = ("gnss:=false", "lidar:=puck", "sensors:=range_finder range_finder_up", "fly:=true", "speed:=1.5")
 ONLY_SIMULATED = {"gazebo", "mavros", "experiment", "camera", "camera_mavlink"}
 OWN = {"explore/lockstep", "inspect/lockstep", "explore/held_by", "inspect/held_by", "inspect/drawing_home"}

@@ -13,7 +13,7 @@ pytest.importorskip("rosgraph", reason="needs ROS")
 rospkg = pytest.importorskip("rospkg", reason="needs ROS")
 
 ROOT = Path(__file__).resolve().parents[2]
-TELEOP = ROOT / "src/master_thesis/launch/teleop.launch"
+TELEOP = ROOT / "src/extensions/flights/launch/teleop.launch"
 PX4_LAUNCH = """
 <launch>
   <arg name="fcu_url"/>
@@ -69,7 +69,7 @@ def test_clocks_that_begin_together_are_not_compared(environment):
         [
             "python3",
             "-m",
-            "master_thesis_ros.launch.request",
+            "flights_ros.launch.request",
             str(TELEOP),
         ],
     ],

@@ -10,12 +10,12 @@ from subprocess import PIPE, STDOUT
 import pytest
 from launched_flight import Flight
 
-from master_thesis.graph.free_ports import free_ports
+from flights.graph.free_ports import free_ports
 
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
 
 ROOT = Path(__file__).resolve().parents[2]
-WORLDS = ROOT / "src/master_thesis/worlds"
+WORLDS = ROOT / "src/extensions/flights/worlds"
 
 pytestmark = pytest.mark.ros
 
@@ -37,7 +37,7 @@ REFUSED = {
     "results": ("_results:=/proc", "Cannot make a results folder in /proc/"),
     "relative results": ("_results:=out", "for example results:=$PWD/out."),
 }
-"""src/master_thesis/test/requests looks at all other arguments."""
+"""src/master_thesis/test/launch_arguments looks at all other arguments."""
 
 
 @pytest.fixture(scope="module")
@@ -47,7 +47,7 @@ def refusals(master_of_module):
     for number, (case, (arg, _)) in enumerate(REFUSED.items()):
         words = (f"__name:=refused_{number}", f"_world:={WORLDS / 'empty.world'}", arg)
         started[case] = master_of_module.start_node(
-            "master_thesis", "experiment_1", *words, stdout=PIPE, stderr=STDOUT, text=True
+            "flights", "goal_flight", *words, stdout=PIPE, stderr=STDOUT, text=True
         )
     said = {case: process.communicate(timeout=200.0)[0] for case, process in started.items()}
     return {case: (started[case].returncode, said[case]) for case in REFUSED}

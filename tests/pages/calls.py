@@ -29,9 +29,9 @@ UNRUN = {"rqt", "rviz", "rosparam", "rosservice", "rosnode"}
 SERVERS = {"/cepa": ("cepa", "Cepa"), "/position_controller": ("inspection_tools", "PositionController")}
 """Packages and .cfg files of the nodes that pages tune."""
 HELPFUL = {
-    ("master_thesis", "campaign"),
-    ("master_thesis", "doctor"),
-    ("master_thesis", "draw_graph"),
+    ("flights", "campaign"),
+    ("doctor", "doctor"),
+    ("doctor", "draw_graph"),
     ("gridslam", "gridslam_evaluate"),
     ("gridslam", "gridslam_replay"),
     ("gridslam", "map_saver"),
@@ -94,7 +94,11 @@ def brings_up(call: Call) -> None:
     if not words or words[0] in SUBCOMMANDS:
         assert not [word for word in words if word.startswith("tests/") and not (ROOT / word).exists()], call
         return
-    launches(Call(call.folder, ("roslaunch", "master_thesis", *call.words[1:])))
+    package, _, file = words[0].rpartition("/")
+    file = file.removesuffix(".launch") + ".launch"
+    found = [path.parts[-3] for path in ROOT.glob(f"src/**/launch/{file}")]
+    assert package in found or len(found) == 1, f"{words[0]} is in {found}"
+    launches(Call(call.folder, ("roslaunch", package or found[0], file, *words[1:])))
 
 
 def runs(call: Call) -> None:

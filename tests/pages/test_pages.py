@@ -88,5 +88,5 @@ def test_the_help_of_bringup_says_what_each_launch_file_does():
     files = sorted(f"{path.parts[-3]}/{path.name}" for path in ROOT.glob("src/**/launch/*.launch"))
     sentences = dict(re.findall(r"^  (\w+/\w+\.launch) +(\S.*\.)$", told, flags=re.M))
     assert sorted(sentences) == files
-    assert sentences["master_thesis/explore.launch"].startswith("A UAV explores a place")
+    assert sentences["flights/explore.launch"].startswith("A UAV explores a place")
     assert not any("<" in sentence or "--" in sentence for sentence in sentences.values())

@@ -51,7 +51,7 @@ SKELETONS = {
     "src/extensions/inspection/doc/findings.md": "a node; rostest_detector.py runs it on photographs",
     "src/helpers/kernel_cache/README.md": "a kernel; test_compiler.py compiles others",
     "src/helpers/node_tools/README.md": "the frame of a node, with dots where its imports stand",
-    "src/master_thesis/doc/tutorial.md": "a node; test_tutorial.py runs it against a scan",
+    "src/extensions/flights/doc/tutorial.md": "a node; test_tutorial.py runs it against a scan",
 }
 
 

@@ -38,8 +38,8 @@ def place(tmp_path_factory):
         made / "src/my_avoidance/nodes/potential_field": "#!/usr/bin/env python3\n",
         home / "tutorial/yard.world": (ROOT / "my.world").read_text(),
         home / "tutorial/models/lidar_mine/model.sdf": "",
-        home / "tutorial/limits.yaml": fenced("src/master_thesis/doc/tutorial.md", "yaml")[0],
-        home / "tutorial/tank.world": fenced("src/master_thesis/doc/own_tank.md", "xml")[0],
+        home / "tutorial/limits.yaml": fenced("src/extensions/flights/doc/tutorial.md", "yaml")[0],
+        home / "tutorial/tank.world": fenced("src/extensions/flights/doc/own_tank.md", "xml")[0],
         made / "limits.yaml": fenced("src/extensions/exploration/doc/path_planner.md", "yaml")[0],
     }
     for path, content in before.items():
@@ -54,7 +54,7 @@ def of_pages(found) -> list:
 
 def test_there_are_snippets_on_the_pages():
     """Empty lists would make the tests below pass without looking at anything."""
-    assert {"README.md", "src/cepa/README.md", "src/master_thesis/doc/tutorial.md"} <= set(PAGES)
+    assert {"README.md", "src/cepa/README.md", "src/extensions/flights/doc/tutorial.md"} <= set(PAGES)
     assert sum(len(shell_snippets(page)) for page in PAGES) > 20
 
 
@@ -62,11 +62,11 @@ def test_there_are_snippets_on_the_pages():
     "text",
     [
         "roslaunch master_thesis experiment_1.launch lidr:=urg",
-        "roslaunch master_thesis fly_to_goal.launch world:=$PWD/no.world goal:='1 2 3'",
+        "roslaunch flights fly_to_goal.launch world:=$PWD/no.world goal:='1 2 3'",
         "roslaunch master_thesis experiment_9.launch",
         "rosrun master_thesis docto",
-        "rosrun master_thesis doctor --alive",
-        "rosrun master_thesis doctor [--alive]",
+        "rosrun doctor doctor --alive",
+        "rosrun doctor doctor [--alive]",
         "rosrun dynamic_reconfigure dynparam set /cepa r_up 1.5",
         "rosrun dynamic_reconfigure dynparam set /cepa r_ub 1e9",
         "rostopic pub -1 /a geometry_msgs/Pose '{position: {q: 1.0}}'",
@@ -107,9 +107,9 @@ def check(snippet: Snippet, place) -> None:
 
 
 def test_the_doctor_of_the_page_runs():
-    """`rosrun master_thesis doctor`: this installation. 1: it found something; 2: it could not look."""
+    """`rosrun doctor doctor`: this installation. 1: it found something; 2: it could not look."""
     done = subprocess.run(
-        ["rosrun", "master_thesis", "doctor"], capture_output=True, text=True, timeout=120, cwd=ROOT
+        ["rosrun", "doctor", "doctor"], capture_output=True, text=True, timeout=120, cwd=ROOT
     )
     assert done.returncode in (0, 1), done.stdout + done.stderr
     assert "Traceback" not in done.stderr
@@ -119,8 +119,8 @@ def test_the_doctor_of_the_page_runs():
 @pytest.mark.flight
 def test_the_world_of_the_page_is_flown_to_its_goal():
     """The README's fly_to_goal.launch with my.world, here without ROS."""
-    from master_thesis.flight.closed_loop import ClosedLoop
-    from master_thesis.flight.parameters import ClosedLoopParameters
+    from flights.flight.closed_loop import ClosedLoop
+    from flights.flight.parameters import ClosedLoopParameters
     from simulation_tools.geometry import Pose
     from simulation_tools.simulation import SimulationParameters
 

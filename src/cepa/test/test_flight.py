@@ -1,6 +1,6 @@
 """Closed loop with a planar UAV that lags as PX4 does: walls, traps, and a UAV that is held back.
 
-`master_thesis/test/flight` flies the simulated UAV through forest, hallway and boxes.
+`flights/test/flight` flies the simulated UAV through forest, hallway and boxes.
 """
 
 import math

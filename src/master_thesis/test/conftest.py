@@ -4,16 +4,17 @@ from pathlib import Path
 
 import pytest
 
-from master_thesis.results import picture_files
+from flights.results import picture_files
+from flights.worlds.scenario import WORLDS
 
 
 @pytest.fixture(scope="session")
 def worlds_folder() -> Path:
-    return Path(__file__).resolve().parents[1] / "worlds"
+    return WORLDS
 
 
 @pytest.fixture
 def png_only(monkeypatch):
-    """Leave the PDF and SVG of each picture empty: `test_pictures` looks at them."""
+    """Leave the PDF and SVG of each picture empty: `test_pictures` of flights looks at them."""
     for ending in ("pdf", "svg"):
         monkeypatch.setattr(picture_files, ending, lambda *_: b"")

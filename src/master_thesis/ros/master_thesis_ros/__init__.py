@@ -1,1 +1,1 @@
-"""The ROS side: the nodes of the experiments, the doctor, and launches."""
+"""The ROS side: the nodes of Experiments 2 to 4, and the checks of launches."""

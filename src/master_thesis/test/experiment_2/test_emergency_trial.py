@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from cepa import LaserScan2D
-from master_thesis.errors import FlightError
+from flights.errors import FlightError
+from flights.worlds.placements import placement
 from master_thesis.experiment_2.trial import EmergencyTrial, TrialAction, TrialParameters
-from master_thesis.worlds.placements import placement
 from simulation_tools.geometry import Pose
 
 HOVER = Pose((0.0, 0.0, 2.0))

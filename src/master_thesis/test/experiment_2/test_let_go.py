@@ -14,13 +14,13 @@ import pytest
 from matplotlib import image
 from matplotlib.colors import to_rgb
 
+from flights.results import palette
+from flights.results import run_folder as results
+from flights.worlds.placements import SCENARIOS
 from master_thesis.experiment_2 import metrics, summary, trial_files
 from master_thesis.experiment_2.description import TrialDescription
 from master_thesis.experiment_2.let_go import LetGoParameters, let_go
 from master_thesis.experiment_2.trial import EmergencyTrial, TrialParameters
-from master_thesis.results import palette
-from master_thesis.results import run_folder as results
-from master_thesis.worlds.placements import SCENARIOS
 
 pytestmark = pytest.mark.flight
 OBSERVE_S = 4.0

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from cepa import CepaParameters, LaserScan2D
+from flights.worlds.placements import R_LB_M
 from master_thesis.experiment_2 import summary
 from master_thesis.experiment_2.proposals import K_SWEEP, propose, sweep
-from master_thesis.worlds.placements import R_LB_M
 
 BEAMS = 1440
 ANGLES = np.arange(BEAMS) * 2 * math.pi / BEAMS - math.pi

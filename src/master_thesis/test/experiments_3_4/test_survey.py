@@ -6,16 +6,16 @@ from datetime import datetime
 import numpy as np
 import pytest
 
+from flights.mapping.slam_metrics import judge, verdict
+from flights.mapping.slam_run import FoundAgain, SlamRun, true_path
+from flights.results.run_folder import RunFolder
+from flights.worlds.floor_plan import Outline
 from gridslam import OccupancyGrid
 from gridslam.evaluation import Walls, read_tum
 from gridslam.files.map_file import read_map
 from gridslam.trajectory import Trajectory
-from master_thesis.experiments_3_4.slam_metrics import judge, verdict
-from master_thesis.experiments_3_4.slam_run import FoundAgain, SlamRun, true_path
 from master_thesis.experiments_3_4.slam_summary import headline
 from master_thesis.experiments_3_4.survey_files import Surveyed, closure_pairs, write_survey
-from master_thesis.results.run_folder import RunFolder
-from master_thesis.worlds.floor_plan import Outline
 
 CELL_M = 0.1
 OFF_M = 0.25

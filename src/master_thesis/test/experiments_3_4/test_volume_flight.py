@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from flights.errors import FlightError
+from flights.flight.flight_recording import FlightRecording, LidarGeometry
 from gridslam.trajectory import Trajectory
-from master_thesis.errors import FlightError
 from master_thesis.experiments_3_4.volume.flight import map_and_judge
-from master_thesis.flight.flight_recording import FlightRecording, LidarGeometry
 from simulation_tools.geometry import Pose
 
 HALF_M = np.array([3.0, 2.0, 1.5])

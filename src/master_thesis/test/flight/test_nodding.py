@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.flight_recording import FlightRecorder
+from flights.mapping.mapping_flight import parameters_of
+from flights.mapping.slam_run import true_path
 from inspection_tools import Waypoint
-from master_thesis.experiments_3_4.mapping_flight import parameters_of
-from master_thesis.experiments_3_4.slam_run import true_path
 from master_thesis.experiments_3_4.volume.nodding import NoddingFlight, map_swept
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.flight_recording import FlightRecorder
 from simulation_tools.vehicle.nod import Nod
 
 pytestmark = pytest.mark.flight

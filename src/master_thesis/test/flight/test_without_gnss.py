@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from benchmarks.shared.forked import in_a_copy
-from master_thesis.errors import FlightError
-from master_thesis.experiments_3_4.mapping_flight import parameters_of
+from flights.errors import FlightError
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Phase
+from flights.flight.judging.stop_metrics import horizontal_speeds, stop_of
+from flights.flight.without_gnss import BRIDGE, Outage
+from flights.mapping.mapping_flight import parameters_of
 from master_thesis.experiments_3_4.without_gnss.flight import parameters_without_gnss
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Phase
-from master_thesis.flight.judging.stop_metrics import horizontal_speeds, stop_of
-from master_thesis.flight.without_gnss import BRIDGE, Outage
 
 pytestmark = pytest.mark.flight
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from cepa import CepaParameters
-from master_thesis.errors import MasterThesisError
-from master_thesis.experiment_1 import request as goal_flight
+from flights.errors import FlightsError
+from flights.goal_flight import request as goal_flight
 from master_thesis.experiment_2 import request as trial
 from master_thesis.experiments_3_4 import request as mission_flight
 
@@ -44,7 +44,7 @@ KEEP_M = 0.5
     ids=str,
 )
 def test_a_flight_to_a_goal(worlds_folder, asked, sentence):
-    with pytest.raises(MasterThesisError, match=re.escape(sentence)):
+    with pytest.raises(FlightsError, match=re.escape(sentence)):
         goal_flight.read({"world": str(worlds_folder / "empty.world"), **asked}, KEEP_M)
 
 
@@ -58,7 +58,7 @@ def test_a_flight_to_a_goal(worlds_folder, asked, sentence):
     ids=str,
 )
 def test_a_trial_among_obstacles(worlds_folder, asked, sentence):
-    with pytest.raises(MasterThesisError, match=re.escape(sentence)):
+    with pytest.raises(FlightsError, match=re.escape(sentence)):
         trial.read({"world": str(worlds_folder / "empty.world"), **asked}, CepaParameters())
 
 
@@ -79,7 +79,7 @@ def test_a_mission_ends_at_its_start_if_one_says_so(worlds_folder, tmp_path, giv
     mission.write_text("waypoints: ['10 0 2', '10 20 2']\n")
     asked = {"world": str(worlds_folder / "empty.world"), "mission": str(mission), "return_to_start": given}
     if returns is None:
-        with pytest.raises(MasterThesisError, match=r"'yes' is no return_to_start; give true or false\."):
+        with pytest.raises(FlightsError, match=r"'yes' is no return_to_start; give true or false\."):
             mission_flight.read(asked, KEEP_M)
         return
     assert mission_flight.read(asked, KEEP_M).time.returns is returns
@@ -110,6 +110,6 @@ def test_a_lidar_whose_scans_every_node_would_drop(
     if sentence is None:
         assert goal_flight.read(asked, KEEP_M).description.lidar == "own"
         return
-    with pytest.raises(MasterThesisError, match=re.escape(sentence)) as error:
+    with pytest.raises(FlightsError, match=re.escape(sentence)) as error:
         goal_flight.read(asked, KEEP_M)
     assert str(error.value).startswith("The lidar own cannot steer a flight: ")

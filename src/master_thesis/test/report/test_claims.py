@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from master_thesis.errors import ResultsError
+from flights.errors import ResultsError
 from master_thesis.report.claims import judged, read_claims, threshold_of
 from master_thesis.report.size import EXPERIMENTS
 

@@ -14,6 +14,9 @@ from html import escape
 
 import pytest
 
+from flights.trials.store import Store
+from flights.trials.trial import Failed, Row
+from flights.trials.workers import ThisProcess
 from master_thesis.chapter_8 import __main__ as command
 from master_thesis.chapter_8.plan import chosen, plan
 from master_thesis.chapter_8.whole_page import write_whole_page
@@ -24,9 +27,6 @@ from master_thesis.report.page import origin, render
 from master_thesis.report.pdf import write_pdf
 from master_thesis.report.piece import TRIALS, Piece
 from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST
-from master_thesis.trials.store import Store
-from master_thesis.trials.trial import Failed, Row
-from master_thesis.trials.workers import ThisProcess
 
 
 def arguments(folder):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from flights.worlds.scenario import LIDARS
 from master_thesis.experiment_1.claim_metrics import claim_metrics as flight_metrics
 from master_thesis.experiment_2.claim_metrics import angle_deg
 from master_thesis.experiment_2.claim_metrics import claim_metrics as trial_metrics
@@ -15,7 +16,6 @@ from master_thesis.measurements.claim_metrics import build_metrics, launch_metri
 from master_thesis.report import thesis
 from master_thesis.report.claims import judged
 from master_thesis.report.content import listed, number, spread
-from master_thesis.worlds.scenario import LIDARS
 
 
 def found(findings, words):

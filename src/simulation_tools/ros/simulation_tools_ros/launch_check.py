@@ -24,6 +24,7 @@ from simulation_tools.launch_check.launch_files import (
     LaunchError,
     arguments_of,
     check_arguments,
+    followed,
     has_own_check,
     nodes_of,
 )
@@ -66,9 +67,16 @@ def launch_of(words: Sequence[str]) -> Launch | None:
     given = dict(word.split(":=", 1) for word in rest if ":=" in word and not word.startswith("_"))
     looks = (options.node_args, options.node_list, options.find_node, options.dump_params)
     starts = not any((*looks, options.file_list, options.ros_args, options.child_name))
-    files = tuple(Path(name).resolve() for name in names if Path(name).is_file())
+    files = tuple(_told(Path(name).resolve()) for name in names if Path(name).is_file())
     uri = f"http://localhost:{options.port}" if options.port else rosgraph.get_master_uri()
     return Launch(files, given, starts, uri) if files else None
+
+
+def _told(file: Path) -> Path:
+    """Return the file that this one stands for, see `followed`; itself if it cannot be read."""
+    with contextlib.suppress(LaunchError):
+        return followed(file, find_package)
+    return file
 
 
 def command_line(pid: int) -> list[str]:

@@ -16,18 +16,18 @@ from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool, Header
 
 from cepa import CepaError, CepaParameters
-from master_thesis.errors import FlightError
+from flights.errors import FlightError
+from flights.flight.judging.contacts import UavParts
+from flights.worlds.placements import Obstacle, placement
+from flights_ros.drivers.experiment_node import SETTLE_S, ExperimentNode
+from flights_ros.drivers.messages import stamp_s
+from flights_ros.drivers.parameters import all_parameters
+from flights_ros.drivers.run import Run
+from flights_ros.drivers.simulator_services import SimulatorServices, pose_of
 from master_thesis.experiment_2.request import Trial, read
 from master_thesis.experiment_2.summary import headline
 from master_thesis.experiment_2.trial import EmergencyTrial, TrialAction
 from master_thesis.experiment_2.trial_files import complete_trial, write_numbers
-from master_thesis.flight.judging.contacts import UavParts
-from master_thesis.worlds.placements import Obstacle, placement
-from master_thesis_ros.experiments.experiment_node import SETTLE_S, ExperimentNode
-from master_thesis_ros.experiments.messages import stamp_s
-from master_thesis_ros.experiments.parameters import all_parameters
-from master_thesis_ros.experiments.run import Run
-from master_thesis_ros.experiments.simulator_services import SimulatorServices, pose_of
 from node_tools.ending import Ending
 from node_tools.node import RunNode
 

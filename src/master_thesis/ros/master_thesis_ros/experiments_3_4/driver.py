@@ -14,25 +14,25 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 
+from flights.flight.course import Phase
+from flights.flight.flight_log import POSE_COLUMNS
+from flights.flight.judging.contacts import UavParts
+from flights.flight.mission_time import TimeIsOver
+from flights.flight.monitor import Monitor
+from flights.launch_arguments.cepa_parameters import cepa_keeps_m
+from flights.results.run_files import FlownRun, complete_run, write_numbers
+from flights_ros.drivers.flight_node import FlightNode
+from flights_ros.drivers.messages import stamp_s
+from flights_ros.drivers.parameters import all_parameters
+from flights_ros.drivers.progress import ProgressLog
+from flights_ros.drivers.run import Run
+from flights_ros.drivers.volume_files import has_volume, save_volume
 from gridslam import SlamError
 from inspection_tools import Waypoint, way_home
 from inspection_tools.msg import MissionActionFeedback, MissionActionGoal, MissionActionResult
 from master_thesis.experiments_3_4.request import MissionFlight, read
-from master_thesis.flight.course import Phase
-from master_thesis.flight.flight_log import POSE_COLUMNS
-from master_thesis.flight.judging.contacts import UavParts
-from master_thesis.flight.mission_time import TimeIsOver
-from master_thesis.flight.monitor import Monitor
-from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m
-from master_thesis.results.run_files import FlownRun, complete_run, write_numbers
-from master_thesis_ros.experiments.flight_node import FlightNode
-from master_thesis_ros.experiments.messages import stamp_s
-from master_thesis_ros.experiments.parameters import all_parameters
-from master_thesis_ros.experiments.progress import ProgressLog
-from master_thesis_ros.experiments.run import Run
 from master_thesis_ros.experiments_3_4.lidar_watch import LidarWatch
 from master_thesis_ros.experiments_3_4.slam_watch import SlamWatch
-from master_thesis_ros.experiments_3_4.volume_files import has_volume, save_volume
 from node_tools.ending import Ending
 from node_tools.node import RunNode
 

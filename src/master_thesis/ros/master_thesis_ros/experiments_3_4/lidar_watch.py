@@ -12,7 +12,7 @@ from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
-from master_thesis_ros.experiments.messages import stamp_s
+from flights_ros.drivers.messages import stamp_s
 from node_tools.conversions import xyz, xyzw
 
 LATE_S = 1.0

@@ -7,7 +7,7 @@ import time
 import rosgraph
 import rospy
 
-from master_thesis.graph import processes
+from flights.graph import processes
 from node_tools.ros_servers import UNREACHABLE, server
 
 

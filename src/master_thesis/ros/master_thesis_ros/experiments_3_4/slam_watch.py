@@ -16,11 +16,11 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
+from flights.mapping.slam_run import FoundAgain, SlamRun
+from flights_ros.drivers.messages import planar_pose, stamp_s
 from gridslam import OccupancyGrid, SlamError, se2
 from gridslam.evaluation import poses_at
 from gridslam.trajectory import Trajectory
-from master_thesis.experiments_3_4.slam_run import FoundAgain, SlamRun
-from master_thesis_ros.experiments.messages import planar_pose, stamp_s
 from master_thesis_ros.experiments_3_4.node_process import NodeProcess
 from node_tools.conversions import yaw_of
 from node_tools.ending import Ending

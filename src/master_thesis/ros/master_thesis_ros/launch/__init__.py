@@ -1,1 +1,1 @@
-"""Launches: checks of their arguments, times of a start, and how a launch ends."""
+"""Launches: checks of the arguments of this package's launch files."""

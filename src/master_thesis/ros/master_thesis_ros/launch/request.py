@@ -2,8 +2,7 @@
 
 usage: python -m master_thesis_ros.launch.request LAUNCH_FILE [ARG:=VALUE ...]
 
-The checks are those that the experiments' nodes make of their parameters.
-Exit code 0: the launch is possible. 1: it is not, and one sentence says why.
+As `flights_ros.launch.request`, with the checks of Experiments 1 to 4.
 """
 
 from __future__ import annotations
@@ -17,134 +16,16 @@ if __name__ == "__main__":
     )  # until main: the imports take a second, and say nothing then
 
 from pathlib import Path
-from typing import Callable, Collection, Iterator, Mapping, Sequence
-from xml.etree import ElementTree
+from typing import Mapping
 
-from master_thesis.errors import FlightError, MasterThesisError
-from master_thesis.experiment_1 import request as goal_flight
+from flights.launch_arguments import nodding
+from flights_ros.launch import slam_arguments
+from flights_ros.launch.request import LaunchFiles, check_goal_flight, main
 from master_thesis.experiments_3_4 import request as mission_flight
-from master_thesis.launch_arguments import machine_pace, nodding, real_uav, simulator, teleop
-from master_thesis.launch_arguments.results_folder import check_results
-from master_thesis.worlds import scenario
-from master_thesis_ros.launch import cepa_arguments, machine_code, slam_arguments
-from simulation_tools.errors import SimulationToolsError
-from simulation_tools.launch_check.launch_files import LaunchError, arguments_of
-from simulation_tools_ros import launch_check
-
-FOLDER = Path(__file__).resolve().parents[3] / "launch"
-
-
-def main(words: Sequence[str]) -> int:
-    """Check a launch file and its arguments, and that it would end no running node; return an exit code."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)
-    try:
-        given = dict(_name_and_value(word) for word in words[1:])
-        prepare(launch_check.Launch((Path(words[0]).resolve(),), given))
-    except KeyboardInterrupt:
-        print("Interrupted. The next call goes on from here.", file=sys.stderr)
-        return 130
-    except (MasterThesisError, SimulationToolsError) as error:
-        print(error, file=sys.stderr)
-        return 1
-    return 0
-
-
-def _name_and_value(word: str) -> tuple[str, str]:
-    name, is_argument, value = word.partition(":=")
-    if not is_argument:
-        raise LaunchError(f"'{word}' is not an argument; write NAME:=VALUE, for example scenario:=forest.")
-    return name, value
-
-
-def prepare(launch: launch_check.Launch) -> None:
-    """Check a launch, and compile the kernels that its flight would else wait for; raises as `check`."""
-    check(launch)
-    for file, asked in _flights_of(launch, _READERS):
-        machine_code.compile_missing(machine_code.needed_by(asked))
-        late = machine_pace.warning(file.name, asked)
-        if late:
-            print(late, file=sys.stderr, flush=True)
-
-
-def check(launch: launch_check.Launch) -> None:
-    """Check a launch as `launch_check` does, and the values and ports if the file belongs to this package.
-
-    Raises:
-        MasterThesisError, SimulationToolsError: one sentence.
-    """
-    launch_check.check(launch)
-    for file, asked in _flights_of(launch, _READERS):
-        simulator.check(asked)
-        simulator.check_packages(asked, launch_check.find_package)
-        _READERS[file.name](asked)
-        if "results" in asked:
-            check_results(asked["results"])
-        simulator.check_ports(asked)
-
-
-def _flights_of(launch: launch_check.Launch, names: Collection[str]) -> Iterator[tuple[Path, dict[str, str]]]:
-    """Give the files of this package, of these names, that the launch starts, each with its arguments."""
-    for file in launch.files:
-        if file.name in names and file.parent == FOLDER and launch.starts:
-            yield file, values_of(file, launch.given)
-
-
-def values_of(file: Path, given: Mapping[str, str]) -> dict[str, str]:
-    """Return a launch file's arguments with their values, and those that it sets for a pass_all_args include.
-
-    Raises:
-        LaunchError: a default cannot be resolved with the given arguments.
-    """
-    from roslaunch.substitution_args import SubstitutionException  # takes a third of a second
-
-    values: dict[str, str] = {}
-    root = ElementTree.parse(file).getroot()
-    try:
-        for argument in arguments_of(file):
-            if argument.name in given and not argument.fixed:
-                values[argument.name] = given[argument.name]
-            elif argument.text is not None:
-                values[argument.name] = launch_check.resolved(argument.text, values, file)
-        for include in root.findall("include[@pass_all_args='true']"):
-            for handed in include.findall("arg"):
-                values[handed.get("name", "")] = launch_check.resolved(handed.get("value", ""), values, file)
-    except SubstitutionException as error:
-        raise LaunchError(f"{file.name}: {error}") from None
-    return values
-
-
-def check_avoidance(avoidance: str) -> None:
-    """Check that the avoidance exists: cepa, or "PACKAGE NODE"; raises FlightError."""
-    if avoidance == scenario.CEPA:
-        return
-    import roslib.packages
-    import rospkg
-
-    words = avoidance.split()
-    how = 'give avoidance:=cepa or avoidance:="PACKAGE NODE"'
-    if len(words) != 2:
-        raise FlightError(f"'{avoidance}' is not an avoidance; {how}.")
-    try:
-        found = roslib.packages.find_node(*words)
-    except (roslib.packages.ROSPkgException, rospkg.ResourceNotFound):
-        raise FlightError(f"There is no package '{words[0]}' for the avoidance; {how}.") from None
-    if not found:
-        raise FlightError(f"The package {words[0]} has no node '{words[1]}' for the avoidance; {how}.")
-
-
-def _goal_flight(asked: Mapping[str, str]) -> None:
-    from master_thesis.launch_arguments.cepa_parameters import (
-        cepa_keeps_m,  # cepa takes a quarter of a second
-    )
-
-    check_avoidance(asked["avoidance"])
-    if "scenario" in asked:
-        scenario.choose("scenario", asked["scenario"], scenario.SCENARIOS)
-    goal_flight.read(asked, cepa_keeps_m({}))
 
 
 def _mission_flight(asked: Mapping[str, str]) -> None:
-    from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m, cepa_of
+    from flights.launch_arguments.cepa_parameters import cepa_keeps_m, cepa_of
 
     cepa_of(asked, {"r_ub": "r_ub"})
     mission_flight.read(asked, cepa_keeps_m({}))
@@ -152,50 +33,24 @@ def _mission_flight(asked: Mapping[str, str]) -> None:
     slam_arguments.check(asked)
 
 
-def _exploration(asked: Mapping[str, str]) -> None:
-    from master_thesis.exploring import request as exploration  # numba takes half a second
-    from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m, led_r_lb_m
-
-    exploration.read(asked, cepa_keeps_m({"r_lb": led_r_lb_m(asked)}))
-    if nodding.is_true(asked, "nod"):
-        nodding.check_lidar(asked)
-    slam_arguments.check_file(Path(asked["slam_config"]))
-
-
-def _inspection(asked: Mapping[str, str]) -> None:
-    from master_thesis.inspecting import request as inspection
-    from master_thesis.launch_arguments.cepa_parameters import cepa_keeps_m, led_r_lb_m
-
-    inspection.read(asked, cepa_keeps_m({"r_lb": led_r_lb_m(asked)}))
-    slam_arguments.check_file(Path(asked["slam_config"]))
-
-
-def _real_flight(asked: Mapping[str, str]) -> None:
-    real_uav.check(asked)
-    cepa_arguments.check_file(Path(asked["cepa_config"]))
-    if asked["slam"].lower() == "true":
-        slam_arguments.check_file(Path(asked["slam_config"]))
-
-
 def _trial(asked: Mapping[str, str]) -> None:
+    from flights.launch_arguments.cepa_parameters import cepa_of
     from master_thesis.experiment_2 import request as trial
-    from master_thesis.launch_arguments.cepa_parameters import cepa_of
 
     cepa = cepa_of(asked, {"k_filter": "K", "r_lb": "r_lb"})
     trial.read({**asked, "look_s": asked["look"]}, cepa)
 
 
-_READERS: dict[str, Callable[[Mapping[str, str]], None]] = {
-    "experiment_1.launch": _goal_flight,
-    "fly_to_goal.launch": _goal_flight,
-    "experiment_2.launch": _trial,
-    "experiment_3.launch": _mission_flight,
-    "experiment_4.launch": _mission_flight,
-    "explore.launch": _exploration,
-    "inspection.launch": _inspection,
-    "teleop.launch": teleop.check,
-    "real.launch": _real_flight,
-}
+FILES = LaunchFiles(
+    Path(__file__).resolve().parents[3] / "launch",
+    {
+        "experiment_1.launch": check_goal_flight,
+        "experiment_2.launch": _trial,
+        "experiment_3.launch": _mission_flight,
+        "experiment_4.launch": _mission_flight,
+    },
+)
+"""The launch files of this package."""
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main(sys.argv[1:], FILES))

@@ -9,16 +9,16 @@ import time
 from pathlib import Path
 from typing import Sequence
 
+from flights.errors import FlightsError
+from flights.trials.run import run_trials
+from flights.trials.store import Store
+from flights.trials.workers import end, interrupted, open_workers
+from flights.worlds.scenario import LIDARS
 from master_thesis.chapter_8.plan import chosen, plan
 from master_thesis.chapter_8.whole_page import write_whole_page
-from master_thesis.errors import MasterThesisError
 from master_thesis.report.pdf import write_pdf
 from master_thesis.report.piece import TRIALS
 from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST, Size
-from master_thesis.trials.run import run_trials
-from master_thesis.trials.store import Store
-from master_thesis.trials.workers import end, interrupted, open_workers
-from master_thesis.worlds.scenario import LIDARS
 
 WORKERS = 2
 KEPT = "Interrupted; all finished pieces are kept; the next call goes on from here."
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _say("No PDF was asked for." if given.no_pdf else write_pdf(page, page.with_name("report.pdf")))
     except KeyboardInterrupt:
         return interrupted(KEPT)
-    except MasterThesisError as error:
+    except FlightsError as error:
         return _end(str(error), 1)
     _say(f"It took {(time.monotonic() - began_s) / 60.0:.1f} min.")
     if failed:

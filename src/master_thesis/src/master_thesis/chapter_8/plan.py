@@ -9,7 +9,7 @@ from master_thesis.experiment_2 import pieces as experiment_2
 from master_thesis.experiments_3_4.report import pieces as experiments_3_4
 from master_thesis.experiments_3_4.volume import pieces as volume
 from master_thesis.experiments_3_4.without_gnss import pieces as without_gnss
-from master_thesis.exploring.report import pieces as exploration
+from master_thesis.exploring import pieces as exploration
 from master_thesis.measurements import pieces as measurements
 from master_thesis.report.piece import Piece
 from master_thesis.report.size import Size

@@ -6,19 +6,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Sequence
 
+from flights.trials.store import Store
+from flights.trials.trial import Failed
 from master_thesis.chapter_8.plan import plan
 from master_thesis.experiment_1 import section as experiment_1
 from master_thesis.experiment_2 import section as experiment_2
 from master_thesis.experiments_3_4.report import section_3, section_4
 from master_thesis.experiments_3_4.volume import section as volume
 from master_thesis.experiments_3_4.without_gnss import section as without_gnss
-from master_thesis.exploring.report import section as exploration
+from master_thesis.exploring import section as exploration
 from master_thesis.measurements import section as measurements
 from master_thesis.report.content import Section
 from master_thesis.report.page import origin, write_page
 from master_thesis.report.size import Size
-from master_thesis.trials.store import Store
-from master_thesis.trials.trial import Failed
 
 _SECTIONS = (
     experiment_1.section,

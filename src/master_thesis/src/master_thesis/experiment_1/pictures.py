@@ -7,12 +7,12 @@ from typing import Mapping
 import numpy as np
 from matplotlib.figure import Figure
 
+from flights.results import palette
+from flights.results.solids import draw_solids
+from flights.worlds.floor_plan import outlines_of_file
+from flights.worlds.scenario import FLIGHT_HEIGHT_M
 from master_thesis.experiment_1.scenario_flight import WORLDS
 from master_thesis.report import thesis
-from master_thesis.results import palette
-from master_thesis.results.solids import draw_solids
-from master_thesis.worlds.floor_plan import outlines_of_file
-from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
 
 LEAST_MS = 0.005
 """The lower end of the picture's logarithmic scale. The thesis's "~ 0" is drawn there."""

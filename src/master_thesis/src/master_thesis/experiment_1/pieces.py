@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from flights.worlds.experiment_1 import GOAL_X_M
 from master_thesis.experiment_1.scenario_flight import WORLDS, fly_scenario, scenario_parameters
 from master_thesis.report.piece import Piece, fingerprint
 from master_thesis.report.size import Size
 from master_thesis.report.thesis import TABLE_8_1_MS
-from master_thesis.worlds.experiment_1 import GOAL_X_M
 
 ALGORITHMS = (*TABLE_8_1_MS, "dynamic")
 PATH_POSES_PER_S = 20

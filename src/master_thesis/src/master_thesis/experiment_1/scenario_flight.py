@@ -7,18 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from master_thesis.errors import FlightError
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Phase
-from master_thesis.flight.description import RunDescription
-from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
-from master_thesis.results.clearance import clearances_of_flight, least
-from master_thesis.results.metrics import flight_interval_s, flight_metrics
-from master_thesis.worlds.experiment_1 import GOAL_X_M
-from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M, Scenario
+from flights.errors import FlightError
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Phase
+from flights.flight.description import RunDescription
+from flights.flight.parameters import CEPA, ClosedLoopParameters
+from flights.results.clearance import clearances_of_flight, least
+from flights.results.metrics import flight_interval_s, flight_metrics
+from flights.worlds.experiment_1 import GOAL_X_M
+from flights.worlds.scenario import FLIGHT_HEIGHT_M, WORLDS, Scenario
 from simulation_tools.simulation import SimulationParameters
-
-WORLDS = Path(__file__).resolve().parents[3] / "worlds"
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,8 @@ from typing import Sequence
 
 import numpy as np
 
+from flights.results.picture_files import svg
+from flights.trials.store import Store
 from master_thesis.experiment_1.claim_metrics import Flights, claim_metrics, ratio, times_ms
 from master_thesis.experiment_1.pictures import times_figure, view_figure
 from master_thesis.experiment_1.pieces import ALGORITHMS, piece
@@ -13,8 +15,6 @@ from master_thesis.report import thesis
 from master_thesis.report.claims import judged
 from master_thesis.report.content import Block, Picture, Section, Table, counted, number, seeds_of, spread
 from master_thesis.report.size import Size
-from master_thesis.results.picture_files import svg
-from master_thesis.trials.store import Store
 
 
 def section(size: Size, store: Store) -> Section:

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from cepa import CepaParameters
-from master_thesis.errors import FlightError
+from flights.errors import FlightError
+from flights.worlds.placements import freeze_frame
 from master_thesis.experiment_2.trial import EmergencyTrial, FirstScan, Freeze
-from master_thesis.worlds.placements import freeze_frame
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ from typing import Sequence
 import numpy as np
 
 from cepa import CepaParameters
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.parameters import CEPA, ClosedLoopParameters
+from flights.worlds.placements import R_LB_M, Obstacle, freeze_frame, placement, varied
 from master_thesis.experiment_2.trial import EmergencyTrial, TrialAction, TrialParameters
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.parameters import CEPA, ClosedLoopParameters
-from master_thesis.worlds.placements import R_LB_M, Obstacle, freeze_frame, placement, varied
 from simulation_tools.publisher import PublisherParameters
 from simulation_tools.simulation import SimulationParameters
 

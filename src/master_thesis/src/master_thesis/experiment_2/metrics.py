@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from flights.results.clearance import clearances_along, least
+from flights.results.metrics import path_length_m
+from flights.worlds.placements import freeze_frame
 from master_thesis.experiment_2 import proposals
 from master_thesis.experiment_2.description import TrialDescription, flown, in_freeze_frame
 from master_thesis.experiment_2.trial import EmergencyTrial
-from master_thesis.results.clearance import clearances_along, least
-from master_thesis.results.metrics import path_length_m
-from master_thesis.worlds.placements import freeze_frame
 
 
 def clearances(description: TrialDescription, trial: EmergencyTrial) -> np.ndarray:

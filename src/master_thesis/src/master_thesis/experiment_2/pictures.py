@@ -18,6 +18,10 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyArrowPatch, Patch
 
 from cepa import CepaParameters, LaserScan2D, view
+from flights.results import palette
+from flights.results.picture_files import files
+from flights.results.pictures_from_above import LABEL, draw_obstacles, draw_uav, frame, up
+from flights.results.solids import solid_mark
 from master_thesis.experiment_2.description import (
     TrialDescription,
     first_scan_of,
@@ -27,10 +31,6 @@ from master_thesis.experiment_2.description import (
 )
 from master_thesis.experiment_2.proposals import Proposals, propose, sweep
 from master_thesis.experiment_2.trial import EmergencyTrial
-from master_thesis.results import palette
-from master_thesis.results.picture_files import files
-from master_thesis.results.pictures_from_above import LABEL, draw_obstacles, draw_uav, frame, up
-from master_thesis.results.solids import solid_mark
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.elements import Model
 from simulation_tools.vehicle.uav import load_uav

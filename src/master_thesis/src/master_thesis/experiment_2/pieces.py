@@ -8,7 +8,9 @@ import numpy as np
 
 from cepa import CepaParameters, view
 from cepa.scan import Beams
-from master_thesis.errors import FlightError
+from flights.errors import FlightError
+from flights.results.picture_files import svg
+from flights.worlds.scenario import THESIS_ALGORITHMS
 from master_thesis.experiment_2 import pictures
 from master_thesis.experiment_2.let_go import let_go
 from master_thesis.experiment_2.proposals import propose, sweep
@@ -16,8 +18,6 @@ from master_thesis.experiment_2.trial import TrialParameters
 from master_thesis.experiment_2.variations import WORLD, described, fly_variation, variation_parameters
 from master_thesis.report.piece import Piece, fingerprint
 from master_thesis.report.size import PLACEMENTS_A_PIECE, Size
-from master_thesis.results.picture_files import svg
-from master_thesis.worlds.scenario import THESIS_ALGORITHMS
 from simulation_tools.vehicle.uav import load_uav
 
 PATH_STEP = 10

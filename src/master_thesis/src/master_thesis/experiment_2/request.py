@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import Any, Mapping
 
 from cepa import CepaParameters
+from flights.launch_arguments.common import choices_of, limits_of
+from flights.worlds import placements, scenario
 from master_thesis.experiment_2.description import TrialDescription
 from master_thesis.experiment_2.trial import TrialParameters
-from master_thesis.launch_arguments.common import choices_of, limits_of
-from master_thesis.worlds import placements, scenario
 
 LONGEST_LOOK_S = 8.0
 """After a longer silence MAVROS gives up the link."""
@@ -28,7 +28,7 @@ def read(asked: Mapping[str, Any], cepa: CepaParameters) -> Trial:
     """Read and check the request. asked: the node's parameters by name.
 
     Raises:
-        MasterThesisError: one sentence.
+        FlightsError: one sentence.
     """
     name = scenario.choose("scenario", str(asked.get("scenario", "columns")), placements.SCENARIOS)
     world = scenario.absolute("world", str(asked.get("world", "")))

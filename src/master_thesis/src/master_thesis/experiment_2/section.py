@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
+from flights.results.picture_files import svg
+from flights.trials.store import Store
+from flights.trials.trial import Row
+from flights.worlds.placements import R_LB_M, placement
 from master_thesis.experiment_2.claim_metrics import Sets, claim_metrics
-from master_thesis.experiment_2.pieces import (
-    PATH_STEP,
-    WITH_SWEEP,
-    flights_piece,
-    pieces,
-    proposals_piece,
-)
+from master_thesis.experiment_2.pieces import PATH_STEP, WITH_SWEEP, flights_piece, pieces, proposals_piece
 from master_thesis.experiment_2.variations import Flown
 from master_thesis.experiment_2.variations import variations_metrics as summary
 from master_thesis.experiment_2.variations_pictures import Paths, paths_figure
 from master_thesis.report import thesis
 from master_thesis.report.claims import judged
-from master_thesis.report.content import (
-    Block,
-    Picture,
-    Section,
-    Table,
-    counted,
-    number,
-)
+from master_thesis.report.content import Block, Picture, Section, Table, counted, number
 from master_thesis.report.size import Size
-from master_thesis.results.picture_files import svg
-from master_thesis.trials.store import Store
-from master_thesis.trials.trial import Row
-from master_thesis.worlds.placements import R_LB_M, placement
 
 FIGURES = {"columns": "8.3", "wall_one_column": "8.6", "wall_three_columns": "8.7"}
 

@@ -8,11 +8,11 @@ from typing import Sequence
 
 import numpy as np
 
+from flights.results import run_folder
+from flights.results.sources import commit
 from master_thesis.experiment_2.description import TrialDescription, flown
 from master_thesis.experiment_2.metrics import proposals_of, trial_metrics
 from master_thesis.experiment_2.trial import EmergencyTrial
-from master_thesis.results import run_folder
-from master_thesis.results.sources import commit
 
 
 def summary_of(description: TrialDescription, trial: EmergencyTrial, clearance: np.ndarray) -> dict:

@@ -11,10 +11,10 @@ from enum import Enum
 from typing import Sequence
 
 from cepa import LaserScan2D
-from master_thesis.errors import FlightError
-from master_thesis.flight.flight_log import FlightLog
-from master_thesis.flight.judging.contacts import touched_by
-from master_thesis.worlds.placements import Obstacle
+from flights.errors import FlightError
+from flights.flight.flight_log import FlightLog
+from flights.flight.judging.contacts import touched_by
+from flights.worlds.placements import Obstacle
 from simulation_tools.geometry import Pose
 
 SAME_INSTANT_S = 1e-6

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from cepa import LaserScan2D
+from flights.results.run_folder import RunFolder
 from master_thesis.experiment_2.description import TrialDescription
 from master_thesis.experiment_2.metrics import clearances
 from master_thesis.experiment_2.summary import summary_of
 from master_thesis.experiment_2.trial import EmergencyTrial
-from master_thesis.results.run_folder import RunFolder
 
 
 def write_numbers(folder: RunFolder, description: TrialDescription, trial: EmergencyTrial) -> dict:

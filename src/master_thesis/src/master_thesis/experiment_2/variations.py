@@ -9,14 +9,15 @@ from typing import Any, Mapping, Sequence
 import numpy as np
 
 from cepa import CepaParameters
-from master_thesis.errors import FlightError
+from flights.errors import FlightError
+from flights.worlds.placements import R_LB_M
+from flights.worlds.scenario import WORLDS
 from master_thesis.experiment_2.description import TrialDescription, flown, in_freeze_frame
 from master_thesis.experiment_2.let_go import LetGoParameters, let_go
 from master_thesis.experiment_2.metrics import clearances, proposals_of, trial_metrics
 from master_thesis.experiment_2.trial import EmergencyTrial
-from master_thesis.worlds.placements import R_LB_M
 
-WORLD = Path(__file__).resolve().parents[3] / "worlds" / "empty.world"
+WORLD = WORLDS / "empty.world"
 REFUSED = "emergency open section"
 """The improved algorithm's reason if the original proposal leads into an obstacle or is zero."""
 

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from master_thesis.results.palette import ALGORITHMS
-from master_thesis.results.pictures_from_above import draw_obstacles, frame, up
-from master_thesis.results.solids import solid_mark
-from master_thesis.worlds.placements import Obstacle
+from flights.results.palette import ALGORITHMS
+from flights.results.pictures_from_above import draw_obstacles, frame, up
+from flights.results.solids import solid_mark
+from flights.worlds.placements import Obstacle
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,16 @@ from typing import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
+from flights.flight.flight_recording import FlightRecording
+from flights.flight.parameters import ClosedLoopParameters
+from flights.mapping.mapping_flight import SCENARIOS, MappingScenario, fly_and_record
+from flights.mapping.slam_metrics import judge
+from flights.mapping.slam_run import SlamRun, replay, true_path, true_walls
+from flights.mapping.slam_setup import SlamSetup, read_setup
+from flights.worlds.floor_plan import outlines_of_file
 from gridslam.evaluation import Walls, map_error, poses_at, trajectory_error
 from gridslam.trajectory import Trajectory
 from master_thesis.experiments_3_4 import slam_pictures, survey_files
-from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, MappingScenario, fly_and_record
-from master_thesis.experiments_3_4.slam_metrics import judge
-from master_thesis.experiments_3_4.slam_run import SlamRun, replay, true_path, true_walls
-from master_thesis.experiments_3_4.slam_setup import SlamSetup, read_setup
-from master_thesis.flight.flight_recording import FlightRecording
-from master_thesis.flight.parameters import ClosedLoopParameters
-from master_thesis.worlds.floor_plan import outlines_of_file
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import Any, Mapping
 
 from flight_basics.errors import InspectionToolsError
+from flights.errors import ScenarioError
+from flights.flight.course import PhaseLimits
+from flights.flight.description import RunDescription
+from flights.flight.mission_time import MissionTime
+from flights.launch_arguments.common import check_pose_source, choices_of, limits_of
+from flights.launch_arguments.free_places import check_course
+from flights.worlds import scenario
 from inspection_tools import Waypoint, hold_s, read_mission, way_m
-from master_thesis.errors import ScenarioError
-from master_thesis.flight.course import PhaseLimits
-from master_thesis.flight.description import RunDescription
-from master_thesis.flight.mission_time import MissionTime
-from master_thesis.launch_arguments.common import check_pose_source, choices_of, limits_of
-from master_thesis.launch_arguments.free_places import check_course
-from master_thesis.worlds import scenario
 
 LONGEST_S = 86_400.0
 
@@ -39,7 +39,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
     keep_m: CEPA's r_lb.
 
     Raises:
-        MasterThesisError, SimulationToolsError: one sentence.
+        FlightsError, SimulationToolsError: one sentence.
     """
     choices = choices_of(asked)
     check_pose_source(asked, scenario.MAPPING_POSE_SOURCES)

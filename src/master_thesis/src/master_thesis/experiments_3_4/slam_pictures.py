@@ -10,11 +10,11 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
+from flights.results.flight_pictures import TimeSeries, time_series_figure
+from flights.results.palette import BELIEF, TRUTH
+from flights.results.solids import draw_solids
+from flights.worlds.floor_plan import Outline
 from gridslam import OccupancyGrid
-from master_thesis.results.flight_pictures import TimeSeries, time_series_figure
-from master_thesis.results.palette import BELIEF, TRUTH
-from master_thesis.results.solids import draw_solids
-from master_thesis.worlds.floor_plan import Outline
 
 _MAP_COLOURS = ListedColormap(("#b3b3b3", "white", "black"))  # unknown, free, occupied, as in the thesis
 _CLOSURE = "#15803d"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from master_thesis.experiments_3_4.slam_metrics import verdict
-from master_thesis.results import run_summary
+from flights.mapping.slam_metrics import verdict
+from flights.results import run_summary
 
 
 def headline(content: dict) -> str:

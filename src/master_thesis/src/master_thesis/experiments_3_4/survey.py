@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import Callable
 
+from flights.flight.course import Outcome
+from flights.flight.description import RunDescription
+from flights.flight.flight_log import FlightLog
+from flights.mapping.slam_run import SlamRun, planar, true_walls
+from flights.results.metrics import flight_interval_s
+from flights.results.run_folder import RunFolder
+from flights.worlds.floor_plan import outlines_of_file
+from flights.worlds.scenario import FLIGHT_HEIGHT_M
 from gridslam.trajectory import Trajectory
-from master_thesis.experiments_3_4.slam_run import SlamRun, planar, true_walls
 from master_thesis.experiments_3_4.survey_files import Surveyed, write_survey
-from master_thesis.flight.course import Outcome
-from master_thesis.flight.description import RunDescription
-from master_thesis.flight.flight_log import FlightLog
-from master_thesis.results.metrics import flight_interval_s
-from master_thesis.results.run_folder import RunFolder
-from master_thesis.worlds.floor_plan import outlines_of_file
-from master_thesis.worlds.scenario import FLIGHT_HEIGHT_M
 
 
 def survey(

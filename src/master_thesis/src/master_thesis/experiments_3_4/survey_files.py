@@ -7,6 +7,12 @@ from typing import Sequence
 
 import numpy as np
 
+from flights.mapping.slam_metrics import judge
+from flights.mapping.slam_run import SlamRun
+from flights.results.flight_pictures import TimeSeries
+from flights.results.picture_files import files
+from flights.results.run_folder import RunFolder
+from flights.worlds.floor_plan import Outline
 from gridslam.evaluation import (
     MapAccuracy,
     TrajectoryError,
@@ -19,12 +25,6 @@ from gridslam.evaluation import (
 from gridslam.files.map_file import write_map
 from gridslam.trajectory import Trajectory
 from master_thesis.experiments_3_4 import slam_pictures
-from master_thesis.experiments_3_4.slam_metrics import judge
-from master_thesis.experiments_3_4.slam_run import SlamRun
-from master_thesis.results.flight_pictures import TimeSeries
-from master_thesis.results.picture_files import files
-from master_thesis.results.run_folder import RunFolder
-from master_thesis.worlds.floor_plan import Outline
 
 
 @dataclass(frozen=True)

@@ -1,1 +1,1 @@
-"""Exploration in the closed loop without ROS: odometry by clouds, the map of voxels, planner and explorer."""
+"""The exploration on the page of the report."""

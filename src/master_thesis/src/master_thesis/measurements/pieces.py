@@ -14,9 +14,9 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Iterator, Sequence
 
-from master_thesis.errors import GraphError
-from master_thesis.graph.free_ports import free_ports
-from master_thesis.graph.launched_graph import LaunchedGraph
+from flights.errors import GraphError
+from flights.graph.free_ports import free_ports
+from flights.graph.launched_graph import LaunchedGraph
 from master_thesis.report.piece import Piece
 from master_thesis.report.size import Size
 
@@ -203,7 +203,7 @@ _GAZEBO_AND_RVIZ = """<launch>
   <include file="$(find simulation_tools)/launch/sitl.launch" pass_all_args="true">
     <arg name="mavros" value="none"/>
   </include>
-  <node pkg="rviz" type="rviz" name="rviz" args="-d $(find master_thesis)/rviz/experiment.rviz"/>
+  <node pkg="rviz" type="rviz" name="rviz" args="-d $(find flights)/rviz/experiment.rviz"/>
 </launch>
 """
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import Mapping
 
+from flights.trials.store import Store
+from flights.trials.trial import Row
 from master_thesis.measurements.claim_metrics import build_metrics, launch_metrics
 from master_thesis.measurements.pieces import LAUNCHES, pieces
 from master_thesis.report import thesis
 from master_thesis.report.claims import judged
 from master_thesis.report.content import Section, Table, counted, number
 from master_thesis.report.size import Size
-from master_thesis.trials.store import Store
-from master_thesis.trials.trial import Row
 
 
 def build_section(size: Size, store: Store) -> Section:

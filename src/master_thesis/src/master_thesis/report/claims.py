@@ -11,7 +11,7 @@ from typing import Any, Callable, Mapping, Sequence
 
 import yaml
 
-from master_thesis.errors import ResultsError
+from flights.errors import ResultsError
 from master_thesis.report.content import Finding
 
 TABLE = Path(__file__).with_name("claims.yaml")

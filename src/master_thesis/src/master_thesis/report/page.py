@@ -10,15 +10,15 @@ from typing import Sequence
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from master_thesis.errors import ResultsError
-from master_thesis.files import replace_file
+from flights.errors import ResultsError
+from flights.files import replace_file
+from flights.results.run_folder import machine, versions
+from flights.trials.run import version
+from flights.trials.store import Store
+from flights.trials.trial import several_versions
 from master_thesis.report import thesis
 from master_thesis.report.content import Section
 from master_thesis.report.piece import Piece
-from master_thesis.results.run_folder import machine, versions
-from master_thesis.trials.run import version
-from master_thesis.trials.store import Store
-from master_thesis.trials.trial import several_versions
 
 HERE = Path(__file__).resolve().parent
 

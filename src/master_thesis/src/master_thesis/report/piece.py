@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from master_thesis.trials.trial import Trial, file_digest
+from flights.trials.trial import Trial, file_digest
 
 TRIALS = "trials.jsonl"
 """The file of all finished pieces, beside the page."""

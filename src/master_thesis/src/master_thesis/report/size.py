@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import product
 
-from master_thesis.worlds import scenario
-from master_thesis.worlds.experiment_1 import GOAL_X_M
-from master_thesis.worlds.placements import SCENARIOS as PLACEMENTS
+from flights.worlds import scenario
+from flights.worlds.experiment_1 import GOAL_X_M
+from flights.worlds.placements import SCENARIOS as PLACEMENTS
 
 PLACEMENTS_A_PIECE = 5
 WORLDS = ("room", "hold")

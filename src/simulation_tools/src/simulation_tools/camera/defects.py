@@ -83,7 +83,7 @@ def defects_in(world: Path, given: Path | None) -> tuple[DefectFile, str]:
     if given is None and not path.exists():
         return DefectFile((), {}), (
             f"{world.name} has no defects, so its photographs show none: there is no {path}. "
-            f"This writes one: rosrun master_thesis make_defects {world}"
+            f"This writes one: rosrun flights make_defects {world}"
         )
     return read_defects(path), ""
 

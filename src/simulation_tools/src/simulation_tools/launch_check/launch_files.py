@@ -69,6 +69,18 @@ def has_own_check(path: Path) -> bool:
     return any(each.get("name") == OWN_CHECK and each.get("command") for each in _root(path).findall("param"))
 
 
+def followed(path: Path, find: Callable[[str], str]) -> Path:
+    """Return the file that a launch file stands for.
+
+    It stands for another one if it does nothing but include that with all its arguments, as a file that moved
+    does; else for itself. find: returns a package's folder.
+    """
+    parts = list(_root(path))
+    if len(parts) != 1 or parts[0].get("pass_all_args") != "true" or len(parts[0]):
+        return path
+    return _place(parts[0].get("file", ""), find) or path
+
+
 def _unknown(path: Path, name: str, known: Iterable[str]) -> str:
     close = difflib.get_close_matches(name, list(known), n=1)
     meant = f"did you mean {close[0]}:=?" if close else f"it takes {', '.join(known)}."

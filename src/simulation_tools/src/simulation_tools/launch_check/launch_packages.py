@@ -6,7 +6,7 @@ from typing import Callable
 
 from simulation_tools.launch_check.launch_files import LaunchError
 
-HOW = "Build it as src/master_thesis/doc/from_source.md says, or leave out mavros:=real."
+HOW = "Build it as src/extensions/flights/doc/from_source.md says, or leave out mavros:=real."
 
 
 def check_mavros_is_there(mavros: str, gnss: bool, find: Callable[[str], object]) -> None:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, Callable
 
-from master_thesis.experiments_3_4.mapping_flight import PACKAGE, SCENARIOS
-from master_thesis.flight.parameters import ClosedLoopParameters
+from flights.flight.parameters import ClosedLoopParameters
+from flights.mapping.mapping_flight import PACKAGE, SCENARIOS
 from master_thesis.report.piece import Piece, fingerprint
 from master_thesis.report.size import Size
 

@@ -8,16 +8,16 @@ from typing import Any, Mapping, Sequence
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from flights.mapping.slam_metrics import verdict
+from flights.results import palette
+from flights.results.picture_files import svg
+from flights.trials.store import Store
+from flights.trials.trial import Row
 from master_thesis.experiments_3_4.map_variants import medians
 from master_thesis.experiments_3_4.report.pieces import CLOSED, OPEN, piece
-from master_thesis.experiments_3_4.slam_metrics import verdict
 from master_thesis.report import thesis
 from master_thesis.report.content import Picture, Table, number
 from master_thesis.report.size import Size
-from master_thesis.results import palette
-from master_thesis.results.picture_files import svg
-from master_thesis.trials.store import Store
-from master_thesis.trials.trial import Row
 
 ORDER = ("urg", "ust", "tim", "utm", "puck", "m8")
 """By range."""

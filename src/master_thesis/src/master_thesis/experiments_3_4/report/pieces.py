@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
+from flights.flight.parameters import ClosedLoopParameters
+from flights.mapping.mapping_flight import parameters_of
+from flights.results.picture_files import svg
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
-from master_thesis.experiments_3_4.mapping_flight import parameters_of
 from master_thesis.experiments_3_4.report.mapping_piece import ended_after, in_each_world, mapping_piece
-from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.report.piece import Piece
 from master_thesis.report.size import Size
 from master_thesis.report.thesis import TIM_RANGE_IN_TEXT_M
-from master_thesis.results.picture_files import svg
 
 EXPERIMENTS = {"room": "experiment_3", "hold": "experiment_4"}
 OPEN, CLOSED = "open", "closed"

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
+from flights.mapping.mapping_flight import SCENARIOS
+from flights.trials.store import Store
 from master_thesis.experiments_3_4.report.claim_metrics import room_metrics
-from master_thesis.experiments_3_4.report.maps import (
-    map_pictures,
-    maps_of,
-    maps_table,
-    range_chart,
-)
+from master_thesis.experiments_3_4.report.maps import map_pictures, maps_of, maps_table, range_chart
 from master_thesis.report.claims import judged
 from master_thesis.report.content import Block, Section, seeds_of
 from master_thesis.report.size import Size
-from master_thesis.trials.store import Store
 
 
 def section(size: Size, store: Store) -> Section:

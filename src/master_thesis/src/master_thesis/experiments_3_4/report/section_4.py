@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
+from flights.mapping.mapping_flight import SCENARIOS
+from flights.trials.store import Store
+from flights.trials.trial import Row
 from master_thesis.experiments_3_4.report.claim_metrics import hold_metrics
 from master_thesis.experiments_3_4.report.maps import (
     Maps,
@@ -15,17 +17,8 @@ from master_thesis.experiments_3_4.report.maps import (
 from master_thesis.experiments_3_4.report.pieces import OPEN, tim_of_the_text
 from master_thesis.report import thesis
 from master_thesis.report.claims import judged
-from master_thesis.report.content import (
-    Block,
-    Section,
-    Table,
-    counted,
-    number,
-    seeds_of,
-)
+from master_thesis.report.content import Block, Section, Table, counted, number, seeds_of
 from master_thesis.report.size import Size
-from master_thesis.trials.store import Store
-from master_thesis.trials.trial import Row
 
 
 def section(size: Size, store: Store) -> Section:

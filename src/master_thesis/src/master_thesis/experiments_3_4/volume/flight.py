@@ -9,6 +9,8 @@ from typing import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
+from flights.errors import FlightError
+from flights.flight.flight_recording import FlightRecording
 from gridslam.evaluation.volume.lidars import VIEWS
 from gridslam.evaluation.volume.surface import Surface, read_surface
 from gridslam.evaluation.volume.visibility import LidarView, Places
@@ -18,8 +20,6 @@ from gridslam.evaluation.volume.voxels import Voxels, voxels_of
 from gridslam.trajectory import Trajectory
 from gridslam.volume import FLAT_MISS, CorrectedMap, Pose, VolumeParameters
 from gridslam.volume.path_poses import OdometryHistory, PathCorrections
-from master_thesis.errors import FlightError
-from master_thesis.flight.flight_recording import FlightRecording
 from simulation_tools import geometry
 from simulation_tools.sdf.elements import RaySensor
 from simulation_tools.sensors.cloud import CloudLidar

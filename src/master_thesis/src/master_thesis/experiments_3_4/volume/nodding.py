@@ -7,16 +7,21 @@ from typing import Sequence
 
 import numpy as np
 
+from flights.errors import FlightError
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Outcome
+from flights.flight.flight_recording import FlightRecorder, FlightRecording
+from flights.flight.lidar.nodding import SweptScan
+from flights.flight.parameters import ClosedLoopParameters
+from flights.mapping.mapping_flight import PACKAGE, SCENARIOS
+from flights.mapping.slam_run import replay, true_path
+from flights.mapping.slam_setup import read_setup
 from gridslam.errors import ScanError
 from gridslam.evaluation import trajectory_error
 from gridslam.evaluation.volume.surface import read_surface
 from gridslam.trajectory import Trajectory
 from gridslam.volume import CorrectedMap, PlacedCloud, ScanGathering, VolumeParameters, points_of_scan
 from inspection_tools import MedianFilterParameters, read_mission
-from master_thesis.errors import FlightError
-from master_thesis.experiments_3_4.mapping_flight import PACKAGE, SCENARIOS
-from master_thesis.experiments_3_4.slam_run import replay, true_path
-from master_thesis.experiments_3_4.slam_setup import read_setup
 from master_thesis.experiments_3_4.volume.flight import (
     RANGE_M,
     RESOLUTION_M,
@@ -25,11 +30,6 @@ from master_thesis.experiments_3_4.volume.flight import (
     corrections_of,
     judged,
 )
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Outcome
-from master_thesis.flight.flight_recording import FlightRecorder, FlightRecording
-from master_thesis.flight.lidar.nodding import SweptScan
-from master_thesis.flight.parameters import ClosedLoopParameters
 from simulation_tools import geometry
 from simulation_tools.vehicle.nod import Nod
 

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import Any
 
+from flights.flight.parameters import ClosedLoopParameters
+from flights.mapping.mapping_flight import SCENARIOS, parameters_of
+from flights.results.picture_files import svg
 from gridslam.volume.warm_up import warm_up_volume
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
-from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
 from master_thesis.experiments_3_4.report.mapping_piece import ended_after, mapping_piece
 from master_thesis.experiments_3_4.volume.flight import map_and_judge
 from master_thesis.experiments_3_4.volume.nodding import NoddingFlight, with_nod
-from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.report.piece import Piece
 from master_thesis.report.size import Size
-from master_thesis.results.picture_files import svg
 
 EXPERIMENT, WORLD, PICTURE = "volume", "hold", "volume"
 NODDING = ("urg", "ust", "utm", "tim")

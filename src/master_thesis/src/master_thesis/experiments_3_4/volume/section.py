@@ -6,12 +6,12 @@ from typing import Sequence
 
 import numpy as np
 
+from flights.trials.store import Store
 from master_thesis.experiments_3_4.volume.flight import RANGE_M, RESOLUTION_M
 from master_thesis.experiments_3_4.volume.pieces import EXPERIMENT, PICTURE, piece
 from master_thesis.report import thesis
 from master_thesis.report.content import Block, Picture, Section, Table, number, seeds_of
 from master_thesis.report.size import Size
-from master_thesis.trials.store import Store
 
 COLUMNS = {
     "volume_error_mean_m": ("distance of occupied voxels from the true surface, m", 1.0, 3),

@@ -9,16 +9,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from flight_basics.correction import SlowCorrection
+from flights.flight.closed_loop import ClosedLoop
+from flights.flight.course import Outcome
+from flights.flight.flight_recording import LidarGeometry
+from flights.flight.parameters import ClosedLoopParameters
+from flights.flight.without_gnss import SLAM
+from flights.mapping.mapping_flight import SCENARIOS, parameters_of
+from flights.mapping.slam_run import SlamParticipant
+from flights.mapping.slam_setup import read_setup
 from gridslam.odometry.warm_up import warm_up_odometry
 from gridslam.warm_up import warm_up
-from master_thesis.experiments_3_4.mapping_flight import SCENARIOS, parameters_of
-from master_thesis.experiments_3_4.slam_run import SlamParticipant
-from master_thesis.experiments_3_4.slam_setup import read_setup
-from master_thesis.flight.closed_loop import ClosedLoop
-from master_thesis.flight.course import Outcome
-from master_thesis.flight.flight_recording import LidarGeometry
-from master_thesis.flight.parameters import ClosedLoopParameters
-from master_thesis.flight.without_gnss import SLAM
 from simulation_tools.geometry import Pose, Vector3
 
 LOOKAHEAD_S = 0.5

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from flights.flight.parameters import ClosedLoopParameters
 from master_thesis.experiments_3_4.report.mapping_piece import ended_after, mapping_piece
 from master_thesis.experiments_3_4.without_gnss.flight import fly_without_gnss, parameters_without_gnss
-from master_thesis.flight.parameters import ClosedLoopParameters
 from master_thesis.report.piece import Piece
 from master_thesis.report.size import Size
 

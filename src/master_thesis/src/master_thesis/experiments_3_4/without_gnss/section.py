@@ -9,18 +9,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from master_thesis.experiments_3_4.mapping_flight import SCENARIOS
+from flights.mapping.mapping_flight import SCENARIOS
+from flights.results import palette
+from flights.results.picture_files import svg
+from flights.results.solids import draw_solids
+from flights.trials.store import Store
+from flights.worlds.floor_plan import outlines_of_file
 from master_thesis.experiments_3_4.report.maps import ORDER, short_name
 from master_thesis.experiments_3_4.without_gnss.flight import distances
 from master_thesis.experiments_3_4.without_gnss.pieces import EXPERIMENT, piece
 from master_thesis.report import thesis
 from master_thesis.report.content import Block, Picture, Section, Table, number, seeds_of
 from master_thesis.report.size import Size
-from master_thesis.results import palette
-from master_thesis.results.picture_files import svg
-from master_thesis.results.solids import draw_solids
-from master_thesis.trials.store import Store
-from master_thesis.worlds.floor_plan import outlines_of_file
 
 COLUMNS = {
     "ate_m": "error of the pose flown by, m",

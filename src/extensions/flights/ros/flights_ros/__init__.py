@@ -1,0 +1,1 @@
+"""The ROS side: the nodes that control a flight, and launches."""

@@ -1,0 +1,151 @@
+"""The photographs as a part of an errand: the node `inspect` takes them."""
+
+from __future__ import annotations
+
+import threading
+import uuid
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Callable
+
+import rospy
+from geometry_msgs.msg import PoseStamped
+from std_msgs.msg import String
+
+from flights.inspecting.coverage import TruePose
+from flights.inspecting.request import InspectingRequest
+from flights_ros.drivers.messages import pose_values, stamp_s
+from flights_ros.drivers.part import Flown, Part
+from inspection.flight import End
+from inspection.flight.second_look import SearchState
+from inspection.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
+from inspection.photographs.listing import photographs_in
+from inspection.survey.plan import SurveyPlan
+from inspection.survey.plan_file import read_plan
+
+WAKE_S = 0.5
+"""Wall time between two looks whether ROS shuts down."""
+MakePlan = Callable[[], SurveyPlan]
+"""Writes plan.yaml into the run's folder; raises an error of the libraries."""
+
+
+@dataclass
+class Photographed:
+    """What was told. flights: photographs of each, first. truths: of the camera, by a photograph's stamp."""
+
+    result: SurveyResult | None = None
+    flights: list[tuple[int, Flown]] = field(default_factory=list)
+    truths: dict[float, TruePose] = field(default_factory=dict)
+
+    @property
+    def flight_s(self) -> float:
+        """Of all flights, each from its goal to its result."""
+        return sum(flown.time_s for _, flown in self.flights)
+
+
+class SurveyPart(Part):
+    """Lets the node `inspect` take all photographs.
+
+    Listens: /camera/ground_truth (geometry_msgs/PoseStamped), /inspect/search (std_msgs/String).
+    Publishes: /inspect/survey/goal (inspection/SurveyActionGoal, latched).
+
+    Args:
+        request: see there. folder: of the run. make_plan: see there.
+
+    Attributes:
+        photographed: what was told. plan: that is flown; None: it is not made yet.
+    """
+
+    action, result_class = "/inspect/survey", SurveyActionResult
+
+    def __init__(self, request: InspectingRequest, folder: Path, make_plan: MakePlan) -> None:
+        self._request, self._folder, self._make_plan = request, folder, make_plan
+        self.photographed = Photographed()
+        self.plan: SurveyPlan | None = None
+        self._goal = rospy.Publisher(f"{self.action}/goal", SurveyActionGoal, queue_size=1, latch=True)
+        self._is_ready = threading.Event()
+        self._is_ready.set()
+        self._is_aborted = False
+        self.listens = (
+            ("/camera/ground_truth", PoseStamped, self._on_camera),
+            ("/inspect/search", String, self._on_search),
+        )
+
+    def prepare(self) -> None:
+        """Make the plan."""
+        self.plan = self._make_plan()
+
+    def read_whole_plan(self) -> bool:
+        """Read the plan again if it was a draft: it was completed in flight. Return whether it was one.
+
+        Raises: SurveyError: it cannot be read.
+        """
+        if self.plan is None or self.plan.draft is None:
+            return False
+        self.plan = read_plan(self._folder / "plan.yaml")
+        return True
+
+    def wait(self) -> bool:
+        """Wait until the photographs are searched. Return whether it goes on."""
+        while not self._is_ready.wait(WAKE_S) and not rospy.is_shutdown():
+            pass
+        told = self.photographed.result
+        if self._is_aborted and told is not None:
+            told.end, told.reason = End.ABORTED.value, "The search of the photographs was aborted."
+        return not self._is_aborted
+
+    def send_goal(self) -> None:
+        """Begin the survey, or go on with what its folder lacks."""
+        message = SurveyActionGoal()
+        message.goal_id.id = f"the survey {uuid.uuid4()}"
+        goal = message.goal
+        goal.plan, goal.folder = str(self._folder / "plan.yaml"), str(self._folder / "photographs")
+        goal.second_look, goal.supplement = self._request.second_look, self._request.supplement
+        goal.photographs, goal.time_max = self._request.photographs, self._request.flight.time_s
+        self._goal.publish(message)
+        rospy.loginfo("The UAV hovers and begins to take photographs.")
+
+    def note(self, result: SurveyResult, flown: Flown) -> None:
+        """Take the result."""
+        told = self.photographed
+        told.result = result
+        before = sum(photographs for photographs, _ in told.flights)
+        told.flights.append((result.taken + result.closer - before, flown))
+
+    @property
+    def stored(self) -> int:
+        """Photographs in the run's folder, also those of a flight that told no result."""
+        return len(photographs_in(self._folder / "photographs"))
+
+    def _on_search(self, message: String) -> None:
+        self._is_aborted = message.data == SearchState.ABORTED.value
+        if message.data == SearchState.SEARCHING.value:
+            self._is_ready.clear()
+        else:
+            self._is_ready.set()
+
+    def _on_camera(self, message: PoseStamped) -> None:
+        x, y, z, qx, qy, qz, qw = pose_values(message.pose)
+        self.photographed.truths[round(stamp_s(message), 6)] = (x, y, z), (qx, qy, qz, qw)
+
+
+def figures(told: Photographed, asked: int, swaps: int) -> dict[str, Any]:
+    """Return them for result.json. asked: photographs of the plan that were to be taken."""
+    result = told.result
+    if result is None:
+        return {"end": "", "reason": "The survey told no result."}
+    whole = result.taken + result.open + sum(number > 0 for number in result.left_out)
+    left = zip(result.left_out, result.left_out_reasons)
+    return {
+        "end": result.end,
+        "reason": result.reason,
+        "is_home": result.is_home,
+        "asked": max(asked, whole),
+        "taken": result.taken,
+        "open": result.open,
+        "closer": result.closer,
+        "shots": result.shots,
+        "left_out": [{"photograph": number, "why": why} for number, why in left],
+        "swaps": swaps,
+        "flight_s": told.flight_s,
+    }

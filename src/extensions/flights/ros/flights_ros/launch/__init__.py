@@ -1,0 +1,1 @@
+"""Launches: checks of their arguments, times of a start, and how a launch ends."""

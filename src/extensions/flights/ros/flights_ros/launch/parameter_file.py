@@ -1,0 +1,42 @@
+"""Reads a YAML file of parameters as roslaunch does, for the checks before a launch."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import Any, Sequence
+
+from flights.errors import FlightError
+
+
+def parameters_in(path: Path, what: str, how: str) -> dict[str, Any]:
+    """Return the parameters in a file, by name.
+
+    what: the parameters, in words. how: to give a right file, in words.
+
+    Raises:
+        FlightError: one sentence.
+    """
+    import rosparam  # noqa: F401  gives YAML its angles, as for roslaunch
+    import yaml
+
+    try:
+        found = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise FlightError(f"{what} {path} cannot be read: {error.strerror}; {how}") from None
+    except (yaml.YAMLError, ValueError) as error:
+        mark = getattr(error, "problem_mark", None)
+        where = f" in line {mark.line + 1}" if mark else ""
+        raise FlightError(f"{what} {path} are no valid YAML{where}; {how}") from None
+    if found is None:
+        return {}
+    if not isinstance(found, dict):
+        raise FlightError(f"{path} holds no names with values; {how}")
+    return found
+
+
+def no_such_parameter(name: str, known: Sequence[str]) -> str:
+    """Return a sentence about a name that is no parameter, with the one that was perhaps meant."""
+    close = difflib.get_close_matches(name, known, n=1)
+    meant = f"did you mean {close[0]}?" if close else "leave it out."
+    return f"There is no parameter {name}; {meant}"

@@ -1,0 +1,1 @@
+"""Flights: worlds, the chain without ROS, judges, results, trials, campaigns, and what drivers need."""

@@ -1,0 +1,1 @@
+"""A flight to one goal: its request, and whether it comes nearer."""

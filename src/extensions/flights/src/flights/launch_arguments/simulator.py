@@ -1,0 +1,63 @@
+"""Checks the simulator's parameters, packages and ports before it starts."""
+
+from __future__ import annotations
+
+from typing import Any, Callable, Mapping
+
+from flights.errors import ScenarioError
+from flights.worlds import scenario
+from simulation_tools import values
+from simulation_tools.ardupilot_sitl.program import check_program
+from simulation_tools.launch_check.launch_packages import check_mavros_is_there
+from simulation_tools.launch_check.launch_ports import check_ports_are_free
+from simulation_tools.vehicle.uav import load_uav
+
+PX4_INSTANCES = (0, 254)
+"""The instance's MAVLink system id, which is greater by 1, is a byte."""
+_PORTS = ("autopilot", "mavros", "offboard_port", "gcs_port", "simulator_port")
+
+
+def check(asked: Mapping[str, Any]) -> None:
+    """Check a launch file's values for the simulator.
+
+    Raises:
+        ScenarioError, SimulationToolsError: one sentence.
+    """
+    if "px4_instance" in asked:
+        scenario.whole_number("px4_instance", asked["px4_instance"], *PX4_INSTANCES)
+        values.port("simulator_port", asked["simulator_port"])
+    if "offboard_port" in asked:
+        values.mavlink_ports(asked["offboard_port"], asked["gcs_port"])
+    if "autopilot" in asked:
+        autopilot = values.choice("autopilot", str(asked["autopilot"]), values.AUTOPILOTS)
+        if autopilot == "ardupilot" and "ardupilot" in asked:  # a real UAV brings its own
+            program = str(asked["ardupilot"]).strip()
+            check_program(str(scenario.absolute("ardupilot", program)) if program else "")
+        if autopilot != "standin" and scenario.flag("lockstep", asked.get("lockstep", False)):
+            raise ScenarioError(
+                f"lockstep:=true needs autopilot:=standin; with {autopilot} leave it out: physics and flight "
+                "controller are in step with each other anyway."
+            )
+    for name, least in (("real_time_factor", 0.0), ("lockstep_timeout", 0.001), ("lidar_range_max", 0.0)):
+        if name in asked:
+            values.number(name, asked[name], least)
+    if "mavros" in asked:
+        scenario.choose("mavros", str(asked["mavros"]), scenario.MAVROS)
+    sensors, model = str(asked.get("sensors", "")).split(), str(asked.get("model", "iris"))
+    if sensors or model != "iris":
+        load_uav(model, sensors=sensors)
+
+
+def check_packages(asked: Mapping[str, Any], find: Callable[[str], object]) -> None:
+    """Check that the real MAVROS is there if a launch needs it; raises SimulationToolsError.
+
+    find: raises LookupError for a package that is not there.
+    """
+    gnss = str(asked.get("gnss", "true")).lower() == "true"
+    check_mavros_is_there(str(asked.get("mavros", "sim")), gnss, find)
+
+
+def check_ports(asked: Mapping[str, Any]) -> None:
+    """Check that the ports of a launch are free, if it names them; raises SimulationToolsError."""
+    if all(name in asked for name in _PORTS):
+        check_ports_are_free(**{name: asked[name] for name in _PORTS})

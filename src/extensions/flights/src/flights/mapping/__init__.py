@@ -1,0 +1,1 @@
+"""A mission that is flown while SLAM maps, without ROS: its scenarios, SLAM's run, and its errors."""

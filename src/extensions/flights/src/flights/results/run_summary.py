@@ -1,0 +1,84 @@
+"""The summary of a run: the content of its result.json, and its headline for a terminal."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from flights.flight.description import RunDescription
+from flights.flight.judging.wall_metrics import WallMetrics
+from flights.results import run_folder
+from flights.results.sources import commit
+from flights.worlds.scenario import ALGORITHMS
+
+
+def summary_of(
+    description: RunDescription, metrics: dict, wall: WallMetrics, min_clearance_m: float | None
+) -> dict:
+    """Return the content of result.json."""
+    scenario = description.scenario
+    return {
+        "experiment": description.experiment,
+        "scenario": scenario.name,
+        "algorithm": description.algorithm,
+        "lidar": description.lidar,
+        "seed": description.seed,
+        **metrics,
+        "min_clearance_m": min_clearance_m,
+        **vars(wall),
+        "world": scenario.world_path,
+        "start": scenario.start_xyz_yaw,
+        "goal": scenario.goal_xyz_m,
+        "mission": scenario.mission_path,
+        "parameters": description.parameters,
+        "versions": run_folder.versions(),
+        "machine": run_folder.machine(),
+        "commit": commit(Path(__file__).parent),
+    }
+
+
+def steering(algorithm: str) -> str:
+    """Return the name of the avoidance in words: CEPA, or a user's node."""
+    return f"{algorithm} CEPA" if algorithm in ALGORITHMS else algorithm
+
+
+def headline(content: dict) -> str:
+    """Return a run's metrics in a few lines for a terminal."""
+    computation = content["cepa_computation_ms"] or {}
+    latency = content["latency_ms"] or {}
+    rows = {
+        "scenario": "{scenario}, {steering}, {lidar}, seed {seed}".format(
+            steering=steering(content["algorithm"]), **content
+        ),
+        "reached goal": "yes" if content["reached_goal"] else "no",
+        "collision": "yes" if content["collision"] else "no",
+        "landed": "yes" if content.get("landed") else "no",
+        "landing error": _in_unit("m", 2, content.get("landing_error_m")),
+        "flight time": _in_unit("s", 1, content["flight_time_s"]),
+        "path length": _in_unit("m", 1, content["path_length_m"]),
+        "least clearance": _in_unit("m", 2, content["min_clearance_m"]),
+        "CEPA, mean, p99": _in_unit("ms", 3, computation.get("mean"), computation.get("p99")),
+        "latency, median, p99": _in_unit("ms", 1, latency.get("median"), latency.get("p99")),
+        "real-time factor": _in_unit("", 3, content["real_time_factor"]),
+    }
+    if content["failure"]:
+        rows["failure"] = content["failure"]
+    return "\n".join(f"  {name:<22} {value}" for name, value in rows.items())
+
+
+def truth_digest(folder: Path, content: dict) -> str | None:
+    """Return the SHA-256 of truth.csv if the run repeats bit for bit, to compare it with another machine's.
+
+    folder: of the run. content: of its result.json. None: it was not flown in lockstep, an answer came too
+    late, or there is no such file.
+    """
+    truth = folder / "truth.csv"
+    lockstep = (content.get("parameters") or {}).get("gazebo", {}).get("lockstep")
+    if not lockstep or content.get("lockstep_misses") or not truth.is_file():
+        return None
+    return hashlib.sha256(truth.read_bytes()).hexdigest()
+
+
+def _in_unit(unit: str, digits: int, *values: float | None) -> str:
+    written = ["-" if value is None else f"{value:.{digits}f} {unit}".strip() for value in values]
+    return ", ".join(written)

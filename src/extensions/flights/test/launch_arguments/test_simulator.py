@@ -1,0 +1,41 @@
+"""What the simulator would refuse seconds after the start is refused before it."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from flights.errors import FlightsError
+from flights.launch_arguments import simulator
+from simulation_tools.errors import SimulationToolsError
+
+
+@pytest.fixture
+def arducopter(tmp_path):
+    program = tmp_path / "arducopter"
+    program.touch(mode=0o755)
+    return str(program)
+
+
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_lockstep_with_a_foreign_flight_controller_is_refused(autopilot, arducopter):
+    asked = {"autopilot": autopilot, "ardupilot": arducopter}
+    simulator.check({**asked, "lockstep": "false"})
+    simulator.check({**asked, "autopilot": "standin", "lockstep": "true"})
+    with pytest.raises(FlightsError, match=f"lockstep:=true needs autopilot:=standin; with {autopilot}"):
+        simulator.check({**asked, "lockstep": "true"})
+
+
+@pytest.mark.parametrize(
+    ("program", "sentence"),
+    [
+        (" ", "give ardupilot:=/path/to/arducopter"),
+        ("arducopter", "ardupilot:=arducopter is not an absolute path"),
+        ("~/arducopter", "for example ardupilot:=$HOME/arducopter."),
+        ("/no/arducopter", "ArduPilot's program /no/arducopter is not there"),
+    ],
+)
+def test_a_program_that_no_node_would_find_is_refused(program, sentence):
+    with pytest.raises((FlightsError, SimulationToolsError), match=re.escape(sentence)):
+        simulator.check({"autopilot": "ardupilot", "ardupilot": program})

@@ -1,0 +1,25 @@
+"""The commands that a run of an inspection starts at its end."""
+
+import os
+
+import pytest
+
+rospy = pytest.importorskip("rospy", reason="needs ROS")
+driver = pytest.importorskip(
+    "flights_ros.inspecting.driver", reason="the workspace is not built, or not sourced"
+)
+
+
+def test_a_search_that_takes_too_long_is_told_and_the_run_goes_on(tmp_path, monkeypatch):
+    # Given a rosrun that does not end within the time
+    rosrun = tmp_path / "rosrun"
+    rosrun.write_text("#!/bin/sh\nexec sleep 60\n")
+    rosrun.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+    monkeypatch.setattr(driver, "COMMAND_S", 0.2)
+    said = []
+    monkeypatch.setattr(driver.rospy, "logwarn", said.append)
+    # Then the command counts as not done, and the sentence says how to do it
+    assert driver._command("findings", "photographs", "--out", "findings.json") is False
+    assert "so the results lack what it writes" in said[0]
+    assert "rosrun inspection findings photographs --out findings.json" in said[0]

@@ -1,1 +1,0 @@
-"""The exploration on the page of the report."""
