@@ -17,6 +17,7 @@ import numpy as np
 from exploration.energy import EnergyWatch, Verdict, WayBack, WayHome
 from exploration.next_view.explorer import Decision, Explorer
 from exploration.next_view.guide import Guide
+from exploration.next_view.last_views import LastViews
 from exploration.next_view.parameters import ExplorationParameters
 from exploration.next_view.steep import SteepSteps
 from exploration.next_view.told import End, Explored
@@ -71,6 +72,7 @@ class Exploration:
         self._back = WayBack(planner, energy, self._p)
         self._steep = SteepSteps(planner, explorer.steep_steps, explorer.parameters.spacing)
         self._began_s, self._look_s = math.nan, -math.inf
+        self._last_views = LastViews()
         self._guide, self._stay = Guide(planner, self._p, explorer.parameters.slopes), Stay()
         self._been_m: list[np.ndarray] = []
         """Since the last look."""
@@ -111,6 +113,7 @@ class Exploration:
             self._planner.lower_ceiling(hover_z_m + self._p.climb_max)
         self.told.end, self.told.reason, self._explored_at = None, "", None
         self.told.leftovers, self._turned_home = (), False
+        self._last_views = LastViews()
         self._guide.begin(self.home_m if home_m is None else here_m)
         self._stay = Stay()
 
@@ -320,6 +323,11 @@ class Exploration:
             return
         if not decision.is_shut_in:
             self._shut_in_s = None
+        small = self._last_views.take(stamp_s, self.told.known_m3[-1][1], decision)
+        if small:
+            self._explored_at = stamp_s, here_m
+            self._end(End.EXPLORED, small)
+            return
         if decision.goal_m is None:
             if self._p.steep and self._steep.take(
                 stamp_s, here_m, lambda end_m: self._plan(here_m, end_m, stamp_s)

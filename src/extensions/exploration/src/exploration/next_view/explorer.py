@@ -37,13 +37,16 @@ class Decision:
     goal_m: (x, y, z) of the next view in the map's frame; None: nothing is left to see. way_m: to it.
     is_shut_in: the UAV fits nowhere from where it is, so nothing can be said of what is left. column_m:
     (k, 3) the last part of the way, straight up or down through what no beam of the lidar has shown; None:
-    there is no such part.
+    there is no such part. gain_m3: what the view would show. is_of_layers: of layers under ceilings and over
+    floors, for no border is worth a view any more, and no room is left.
     """
 
     goal_m: tuple[float, float, float] | None
     way_m: float = 0.0
     is_shut_in: bool = False
     column_m: np.ndarray | None = None
+    gain_m3: float = 0.0
+    is_of_layers: bool = False
 
 
 class Explorer:
@@ -130,7 +133,13 @@ class Explorer:
         if chosen is None:
             return Decision(None)
         x, y, z = chosen.place_m.tolist()
-        return Decision((x, y, z), chosen.way_m, column_m=chosen.column_m)
+        return Decision(
+            (x, y, z),
+            chosen.way_m,
+            column_m=chosen.column_m,
+            gain_m3=chosen.gain_m3,
+            is_of_layers=chosen is self._last_view,
+        )
 
     def left_over(
         self,
