@@ -55,7 +55,7 @@ def test_a_load_is_found_before_it_is_at_the_height_of_the_body(edge_m, sinks):
     start_m = 4.0 + sinks
     found = found_in(lambda t: box(3.0, 0.0, start_m - sinks * t, edge_m), 0.0, 20.0)
     assert found is not None
-    found_s, ((ahead, aside, _, _, radius, _),) = found
+    found_s, ((ahead, aside, _, _, radius, *_),) = found
     arrives_s = (start_m - HEIGHT_M - 0.15) / sinks
     assert 1.0 < arrives_s - found_s < 6.5
     assert math.hypot(ahead - 3.0, aside) < radius  # the load's middle is in the disc
@@ -65,7 +65,7 @@ def test_a_load_whose_near_side_is_over_the_highest_channel_is_as_large_as_loads
     # Given a load from x = 0.5 to 2.5 m, of which the channels up to 52 degrees see the far side only
     found = found_in(lambda t: box(1.5, 0.0, HEIGHT_M + 3.4 - 0.5 * t, 2.0), 0.0, 4.0)
     assert found is not None
-    _, ((ahead, aside, _, _, radius, _),) = found
+    _, ((ahead, aside, _, _, radius, *_),) = found
     # Then the disc holds the load's middle, too, and reaches its near side
     assert math.hypot(ahead - 1.5, aside) < radius
     assert ahead - radius < 0.5

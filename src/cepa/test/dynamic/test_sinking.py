@@ -70,7 +70,7 @@ def test_the_disc_ends_where_the_beam_passed_just_before():
         if len(found):
             break
     # Then the way back is open, and the way ahead is not
-    ((ahead, aside, _, _, radius, _),) = found
+    ((ahead, aside, _, _, radius, *_),) = found
     assert aside == pytest.approx(0.0, abs=1e-9)
     assert x + ahead - radius == pytest.approx(0.0, abs=0.1)
 
@@ -90,7 +90,7 @@ def test_a_beam_that_leans_passed_the_edge_at_the_height_of_the_load_and_not_at_
         if len(found):
             break
     # Then the disc begins at the edge
-    ((ahead, _, _, _, radius, _),) = found
+    ((ahead, _, _, _, radius, *_),) = found
     assert x + ahead - radius == pytest.approx(0.0, abs=0.15)
 
 
@@ -110,16 +110,52 @@ def test_the_plates_of_a_tank_over_a_beam_that_leans_do_not_come_down():
         assert not len(sinking.take_in([], motion))
 
 
-@pytest.mark.parametrize("is_led", [False, True])
-@pytest.mark.parametrize(("edge_m", "speed"), [(0.3, 0.2), (0.3, 2.0), (1.0, 0.5), (2.0, 0.2), (2.0, 1.0)])
-def test_a_load_comes_down_beside_the_uav_and_never_onto_it(edge_m, speed, is_led):
-    """The UAV hovers, or is led on and on; it has a planar lidar and range finders."""
-    steering, position, state = Dynamic(), np.array([0.0, 0.0, HEIGHT_M]), np.zeros((3, 4))
+def test_the_disc_stays_where_it_was_found_while_the_uav_flies_on_under_the_load():
+    sinking, middles = Sinking(0.3, 0.15), []
+    for number in range(30):
+        t = number * PERIOD_S
+        motion = Motion(t, (0.5 * t, 0.0, HEIGHT_M), LEVEL, (0.5, 0.0, 0.0))
+        range_m = 4.0 - 0.8 * t + 1e-3 * (number % 2)
+        found = sinking.take_in([Ranging((0.0, 0.0, 0.0), UP, range_m, 0.05, RANGE_MAX_M)], motion)
+        middles += [0.5 * t + disc[0] for disc in found]
+    assert len(middles) > 20
+    assert np.ptp(middles) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_fast_load_is_found_by_three_heights_of_twentieths_of_a_second():
+    sinking = Sinking(0.3, 0.15)
+    for number in range(4):
+        t = 0.05 * number
+        motion = Motion(t, (t, 0.0, HEIGHT_M), LEVEL, (1.0, 0.0, 0.0))
+        range_m = 30.0 if number == 0 else 2.0 - 1.7 * t
+        found = sinking.take_in([Ranging((0.0, 0.0, 0.0), UP, range_m, 0.05, RANGE_MAX_M)], motion)
+        assert len(found) == (number == 3)
+
+
+def test_what_is_slower_than_a_slope_under_which_the_uav_flies_counts_when_it_is_about_to_touch_the_uav():
+    # Given a load that sinks at 0.3 m/s onto a UAV that flies at 1 m/s
+    for above_m, is_found in ((0.6, True), (3.0, False)):
+        found_s = found_at(
+            lambda t, x, above=above_m: HEIGHT_M + above - 0.3 * t,
+            np.random.default_rng(3),
+            speed=1.0,
+            until_s=1.4,
+        )
+        assert (found_s is not None) == is_found
+
+
+def fly_near_a_load(edge_m, bottom_of, reference_of, until_s, place_m=(0.0, 0.0, HEIGHT_M), speed=0.0):
+    """Fly a UAV with a planar lidar and range finders; return its least distance to the load, and height.
+
+    bottom_of: the load's height at a time. reference_of: v_ref at the UAV's place. speed: along x at first.
+    """
+    steering, position, state = Dynamic(), np.array(place_m), np.zeros((3, 4))
     model = steering.parameters.response
-    response, command, clearance_m, lowest_m = response_of(model, STEP_S), np.zeros(3), math.inf, HEIGHT_M
-    half = 0.5 * edge_m
-    for number in range(round(4.0 / speed / PERIOD_S)):
-        bottom_m = max(5.0 - speed * number * PERIOD_S, 0.01)
+    command = np.array([speed, 0.0, 0.0])
+    state[0, 1], half = speed, 0.5 * edge_m
+    response, clearance_m, lowest_m = response_of(model, STEP_S), math.inf, HEIGHT_M
+    for number in range(round(until_s / PERIOD_S)):
+        bottom_m = bottom_of(number * PERIOD_S)
         load = Boxes(np.array([[(-half, -half, bottom_m), (half, half, bottom_m + edge_m)]]))
         ranges = load.ranges(position, AROUND)
         ranges = np.where(ranges <= 10.0, ranges, math.inf)
@@ -134,8 +170,7 @@ def test_a_load_comes_down_beside_the_uav_and_never_onto_it(edge_m, speed, is_le
         )
         climb_ref = float(np.clip(HEIGHT_M - position[2], -1.0, 1.0))
         motion = Motion(number * PERIOD_S, tuple(position), LEVEL, tuple(state[:, 1]), climb_ref)
-        reference = (0.3, 0.0) if is_led and position[0] < 0.1 else (0.0, 0.0)
-        decision = steering.steer(scan, reference, tuple(state[:2, 1]), motion)
+        decision = steering.steer(scan, reference_of(position), tuple(state[:2, 1]), motion)
         late, command = command, np.array([*decision.velocity_xy, decision.climb_m_s or 0.0])
         state[:, 0] = 0.0
         commands = np.array([[0.0, 9.0, *late], [model.delay_s, 9.0, *command]])
@@ -143,5 +178,34 @@ def test_a_load_comes_down_beside_the_uav_and_never_onto_it(edge_m, speed, is_le
         position = position + state[:, 0]
         clearance_m = min(clearance_m, load.clearance(position, 0.35, 0.25, 0.1))
         lowest_m = min(lowest_m, position[2])
+    return clearance_m, lowest_m
+
+
+@pytest.mark.parametrize("is_led", [False, True])
+@pytest.mark.parametrize(("edge_m", "speed"), [(0.3, 0.2), (0.3, 2.0), (1.0, 0.5), (2.0, 0.2), (2.0, 1.0)])
+def test_a_load_comes_down_beside_the_uav_and_never_onto_it(edge_m, speed, is_led):
+    """The UAV hovers, or is led on and on; it has a planar lidar and range finders."""
+    clearance_m, lowest_m = fly_near_a_load(
+        edge_m,
+        lambda t: max(5.0 - speed * t, 0.01),
+        lambda place: (0.3, 0.0) if is_led and place[0] < 0.1 else (0.0, 0.0),
+        4.0 / speed,
+    )
     assert clearance_m > 0.0
     assert lowest_m > HEIGHT_M - 0.3
+
+
+@pytest.mark.parametrize(("edge_m", "speed", "lead_s"), [(2.0, 1.7, 1.6), (1.2, 1.0, 1.4), (1.8, 0.7, 1.3)])
+def test_a_uav_that_flies_under_a_load_is_out_again_before_it_arrives(edge_m, speed, lead_s):
+    """It flies at 1 m/s; the load is at its height so long after the beam has met it."""
+    start_m, lead_m = -1.0 - 0.5 * edge_m, speed * (1.0 + lead_s)
+    clearance_m, lowest_m = fly_near_a_load(
+        edge_m,
+        lambda t: max(HEIGHT_M + 0.15 + lead_m - speed * t, 0.01),
+        lambda _: (1.0, 0.0),
+        1.5 + lead_s + HEIGHT_M / speed,
+        (start_m, 0.05, HEIGHT_M),
+        speed=1.0,
+    )
+    assert clearance_m > 0.0
+    assert lowest_m > HEIGHT_M - 0.9  # it is nowhere near the floor

@@ -15,7 +15,7 @@ from cepa.dynamic.cost import Cost, progress_as_asked
 from cepa.dynamic.kernels.rollout import PROGRESS
 from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, DistanceField, FreeSpace, Surroundings
 from cepa.dynamic.rollouts import Rollouts
-from cepa.dynamic.threats import fronts, is_within, threats
+from cepa.dynamic.threats import are_within, arrives_in_s, fronts, is_within, threats
 
 PARAMETERS = CepaParameters()
 OPEN_FIELD = DistanceField(np.full((1, 151, 151), 1.3), 0.1, 1.0, 1.3)
@@ -111,6 +111,21 @@ def test_who_moves_alone_closes_no_way(movers):
 def test_a_group_that_has_passed_closes_only_its_place():
     points = fronts(np.array([person(-2.0, 0.0), person(-2.0, 1.1)]))
     assert points[:, 0].min() > -2.0 - 0.31
+
+
+def test_what_arrives_soonest_counts_from_above_and_from_below_where_the_body_is():
+    columns = np.array([[1.0, 0, 0, 0, 0.8, 0, 4.0, 1.0], [0.0, 0, 0, 0, 1.0, 0, 2.0, -1.0]])
+    assert arrives_in_s(columns, 0.35) == (4.0, 2.0)
+    assert arrives_in_s(columns, 0.1) == (math.inf, 2.0)
+    assert arrives_in_s(columns[:0], 0.35) == (math.inf, math.inf)
+
+
+def test_movers_with_their_middle_in_a_column_are_within_it():
+    columns = np.array([[1.0, 0, 0, 0, 0.5, 0, 4.0, 1.0], [9.0, 0, 0, 0, 0.5, 0, 4.0, 1.0]])
+    movers = np.array([[1.4, 0.0, 0, 0, 0.3, 0], [1.6, 0.0, 0, 0, 0.3, 0], [9.0, 0.4, 0, 0, 0.3, 0]])
+    assert are_within(movers, columns).tolist() == [True, False, True]
+    assert are_within(movers[:0], columns).tolist() == []
+    assert are_within(movers, columns[:0]).tolist() == [False] * 3
 
 
 def test_the_uav_is_within_a_disc_that_holds_its_place():

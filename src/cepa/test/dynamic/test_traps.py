@@ -16,6 +16,7 @@ from cepa.dynamic.cost_to_go.side import ChosenSide
 
 LEVEL, STEP_S, SPEED_M_S, WALL_X_M = (0.0, 0.0, 0.0, 1.0), 0.1, 2.0, 5.0
 OPEN = np.ones((81, 81))
+AHEAD = np.array([0.5, 0.0, 0.0])
 
 
 def way_m(goal: np.ndarray, gap_m: float) -> tuple[float, float]:
@@ -112,7 +113,7 @@ def test_a_side_is_given_up_after_its_time_or_near_the_end():
 def told_by(moves_m_s: float, is_asked: bool, until_s: float) -> list[str]:
     hold_up = HoldUp()
     times = np.arange(0.0, until_s, STEP_S)
-    return [s for t in times for s in hold_up.take_in(t, (moves_m_s * t, 0.0, 2.0), is_asked, 0)]
+    return [s for t in times for s in hold_up.take_in(t, (moves_m_s * t, 0.0, 2.0), AHEAD, is_asked, 0)]
 
 
 def test_a_uav_that_gets_nowhere_is_told_once():
@@ -121,13 +122,32 @@ def test_a_uav_that_gets_nowhere_is_told_once():
     assert told_by(0.0, False, 30.0) == told_by(0.1, True, 30.0) == []
 
 
+def test_a_uav_that_flies_all_that_it_is_asked_to_within_a_small_space_is_not_held_up():
+    # Given one that flies to and fro between two photographs, 0.4 m apart, and hovers 4 s at each
+    hold_up, x = HoldUp(), 0.0
+    for number in range(round(60.0 / STEP_S)):
+        t = number * STEP_S
+        goal = 0.4 * (int(t / 4.0) % 2)
+        reference = np.array([1.0 * (goal - x) + 0.06 * math.copysign(1.0, math.sin(5.0 * t)), 0.0, 0.0])
+        assert hold_up.take_in(t, (x, 0.0, 2.0), reference, True, 0) == ()
+        x += reference[0] * STEP_S
+    assert not hold_up.is_held
+
+
+def test_a_slow_reference_that_is_not_flown_is_told_when_it_has_asked_for_a_metre():
+    hold_up, slow = HoldUp(), np.array([0.06, 0.0, 0.0])
+    times = np.arange(0.0, 30.0, STEP_S)
+    (told_s,) = [t for t in times if hold_up.take_in(t, (0.0, 0.0, 2.0), slow, True, 0)]
+    assert told_s == pytest.approx(1.0 / 0.06, abs=2.0 * STEP_S)
+
+
 def test_a_uav_that_does_not_fly_is_not_held_up_and_its_time_begins_when_it_flies():
     """It waits for its take-off, flies, stands for a swap of its battery, and gets nowhere afterwards."""
     hold_up = HoldUp()
     told = []
     for t in np.arange(0.0, 100.0, STEP_S):
         hold_up.is_ready = 30.0 <= t < 38.0 or t >= 60.0
-        told += [(t, s) for s in hold_up.take_in(t, (0.0, 0.0, 0.1), True, 4 if t < 60.0 else 0)]
+        told += [(t, s) for s in hold_up.take_in(t, (0.0, 0.0, 0.1), AHEAD, True, 4 if t < 60.0 else 0)]
         assert hold_up.is_ready or hold_up.held_s == 0.0
     (back_s, back), (held_s, held) = told
     assert (back_s, held_s) == pytest.approx((30.0, 70.0), abs=2.0 * STEP_S)
@@ -137,6 +157,6 @@ def test_a_uav_that_does_not_fly_is_not_held_up_and_its_time_begins_when_it_flie
 
 def test_each_further_return_is_told_from_the_third_on():
     hold_up = HoldUp()
-    told = [hold_up.take_in(float(k), (5.0 * k, 0.0, 2.0), True, min(k, 4)) for k in range(8)]
+    told = [hold_up.take_in(float(k), (5.0 * k, 0.0, 2.0), AHEAD, True, min(k, 4)) for k in range(8)]
     assert [len(sentences) for sentences in told] == [0, 0, 0, 1, 1, 0, 0, 0]
     assert "3 times in 120 s" in told[3][0]

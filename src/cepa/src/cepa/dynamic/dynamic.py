@@ -11,7 +11,14 @@ import numpy as np
 from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason, Vector2
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, leads_back
-from cepa.dynamic.constants.choice import EVASION_M_S, SPOT_CLIMBS, STANDS_M_S
+from cepa.dynamic.constants.choice import (
+    EVASION_M_S,
+    HURRIED_EVASION_M_S,
+    HURRIED_S,
+    SINK_ALONG_S,
+    SPOT_CLIMBS,
+    STANDS_M_S,
+)
 from cepa.dynamic.constants.free_space import SLAB_RANGE_M
 from cepa.dynamic.constants.obstacle_tracks import LATE_S
 from cepa.dynamic.constants.response import MEETING_S
@@ -34,7 +41,7 @@ from cepa.dynamic.remembered.single_beams import SingleBeams
 from cepa.dynamic.report import Considered, Explanation, Report, View, report_of, view_of
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.dynamic.space_knowledge import SpaceKnowledge
-from cepa.dynamic.threats import is_within, threats
+from cepa.dynamic.threats import are_within, arrives_in_s, is_within, threats
 from cepa.dynamic.timing import ScanTiming
 from cepa.keep_out import KeepOut
 from cepa.motion import LEVEL, Cloud, Motion, Ranging
@@ -233,8 +240,9 @@ class Dynamic(Algorithm):
         columns = self._sinking.take_in(rangings, now)
         if self._space is not None:
             columns = np.concatenate((columns, self._space.columns(now)))
-        met = np.concatenate((scan.movers, columns)) if len(columns) else scan.movers
-        fastest = max(EVASION_M_S, reference_speed, math.hypot(state[0, 1], state[1, 1]))
+        met = np.concatenate((scan.movers, columns[:, :6])) if len(columns) else scan.movers
+        evasion_m_s = HURRIED_EVASION_M_S if self._is_hurried(columns) else EVASION_M_S
+        fastest = max(evasion_m_s, reference_speed, math.hypot(state[0, 1], state[1, 1]))
         return Observation(
             motion=now,
             state=state,
@@ -251,6 +259,10 @@ class Dynamic(Algorithm):
             cloud=cloud,
             rangings=rangings,
         )
+
+    def _is_hurried(self, columns: np.ndarray) -> bool:
+        """Return whether something soon sinks onto the UAV, or rises to it. columns: see `Observation`."""
+        return min(arrives_in_s(columns, self.parameters.body_radius)) <= HURRIED_S
 
     def _scan_of(
         self, beams: Beams, range_max: float, now: Motion, age_s: float, cloud: Cloud | None
@@ -281,11 +293,13 @@ class Dynamic(Algorithm):
 
     def _least_costly(self, step: Step, outlook: Outlook, course: Course) -> Decision:
         """Return the least costly of the admissible candidates, or the way out of an emergency."""
+        if self._is_hurried(step.snapshot.observed.columns):
+            return self._make_way(step, outlook)
         reference, around, state = step.reference, outlook.around, step.snapshot.state
         is_threatened = len(outlook.around.movers) > 0
         fan_speed = max(reference.speed, EVASION_M_S) if is_threatened else reference.speed
         level = candidates(reference.velocity, self._command, fan_speed)
-        commands = step.knowledge.with_climbs(level, outlook.climb_m_s)  # 5 candidates
+        commands = self._with_climbs(step, level, outlook.climb_m_s)  # 5 candidates
         assessed = self._rollouts.assess(commands, state, around, course.direction, self.commit_s)
         outcomes = assessed.outcomes
         if is_threatened and not outlook.around.cost_to_go.length.size:
@@ -322,7 +336,7 @@ class Dynamic(Algorithm):
                 return self._answer(step, climb, 0.0, len(SPOT_CLIMBS), Reason.MARGIN_LOST, considered)
         away = np.zeros(2) if way_out is None else way_out.direction
         commands = candidates(np.array([*(p.v_max * away), 0.0]), self._command, speed)
-        commands = step.knowledge.with_climbs(commands, 0.0)
+        commands = self._with_climbs(step, commands, 0.0)
         assessed = self._rollouts.assess(
             commands, step.snapshot.state, around, away, self.commit_s, is_emergency=True
         )
@@ -331,6 +345,43 @@ class Dynamic(Algorithm):
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
         tested = len(commands)
         return self._answer(step, commands[best], float(cost[best]), tested, Reason.MARGIN_LOST, considered)
+
+    def _with_climbs(self, step: Step, level: np.ndarray, climb_m_s: float) -> np.ndarray:
+        """Return ``level`` (n, 3), m/s, with climbs; none under what comes down: out to the side only."""
+        if is_within(step.snapshot.observed.columns):
+            level[:, 2] = 0.0
+            return level
+        return step.knowledge.with_climbs(level, climb_m_s)
+
+    def _make_way(self, step: Step, outlook: Outlook) -> Decision:
+        """Return the admissible velocity that leaves the columns soonest, to any side.
+
+        A flight that would end at what stands stays within the columns for the rest of the horizon. By its
+        lean the UAV rises and sinks a little; that leads to no other height. It sinks on its way out only if
+        something is about to touch it.
+        """
+        columns = step.snapshot.observed.columns[:, :6]
+        movers = step.snapshot.observed.movers
+        others = movers[~are_within(movers, columns)]  # a scan may show the thing itself, as it sinks
+        movers = np.concatenate((others, columns))
+        around = outlook.around._replace(cost_to_go=NO_COST_TO_GO, movers=movers)
+        speed = max(step.reference.speed, HURRIED_EVASION_M_S)
+        commands = candidates(step.reference.velocity, self._command, speed)
+        commands[:, 2] = 0.0
+        state, nowhere = step.snapshot.state.copy(), np.zeros(2)
+        state[2, 1:] = 0.0
+        assessed = self._rollouts.assess(commands, state, around, nowhere, self.commit_s, is_emergency=True)
+        lost, here = assessed.outcomes[:, LOSS], self._rollouts.discomfort_in_emergency(around)
+        cost = self._cost.of_leaving(commands, assessed.outcomes, self._command, False) + here * lost
+        cost[~assessed.is_admissible] = math.inf
+        best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
+        command = commands[best].copy()
+        above_s, below_s = arrives_in_s(step.snapshot.observed.columns, self.parameters.body_radius)
+        if above_s <= SINK_ALONG_S < below_s:
+            sinking = np.array((*command[:2], -self.parameters.climb_max))
+            seen = self._rollouts.assess(sinking[None], state, around, nowhere, self.commit_s, True)
+            command = sinking if seen.is_admissible[0] else command
+        return self._answer(step, command, float(cost[best]), len(commands), Reason.MARGIN_LOST)
 
     def _climb_on_the_spot(self, step: Step, outlook: Outlook) -> Decision:
         """Climb or sink as fast as may be, to look for a way at other heights."""
@@ -368,7 +419,8 @@ class Dynamic(Algorithm):
         stamp_s = motion.stamp_s
         is_asked = step.reference.speed >= self.parameters.reference_speed_min or step.reference.is_steep
         returns = self._search.returns(stamp_s) if self._search is not None else 0
-        told = self._hold_up.take_in(stamp_s, motion.position_m, is_asked, returns)
+        asked = step.reference.velocity, is_asked
+        told = self._hold_up.take_in(stamp_s, motion.position_m, *asked, returns)
         why = step.knowledge, step.snapshot, command, considered, self._hold_up.held_s, returns
         self._explanation = Explanation(*why)
         self._observer.command(stamp_s, (x, y, up), self.commit_s)

@@ -19,7 +19,7 @@ from cepa.motion import Cloud, Motion, Ranging
 from cepa.scan import Beams
 
 ANYWHERE = np.zeros(2)
-NO_COLUMNS, NO_WALLS = np.empty((0, 6)), np.empty((0, 3))
+NO_COLUMNS, NO_WALLS = np.empty((0, 8)), np.empty((0, 3))
 
 
 class Observation(NamedTuple):
@@ -47,7 +47,8 @@ class Observation(NamedTuple):
     walls: np.ndarray = NO_WALLS
     """(w, 3) m: points on the walls of keep-out boxes."""
     columns: np.ndarray = NO_COLUMNS
-    """(c, 6): discs that something sinks or rises into, as movers that stand."""
+    """(c, 8): discs that something sinks or rises into, as movers that stand; in how many s it arrives, and
+    whether from above (1) or from below (-1)."""
     cloud: Cloud | None = None
     rangings: Sequence[Ranging] = ()
 

@@ -103,7 +103,7 @@ def view_of(explanation: Explanation, response: np.ndarray, horizon: Horizon) ->
     remembered, hidden = considered[:2] if considered else knowledge.remembered(snapshot)
     remembered = np.pad(remembered, ((0, 0), (0, 3 - remembered.shape[1])))
     flat, observed = into_scan[:2, :2], snapshot.observed
-    movers = np.concatenate((observed.movers, observed.columns))
+    movers = np.concatenate((observed.movers, observed.columns[:, :6]))
     return View(
         np.concatenate((HERE, predicted @ into_scan)),
         np.concatenate((HERE, braking @ into_scan)),

@@ -94,6 +94,13 @@ class Rollouts:
         roll_out(state, commands, *world, direction, is_admissible, outcomes)
         return Assessment(is_admissible, outcomes, margin_m)
 
+    def discomfort_in_emergency(self, around: Surroundings) -> float:
+        """Return the discomfort in an emergency of staying where the UAV is, by what moves."""
+        x, y, radius_m = around.movers[:, [0, 1, 4]].T
+        here_m = float((np.hypot(x, y) - radius_m).min(initial=math.inf))
+        inner, outer = self._emergency.inner, self._emergency.outer
+        return max(0.0, (outer - here_m) / (outer - inner)) ** 2
+
     def is_clear(self, reference: Reference, snapshot: Snapshot, commit_s: float) -> bool:
         """Whether the reference may be flown as it is: nothing is within r_UB of its paths, all is seen."""
         observed, horizon = snapshot.observed, self.horizon(commit_s)

@@ -95,7 +95,7 @@ class SpaceKnowledge(Knowledge):
         return self._memory.have_stood(scan.movers, scan.points, motion)
 
     def columns(self, motion: Motion) -> np.ndarray:
-        """Return the discs (k, 6) that something comes down into, as the clouds until now have shown."""
+        """Return the discs (k, 8) that something comes down into, as the clouds until now have shown."""
         return self._memory.columns(motion)
 
     @property

@@ -36,8 +36,24 @@ def threats(movers: np.ndarray, speed: float, near_m: float) -> np.ndarray:
 
 
 def is_within(discs: np.ndarray) -> bool:
-    """Return whether the UAV is in one of the discs (k, 6), which count from it as movers do."""
+    """Return whether the UAV is in one of the discs (k, 6 or more), which count from it as movers do."""
     return bool(len(discs)) and bool(np.any(np.hypot(discs[:, 0], discs[:, 1]) < discs[:, 4]))
+
+
+def are_within(movers: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return which movers (k, 6) have their middle in one of the columns (c, 6 or more) (k,)."""
+    apart = movers[:, None, :2] - columns[None, :, :2]
+    return np.asarray((np.hypot(apart[:, :, 0], apart[:, :, 1]) < columns[:, 4]).any(axis=1))
+
+
+def arrives_in_s(columns: np.ndarray, body_m: float) -> tuple[float, float]:
+    """Return in how many s something arrives that sinks onto the body, and that rises to it; inf: nothing.
+
+    columns (k, 8): see `Observation`; it is negative if it has arrived. body_m: radius.
+    """
+    within = columns[np.hypot(columns[:, 0], columns[:, 1]) < columns[:, 4] + body_m]
+    above, below = (within[within[:, 7] == way, 6].min(initial=math.inf) for way in (1.0, -1.0))
+    return float(above), float(below)
 
 
 def fronts(movers: np.ndarray) -> np.ndarray:

@@ -11,6 +11,15 @@ gaps."""
 EVASION_M_S = 1.5
 """m/s: It evades what moves with so much, even if the reference is slower. Source: chosen. Greater: faster
 evasion."""
+HURRIED_S = 3.0
+"""s: If what sinks onto the UAV arrives within so much, the UAV hurries. Source: chosen. Greater: it hurries
+earlier."""
+HURRIED_EVASION_M_S = 5.0
+"""m/s: Then it evades with so much, so it accelerates as fast as the response allows. Source: chosen.
+Greater: it leaves faster, and farther."""
+SINK_ALONG_S = 1.5
+"""s: If it arrives even sooner, the UAV also sinks while it leaves: its lean lifts it, and the rotors behind.
+Source: flown. Greater: it sinks where it need not."""
 FAN_CLIMBS = (-1.0, 0.0, 1.0)
 """1: Climbs that are tried, as shares of `climb_max`. Source: chosen. Greater: beyond 1 they are not
 allowed."""
@@ -123,6 +132,9 @@ HELD_M = 0.5
 is told."""
 HELD_S = 10.0
 """s: It is told after so long. Source: chosen. Greater: later."""
+HELD_OWED_M = 1.0
+"""m: And only if it was asked to fly so much more than it has flown. Source: chosen. Greater: slow references
+are told later."""
 HELD_PAUSE_S = 0.5
 """s: A UAV that is not asked to fly for so long hovers as it should. Source: chosen. Greater: a hover
 counts."""

@@ -146,17 +146,23 @@ SINKING_LEAST_M_S = 0.1
 SINKING_SLOPE = 0.5
 """1: And what is slower than such a share of the UAV's own speed may be a slope. Source: chosen. Greater:
 loads are found later while the UAV flies fast."""
+SINKING_SOON_S = 1.0
+"""s: Unless the body would meet it so soon. Source: chosen. Greater: the UAV makes way for slopes, too."""
 SINKING_RESIDUAL_M = 0.05
 """m: Heights that are farther off a straight line are no even motion. Source: chosen. Greater: rough ceilings
 move."""
+SINKING_NOISE_M = 0.015
+"""m: Heights are no more exact than this, even if they happen to lie on a line. Source: chosen. Greater:
+found later."""
 SINKING_UNEVEN = 0.12
 """1: Nor are those that are farther off by this share of the way down; a step is off by 0.17. Source: chosen.
 Greater: stiffeners that the UAV passes come down."""
-SINKING_SPANS_S = (0.25, 0.5, 1.0)
+SINKING_SPANS_S = (0.1, 0.25, 0.5, 1.0)
 """s: The speed is taken over the first of these times in which it is significant. Source: chosen. Greater:
 slower loads are found, later."""
-SINKING_FEWEST = 5
-"""1: Heights that tell a speed. Source: chosen. Greater: found later by slow range finders."""
+SINKING_FEWEST = (3, 5, 5, 5)
+"""1: Heights that tell a speed, of each of these spans. Source: chosen. Greater: found later by slow range
+finders."""
 SINKING_KEPT = 100
 """1: Heights that are kept. Source: grid. Greater: no difference."""
 SINKING_SIGNIFICANCE = 3.0

@@ -30,7 +30,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
 from cepa.dynamic.obstacle_tracks.kernels.falling import fall_rates, lowest_over
 from cepa.motion import Motion
 
-NO_COLUMNS = np.empty((0, 6))
+NO_COLUMNS = np.empty((0, 8))
 NOTHING = np.empty((0, 3)), np.empty(0)
 
 
@@ -109,13 +109,14 @@ class Falling:
         return np.isfinite(earlier_m) & (heights_m < earlier_m - 0.5 * FALLING_SPANS_S[0] * SINKING_LEAST_M_S)
 
     def columns(self, motion: Motion) -> np.ndarray:
-        """Return the discs (k, 6) that something comes down into now, as `movers` are."""
+        """Return the discs (k, 8) that something comes down into now, see `Observation`."""
         now_s, (x, y, _) = motion.stamp_s, motion.position_m
         self._columns = [column for column in self._columns if column.until_s >= now_s]
         near = [c for c in self._columns if c.from_s <= now_s]
         if not near:
             return NO_COLUMNS
-        return np.array([(c.x_m - x, c.y_m - y, 0.0, 0.0, c.radius_m, 0.0) for c in near])
+        discs = [(c.x_m - x, c.y_m - y, 0, 0, c.radius_m, 0, c.from_s + ARRIVES_S - now_s, 1) for c in near]
+        return np.array(discs, float)
 
     def _coming(
         self, span_s: float, places: np.ndarray, heights: np.ndarray

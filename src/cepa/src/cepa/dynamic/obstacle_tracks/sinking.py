@@ -16,10 +16,12 @@ from cepa.dynamic.constants.obstacle_tracks import (
     SINKING_KEPT,
     SINKING_LEAST_M_S,
     SINKING_MISS_S,
+    SINKING_NOISE_M,
     SINKING_RADIUS_M,
     SINKING_RESIDUAL_M,
     SINKING_SIGNIFICANCE,
     SINKING_SLOPE,
+    SINKING_SOON_S,
     SINKING_SPANS_S,
     SINKING_SURE_S,
     SINKING_TIMES,
@@ -28,7 +30,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
 )
 from cepa.motion import Motion, Ranging
 
-NO_MOVERS = np.empty((0, 6))
+NO_COLUMNS = np.empty((0, 8))
 
 
 class _Height(NamedTuple):
@@ -53,8 +55,16 @@ class _Column(NamedTuple):
 
     x_m: float
     y_m: float
-    from_s: float
-    until_s: float
+    arrives_s: float
+    """When it is at the body's height."""
+
+    def is_closed(self, now_s: float) -> bool:
+        """Return whether it counts."""
+        return self.arrives_s - ARRIVES_S <= now_s <= self.arrives_s + SINKING_FORGET_S
+
+    def holds(self, place_m: tuple[float, ...], now_s: float) -> bool:
+        """Return whether it counts, and a place (x, y), m, is in it."""
+        return self.is_closed(now_s) and math.dist(place_m, (self.x_m, self.y_m)) <= SINKING_RADIUS_M
 
 
 class Sinking:
@@ -62,7 +72,8 @@ class Sinking:
 
     What comes down closes its whole column: the UAV leaves it to the side, never between it and the floor. A
     beam shows one spot of a thing. So the disc is as wide as a load may be, and ends where the beam met
-    nothing so near just before.
+    nothing so near just before. It stays where it was found, for a load hangs still. If it went with the UAV,
+    all ways out would be as long as before after each step, and the UAV would waver.
     """
 
     def __init__(self, body_below_m: float, body_above_m: float) -> None:
@@ -82,14 +93,15 @@ class Sinking:
         self._last_m, self._times = earlier._last_m, earlier._times
 
     def take_in(self, rangings: Sequence[Ranging], motion: Motion) -> np.ndarray:
-        """Take in ranges in the lidar's frame; return what comes near as discs (k, 6), as `movers` are."""
+        """Take in ranges in the lidar's frame; return what comes near as discs (k, 8), see `Observation`."""
         for ranging in rangings:
             self._keep(ranging, motion)
         now_s, (x, y, _) = motion.stamp_s, motion.position_m
-        columns = [c for c in self._columns.values() if c.from_s <= now_s <= c.until_s]
+        columns = [(*c, way) for way, c in self._columns.items() if c.is_closed(now_s)]
         if not columns:
-            return NO_MOVERS
-        return np.array([(c.x_m - x, c.y_m - y, 0.0, 0.0, SINKING_RADIUS_M, 0.0) for c in columns])
+            return NO_COLUMNS
+        discs = [(cx - x, cy - y, 0, 0, SINKING_RADIUS_M, 0, s - now_s, way) for cx, cy, s, way in columns]
+        return np.array(discs, float)
 
     def _keep(self, ranging: Ranging, motion: Motion) -> None:
         rotation = motion.rotation()
@@ -109,24 +121,27 @@ class Sinking:
         heights.append(
             _Height(motion.stamp_s, float(end[0]), float(end[1]), height_m, tuple(start.tolist()), lean)
         )
-        rises_m_s = _speed_m_s(heights)
-        speed = way * rises_m_s
         gap_m = way * (height_m - motion.position_m[2]) - self._ends_m[way]
+        rises_m_s = _speed_m_s(heights, gap_m)
+        speed = way * rises_m_s
         self._times[way] = self._times.get(way, 0) + 1 if speed < 0.0 else 0
         if speed < 0.0:  # it comes, also if the beam should miss it from now on
             arrives_s = motion.stamp_s + max(0.0, gap_m) / -speed
             if arrives_s > motion.stamp_s + SINKING_SURE_S and self._times[way] < SINKING_TIMES:
                 return  # there is time to look again
-            x_m, y_m = _middle_of(heights, way, rises_m_s)
-            self._columns[way] = _Column(x_m, y_m, arrives_s - ARRIVES_S, arrives_s + SINKING_FORGET_S)
+            known, (x_m, y_m) = self._columns.get(way), _middle_of(heights, way, rises_m_s)
+            if known is not None and known.holds(heights[-1][1:3], motion.stamp_s):
+                x_m, y_m = known[:2]
+            self._columns[way] = _Column(x_m, y_m, arrives_s)
 
 
-def _speed_m_s(heights: deque[_Height]) -> float:
+def _speed_m_s(heights: deque[_Height], gap_m: float) -> float:
     """Return how fast the newest heights rise, m/s; 0.0: they stand, or belong to several things.
 
-    A ceiling that slopes comes nearer as well while the UAV flies along it. So the speed must be greater than
-    a share of the UAV's own. A stiffener or a step that a slow UAV passes is nearer at once. So the heights
-    must change evenly.
+    gap_m: from the body to the newest. A ceiling that slopes comes nearer as well while the UAV flies along
+    it. So the speed must be greater than a share of the UAV's own, unless the body would meet even the
+    ceiling very soon. A stiffener or a step that a slow UAV passes is nearer at once. So the heights must
+    change evenly.
     """
     newest = heights[-1]
     if not math.isfinite(newest.z_m):
@@ -137,18 +152,20 @@ def _speed_m_s(heights: deque[_Height]) -> float:
             break
         run.append(height)
     found = np.array([height[:4] for height in run])
-    for span_s in SINKING_SPANS_S:
+    for span_s, fewest in zip(SINKING_SPANS_S, SINKING_FEWEST):
         part = found[newest.stamp_s - found[:, 0] <= span_s + 1e-6]
         lasted_s = newest.stamp_s - part[-1, 0]
-        if len(part) < SINKING_FEWEST or lasted_s < 0.8 * span_s:
+        if len(part) < fewest or lasted_s < 0.8 * span_s:
             continue
         times_s, z_m = part[:, 0] - part[:, 0].mean(), part[:, 3] - part[:, 3].mean()
         spread = float(times_s @ times_s)
         speed = float(times_s @ z_m) / spread
         residual_m = math.sqrt(float(np.mean((z_m - speed * times_s) ** 2)))
         flown_m_s = math.dist(part[0, 1:3], part[-1, 1:3]) / lasted_s
-        noise = max(residual_m, 0.5 * SINKING_RESIDUAL_M) / math.sqrt(spread)
-        least = max(SINKING_LEAST_M_S + SINKING_SLOPE * flown_m_s, SINKING_SIGNIFICANCE * noise)
+        noise = max(residual_m, SINKING_NOISE_M) / math.sqrt(spread)
+        is_soon = gap_m <= SINKING_SOON_S * abs(speed)
+        of_slope = 0.0 if is_soon else SINKING_SLOPE * flown_m_s
+        least = max(SINKING_LEAST_M_S + of_slope, SINKING_SIGNIFICANCE * noise)
         most_m = min(SINKING_RESIDUAL_M, SINKING_UNEVEN * abs(speed) * lasted_s)
         if residual_m < most_m and abs(speed) > least:
             return speed

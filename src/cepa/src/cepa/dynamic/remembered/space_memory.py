@@ -163,7 +163,7 @@ class SpaceMemory:
         return RecalledSpace(*known, self._field.grid)
 
     def columns(self, motion: Motion) -> np.ndarray:
-        """Return the discs (k, 6) that something comes down into, as clouds have shown."""
+        """Return the discs (k, 8) that something comes down into, as clouds have shown."""
         return self._falling.columns(motion)
 
     def have_stood(self, movers: np.ndarray, points: np.ndarray, motion: Motion) -> np.ndarray:

@@ -7,7 +7,7 @@ import tempfile
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any, Callable, Sequence
+from typing import Any, Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -21,9 +21,11 @@ from flights.campaign.campaign import PATIENCE, Case
 from flights.campaign.flying import Flight, fly_to_goal
 from flights.campaign.mapping import MAP_METRICS, fly_and_map
 from flights.campaign.places import place_of
+from flights.campaign.sinking_load import could_be_avoided, load_in, sight_of
 from flights.flight.conditions import BOUNDS, Conditions
 from flights.flight.course import PhaseLimits
 from flights.flight.parameters import CEPA, ClosedLoopParameters
+from flights.worlds.drawn.movers import SINKING
 from inspection_tools import PositionControllerParameters
 from simulation_tools.geometry import Pose, rotation_matrix
 from simulation_tools.sdf.elements import Model, RaySensor
@@ -33,7 +35,15 @@ from simulation_tools.vehicle.uav import load_uav
 
 _OF_WAY = ("path_length_m", "min_clearance_m", "emergencies", "mass_kg")
 COLUMNS = {
-    "flight": ("reached", "collision", "stuck", "flight_time_s", "time_over_straight", *_OF_WAY),
+    "flight": (
+        "reached",
+        "collision",
+        "unavoidable",
+        "stuck",
+        "flight_time_s",
+        "time_over_straight",
+        *_OF_WAY,
+    ),
     "mapping": ("mapped", "collision", "stuck", "flight_time_s", *_OF_WAY, *MAP_METRICS),
 }
 """What came of a trial, by the campaign's kind."""
@@ -66,8 +76,9 @@ def _flown(case: Case) -> dict[str, Any]:
     speed_m_s = settings["speed_m_s"]
     straight_s = place.distance_m / speed_m_s
     with tempfile.TemporaryDirectory() as folder:
+        world = place.world_file(Path(folder))
         parameters = ClosedLoopParameters(
-            _simulation(case, place.world_file(Path(folder))),
+            _simulation(case, world),
             goal_xyz_m=(place.distance_m, 0.0, settings["height_m"]),
             position_controller=PositionControllerParameters(max_speed=speed_m_s),
             limits=PhaseLimits(flight_timeout_s=PATIENCE * straight_s),
@@ -79,9 +90,19 @@ def _flown(case: Case) -> dict[str, Any]:
         algorithm.take_keep_out(keep_out)
         listeners = [ExactMap(keep_out)] if place.keep_out else []
         flight = fly_to_goal(parameters, algorithm, place.stuck_s, listeners)
+        unavoidable = flight.end == "collision" and _is_unavoidable(flight, settings, world)
     if entered(flight.poses, place.keep_out, cepa.body_radius):
         flight = replace(flight, end="collision")
-    return outcome_of(flight, straight_s)
+    return {**outcome_of(flight, straight_s), "unavoidable": unavoidable}
+
+
+def _is_unavoidable(flight: Flight, settings: Mapping[str, Any], world: Path) -> bool:
+    """Return whether no command could have avoided a load that came down; False where none did."""
+    load = load_in(world) if settings["world"] == SINKING else None
+    if load is None:
+        return False
+    sight = sight_of(settings.get("model", "iris"), settings["lidar"], settings["range_finders"])
+    return not could_be_avoided(flight.poses, load, sight)
 
 
 class ExactMap:
