@@ -7,13 +7,15 @@ of a mark are found. --photographs FOLDER with --truth FILE: a table with the co
 filter with hysteresis beside, untuned, on masks of cracks; it is installed at first. Every picture counts,
 but those that are named with the reason. The pictures are taken one by one, without poses, at their own
 size. Those that are blurred, written upon (a time stamp) or not stored as RGB count, and they are told and
-counted apart, too.
+counted apart, too. --burn-stamp SEED and --blur PX put such flaws into each picture. Then `blurred` and
+`written` say how many of them are told, and without these options how many are told falsely.
 
 Keys: findings.SET.KIND.{ours, sato}.{precision, recall, f}, of all pictures together; .f_p10, .f_median,
 .f_p90 over the pictures; .cpu_s, the median of a picture; .cpu_s_per_mp; .peak_mb of the process; .pictures;
-.left_out; and with --truth .true, .found_of_true, .false, .others, .wrong. The same of ours_blurred,
-ours_written and ours_converted, of such pictures alone; with --halves, of first_half, on which one may tune,
-and of second_half.
+.left_out; .blurred, .written, .converted: so many pictures are told to have this flaw; .clean: pictures that
+show nothing of the kind; .false_alarms in them, and .false_alarms_a_picture; and with --truth .true,
+.found_of_true, .false, .others, .wrong. The same of ours_blurred, ours_written and ours_converted, of such
+pictures alone; with --halves, of first_half, on which one may tune, and of second_half.
 """
 
 from __future__ import annotations
@@ -28,7 +30,8 @@ import numpy as np
 from tqdm import tqdm
 
 from benchmarks.findings_rows import ours, public_set
-from benchmarks.findings_rows.apart import flaws_of, told_of
+from benchmarks.findings_rows.apart import WORDS, flaws_of, told_of
+from benchmarks.findings_rows.burnt import Burnt
 from benchmarks.findings_rows.halves import halves_of
 from benchmarks.findings_rows.public_set import PublicSet, SetError
 from benchmarks.findings_rows.sato import lines_by_sato
@@ -37,6 +40,7 @@ from benchmarks.peers.environments import PeerError
 from benchmarks.shared.results import Results, options, table
 
 KINDS = ("crack", "rust")
+MOST_BLUR_PX = 200.0
 HEADER = ("", "precision", "recall", "F", "F p10", "median", "p90", "CPU s a picture", "a MP", "peak MB")
 BRIEF = "bench findings: nothing is measured without --photographs FOLDER; its --help says what it reads."
 
@@ -58,6 +62,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
         metavar="SEED",
         help="with --truth: tell both halves of the set by this seed",
     )
+    parser.add_argument(
+        "--burn-stamp", type=int, metavar="SEED", help="burn a date and time into each picture"
+    )
+    parser.add_argument("--blur", type=float, default=0.0, metavar="PX", help="blur each by a motion so long")
     parser.add_argument("--set", default=None, help="name of the set; default: that of its folder")
     parser.add_argument("--peers", nargs="+", default=(), choices=("sato",))
     given = parser.parse_args(arguments)
@@ -68,6 +76,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     if (given.masks is None) == (given.truth is None):
         parser.error("give either --masks FOLDER or --truth FILE")
+    if not 0.0 <= given.blur <= MOST_BLUR_PX:
+        parser.error(f"--blur is 0 to {MOST_BLUR_PX:g} px")
+    if given.burn_stamp is not None and given.burn_stamp < 0:
+        parser.error("--burn-stamp needs a seed, 0 or more")
+    if "sato" in given.peers and (given.blur or given.burn_stamp is not None):
+        parser.error("sato reads the files, so it gets no flaws; leave out --peers")
     if given.halves is not None and given.truth is None:
         parser.error("--halves needs --truth FILE")
     try:
@@ -88,18 +102,27 @@ def main(arguments: Sequence[str] | None = None) -> None:
         )
         for line in told_of(found.flaws):
             print(line)
+        if rows["ours"]["clean"]:
+            print(
+                "{clean} pictures show nothing of it: {false_alarms} false alarms in them, "
+                "{false_alarms_a_picture:.2f} a picture".format(**rows["ours"])
+            )
         print(_table(rows) if given.masks else "\n".join(f"{who}: {_answers(n)}" for who, n in rows.items()))
 
 
 def _set_of(given: argparse.Namespace) -> PublicSet:
     if given.masks is not None:
-        return public_set.with_masks(given.photographs, given.masks, given.label)
-    return public_set.with_answers(given.photographs, given.truth, given.kind)
+        found = public_set.with_masks(given.photographs, given.masks, given.label)
+    else:
+        found = public_set.with_answers(given.photographs, given.truth, given.kind)
+    found.burnt = Burnt(given.burn_stamp, given.blur)
+    return found
 
 
 def _by_masks(found: PublicSet, given: argparse.Namespace) -> dict[str, dict[str, Any]]:
     """Return the figures of each who marks: ours, and the peers that were asked for."""
     paths, masks, scores, cpu_s, megapixels = [], [], [], [], []
+    counts: list[int] = []
     for path, picture in tqdm(found.pictures(), total=len(found.masks), unit="picture"):
         mask = found.mask(path, picture.shape[:2])
         if mask is None:
@@ -107,6 +130,7 @@ def _by_masks(found: PublicSet, given: argparse.Namespace) -> dict[str, dict[str
         start = time.process_time()
         marks = ours.marks_in(picture, given.kind)
         cpu_s.append(time.process_time() - start)
+        counts.append(len(marks))
         scores.append(of_pixels(ours.pixels_of(marks, mask.shape), mask, given.tolerance))
         paths.append(path)
         masks.append(mask)
@@ -116,6 +140,7 @@ def _by_masks(found: PublicSet, given: argparse.Namespace) -> dict[str, dict[str
         who: _figures(_at(places, scores), _at(places, cpu_s), _at(places, megapixels), _peak_mb(), found)
         for who, places in _parts(found, [path.name for path in paths]).items()
     }
+    rows["ours"] |= _told(found) | _false_alarms(scores, counts)
     if "sato" in given.peers and given.kind == "crack":
         try:
             lines = lines_by_sato(paths)
@@ -129,9 +154,11 @@ def _by_masks(found: PublicSet, given: argparse.Namespace) -> dict[str, dict[str
 
 def _by_answers(found: PublicSet, kind: str, seed: int | None) -> dict[str, dict[str, Any]]:
     names, scores, cpu_s, megapixels, wrong = [], [], [], [], []
+    counts: list[int] = []
     for path, picture in tqdm(found.pictures(), total=len(found.answers), unit="picture"):
         start = time.process_time()
-        says = bool(ours.marks_in(picture, kind))
+        counts.append(len(ours.marks_in(picture, kind)))
+        says = counts[-1] > 0
         cpu_s.append(time.process_time() - start)
         scores.append(of_answer(says, found.answers[path]))
         megapixels.append(picture.shape[0] * picture.shape[1] / 1e6)
@@ -151,8 +178,21 @@ def _by_answers(found: PublicSet, kind: str, seed: int | None) -> dict[str, dict
         numbers |= {"true": both.true, "found_of_true": both.shown, "false": both.found - both.right}
         of_these = set(_at(places, names))
         numbers |= {"others": len(part) - both.true, "wrong": [name for name in wrong if name in of_these]}
-        rows[who] = numbers
+        rows[who] = numbers | _false_alarms(part, _at(places, counts))
+    rows["ours"] |= _told(found)
     return rows
+
+
+def _told(found: PublicSet) -> dict[str, int]:
+    """Return of how many pictures each flaw is told."""
+    return {word: sum(word in each for each in found.flaws.values()) for word in WORDS.values()}
+
+
+def _false_alarms(scores: Sequence[Score], counts: Sequence[int]) -> dict[str, Any]:
+    """Return how many pictures show nothing of the kind, and what is marked in them. counts: of marks."""
+    clean = [count for score, count in zip(scores, counts) if not score.true]
+    a_picture = sum(clean) / len(clean) if clean else None
+    return {"clean": len(clean), "false_alarms": sum(clean), "false_alarms_a_picture": a_picture}
 
 
 def _parts(found: PublicSet, names: Sequence[str]) -> dict[str, list[int]]:

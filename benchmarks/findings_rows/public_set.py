@@ -11,6 +11,7 @@ import numpy as np
 from PIL import Image
 from scipy.io import loadmat
 
+from benchmarks.findings_rows.burnt import Burnt
 from inspection.findings.picture.flaws import check_shows
 from inspection.photographs.listing import LeftOut, pictures_in, read_picture
 from inspection.photographs.record import PhotographError
@@ -29,20 +30,22 @@ class PublicSet:
     """Photographs with masks or answers.
 
     label: value of the pixels of a mask that count; None: all but the most frequent value. left_out: name of
-    each other picture, with the reason. flaws: of each picture that counts, words of `apart`.
+    each other picture, with the reason. burnt: flaws that each picture gets.
+    flaws: of each picture that counts, words of `apart`.
     """
 
     masks: dict[Path, Path] = field(default_factory=dict)
     answers: dict[Path, bool] = field(default_factory=dict)
     label: int | None = None
     left_out: dict[str, str] = field(default_factory=dict)
+    burnt: Burnt = field(default_factory=Burnt)
     flaws: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
     def pictures(self) -> Iterator[tuple[Path, np.ndarray]]:
         """Yield each picture, uint8 (height, width, 3), that shows something."""
-        for path in (*self.masks, *self.answers):
+        for number, path in enumerate((*self.masks, *self.answers)):
             try:
-                picture = _read(path)
+                picture = self.burnt.into(_read(path), number)
                 check_shows(picture, str(path))
             except (PhotographError, SetError) as error:
                 self.left_out[path.name] = LeftOut.of(path, error).why

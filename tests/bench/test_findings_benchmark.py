@@ -10,6 +10,7 @@ from PIL import Image
 from scipy.io import savemat
 
 from benchmarks import findings
+from benchmarks.findings_rows.burnt import Burnt, moved
 from benchmarks.findings_rows.halves import halves_of
 from benchmarks.findings_rows.public_set import SetError, read_mask, with_answers, with_masks
 from benchmarks.findings_rows.scores import of_answer, of_pixels, total
@@ -161,3 +162,49 @@ def test_a_table_that_cannot_be_read_is_refused(pictures, tmp_path, text, said):
 def test_without_photographs_nothing_is_measured(capsys):
     findings.main(["--brief"])
     assert capsys.readouterr().out.startswith("bench findings: nothing is measured without --photographs")
+
+
+def test_motion_moves_light_along_its_line():
+    """A point becomes a line of the motion's length and of the same light in all, but for the noise."""
+    point = np.full((61, 61, 3), 0, np.uint8)
+    point[30, 30] = 255
+    blurred = np.mean(
+        [moved(point, 15.0, 0.0, np.random.default_rng(seed)) for seed in range(4)], axis=(0, 3)
+    )
+    assert blurred[30, 24:37].min() > 8.0  # 255 / 15 = 17 each
+    assert blurred[30, 39:].max() < 5.0
+    assert blurred[[27, 33]].max() < 5.0
+
+
+def test_writing_is_burnt_in_at_a_border_and_each_picture_has_its_own():
+    grey = np.full((400, 600, 3), 120, np.uint8)
+    written = [np.abs(Burnt(3).into(grey, number).astype(int) - 120).max(axis=2) > 30 for number in (0, 1)]
+    for each in written:
+        rows = np.nonzero(each.any(axis=1))[0]
+        assert 0.02 * 400 <= np.ptp(rows) + 1 <= 0.06 * 400 + 2
+        assert rows[0] < 40 or rows[-1] > 360
+    assert (written[0] != written[1]).any()
+    assert (Burnt(3).into(grey, 0) == Burnt(3).into(grey, 0)).all()
+    assert Burnt().into(grey, 0) is grey
+
+
+def test_flaws_that_are_put_in_are_counted_and_so_are_false_alarms(pictures, tmp_path, capsys):
+    for name in ("a", "c"):  # large enough for writing
+        Image.new("RGB", (640, 480), (120, 120, 120)).save(pictures / f"{name}.png")
+    (tmp_path / "truth.csv").write_text("name,crack\na.png,no\nc.png,no\n")
+    call = [
+        "--photographs",
+        str(pictures),
+        "--truth",
+        str(tmp_path / "truth.csv"),
+        "--results",
+        str(tmp_path),
+    ]
+    findings.main([*call, "--burn-stamp", "1"])
+    numbers = json.loads((tmp_path / "benchmarks.json").read_text())["findings"]["pictures"]["crack"]["ours"]
+    assert (numbers["written"], numbers["pictures"]) == (2, 2)
+    assert (numbers["clean"], numbers["false_alarms_a_picture"]) == (2, 0.0)
+    assert "2 pictures show nothing of it: 0 false alarms in them, 0.00 a picture" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        findings.main([*call, "--blur", "-1"])
+    assert "--blur is 0 to 200 px" in capsys.readouterr().err

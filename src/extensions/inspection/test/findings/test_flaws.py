@@ -11,7 +11,7 @@ from scipy.stats import foldnorm
 from inspection.findings.command import main
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.candidates import candidates_in
-from inspection.findings.picture.flaws import BLURRED, CONVERTED, WRITTEN, blur_ratio, flaws_in
+from inspection.findings.picture.flaws import BLURRED, CONVERTED, WRITTEN, FlawCounter, blur_ratio, flaws_in
 from inspection.findings.picture.stamps import writing_in
 
 TEXTURE = ndimage.gaussian_filter(np.random.default_rng(1).normal(size=(480, 640)), 0.8)
@@ -78,3 +78,19 @@ def test_black_and_white_pictures_are_left_out(tmp_path, value, capsys):
     assert ("black" if value == 0 else "white") in content["left_out"][0]["why"]
     assert content["flawed"] == [{"photograph": "inks.jpg", "why": CONVERTED}]
     assert f"1 photographs: inks.jpg: {CONVERTED}" in capsys.readouterr().err
+
+
+def test_the_detector_tells_each_flaw_with_the_number_of_pictures_that_have_it():
+    """As the node `detector` warns: picture by picture, and none that shows nothing is marked."""
+    counter = FlawCounter()
+    assert counter.told_of("plate.jpg", PLATE) == (True, ())
+    written = stamped(np.full((480, 640, 3), 120, np.uint8), (255, 140, 0))
+    for number in (1, 2):
+        said = f"{number}.jpg: {WRITTEN} Such photographs so far: {number}."
+        assert counter.told_of(f"{number}.jpg", written) == (True, (said,))
+    black, white = (np.full_like(PLATE, value) for value in (0, 255))
+    for number, (picture, tone) in enumerate(((black, "black"), (white, "white")), 1):
+        shows, (said,) = counter.told_of("lost.jpg", picture)
+        assert not shows
+        assert said.startswith(f"lost.jpg: it is {tone} all over.")
+        assert said.endswith(f"Such photographs so far: {number}.")

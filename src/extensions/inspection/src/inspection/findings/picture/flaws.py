@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
-from typing import Sequence
+from typing import NamedTuple, Sequence
 
 import numpy as np
 from scipy import ndimage
@@ -84,3 +85,29 @@ def counted(flaws: Sequence[tuple[str, str]]) -> list[str]:
         names = [name for name, said in flaws if said == why]
         lines.append(f"{len(names)} photographs: {', '.join(names)}: {why}")
     return lines
+
+
+class Told(NamedTuple):
+    """What is told of a picture. shows: whether it shows anything. sentences: one for each flaw."""
+
+    shows: bool
+    sentences: tuple[str, ...]
+
+
+class FlawCounter:
+    """Tells the flaws of pictures that come one by one, and how many so far have each."""
+
+    def __init__(self) -> None:
+        self._so_far: Counter[str] = Counter()
+
+    def told_of(self, name: str, picture: np.ndarray) -> Told:
+        """Return what is told of a picture, uint8 (height, width, 3)."""
+        try:
+            check_shows(picture, name)
+        except PhotographError as error:
+            return Told(False, (self._counted("nothing", str(error)),))
+        return Told(True, tuple(self._counted(why, f"{name}: {why}") for why in flaws_in(picture)))
+
+    def _counted(self, flaw: str, sentence: str) -> str:
+        self._so_far[flaw] += 1
+        return f"{sentence} Such photographs so far: {self._so_far[flaw]}."
