@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
+from handbook import library  # noqa: E402
 from handbook.lists import spread  # noqa: E402
 from handbook.pages import all_pages, pictures, with_links, without_words  # noqa: E402
 from handbook.parameters import tables  # noqa: E402
@@ -119,6 +121,42 @@ def test_a_nodes_docstring_tells_of_its_parameters():
         "late": "Wait",
         "so": "Often.",
     }
+
+
+@pytest.mark.parametrize(
+    ("typed", "page"),
+    [
+        ("tune parameter", "doc/using.md"),
+        ("replace gmapping", "doc/coming_from.md"),
+        ("own lidar", "src/extensions/flights/doc/tutorial.md"),
+        ("own tank", "src/extensions/flights/doc/own_tank.md"),
+        ("real PX4", "src/simulation_tools/doc/px4_sitl.md"),
+        ("keys of result", "src/extensions/flights/doc/reference.md"),
+        ("UAV stop", "*/doctor.md"),
+        ("why UAV stopped", "*/doctor.md"),
+        ("UAV does not move", "*/doctor.md"),
+        ("two machines", "*/campaigns.md"),
+        ("kind of finding", "CONTRIBUTING.md"),
+        ("add lidar", "CONTRIBUTING.md"),
+    ],
+)
+def test_what_a_student_types_stands_in_a_heading(typed, page):
+    """The search counts a word of a heading a thousand times. The last word may be a beginning."""
+    *words, begun = typed.lower().split()
+    (text,) = (
+        (ROOT / each).read_text(encoding="utf-8") for each in all_pages() if fnmatch(each.as_posix(), page)
+    )
+    headings = [re.findall(r"\w+", line.lower()) for line in re.findall(r"(?m)^#+ (.*)", text)]
+    assert any(set(words) <= {*each} and any(word.startswith(begun) for word in each) for each in headings)
+
+
+def test_the_search_shows_parameters_before_names_of_the_code(parameters):
+    """Names of the code are headings there, which the search counts a thousand times."""
+    boosts = [
+        float(re.search(r"(?m)^  boost: (.*)", text).group(1))
+        for text in (library.FOUND_LATER, *(text for _, text in tables.pages(parameters)))
+    ]
+    assert boosts[0] * 1000 <= 1 < min(boosts[1:])
 
 
 def test_each_page_is_in_the_menu_once():

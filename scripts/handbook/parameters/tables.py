@@ -19,7 +19,9 @@ TOLD = ROOT / "doc/parameters.yaml"
 """Sentences of what no .cfg and no dataclass tells of."""
 FOLDER = Path("parameters")
 """Of these pages, in the site."""
-HEAD = "| name | what it does | default | unit | least | greatest | type |\n|---|---|---|---|---|---|---|\n"
+FOUND_FIRST = "---\nsearch:\n  boost: 4\n---\n"
+"""The search for a parameter's name begins with its row."""
+HEAD = "| name | default | unit | what it does | least | greatest | type |\n|---|---|---|---|---|---|---|\n"
 NODE = tuple[str, str]
 WORDS_MIN = 3
 """A unit alone, or "as x", is no sentence."""
@@ -110,8 +112,9 @@ def pages(parameters: dict[NODE, dict[str, Parameter]]) -> Iterator[tuple[Path, 
     """Yield the page of each package, and its text."""
     for package in sorted({package for package, _ in parameters}):
         text = (
-            f"# Parameters of {package}\n\nAll are private parameters of their node. *Live*: it can be "
-            "changed while the node runs, by dynamic_reconfigure. `a/b` is `b` in the namespace `a`.\n"
+            f"{FOUND_FIRST}# Parameters of {package}\n\nAll are private parameters of their node. "
+            "*Live*: it can be changed while the node runs, by dynamic_reconfigure. "
+            "`a/b` is `b` in the namespace `a`.\n"
         )
         for (owner, node), rows in parameters.items():
             if owner == package:
@@ -123,9 +126,9 @@ def _row(parameter: Parameter) -> str:
     live = " *Live.*" if parameter.is_live else ""
     cells = (
         f"`{parameter.name}`",
-        parameter.sentence.replace("|", "\\|") + live,
         f"`{shown(parameter.default)}`" if parameter.default is not None else "",
         parameter.unit,
+        parameter.sentence.replace("|", "\\|") + live,
         shown(parameter.least),
         shown(parameter.most),
         parameter.kind,
