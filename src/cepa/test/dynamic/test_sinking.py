@@ -10,6 +10,7 @@ from cepa import Dynamic, LaserScan2D, Motion, Ranging
 from cepa.dynamic.kernels.response import fly
 from cepa.dynamic.observer import response_of
 from cepa.dynamic.obstacle_tracks.sinking import Sinking
+from cepa.dynamic.remembered.voxel_memory import VoxelMemory
 
 PERIOD_S, HEIGHT_M, RANGE_MAX_M = 0.1, 2.0, 40.0
 BEAMS = 360
@@ -179,6 +180,16 @@ def fly_near_a_load(edge_m, bottom_of, reference_of, until_s, place_m=(0.0, 0.0,
         clearance_m = min(clearance_m, load.clearance(position, 0.35, 0.25, 0.1))
         lowest_m = min(lowest_m, position[2])
     return clearance_m, lowest_m
+
+
+def test_spots_of_what_comes_are_forgotten_and_nothing_beside_or_under_the_uav():
+    memory, here = VoxelMemory(), np.array([20.0, 0.0, 2.0])
+    over, beside, under = (0.1, 0.0, 0.4), (0.8, 0.0, 0.4), (0.1, 0.0, -0.4)
+    nothing_seen = np.full((40, 24), math.inf, np.float32), 0.05, 0.3, 1.5, 3
+    memory.update(np.array([over, beside, under]), here, 1.0, 0.0, nothing_seen)
+    memory.forget_over(here, 0.5, 1.0)
+    points, _ = memory.update(np.empty((0, 3)), here, 1.1, 0.0, nothing_seen)
+    assert sorted(map(tuple, points.round(6).tolist())) == sorted((beside, under))
 
 
 @pytest.mark.parametrize("is_led", [False, True])

@@ -240,6 +240,10 @@ class Dynamic(Algorithm):
         columns = self._sinking.take_in(rangings, now)
         if self._space is not None:
             columns = np.concatenate((columns, self._space.columns(now)))
+        if self._space is not None and self._is_hurried(columns):
+            for way in np.unique(columns[:, 7]).tolist():
+                rangings = [r for r in rangings if way * r.direction[2] <= 0.0]
+                self._space.forget_over(now, way)
         met = np.concatenate((scan.movers, columns[:, :6])) if len(columns) else scan.movers
         evasion_m_s = HURRIED_EVASION_M_S if self._is_hurried(columns) else EVASION_M_S
         fastest = max(evasion_m_s, reference_speed, math.hypot(state[0, 1], state[1, 1]))

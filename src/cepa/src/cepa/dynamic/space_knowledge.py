@@ -98,6 +98,10 @@ class SpaceKnowledge(Knowledge):
         """Return the discs (k, 8) that something comes down into, as the clouds until now have shown."""
         return self._memory.columns(motion)
 
+    def forget_over(self, motion: Motion, way: float) -> None:
+        """Forget what is over (way 1) or under (-1) the UAV: spots of what comes do not stand there."""
+        self._memory.forget_over(motion, way)
+
     @property
     def has_clouds(self) -> bool:
         """Whether clouds come that look all around: then what stands need not be the same at all heights."""

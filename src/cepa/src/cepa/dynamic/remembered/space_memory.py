@@ -166,6 +166,10 @@ class SpaceMemory:
         """Return the discs (k, 8) that something comes down into, as clouds have shown."""
         return self._falling.columns(motion)
 
+    def forget_over(self, motion: Motion, way: float) -> None:
+        """Forget what is over (way 1) or under (-1) the UAV; what stands there is seen again."""
+        self._points.forget_over(np.array(motion.position_m), self._p.r_lb, way)
+
     def have_stood(self, movers: np.ndarray, points: np.ndarray, motion: Motion) -> np.ndarray:
         """Return which of what seems to move (k, 6), m, has stood there, as clouds show (k,).
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from cepa.dynamic.constants.distance_fields import FIELD_WINDOW_M
@@ -66,6 +68,12 @@ class VoxelMemory:
         if len(left):
             points, is_older = np.concatenate((points, left)), np.append(is_older, np.zeros(len(left), bool))
         return points, is_older
+
+    def forget_over(self, origin: np.ndarray, radius_m: float, way: float) -> None:
+        """Forget, at the next update, what is over (way 1) or under (-1) ``origin``, m, within a radius."""
+        away = self._voxels.points[: self._known] - origin
+        gone = (way * away[:, 2] > 0.0) & (np.hypot(away[:, 0], away[:, 1]) < radius_m)
+        self._voxels.stamps[: self._known][gone] = -math.inf
 
     def have_stood(self, points: np.ndarray, origin: np.ndarray, stamp_s: float) -> np.ndarray:
         """Return at which points (n, 3), m, relative to ``origin``, something has stood for long (n,)."""
