@@ -5,6 +5,7 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["node_tools", "node_tools.lockstep", "node_tools.restarts"], package_dir={"": "src"}
+        packages=["node_tools", "node_tools.bags", "node_tools.lockstep", "node_tools.restarts"],
+        package_dir={"": "src"},
     )
 )

@@ -5,17 +5,14 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import genpy
 import numpy as np
 import rosbag
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 
 from cepa.identification.recording import IdentificationError, Recording
+from node_tools.bags import DAMAGE
 from node_tools.conversions import xyz, yaw_of
-
-DAMAGE = (rosbag.ROSBagException, genpy.DeserializationError, OSError, EOFError, ValueError, LookupError)
-"""What rosbag and message classes raise for bytes that make no sense."""
 
 
 class ResponseRecorder:

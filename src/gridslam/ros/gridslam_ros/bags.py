@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import struct
 from dataclasses import dataclass
 from typing import Callable, Iterator
 
-import genpy
 import numpy as np
 import rosbag
 from nav_msgs.msg import Odometry
@@ -20,20 +18,11 @@ from gridslam_ros.beside.beside_scans import BesideScans
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 from gridslam_ros.intake import OUT_OF_ORDER, Intake
 from gridslam_ros.scan_queue import ScanQueue
+from node_tools.bags import DAMAGE
 
 LASER_SCAN, ODOMETRY = "sensor_msgs/LaserScan", "nav_msgs/Odometry"
 POINT_CLOUD = "sensor_msgs/PointCloud2"
 KINDS = {LASER_SCAN: "scans", ODOMETRY: "odometry", POINT_CLOUD: "clouds"}
-DAMAGE = (
-    rosbag.ROSBagException,
-    genpy.DeserializationError,
-    OSError,
-    EOFError,
-    ValueError,
-    LookupError,
-    struct.error,
-)
-"""The exceptions of rosbag and message classes for damaged bytes."""
 NEWEST_FORMAT = 200
 """Bags of 2.0 have been written since 2010; some of the classic ones are of 1.2."""
 TF_TOPICS = ("/tf", "/tf_static", "tf", "tf_static")

@@ -8,10 +8,10 @@ import sys
 import termios
 import tty
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 
 
-class TerminalError(InspectionToolsError):
+class TerminalError(FlightBasicsError):
     """There is no terminal to read keys from."""
 
 

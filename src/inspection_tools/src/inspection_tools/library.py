@@ -3,7 +3,7 @@
 from flight_basics.correction import CorrectionParameters, SlowCorrection
 from flight_basics.errors import (
     ContradictionError,
-    InspectionToolsError,
+    FlightBasicsError,
     MapError,
     MissionError,
     NoPathError,
@@ -26,7 +26,7 @@ from inspection_tools.yaw.steering import YawSteering
 __all__ = [
     "ContradictionError",
     "CorrectionParameters",
-    "InspectionToolsError",
+    "FlightBasicsError",
     "LevelBeamsParameters",
     "LevelFrame",
     "LidarMedianFilter",

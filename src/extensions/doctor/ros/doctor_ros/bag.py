@@ -3,26 +3,14 @@
 from __future__ import annotations
 
 import math
-import struct
 from pathlib import Path
 
-import genpy
 import rosbag
 
 from doctor.snapshot import Parameter, Recording
 from doctor_ros.recorder import NOT_NEEDED, Recorder
 from flights.errors import FlightsError
-
-DAMAGE = (
-    rosbag.ROSBagException,
-    genpy.DeserializationError,
-    struct.error,
-    OSError,
-    EOFError,
-    ValueError,
-    LookupError,
-)
-"""The exceptions of rosbag and message classes for damaged bytes."""
+from node_tools.bags import DAMAGE
 
 
 class BagError(FlightsError):

@@ -59,7 +59,7 @@ class MapFeed:
         connected; then the connection is another one, whose first message is the whole map.
 
         Raises:
-            InspectionToolsError: the message makes no sense; this part of the map is left out.
+            FlightBasicsError: the message makes no sense; this part of the map is left out.
         """
         frame = message.header.frame_id.lstrip("/")
         if frame != self._frame:

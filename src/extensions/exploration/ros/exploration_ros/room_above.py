@@ -11,7 +11,7 @@ import rospy
 
 from exploration.planning import PathPlanner
 from exploration.srv import RoomAbove, RoomAboveRequest, RoomAboveResponse
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 
 
 def serve_room_above(
@@ -31,7 +31,7 @@ def serve_room_above(
         try:
             with planner_lock:
                 return RoomAboveResponse(True, "", planner.room_above_m(here_m, request.wanted))
-        except InspectionToolsError as error:
+        except FlightBasicsError as error:
             return RoomAboveResponse(message=str(error))
 
     return rospy.Service("~room_above", RoomAbove, answer)

@@ -8,7 +8,7 @@ import pytest
 from drawn_voxels import SIDE, block, kinds_of, planner_on, tiles_of, voxels_on
 
 from exploration.planning import KeepOutBox, Limits, PathPlanner, PlannerParameters
-from flight_basics.errors import InspectionToolsError, MapError, NoPathError, ParameterError, PoseError
+from flight_basics.errors import FlightBasicsError, MapError, NoPathError, ParameterError, PoseError
 
 SLIM = PlannerParameters(radius=1.4, margin=0.0, comfort=0.0, preference=0.0)
 """Keeps 2 squared voxels of 1 m: no voxel beside a wall's face."""
@@ -288,7 +288,7 @@ def test_the_map_grows_to_all_sides_and_another_resolution_begins_anew():
 def test_wrong_parameters_are_refused(field, value):
     with pytest.raises(ParameterError, match=field.name):
         PlannerParameters(**{field.name: value})
-    assert issubclass(ParameterError, InspectionToolsError)
+    assert issubclass(ParameterError, FlightBasicsError)
 
 
 def test_letters_draw_what_they_say():

@@ -8,7 +8,7 @@ from exploration_ros.map_feed import MapFeed
 from std_msgs.msg import Header
 
 from exploration.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner, PlannerParameters
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 
 SIDE, RESOLUTION_M = 4, 0.2
 
@@ -85,5 +85,5 @@ def test_a_map_in_another_frame_is_refused(fed):
     _, feed = fed
     other = message(1, (0, 0, 0), [FREE])
     other.header.frame_id = "odom"
-    with pytest.raises(InspectionToolsError, match='"odom"'):
+    with pytest.raises(FlightBasicsError, match='"odom"'):
         feed.take(other)

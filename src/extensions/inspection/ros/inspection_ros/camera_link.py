@@ -13,7 +13,7 @@ import rospy
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float64
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from node_tools.services import ServiceCall
 
 SHOOT = "simulation_tools/Shoot"
@@ -24,7 +24,7 @@ PICTURE_S, LAST_PICTURE_S = 60.0, 20.0
 """Wall time in which the picture of a shot must come; and when the UAV waits at home for nothing else."""
 
 
-class CameraError(InspectionToolsError):
+class CameraError(FlightBasicsError):
     """The camera did not take the photograph."""
 
 

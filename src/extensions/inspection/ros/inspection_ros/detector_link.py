@@ -10,7 +10,7 @@ from typing import Callable
 
 import rospy
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from inspection.findings.remembered import read_marks, write_marks
 from inspection.msg import Candidates, Photograph
 from inspection.photographs.calibration import read_camera
@@ -75,20 +75,20 @@ class DetectorLink:
                 continue
             try:
                 self._mark(path, mesh)
-            except InspectionToolsError as error:
+            except FlightBasicsError as error:
                 self._say(f"{error} Its defects are looked for by inspection.")
             on_marked(path)
             self._due.task_done()
 
     def _mark(self, path: Path, mesh: str) -> None:
-        """Raises InspectionToolsError: the photograph or the answer makes no sense, or there is none."""
+        """Raises FlightBasicsError: the photograph or the answer makes no sense, or there is none."""
         if read_marks(path) is not None:
             return
         answer = self._asked(photograph_message(path, mesh, self._frame))
         if answer is None:
             told_s, self._patience_s = self._patience_s, NO_PATIENCE_S
             topic = self._candidates.resolved_name
-            raise InspectionToolsError(f"{path.name}: no candidates came on {topic} within {told_s:.0f} s.")
+            raise FlightBasicsError(f"{path.name}: no candidates came on {topic} within {told_s:.0f} s.")
         self._patience_s = PATIENCE_S
         found = candidates_of(answer, read_camera(path.parent / "calibration.yaml"))
         write_marks(path, found, answer._connection_header.get("callerid", ""))

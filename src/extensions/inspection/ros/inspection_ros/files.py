@@ -57,7 +57,7 @@ def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
     """Read what a goal names.
 
     Raises:
-        InspectionToolsError: one sentence.
+        FlightBasicsError: one sentence.
     """
     plan = read_plan(Path(goal.plan))
     serials = (str(rospy.get_param(name, "")).strip() for name in ("~camera_serial", "~lens_serial"))

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import struct
 from typing import Callable, Sequence
 
-import genpy
 import numpy as np
 import rosbag
 import rospy
@@ -17,19 +15,10 @@ from flight_basics.geometry import Quaternion, Vector3, normalised
 from inspection.photograph_poses.command import BagQuery
 from inspection.photograph_poses.of_flight import Flight, Track
 from inspection.photographs.record import PhotographError
+from node_tools.bags import DAMAGE
 from node_tools.conversions import xyz, xyzw
 
-AUTHORITY = "inspection_tools"
-DAMAGE = (
-    rosbag.ROSBagException,
-    genpy.DeserializationError,
-    OSError,
-    EOFError,
-    ValueError,
-    LookupError,
-    struct.error,
-)
-"""The exceptions of rosbag and message classes for damaged bytes."""
+AUTHORITY = "inspection"
 STATIC, MOVING = "/tf_static", "/tf"
 KINDS = {"path": "nav_msgs/Path", "odometry": "nav_msgs/Odometry"}
 

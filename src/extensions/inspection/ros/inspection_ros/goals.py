@@ -14,7 +14,7 @@ from flight_basics_ros.new_goal import NewGoal
 
 from exploration.energy import EnergyWatch
 from exploration.planning import PathPlanner
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from inspection.findings.background import BackgroundSearch, Wanted
 from inspection.flight import Inspection, InspectionParameters
 from inspection.flight.motion import Motion
@@ -64,7 +64,7 @@ class SurveyGoals:
         """Read plan, folder and drawing, unless they are those of the goal before.
 
         Raises:
-            InspectionToolsError: one sentence.
+            FlightBasicsError: one sentence.
         """
         if self._inspection is not None and self._is_known(goal):
             self._inspection.note_stored(self._stored())
@@ -116,7 +116,7 @@ class SurveyGoals:
             return False
         try:
             whole = read_plan(Path(path))
-        except InspectionToolsError:
+        except FlightBasicsError:
             return False
         told = [task.view for task in self._inspection.queue.tasks]
         are_all_told = self.second_look.lacks_rest or len(told) >= len(whole.views)

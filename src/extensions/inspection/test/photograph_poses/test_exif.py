@@ -9,7 +9,7 @@ from own_photographs import store, xmp
 from PIL.TiffImagePlugin import IFDRational
 from scipy.spatial.transform import Rotation
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photograph_poses.command import main
 from inspection.photograph_poses.exif import read_exif
@@ -169,7 +169,7 @@ def test_a_calibration_of_ones_own_stays_and_a_record_of_another_program_does_to
 def test_a_damaged_picture_is_named(tmp_path, damage):
     path = tmp_path / "a.jpg"
     path.write_bytes(damage)
-    with pytest.raises(InspectionToolsError, match="cannot be read"):
+    with pytest.raises(FlightBasicsError, match="cannot be read"):
         read_exif(path)
 
 

@@ -15,9 +15,10 @@ from tqdm import tqdm
 from gridslam import MapError, SlamError
 from gridslam.volume import CorrectedMap, Pose, VolumeParameters, stream_of, write_octree
 from gridslam.volume.path_poses import PathCorrections
-from gridslam_ros.bags import DAMAGE, POINT_CLOUD, TF_TOPICS, BagError, open_bag, topic_of
+from gridslam_ros.bags import POINT_CLOUD, TF_TOPICS, BagError, open_bag, topic_of
 from gridslam_ros.volume import messages
 from gridslam_ros.volume.frames import CloudFrames
+from node_tools.bags import DAMAGE
 
 ENDINGS = {".bt": True, ".ot": False}
 """Whether a file is binary."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Mapping
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from flights.errors import ScenarioError
 from flights.flight.course import PhaseLimits
 from flights.flight.description import RunDescription
@@ -63,5 +63,5 @@ def read(asked: Mapping[str, Any], keep_m: float) -> MissionFlight:
 def _waypoints(path: Path) -> tuple:
     try:
         return read_mission(path)
-    except InspectionToolsError as error:
+    except FlightBasicsError as error:
         raise ScenarioError(str(error)) from None

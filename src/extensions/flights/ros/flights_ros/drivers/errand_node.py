@@ -14,7 +14,7 @@ from mavros_msgs.msg import State
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from flights.errors import FlightError, FlightsError
 from flights.exploring.errand import Errand, Next
 from flights.exploring.stopover import Stopover
@@ -143,7 +143,7 @@ class ErrandNode(FlightNode):
                 with self._lock:
                     self._take(self._monitor.stay_landed())
                 return False
-        except (InspectionToolsError, FlightsError, SlamError) as error:
+        except (FlightBasicsError, FlightsError, SlamError) as error:
             self._abort(str(error))
             return False
         finally:

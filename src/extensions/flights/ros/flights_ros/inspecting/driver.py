@@ -9,7 +9,7 @@ from typing import Any, Sequence
 
 import rospy
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from flights.errors import FlightError
 from flights.exploring.errand import Errand
 from flights.flight.judging.contacts import UavParts
@@ -80,7 +80,7 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     try:
         if parts[0] is survey:
             survey.prepare()
-    except (InspectionToolsError, SlamError) as error:
+    except (FlightBasicsError, SlamError) as error:
         raise FlightError(str(error)) from None
     simulator.unpause()
     errand = Errand(len(parts), flight.swaps)
@@ -111,7 +111,7 @@ def _take_whole_plan(
     try:
         if survey.read_whole_plan() and not has_page:
             write_page(request, folder / "plan.yaml")
-    except InspectionToolsError as error:
+    except FlightBasicsError as error:
         rospy.logwarn(str(error))
 
 
@@ -130,7 +130,7 @@ def _complete(flown: FlownRun, survey: SurveyPart, ship: Path | None, content: d
                 photographs, folder.path / "plan.yaml", plan, told.truths, inspection.get("asked", 0),
                 Path(content["world"]),
             )  # fmt: skip
-        except InspectionToolsError as error:
+        except FlightBasicsError as error:
             rospy.logwarn(f"There is no coverage.json: {error}")
             folder.lacks(f"There is no coverage.json: {error}")
     if judged is not None:

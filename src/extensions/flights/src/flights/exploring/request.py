@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Mapping
 
 from exploration.planning import read_limits
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from flights.errors import FlightError, ScenarioError
 from flights.flight.course import PhaseLimits
 from flights.flight.description import RunDescription
@@ -72,5 +72,5 @@ def _check_limits(path: str) -> None:
     try:
         if path:
             read_limits(path)
-    except InspectionToolsError as error:
+    except FlightBasicsError as error:
         raise ScenarioError(str(error)) from None

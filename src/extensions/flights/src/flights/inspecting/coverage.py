@@ -59,7 +59,7 @@ def judge_photographs(
     truths: by the stamp of the photograph, in seconds with six decimals. views: photographs to be flown.
 
     Raises:
-        InspectionToolsError: one sentence.
+        FlightBasicsError: one sentence.
     """
     listing = countable(folder)
     kept = [(path, record) for path, record in listing.whole if round(record.stamp_s, 6) in truths]

@@ -30,7 +30,7 @@ def provide_plan(request: InspectingRequest, out: Path, seed: int, say: Callable
     If only few photographs are asked, the first plan will do.
 
     Raises:
-        InspectionToolsError, SlamError, FlightsError: one sentence.
+        FlightBasicsError, SlamError, FlightsError: one sentence.
     """
     if request.plan is not None:
         plan = read_plan(request.plan)
@@ -76,7 +76,7 @@ def write_page(request: InspectingRequest, plan_file: Path, surface: Surface | N
     """Write the page of a plan beside it. surface: of its mesh; None: it is read.
 
     Raises:
-        InspectionToolsError: the plan, the surface or the ship cannot be read, or the page not written.
+        FlightBasicsError: the plan, the surface or the ship cannot be read, or the page not written.
     """
     plan, ship = read_plan(plan_file), ship_file(request)
     known = surface or read_surface(Path(plan.source), plan.asked, plan.home_m)

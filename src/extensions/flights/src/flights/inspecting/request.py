@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Mapping
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from flights.errors import ScenarioError
 from flights.exploring import request as exploring
 from flights.exploring.request import ExploringRequest
@@ -94,7 +94,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
         flying = _flying(scenario.number("passing", asked.get("passing", 0.0), 0.0, FlightParameters.speed))
         if path:
             _check_plan(Path(path), camera)
-    except InspectionToolsError as error:
+    except FlightBasicsError as error:
         raise ScenarioError(str(error)) from None
     given = Path(path) if path else None
     return InspectingRequest(

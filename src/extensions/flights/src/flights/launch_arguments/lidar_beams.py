@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cepa import CepaError, LaserScan2D
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from flights.errors import ScenarioError
 from inspection_tools import LidarPadding, ScanGeometry
 from simulation_tools.vehicle.uav import load_uav
@@ -31,7 +31,7 @@ def check_beams(model: str, lidar: str) -> None:
         padded = LidarPadding().pad(np.full(axis.samples, np.inf, np.float32), geometry, *limits_m)
         turn = padded.geometry
         LaserScan2D(padded.ranges, turn.angle_min_rad, turn.angle_increment_rad, *limits_m, padded.seen)
-    except (InspectionToolsError, CepaError) as error:
+    except (FlightBasicsError, CepaError) as error:
         raise ScenarioError(
             f"The lidar {lidar} cannot steer a flight: {error} Change the samples, angles or ranges in the "
             f"model.sdf of lidar_{lidar}."

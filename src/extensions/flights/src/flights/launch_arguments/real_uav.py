@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Any, Mapping
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from flights.errors import ScenarioError
 from flights.worlds import scenario
 from simulation_tools import values
@@ -77,7 +77,7 @@ def _check_plan(plan: str) -> None:
 
     try:
         read_plan(Path(plan))
-    except InspectionToolsError as error:
+    except FlightBasicsError as error:
         raise ScenarioError(str(error)) from None
 
 

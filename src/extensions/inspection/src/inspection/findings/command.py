@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Sequence
 
-from flight_basics.errors import InspectionToolsError, ReportError, SurveyError
+from flight_basics.errors import FlightBasicsError, ReportError, SurveyError
 from inspection.findings.findings_file import (
     STATUSES,
     SearchRecord,
@@ -73,7 +73,7 @@ def main(arguments: list[str] | None = None) -> int:
         findings = record.findings
         if plan and surface:
             print(_write_closer(plan, surface, findings, target.with_name("closer.yaml")))
-    except InspectionToolsError as error:
+    except FlightBasicsError as error:
         print(f"findings: {error}", file=sys.stderr)
         return 1
     except OSError as error:

@@ -21,7 +21,7 @@ from typing import Iterable, Iterator
 
 import numpy as np
 
-from flight_basics.errors import InspectionToolsError, SurveyError
+from flight_basics.errors import FlightBasicsError, SurveyError
 from inspection.findings.background import Wanted
 from inspection.findings.kinds import FINDING_KINDS
 from inspection.findings.parameters import FindingParameters
@@ -49,7 +49,7 @@ class Follower:
             see there.
 
     Raises:
-        InspectionToolsError: the plan or its mesh cannot be read.
+        FlightBasicsError: the plan or its mesh cannot be read.
     """
 
     def __init__(self, plan_file: Path, closer_file: Path, wanted: Wanted) -> None:
@@ -137,7 +137,7 @@ def follow(plan_file: Path, closer_file: Path, wanted: Wanted, lines: Iterable[s
     Before, yield one that completes the plan, if it is a draft.
 
     Raises:
-        InspectionToolsError: the plan or its mesh cannot be read.
+        FlightBasicsError: the plan or its mesh cannot be read.
     """
     follower = Follower(plan_file, closer_file, wanted)
     if (rest := follower.complete()) is not None:
@@ -169,7 +169,7 @@ def main() -> int:
     try:
         for answer in follow(*given, sys.stdin):
             print(json.dumps(answer), flush=True)
-    except InspectionToolsError as error:
+    except FlightBasicsError as error:
         print(json.dumps({"views": [], "says": str(error), "is_last": True}), flush=True)
     return 0
 

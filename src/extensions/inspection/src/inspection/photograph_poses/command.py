@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Callable, NamedTuple, Sequence
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from flight_basics.geometry import Quaternion, Vector3, normalised
 from inspection.photograph_poses.colmap import poses_of_colmap
 from inspection.photograph_poses.exif import read_exif
@@ -46,7 +46,7 @@ def main(arguments: list[str] | None, read_flight: Callable[[BagQuery], Flight])
                 f"{first.why}"
             )
         store(given.folder, poses, given.replace)
-    except InspectionToolsError as error:
+    except FlightBasicsError as error:
         print(f"place_photographs: {error}", file=sys.stderr)
         return 1
     stems = {path.stem for path in pictures_in(given.folder)}

@@ -133,7 +133,7 @@ class PhotographFolder:
     def _exif(self, record: PhotographRecord) -> Image.Exif:
         exif = Image.Exif()
         exif[ORIENTATION] = UPRIGHT
-        exif[MAKE], exif[MODEL] = "inspection_tools", f"{self._camera.width} x {self._camera.height}"
+        exif[MAKE], exif[MODEL] = "inspection", f"{self._camera.width} x {self._camera.height}"
         block = exif.get_ifd(EXIF_BLOCK)
         if record.exposure_s is not None:
             block[EXPOSURE_TIME] = record.exposure_s

@@ -16,7 +16,7 @@ from typing import Callable, NamedTuple
 import numpy as np
 from PIL import Image
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photographs.calibration import read_camera
 from inspection.photographs.record import PhotographError, PhotographRecord, read_record, stamp_of
@@ -93,7 +93,7 @@ def listed(folder: Path, pixels: bool = True) -> Listing:
                 raise PhotographError(NO_POSE)
             check_picture(path, pixels, camera)
             whole.append((path, read_record(path.with_suffix(".json"))))
-        except InspectionToolsError as error:
+        except FlightBasicsError as error:
             left_out.append(LeftOut.of(path, error))
     for path in unread_in(folder):
         if path.stem not in owners:  # beside a JPEG of its name it is the same photograph

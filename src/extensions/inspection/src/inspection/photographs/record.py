@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from inspection.camera.taken import Taken
 
 
-class PhotographError(InspectionToolsError):
+class PhotographError(FlightBasicsError):
     """A photograph cannot be stored or read."""
 
 

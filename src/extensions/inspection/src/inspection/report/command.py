@@ -6,7 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
-from flight_basics.errors import InspectionToolsError, SurveyError
+from flight_basics.errors import FlightBasicsError, SurveyError
 from inspection.report.comparison import check_comparable
 from inspection.report.content import judged, page_content
 from inspection.report.grades import GradeRules
@@ -42,7 +42,7 @@ def main(arguments: list[str] | None = None) -> int:
             write_page_of_plan(given.folder, out, given.mesh, given.ship)
         else:
             write_report(given.folder, out, given.mesh, given.ship, given.last, given.thickness)
-    except InspectionToolsError as error:
+    except FlightBasicsError as error:
         print(f"inspection_report: {error}", file=sys.stderr)
         return 1
     if not is_plan and not libraries():
@@ -65,7 +65,7 @@ def write_report(
     """Write the page of an inspection's folder, and return what was read.
 
     Raises:
-        InspectionToolsError: one sentence: a file that was named cannot be used, or nothing is in the folder.
+        FlightBasicsError: one sentence: a file that was named cannot be used, or nothing is in the folder.
     """
     inspection, rules = read_inspection(folder), GradeRules()
     own = read_ship(ship) if ship else Ship()
@@ -82,7 +82,7 @@ def write_page_of_plan(path: Path, out: Path, mesh: Path | None, ship: Path | No
     """Write the page of a plan before its flight. mesh: None: the one that it was made for.
 
     Raises:
-        InspectionToolsError: one sentence: a file cannot be used.
+        FlightBasicsError: one sentence: a file cannot be used.
     """
     plan = read_plan(path)
     surface = read_surface(mesh or Path(plan.source), plan.asked, plan.home_m)

@@ -9,7 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Mapping, Sequence
 
-from flight_basics.errors import InspectionToolsError
+from flight_basics.errors import FlightBasicsError
 from inspection.findings.kinds import FINDING_KINDS, FindingKind, kinds_of
 from inspection.findings.merging import Finding
 from inspection.photograph_poses.exif import read_exif
@@ -144,7 +144,7 @@ def page_content(
 
 def _serial(inspection: Inspection) -> dict[str, str]:
     """Return the camera's serial number as the first photograph tells it, if it does."""
-    with suppress(InspectionToolsError):
+    with suppress(FlightBasicsError):
         serial = read_exif(inspection.shots[0].path).serial if inspection.shots else ""
         return {"camera": f"serial number {serial} (told by the photographs)"} if serial else {}
     return {}

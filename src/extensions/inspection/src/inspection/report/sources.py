@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Callable, Collection, Mapping, Sequence, TypeVar
 
-from flight_basics.errors import InspectionToolsError, ReportError, SurveyError
+from flight_basics.errors import FlightBasicsError, ReportError, SurveyError
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.findings.findings_file import SearchRecord, read_search
 from inspection.findings.merging import Finding
@@ -89,7 +89,7 @@ def read_inspection(folder: Path) -> Inspection:
             return None
         try:
             return read(places[0])
-        except InspectionToolsError as error:
+        except FlightBasicsError as error:
             remarks.append(str(error))
             return None
 

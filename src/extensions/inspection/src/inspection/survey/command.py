@@ -8,7 +8,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from flight_basics.errors import InspectionToolsError, SurveyError
+from flight_basics.errors import FlightBasicsError, SurveyError
 from mesh_files import KINDS
 
 OF_ASKED = (
@@ -29,7 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
     given = _parser().parse_args(arguments)
     try:
         given.run(given)
-    except InspectionToolsError as error:
+    except FlightBasicsError as error:
         print(f"survey_planner: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:

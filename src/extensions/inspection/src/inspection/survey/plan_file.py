@@ -7,7 +7,7 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, Mapping
 
-from flight_basics.errors import InspectionToolsError, SurveyError
+from flight_basics.errors import FlightBasicsError, SurveyError
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.files.whole import write_whole
 from inspection.survey.parameters import FlightParameters, SurveyParameters
@@ -88,7 +88,7 @@ def read_plan(path: Path) -> SurveyPlan:
         raise SurveyError(f"The plan {path} is not YAML{line}.") from None
     try:
         return parse_plan(content)
-    except InspectionToolsError as error:
+    except FlightBasicsError as error:
         raise SurveyError(f"{path}: {error}") from None
 
 
