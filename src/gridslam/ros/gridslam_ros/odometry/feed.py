@@ -14,7 +14,7 @@ from gridslam.cloud_odometry import CloudOdometry, SensedCloud
 from gridslam.odometry import LidarOdometry, OdometryEstimate
 from gridslam.odometry.inertial import InertialReading
 from gridslam.odometry.intake import Answer, OdometryIntake, SensedRange, SensedScan
-from gridslam_ros.frames.odometry_frames import Pose
+from gridslam_ros.frames.odometry_frames import Pose, sweep
 from node_tools.clouds import CloudError, points_of
 from node_tools.conversions import time_of, xyz, xyzw
 from stamp_pairing.clock_steps import SharedSteadyTime
@@ -85,6 +85,7 @@ class OdometryFeed:
             (message.angle_min, message.angle_increment),
             (message.range_min, message.range_max),
             message.header.frame_id,
+            sweep(message).to_sec(),
         )
         self._publish(self._intake.on_lidar(scan))
 

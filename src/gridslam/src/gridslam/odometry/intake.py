@@ -72,6 +72,8 @@ class SensedScan(NamedTuple):
     """Of the first beam, and from beam to beam."""
     limits_m: tuple[float, float]
     frame: str
+    lasts_s: float = 0.0
+    """From the first beam, which the stamp is of, to the last."""
 
     @property
     def kind(self) -> str:
@@ -80,7 +82,9 @@ class SensedScan(NamedTuple):
 
     def tell(self, odometry: LidarOdometry, lidar_in_base: Mounting) -> OdometryEstimate:
         """See `Sensed`."""
-        return odometry.on_scan(self.stamp_s, self.ranges, self.angles_rad, self.limits_m, lidar_in_base)
+        return odometry.on_scan(
+            self.stamp_s, self.ranges, self.angles_rad, self.limits_m, lidar_in_base, self.lasts_s
+        )
 
 
 class SensedRange(NamedTuple):

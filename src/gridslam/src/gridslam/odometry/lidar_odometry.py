@@ -120,6 +120,7 @@ class LidarOdometry(BodySensedOdometry):
         angles_rad: tuple[float, float],
         limits_m: tuple[float, float],
         lidar_in_base: LidarPose,
+        lasts_s: float = 0.0,
     ) -> OdometryEstimate:
         """Take a scan and return the estimate at its stamp.
 
@@ -129,13 +130,15 @@ class LidarOdometry(BodySensedOdometry):
             angles_rad: angle of the first beam, and from beam to beam.
             limits_m: least and greatest range of the lidar.
             lidar_in_base: see `project`.
+            lasts_s: time from the first beam, which the stamp is of, to the last one.
 
         Raises:
             ScanError: the scan makes no sense, or is not newer than the last one.
         """
         self._check_stamp(stamp_s, "scan")
         lean, remarks = self._lean(stamp_s)
-        beams = self._beams(stamp_s, ranges_m, angles_rad, limits_m, lidar_in_base, lean, remarks)
+        moved = self._motion_of(lasts_s, lean)
+        beams = self._beams(stamp_s, ranges_m, angles_rad, limits_m, lidar_in_base, lean, remarks, moved)
         place, yaw, before_s = self._filter.state[PLACE].copy(), float(self._filter.state[2]), self._stamp_s
         self._predict(stamp_s)
         share = self._match(stamp_s, beams, remarks)
@@ -158,6 +161,18 @@ class LidarOdometry(BodySensedOdometry):
             return lean, []
         return LEVEL, ["The IMU is silent, so the scan counts as level, and turn and speed as constant."]
 
+    def _motion_of(self, lasts_s: float, lean: Lean) -> tuple[float, float, float] | None:
+        """Return x, y in m and yaw in rad by which the base moves from the first beam to the last.
+
+        It goes on as the IMU felt it last, or as from the scan before to the last one.
+        """
+        if lasts_s <= 0.0 or self._stamp_s is None:
+            return None
+        yaw, (vx, vy) = float(self._filter.state[2]), self._filter.state[SPEED]
+        ahead, left = math.cos(yaw) * vx + math.sin(yaw) * vy, math.cos(yaw) * vy - math.sin(yaw) * vx
+        rate = self._turn_rate if self._is_blind else lean.rates_rad_s[2]
+        return lasts_s * float(ahead), lasts_s * float(left), lasts_s * rate
+
     def _beams(
         self,
         stamp_s: float,
@@ -167,6 +182,7 @@ class LidarOdometry(BodySensedOdometry):
         lidar_in_base: LidarPose,
         lean: Lean,
         remarks: list[str],
+        moved: tuple[float, float, float] | None,
     ) -> np.ndarray:
         over_floor_m = None
         if self.height.is_known_at(stamp_s):
@@ -180,6 +196,7 @@ class LidarOdometry(BodySensedOdometry):
                 (lean.roll_rad, lean.pitch_rad),
                 over_floor_m,
                 stamp_s,
+                moved,
             )
         except NoUsableBeamError as error:
             remarks.append(str(error))
