@@ -18,9 +18,9 @@ WRONG_M = 0.5
 def driven(log: Any, seed: int) -> dict[str, float]:
     """Return the metrics of SLAM with its defaults on a log: scans, odometry (k, 3) at each, and the truth.
 
-    `lost_share` and `uncertain_share` are of all scans. `tracking_wrong_share` is of all scans, too: the
-    state is `tracking`, and the pose is off by more than WRONG_M. `final_error_max_m` is of the
-    corrected path.
+    `lost_share`, `uncertain_share` and `drifting_share` are of all scans. `tracking_wrong_share` is of all
+    scans, too: the state is `tracking`, and the pose is off by more than WRONG_M. `final_error_max_m` is of
+    the corrected path.
     """
     truth, said = log.truth.poses_in_map, list[str]()
     start = tuple(truth[0].tolist())
@@ -41,6 +41,7 @@ def driven(log: Any, seed: int) -> dict[str, float]:
     return {
         "lost_share": float(np.mean(state == "lost")),
         "uncertain_share": float(np.mean(state == "uncertain")),
+        "drifting_share": float(np.mean(state == "drifting")),
         "tracking_wrong_share": float(np.mean((state == "tracking") & (errors_m > WRONG_M))),
         "error_max_m": float(errors_m.max()),
         "final_error_max_m": float(final_m.max()),

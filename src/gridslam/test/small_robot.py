@@ -61,10 +61,13 @@ def motion(route: np.ndarray) -> np.ndarray:
     return np.array(poses)
 
 
-def small_robot(seed: int, lidar: Lidar = URG, tells_time: bool = True) -> tuple[Log, Walls]:
+def small_robot(
+    seed: int, lidar: Lidar = URG, tells_time: bool = True, gap: tuple[float, float] = (GAP_S, GAP_EVERY_S)
+) -> tuple[Log, Walls]:
     """Return a seed's drive: scans that turns have skewed, with gaps, and the walls.
 
     tells_time: the driver tells `time_increment`, so that odometry's motion straightens the scans.
+    gap: s of each so many s, the last of them, are without scans.
     """
     walls, route = rooms(seed)
     truth, rng = motion(route), np.random.default_rng((seed, 1))
@@ -72,7 +75,7 @@ def small_robot(seed: int, lidar: Lidar = URG, tells_time: bool = True) -> tuple
     part = np.linspace(0.0, SWEEP_S / PERIOD_S, lidar.beams)
     scans, kept = [], []
     for index, (pose, spin) in enumerate(zip(truth, spins)):
-        if index * PERIOD_S % GAP_EVERY_S > GAP_EVERY_S - GAP_S:
+        if index * PERIOD_S % gap[1] > gap[1] - gap[0]:
             continue
         turned = se2.wrap(spin) * part
         ranges = cast(walls.ends_m, pose[:2], pose[2] + turned + lidar.angles_rad)

@@ -119,6 +119,7 @@ class SlamSession:
         if self._closer is not None:
             self._take(self._closer, self.slam, scan.stamp_s)
         was_lost, was_apart = self.slam.tracking.is_lost, self.slam.earlier is not None
+        was_confirming = self.slam.tracking.is_confirming
         if covariance is not None and not is_told(covariance):
             self._say("The odometry's covariance makes no sense; srr, srt, str and stt count instead.")
             covariance = None
@@ -134,6 +135,8 @@ class SlamSession:
             self._closer.drop(is_contradicted=not self.slam.tracking.is_confirming)
         if self._closer is not None and was_apart and self.slam.earlier is None:
             self._closer.drop()
+        if self._closer is not None and was_confirming and self.slam.tracking.is_on_the_map:
+            self._closer.prove()
         if self._closer is not None:
             is_node = update is not None and update.is_node
             if is_node:
@@ -192,7 +195,9 @@ class SlamSession:
             checked = slam.tracking.self_check
             if closer.found.agreed and correction is None:
                 checked = checked.recognised()
-            slam.tracking.check(checked.left_open(closer.found.open_m))
+            checked = checked.left_open(closer.found.open_m)
+            spread = closer.found.spread
+            slam.tracking.check(checked.spread_over(spread.since_recognised_m, spread.in_map_m))
 
     def _correct(self, correction: Correction | None) -> None:
         """Let the filter take over a correction, if there is one."""
@@ -211,6 +216,11 @@ class SlamSession:
         """Prove the place anew, because odometry may have missed a part of the way."""
         slam.widen(doubt.deviations)
         if slam.tracking.is_lost:
+            return
+        if doubt.is_way_known and not slam.tracking.is_confirming:
+            slam.tracking.bridge(f"{doubt.reason}; odometry alone tells the way")
+            if self._closer is not None:
+                self._closer.drop()
             return
         self._supervisor.doubt(slam, doubt.reason)
         if self._closer is not None:
@@ -308,6 +318,15 @@ class SlamSession:
     def tracking(self) -> TrackingMonitor | None:
         """Whether the vehicle is tracked, and the numbers that say so; None before the first scan."""
         return None if self.slam is None else self.slam.tracking
+
+    @property
+    def covariance(self) -> np.ndarray:
+        """(3, 3) of the base in the map: x, y in m and yaw in rad. It grows until a loop is closed.
+
+        It is an upper bound, by the shortest way over steps and closures to where the map began. Without loop
+        closure it is 0.
+        """
+        return np.zeros((3, 3)) if self._closer is None else self._closer.spread.in_map
 
     @property
     def search(self) -> str:

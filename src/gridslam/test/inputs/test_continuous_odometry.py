@@ -121,6 +121,19 @@ def test_a_silence_leaves_a_part_of_the_way_unknown():
     assert followed(readings)[2].doubt is None
 
 
+@pytest.mark.parametrize(("way_m", "turn_rad", "is_known"), [(3.2, 1.5, True), (1.5, 0.0, False)])
+def test_odometry_that_has_moved_as_usual_in_a_silence_tells_the_whole_way(way_m, turn_rad, is_known):
+    # given a vehicle at 0.4 m/s; in 8 s without scans odometry has moved by 3.2 m, or by less than half of it
+    readings = drive(0.4, every_s=1.0)
+    readings.append((28.0, se2.compose(readings[-1][1], (way_m, 0.0, turn_rad))))
+    if not is_known:
+        readings[-1] = (48.0, readings[-1][1])
+    doubt = followed(readings)[2].doubt
+    # then nothing of the way is missing but scans, or somebody may have carried the vehicle
+    assert doubt.is_way_known == is_known
+    assert (doubt.deviations == (0.0, 0.0, 0.0)) == is_known
+
+
 def test_a_step_that_is_much_longer_than_any_before_is_doubted():
     readings = drive(0.4)
     readings.append((52.5, se2.compose(readings[-1][1], (6.9, 0.0, 0.0))))

@@ -78,10 +78,11 @@ def test_scans_before_and_after_a_step_that_no_link_spans_tell_how_it_was(who, b
     else:
         log = dataclasses.replace(log, odometry=turned_at(log.odometry, CORNER, by_deg))
     # when it is mapped once round and further
-    stages, open_m = Stages(P), []
+    stages, open_m, spread_m = Stages(P), [], []
     for count in range(120, len(TRUTH), 8):
         correction = stages.on_the_way(snapshot_of(log, poses[:count]), DoubtfulNodes())
         open_m.append(stages.open_m)
+        spread_m.append(stages.spread.since_recognised_m)
         if correction is not None:
             rest = se2.between(poses[count - 1], poses[count:])
             poses = np.vstack([correction.poses, se2.compose(correction.poses[-1], rest)])
@@ -90,6 +91,9 @@ def test_scans_before_and_after_a_step_that_no_link_spans_tell_how_it_was(who, b
     way_m = math.dist(TRUTH[119, :2], TRUTH[CORNER, :2])
     off_m = 2.0 * way_m * math.sin(math.radians(19.0) / 2.0) if who == "filter" else 0.0
     assert open_m[0] == pytest.approx(off_m, rel=0.3, abs=0.1)
+    # and nobody would take the pose for certain until the loop is closed
+    assert min(spread_m[:2]) > 0.5
+    assert min(spread_m) < 0.1
     # and no link spans the corner, and the step is the true one, not the mean of both
     assert not stages._links.is_spanned()[CORNER - 1]
     assert correction is not None

@@ -93,6 +93,23 @@ def test_a_given_pose_is_uncertain_until_it_is_confirmed():
     assert monitor.state == TRACKING
 
 
+def test_after_scans_were_missing_the_pose_is_uncertain_until_scans_agree():
+    monitor = TrackingMonitor()
+    monitor.accepts(scan())
+    monitor.bridge("7.0 s before this scan are missing")
+    assert (monitor.state, monitor.reason) == (UNCERTAIN, "7.0 s before this scan are missing")
+    # scans in unseen space are mapped, and confirm nothing
+    assert all(monitor.accepts(scan(0.0, unseen=80)) for _ in range(5))
+    assert monitor.state == UNCERTAIN
+    assert states(monitor, 0.9, 0.9, 0.9) == [UNCERTAIN, TRACKING, TRACKING]
+
+
+def test_after_scans_were_missing_scans_may_contradict_the_map_all_the_same():
+    monitor = TrackingMonitor()
+    monitor.bridge("7.0 s before this scan are missing")
+    assert states(monitor, 0.2, 0.2, 0.2) == [UNCERTAIN, UNCERTAIN, LOST]
+
+
 def test_apart_from_an_earlier_map_no_scan_makes_the_pose_tracked():
     monitor = TrackingMonitor()
     states(monitor, 0.2, 0.2, 0.2)

@@ -5,7 +5,7 @@ import pytest
 
 from gridslam.errors import StateError
 from gridslam.tracking.evidence import Agreement, Evidence
-from gridslam.tracking.monitor import LOST, TRACKING, UNCERTAIN, TrackingMonitor
+from gridslam.tracking.monitor import DRIFTING, LOST, TRACKING, UNCERTAIN, TrackingMonitor
 from gridslam.tracking.self_check import SelfCheck, drift_of
 
 
@@ -59,6 +59,22 @@ def test_what_is_open_is_doubted_until_it_is_decided():
     assert not check.left_open(0.2).is_doubted
 
 
+def test_a_spread_is_drift_until_a_place_is_recognised():
+    # with hysteresis: from 0.5 m on, until it is less than 0.3 m
+    check = SelfCheck().spread_over(0.45, 0.45)
+    assert not check.is_drifting
+    check = check.spread_over(0.55, 0.55)
+    assert (check.is_drifting, check.is_doubted) == (True, False)
+    assert check.spread_over(0.4, 0.4).is_drifting
+    assert not check.spread_over(0.2, 0.2).is_drifting
+    assert "may have drifted by 0.6 m" in check.spread_over(0.6, 0.6).reason_of_drift
+    # a place that was recognised is as good as the map there: 2 m over a building is good, 3 m is not
+    assert not check.spread_over(0.6, 1.4).recognised().is_drifting
+    displaced = SelfCheck().spread_over(0.0, 3.0).recognised()
+    assert displaced.is_drifting
+    assert "this part of the map" in displaced.reason_of_drift
+
+
 @pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf")])
 def test_numbers_without_sense_are_refused(value):
     with pytest.raises(StateError, match="make no sense"):
@@ -85,6 +101,24 @@ def test_a_pose_that_is_known_to_be_wrong_is_not_tracking_though_all_beams_agree
     for _ in range(3):
         monitor.accepts(agreeing())
     assert monitor.state == UNCERTAIN
+
+
+def test_a_pose_that_may_have_drifted_is_drifting_though_all_beams_agree():
+    monitor = TrackingMonitor()
+    monitor.accepts(agreeing())
+    # when scans and odometry have let the pose drift by up to 0.8 m, also for a vehicle that waits
+    monitor.check(monitor.self_check.spread_over(0.8, 0.8))
+    assert (monitor.state, monitor.reason) == (DRIFTING, monitor.self_check.reason_of_drift)
+    # then its scans are used, and what contradicts the pose counts more
+    assert monitor.accepts(agreeing())
+    assert (monitor.state, monitor.is_on_the_map) == (DRIFTING, True)
+    monitor.check(monitor.self_check.left_open(3.0))
+    assert monitor.state == UNCERTAIN
+    monitor.check(monitor.self_check.left_open(0.0))
+    assert monitor.state == DRIFTING
+    # and a place that is recognised ends it
+    monitor.check(monitor.self_check.recognised())
+    assert monitor.state == TRACKING
 
 
 def test_other_doubts_are_not_ended_by_it():

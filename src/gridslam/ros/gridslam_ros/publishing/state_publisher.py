@@ -2,30 +2,49 @@
 
 from __future__ import annotations
 
+import numpy as np
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from std_msgs.msg import ColorRGBA, Header, String
 from visualization_msgs.msg import Marker
 
 from gridslam.session import SlamSession
-from gridslam.tracking.monitor import LOST, TRACKING, UNCERTAIN, TrackingMonitor
+from gridslam.tracking.monitor import DRIFTING, LOST, TRACKING, UNCERTAIN, TrackingMonitor
+from node_tools.conversions import set_yaw
 
 PERIOD_S = 1.0
 """Time by the scans' stamps between two diagnostics of one state."""
-LEVELS = {TRACKING: DiagnosticStatus.OK, UNCERTAIN: DiagnosticStatus.WARN, LOST: DiagnosticStatus.ERROR}
-COLOURS = {TRACKING: (0.08, 0.6, 0.24, 1.0), UNCERTAIN: (0.96, 0.47, 0.0, 1.0), LOST: (0.8, 0.0, 0.0, 1.0)}
+LEVELS = {
+    TRACKING: DiagnosticStatus.OK,
+    DRIFTING: DiagnosticStatus.OK,
+    UNCERTAIN: DiagnosticStatus.WARN,
+    LOST: DiagnosticStatus.ERROR,
+}
+COLOURS = {
+    TRACKING: (0.08, 0.6, 0.24, 1.0),
+    DRIFTING: (0.55, 0.6, 0.0, 1.0),
+    UNCERTAIN: (0.96, 0.47, 0.0, 1.0),
+    LOST: (0.8, 0.0, 0.0, 1.0),
+}
+PLANAR = np.ix_((0, 1, 5), (0, 1, 5))
+"""Rows and columns of x, y and yaw in a covariance of ROS."""
 TEXT_HEIGHT_M, TEXT_ABOVE_M = 0.6, 1.2
 
 
 class StatePublisher:
     """Publishes ~state and ~state_marker when the state changes, and /diagnostics then and every second.
 
+    It also publishes ~pose with each scan.
+
     Args:
         base_frame: the marker is above it.
+        map_frame: of the pose.
     """
 
-    def __init__(self, base_frame: str) -> None:
-        self._base_frame = base_frame
+    def __init__(self, base_frame: str, map_frame: str) -> None:
+        self._base_frame, self._map_frame = base_frame, map_frame
+        self._poses = rospy.Publisher("~pose", PoseWithCovarianceStamped, queue_size=10)
         self._markers = rospy.Publisher("~state_marker", Marker, queue_size=10, latch=True)
         self._states = rospy.Publisher("~state", String, queue_size=10, latch=True)
         self._diagnostics = rospy.Publisher("/diagnostics", DiagnosticArray, queue_size=10)
@@ -35,6 +54,8 @@ class StatePublisher:
     def publish(self, session: SlamSession, stamp: rospy.Time) -> None:
         """Publish what a session says after the scan of this stamp."""
         state = UNCERTAIN if session.tracking is None else session.tracking.state
+        if session.slam is not None and stamp.to_nsec():
+            self._poses.publish(pose_of(session, Header(stamp=stamp, frame_id=self._map_frame)))
         is_new = state != self._state
         if is_new:
             self._state = state
@@ -44,6 +65,18 @@ class StatePublisher:
             self._published_s = stamp.to_sec()
             status = status_of(session.tracking, session.search)
             self._diagnostics.publish(DiagnosticArray(Header(stamp=stamp), [status]))
+
+
+def pose_of(session: SlamSession, header: Header) -> PoseWithCovarianceStamped:
+    """Return where the base is in the map, and how uncertain that is; see `SlamSession.covariance`."""
+    assert session.slam is not None  # since the first scan
+    message, (x_m, y_m, yaw_rad) = PoseWithCovarianceStamped(header=header), session.slam.base_in_map
+    message.pose.pose.position.x, message.pose.pose.position.y = x_m, y_m
+    set_yaw(message.pose.pose.orientation, yaw_rad)
+    covariance = np.zeros((6, 6))
+    covariance[PLANAR] = session.covariance
+    message.pose.covariance = covariance.ravel().tolist()
+    return message
 
 
 def marker_of(state: str, base_frame: str) -> Marker:
@@ -72,6 +105,7 @@ def status_of(tracking: TrackingMonitor | None, search: str) -> DiagnosticStatus
         "effective particles (share)": last.neff_share,
         "correction of odometry (standard deviations)": last.correction,
         "scans in a row that contradict the map": tracking.contradictions,
+        "drift since a place was recognised (m)": tracking.self_check.spread_m,
         "scans since tracking": tracking.scans_since_tracking,
         "travel since tracking (m)": tracking.travelled_since_tracking_m,
     }

@@ -27,7 +27,7 @@ from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.tracking.evidence import Evidence
-from gridslam.tracking.monitor import TRACKING, TrackingMonitor
+from gridslam.tracking.monitor import TrackingMonitor
 
 START_DEVIATION = (0.1, 0.1, 0.05)
 """m, m, rad: uncertainty of a starting pose on a given map."""
@@ -196,7 +196,7 @@ class ParticleFilter:
 
         before: (particles, 3) where the particles were at the scan before.
         """
-        if not self.skips_known or self.evidence is None or self.tracking.state != TRACKING:
+        if not self.skips_known or self.evidence is None or not self.tracking.is_on_the_map:
             return False
         if not adds_nothing(self.evidence.agreement, beams):
             return False

@@ -28,6 +28,8 @@ SILENCE_S, SILENCE_SHARE, SILENCE_MEANS = 5.0, 3.0, 20.0
 """Without readings for so long, a part of the way is missing, if that is so many times the longest time so
 far and so many times the mean one, or if the step is longer than usual. Some vehicles give no scans at rest.
 """
+MOVING_SHARE = 0.5
+"""If odometry has moved by more than this share of its mean way, it went on while scans lacked."""
 DETOUR_M, DETOUR_RAD = 1.0, 0.3
 """Deviations that a missing part of the way adds at most. What errs more is left to the search."""
 DETOUR_M_PER_SQRT_M, DETOUR_RAD_PER_SQRT_M = 0.1, 0.1
@@ -39,6 +41,8 @@ class Doubt(NamedTuple):
     reason: str
     deviations: tuple[float, float, float]
     """m, m, rad: by which the motion is more uncertain."""
+    is_way_known: bool = False
+    """Whether odometry has moved as usual meanwhile, so that it tells the whole way and only scans lack."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,20 +153,23 @@ class ContinuousOdometry:
     def _doubt_of(self, seconds: float, way_m: float, turn_rad: float) -> Doubt | None:
         if not self._usual.is_known:
             return None
-        most_m, most_rad = self._usual.most(seconds)
         if self._is_silence(seconds, way_m):
-            missing_m = self._usual.mean(seconds)[0]
+            reason, missing_m = f"{seconds:.1f} s before this scan are missing", self._usual.mean(seconds)[0]
+            if way_m > MOVING_SHARE * missing_m and not self._is_suspicious(seconds, way_m, turn_rad=0.0):
+                return Doubt(reason, (0.0, 0.0, 0.0), is_way_known=True)
             deviation_m = min(DETOUR_M, DETOUR_M_PER_SQRT_M * math.sqrt(missing_m))
             deviation_rad = min(DETOUR_RAD, DETOUR_RAD_PER_SQRT_M * math.sqrt(missing_m))
             deviations = (deviation_m, deviation_m, deviation_rad)
-            return Doubt(f"{seconds:.1f} s before this scan are missing", deviations)
-        if (
-            way_m > LEEWAY_M + SUSPICIOUS_SHARE * most_m
-            or turn_rad > LEEWAY_RAD + SUSPICIOUS_SHARE * most_rad
-        ):
+            return Doubt(reason, deviations)
+        if self._is_suspicious(seconds, way_m, turn_rad):
             reason = f"odometry has moved by {way_m:.2f} m and {math.degrees(turn_rad):.0f} degrees at once"
             return Doubt(reason, (DETOUR_M, DETOUR_M, DETOUR_RAD))
         return None
+
+    def _is_suspicious(self, seconds: float, way_m: float, turn_rad: float) -> bool:
+        most_m, most_rad = self._usual.most(seconds)
+        is_far = way_m > LEEWAY_M + SUSPICIOUS_SHARE * most_m
+        return is_far or turn_rad > LEEWAY_RAD + SUSPICIOUS_SHARE * most_rad
 
     def _is_silence(self, seconds: float, way_m: float) -> bool:
         usual = self._usual

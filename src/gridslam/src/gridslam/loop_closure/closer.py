@@ -13,6 +13,7 @@ from gridslam.loop_closure.background import BackgroundWork
 from gridslam.loop_closure.correction import Correction
 from gridslam.loop_closure.edges import Closure
 from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.loop_closure.path.pose_spread import NO_SPREAD, PoseSpread
 from gridslam.loop_closure.path.step_uncertainty import DoubtfulNodes
 from gridslam.loop_closure.snapshot import Snapshot
 from gridslam.loop_closure.stages import Stages, StagesState
@@ -40,6 +41,8 @@ class Found(NamedTuple):
     """See `Stages`."""
     open_m: float
     """How far the newest node may be off by what is not decided."""
+    spread: PoseSpread
+    """How uncertain the newest node's pose is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +59,9 @@ class CloserState:
     newest_s: float
     decided_nodes: int
     has_agreed: bool
+    spread_since_m: float
+    spread_in_map: np.ndarray
+    """(3, 3) see `PoseSpread`."""
 
 
 class LoopCloser:
@@ -92,6 +98,8 @@ class LoopCloser:
         """What the last `take` has found of the pose; None: nothing was due."""
         self.has_agreed = False
         """Whether the last search that was taken found a place again, and the path was right there."""
+        self.spread = NO_SPREAD
+        """How uncertain the newest node of the last search was that was taken."""
 
     def add_node(self, stamp_s: float, base_in_odom: np.ndarray, agreement: Agreement | None = None) -> None:
         """Take notice of a scan that the filter has processed.
@@ -159,7 +167,8 @@ class LoopCloser:
             return None
         correction, self._work = self._work.result(), None
         self.closures = self._stages.closures()
-        self.found = Found(self._stages.agreed, self._stages.open_m)
+        self.found = Found(self._stages.agreed, self._stages.open_m, self._stages.spread)
+        self.spread = self.found.spread
         self.has_agreed = self.found.agreed
         return correction
 
@@ -173,6 +182,10 @@ class LoopCloser:
         if self._work is not None:
             self._work.result()
             self._work = None
+
+    def prove(self) -> None:
+        """Note that scans have proved the place on the map, after it was in doubt."""
+        self._doubtful = self._doubtful.with_proof(self._nodes)
 
     def finish(self, snapshot: Snapshot) -> Correction | None:
         """Return the correction by all links and closures, with what is pending decided.
@@ -204,6 +217,8 @@ class LoopCloser:
             self._newest_s,
             self._decided_nodes,
             self.has_agreed,
+            self.spread.since_recognised_m,
+            self.spread.in_map,
         )
 
     @classmethod
@@ -218,6 +233,7 @@ class LoopCloser:
         closer._nodes, closer._base_in_odom = nodes, odometry[-1] if nodes else None
         closer._way_m, closer._searched_m = float(state.way_m), float(state.searched_m)
         closer.has_agreed = bool(state.has_agreed)
+        closer.spread = PoseSpread(float(state.spread_since_m), np.array(state.spread_in_map, float))
         closer._newest_s, closer._decided_nodes = float(state.newest_s), int(state.decided_nodes)
         for doubtful in (state.doubtful.unmatched, state.doubtful.guessed, state.doubtful.contradicted):
             require_indices(np.array(doubtful, int), nodes, "the doubtful nodes")

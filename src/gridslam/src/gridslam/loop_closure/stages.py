@@ -19,6 +19,7 @@ from gridslam.loop_closure.matches import match
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.alternatives import Alternatives, ScansAround, contradicting_steps
 from gridslam.loop_closure.path.measured_path import MeasuredPath
+from gridslam.loop_closure.path.pose_spread import NO_SPREAD, PoseSpread, pose_spread
 from gridslam.loop_closure.path.step_uncertainty import (
     BY_ODOMETRY,
     DoubtfulNodes,
@@ -49,6 +50,11 @@ class StagesState:
     searched_far_m: float
     agreed: bool
     open_m: float
+    recognised: int
+    """Newest node at which a place was found again, and the path was right; 0: none."""
+    spread_since_m: float
+    spread_in_map: np.ndarray
+    """(3, 3) see `PoseSpread`."""
 
 
 class Stages:
@@ -72,12 +78,16 @@ class Stages:
         """Whether the last search found a place again, and the path and another match agreed with it."""
         self.open_m = 0.0
         """How far the newest pose may be off by what is not decided: a single match, or an open step."""
+        self._recognised = 0
+        self.spread: PoseSpread = NO_SPREAD
+        """How uncertain the newest pose is."""
 
     def on_the_way(self, snapshot: Snapshot, doubtful: DoubtfulNodes) -> Correction | None:
         """Search for the newest node's place. Return a correction if other closures count than before."""
         self._follow(snapshot)
         correction = self._searched(snapshot, doubtful)
         self.open_m = 0.0 if self.agreed else self._open_m(doubtful)
+        self._measure_spread(doubtful, self.agreed or correction is not None)
         return correction
 
     def _searched(self, snapshot: Snapshot, doubtful: DoubtfulNodes) -> Correction | None:
@@ -121,6 +131,7 @@ class Stages:
         corrected = None if self._counted == before else self._corrected(AT_THE_END, doubtful)
         correction = None if corrected is None else self._correction(snapshot, corrected)
         self.open_m = self._open_m(doubtful)
+        self._measure_spread(doubtful, correction is not None)
         return correction
 
     @property
@@ -142,6 +153,9 @@ class Stages:
             self._searched_far_m,
             self.agreed,
             self.open_m,
+            self._recognised,
+            self.spread.since_recognised_m,
+            self.spread.in_map,
         )
 
     def restore(self, state: StagesState, scans: int) -> None:
@@ -160,6 +174,9 @@ class Stages:
         self._path, self._matches, self._counted = state.path, state.matches, state.counted
         self._searched_far_m, self.agreed = state.searched_far_m, state.agreed
         self.open_m = float(state.open_m)
+        self._recognised = int(state.recognised)
+        require_indices(np.array(self._recognised), max(nodes, 1) - 1, "the node that was recognised")
+        self.spread = PoseSpread(float(state.spread_since_m), np.array(state.spread_in_map, float))
 
     def _follow(self, snapshot: Snapshot) -> None:
         """Measure the path's new steps, and link its new scans."""
@@ -330,6 +347,15 @@ class Stages:
         open_steps = self._alternatives(uncertainty).since(last)
         found_m += [math.dist(end, newest) for end in open_steps.ends(path, uncertainty)]
         return max(found_m)
+
+    def _measure_spread(self, doubtful: DoubtfulNodes, is_recognised: bool) -> None:
+        """Note how uncertain the newest pose is. is_recognised: its place was found again, and is right."""
+        newest = len(self._path) - 1
+        proved = min(max(doubtful.proved, self._recognised), newest)
+        self._recognised = newest if is_recognised else proved
+        steps = self._way_uncertainty(doubtful).covariances
+        closures = [self._matches.matches[index] for index in self._counted]
+        self.spread = pose_spread(self._path, steps, closures, self._recognised)
 
     def _moved_m(self, corrected: MeasuredPath) -> float:
         """Return by how much a pose of the path moves at most, or a height."""

@@ -1,4 +1,4 @@
-"""Judges by the scans whether the vehicle is where SLAM thinks it is: tracking, uncertain or lost.
+"""Judges by the scans whether the vehicle is where SLAM thinks it is: tracking, drifting, uncertain or lost.
 
 All thresholds are shares, or lengths as shares of the scan's own ranges. So they hold for any lidar. See
 doc/localisation.md for their margins.
@@ -12,8 +12,8 @@ from dataclasses import dataclass, fields
 from gridslam.tracking.evidence import Evidence
 from gridslam.tracking.self_check import SelfCheck
 
-TRACKING, UNCERTAIN, LOST = "tracking", "uncertain", "lost"
-STATES = (TRACKING, UNCERTAIN, LOST)
+TRACKING, DRIFTING, UNCERTAIN, LOST = "tracking", "drifting", "uncertain", "lost"
+STATES = (TRACKING, DRIFTING, UNCERTAIN, LOST)
 CONTRADICTING_SHARE, AGREEING_SHARE, CONFIRMING_SHARE = 0.45, 0.5, 0.6
 """A scan contradicts the map if fewer of its beams agree than the first; after such a scan, the second; while
 a given pose is not confirmed yet, the third.
@@ -30,6 +30,9 @@ MEMORY = 0.7
 """Weight of the scans before each new one in the smoothed share of beams that agree."""
 LOST_BELOW, UNCERTAIN_BELOW, TRACKING_FROM = 0.5, 0.6, 0.7
 """Limits of the smoothed share."""
+BRIDGED_AFTER = 2
+"""Number of scans in a row that must agree with the map after a time without scans."""
+BRIDGING = "scans were missing, and none has confirmed yet what odometry says of the way"
 APART = "no place of the map before the vehicle was lost has been recognised yet"
 SPREAD_UNCERTAIN, SPREAD_TRACKING = 0.75, 0.5
 """Limits of the particles' spread, as shares of the scan's typical range."""
@@ -52,6 +55,7 @@ class MonitorState:
     is_confirming: bool
     agreed: int
     is_apart: bool
+    is_bridging: bool
     self_check: SelfCheck
 
     def __post_init__(self) -> None:
@@ -92,8 +96,15 @@ class TrackingMonitor:
         """Number of scans in a row that agree with the map."""
         self.is_apart = False
         """Whether the map is not joined with an earlier one yet. So the place is not known there."""
+        self.is_bridging = False
+        """Whether odometry alone tells the newest part of the way, and no scans have confirmed it since."""
         self.self_check = SelfCheck()
         """What places found again, and odometry, say of the pose."""
+
+    @property
+    def is_on_the_map(self) -> bool:
+        """Whether the scans agree with the map, which itself may have drifted."""
+        return self.state in (TRACKING, DRIFTING)
 
     @property
     def is_lost(self) -> bool:
@@ -111,6 +122,7 @@ class TrackingMonitor:
         if self._is_meaningful(evidence):
             self.smoothed_share += (1.0 - MEMORY) * (self.share_of(evidence) - self.smoothed_share)
             self.agreed = 0 if contradicts else self.agreed + 1
+            self.is_bridging &= self.agreed < BRIDGED_AFTER
         self._decide(evidence)
         return not contradicts and not self.is_lost
 
@@ -121,13 +133,19 @@ class TrackingMonitor:
         self.self_check = self.self_check.begun_anew()
         self._enter(UNCERTAIN, reason)
 
+    def bridge(self, reason: str) -> None:
+        """Go on by odometry alone where scans lack: uncertain until scans agree. What is new is mapped."""
+        self.is_bridging, self.agreed = True, 0
+        if self.is_on_the_map:
+            self._enter(UNCERTAIN, reason)
+
     def confirm(self) -> None:
         """Note that the pose is right."""
         self.is_confirming = False
         if self.is_apart:
             self._enter(UNCERTAIN, APART)
         else:
-            self._enter(TRACKING, "the pose on the map is confirmed")
+            self._enter_on_the_map("the pose on the map is confirmed")
 
     @property
     def _unseen_weight(self) -> float:
@@ -151,16 +169,16 @@ class TrackingMonitor:
         """Note that a place of the earlier map was recognised."""
         self.is_apart = False
         if not self.is_lost:
-            self._enter(TRACKING, "a place of the earlier map was recognised")
+            self._enter_on_the_map("a place of the earlier map was recognised")
 
     def check(self, checked: SelfCheck) -> None:
         """Take over what closures and odometry say of the pose now."""
         before, self.self_check = self.self_check, checked
         is_its_doubt = self.state == UNCERTAIN and before.is_doubted and self.reason == before.reason
-        if checked.is_doubted and (self.state == TRACKING or is_its_doubt):
+        if checked.is_doubted and (self.is_on_the_map or is_its_doubt):
             self._enter(UNCERTAIN, checked.reason)
-        elif is_its_doubt:
-            self._enter(TRACKING, "a place was recognised, and the pose is right there")
+        elif is_its_doubt or (self.is_on_the_map and checked.is_drifting != (self.state == DRIFTING)):
+            self._enter_on_the_map("a place was recognised, and the pose is right there")
 
     def lose(self, reason: str) -> None:
         """Judge that the vehicle is lost, by something else than the share of beams."""
@@ -180,7 +198,7 @@ class TrackingMonitor:
 
     def _decide(self, evidence: Evidence) -> None:
         share = f"{100.0 * self.share_of(evidence):.0f} % of the beams agree with the map"
-        was_tracking = self.state == TRACKING
+        was_tracking = self.is_on_the_map
         spread_limit = SPREAD_UNCERTAIN if was_tracking else SPREAD_TRACKING
         if self.contradictions >= LOST_AFTER:
             self.lose(f"{self.contradictions} scans in a row contradict the map: {share}")
@@ -192,6 +210,8 @@ class TrackingMonitor:
             self._enter(UNCERTAIN, self.reason)
         elif self.is_apart:
             self._enter(UNCERTAIN, APART)
+        elif self.is_bridging:
+            self._enter(UNCERTAIN, BRIDGING)
         elif self.smoothed_share < (UNCERTAIN_BELOW if was_tracking else TRACKING_FROM):
             self._enter(UNCERTAIN, f"few beams agree with the map: {100.0 * self.smoothed_share:.0f} %")
         elif evidence.spread_m > spread_limit * evidence.typical_range_m > 0.0:
@@ -199,11 +219,17 @@ class TrackingMonitor:
         elif self.self_check.is_doubted:
             self._enter(UNCERTAIN, self.self_check.reason)
         else:
-            self._enter(TRACKING, share)
+            self._enter_on_the_map(share)
+
+    def _enter_on_the_map(self, reason: str) -> None:
+        is_drifting = self.self_check.is_drifting
+        self._enter(
+            DRIFTING if is_drifting else TRACKING, self.self_check.reason_of_drift if is_drifting else reason
+        )
 
     def _enter(self, state: str, reason: str) -> None:
         self.state, self.reason = state, reason
-        if state == TRACKING:
+        if self.is_on_the_map:
             self.scans_since_tracking, self.travelled_since_tracking_m = 0, 0.0
 
     # Saved states

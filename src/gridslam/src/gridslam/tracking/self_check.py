@@ -19,6 +19,10 @@ UNCERTAIN_FROM_M, CERTAIN_BELOW_M = 0.5, 0.3
 """m: the pose is doubted if it may be off by more than the first, until it is less than the second."""
 WAY_MIN_M = 10.0
 """m: an error that was found after a shorter way has grown on this way at least."""
+MAP_SHARE = 0.2
+"""In a place that was recognised, the pose is as good as the map there. So this share of the map's own spread
+counts: 0.5 m over a whole building is usual, but several metres tell that a part of the map is displaced.
+"""
 HALF_LIFE_M = 50.0
 """m: a drift counts half after this much travel on which places were found where they should be."""
 
@@ -38,9 +42,16 @@ class SelfCheck:
     open_m: float = 0.0
     """How far the pose may be off by what is not decided yet: a place that was found once, or a step."""
     is_doubted: bool = False
+    spread_m: float = 0.0
+    """How far the pose may have drifted since a place was found again, by what scans and odometry measure."""
+    map_spread_m: float = 0.0
+    """How far the place in the map may be off from where the map began."""
+    is_drifting: bool = False
+    """Whether that is too far, though nothing says that the pose is wrong."""
 
     def __post_init__(self) -> None:
-        if not all(0.0 <= value < math.inf for value in (self.drift, self.way_m, self.open_m)):
+        numbers = (self.drift, self.way_m, self.open_m, self.spread_m, self.map_spread_m)
+        if not all(0.0 <= value < math.inf for value in numbers):
             raise StateError("The numbers of the pose's own check make no sense.")
 
     @property
@@ -61,6 +72,19 @@ class SelfCheck:
             f"drifted by {share} of the way before"
         )
 
+    @property
+    def reason_of_drift(self) -> str:
+        """Why the pose may have drifted, in words."""
+        if MAP_SHARE * self.map_spread_m > self.spread_m:
+            return (
+                "the scans agree with the map, but no closure tells where this part of the map is; it may be "
+                f"off by {self.map_spread_m:.1f} m"
+            )
+        return (
+            f"the scans agree with the map, but no place was recognised for {self.way_m:.0f} m; the pose may "
+            f"have drifted by {self.spread_m:.1f} m"
+        )
+
     def travelled(self, way_m: float) -> SelfCheck:
         """The vehicle has moved by this much."""
         return replace(self, way_m=self.way_m + way_m)._judged()
@@ -68,7 +92,7 @@ class SelfCheck:
     def recognised(self, drift: float = 0.0) -> SelfCheck:
         """A place was found again, and the path is right there. It had drifted by this; see `drift_of`."""
         known = self.drift * 0.5 ** (self.way_m / HALF_LIFE_M)
-        return replace(self, drift=max(drift, known), way_m=0.0)._judged()
+        return replace(self, drift=max(drift, known), way_m=0.0, spread_m=0.0)._judged()
 
     def begun_anew(self) -> SelfCheck:
         """The pose was given or found on the map, and other tests prove it."""
@@ -78,9 +102,17 @@ class SelfCheck:
         """The pose may be off by this much, as long as nothing decides it."""
         return replace(self, open_m=open_m)._judged()
 
+    def spread_over(self, spread_m: float, map_spread_m: float) -> SelfCheck:
+        """The pose may have drifted by this much since a place was found again, and in the map."""
+        return replace(self, spread_m=spread_m, map_spread_m=map_spread_m)._judged()
+
     def _judged(self) -> SelfCheck:
-        limit_m = CERTAIN_BELOW_M if self.is_doubted else UNCERTAIN_FROM_M
-        return replace(self, is_doubted=self.expected_m > limit_m)
+        limit_m, drifted_m = (
+            CERTAIN_BELOW_M if was_beyond else UNCERTAIN_FROM_M
+            for was_beyond in (self.is_doubted, self.is_drifting)
+        )
+        spread_m = max(self.spread_m, MAP_SHARE * self.map_spread_m)
+        return replace(self, is_doubted=self.expected_m > limit_m, is_drifting=spread_m > drifted_m)
 
 
 def drift_of(before: np.ndarray, corrected: np.ndarray) -> float:

@@ -32,6 +32,8 @@ class DoubtfulNodes:
     """The step to the node begins or ends at a guessed pose."""
     contradicted: tuple[int, ...] = ()
     """The vehicle was lost before the node, and was not found on the map."""
+    proved: int = 0
+    """The newest node before which scans have proved a doubtful place on the map; 0: none."""
 
     def with_scan(self, node: int, agreement: Agreement) -> DoubtfulNodes:
         """Return them with what the scan at the newest node leaves unmeasured.
@@ -44,6 +46,10 @@ class DoubtfulNodes:
         if agreement.agreeing < agreement.clashing:
             return replace(self, guessed=(*self.guessed, node, node + 1))
         return self
+
+    def with_proof(self, node: int) -> DoubtfulNodes:
+        """Return them with a node before which scans have proved the place on the map."""
+        return replace(self, proved=node)
 
     def with_new_place(self, node: int, is_contradicted: bool) -> DoubtfulNodes:
         """Return them with a node at which the vehicle was put elsewhere.

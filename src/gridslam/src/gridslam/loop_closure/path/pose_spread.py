@@ -1,0 +1,54 @@
+"""How uncertain the newest pose is: in the map, and since a place was recognised."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple, Sequence
+
+import numpy as np
+
+from gridslam.loop_closure.edges import Match
+from gridslam.loop_closure.path.measured_path import MeasuredPath
+from gridslam.loop_closure.path.way_uncertainty import way_covariances
+
+
+class PoseSpread(NamedTuple):
+    """How uncertain the path's newest pose is."""
+
+    since_recognised_m: float
+    """Greatest standard deviation of its place, seen from the node at which a place was recognised last."""
+    in_map: np.ndarray
+    """(3, 3) covariance of x, y and yaw in the map, which begins at the first node: m2, m rad, rad2."""
+
+    @property
+    def in_map_m(self) -> float:
+        """Greatest standard deviation of the place in the map."""
+        return widest_m(self.in_map)
+
+
+NO_SPREAD = PoseSpread(0.0, np.zeros((3, 3)))
+
+
+def pose_spread(
+    path: MeasuredPath, step_covariances: np.ndarray, closures: Sequence[Match], recognised: int
+) -> PoseSpread:
+    """Return how uncertain the newest pose of a path is, by the shortest way over steps and closures.
+
+    Args:
+        path: k nodes, at least one.
+        step_covariances: (k - 1, 3, 3) of its steps.
+        closures: those that count.
+        recognised: the newest node at which a place was found again, and the path was right; 0: none.
+    """
+    newest = len(path) - 1
+    # drift_share is an allowance for searches; without it these deviations are upper bounds already
+    covariances = way_covariances(path, step_covariances, closures, newest, drift_share=0.0)
+    cos, sin = math.cos(path.poses[newest, 2]), math.sin(path.poses[newest, 2])
+    turn = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
+    in_map = turn @ covariances[0] @ turn.T
+    return PoseSpread(widest_m(covariances[recognised]), in_map)
+
+
+def widest_m(covariance: np.ndarray) -> float:
+    """Return the greatest standard deviation of the place, of a pose's covariance (3, 3)."""
+    return math.sqrt(max(0.0, float(np.linalg.eigvalsh(covariance[:2, :2])[-1])))
