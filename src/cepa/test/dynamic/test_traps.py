@@ -13,6 +13,7 @@ from cepa.dynamic.cost_to_go.hold_up import HoldUp
 from cepa.dynamic.cost_to_go.returns import Returns
 from cepa.dynamic.cost_to_go.search import CostToGoSearch
 from cepa.dynamic.cost_to_go.side import ChosenSide
+from cepa.dynamic.remembered.space_memory import SpaceMemory
 
 LEVEL, STEP_S, SPEED_M_S, WALL_X_M = (0.0, 0.0, 0.0, 1.0), 0.1, 2.0, 5.0
 OPEN = np.ones((81, 81))
@@ -160,3 +161,18 @@ def test_each_further_return_is_told_from_the_third_on():
     told = [hold_up.take_in(float(k), (5.0 * k, 0.0, 2.0), AHEAD, True, min(k, 4)) for k in range(8)]
     assert [len(sentences) for sentences in told] == [0, 0, 0, 1, 1, 0, 0, 0]
     assert "3 times in 120 s" in told[3][0]
+
+
+@pytest.mark.parametrize("is_held", [False, True])
+def test_what_is_near_and_out_of_view_grows_old_only_while_the_uav_is_held_up(is_held):
+    # Given something 1 m beside the UAV, which no beam meets any more, and behind which none ends
+    memory = SpaceMemory(CepaParameters(memory_s=20.0))
+    known = []
+    for t in np.arange(0.0, 25.0, 0.5).tolist():
+        motion = Motion(t, (5.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+        ends = np.array([[1.0, 0.0, 0.0]]) if t == 0.0 else np.empty((0, 3))
+        space = memory.take_in(None, motion, beam_ends=ends, is_held=is_held and t > 2.0)
+        known.append(len(space.points))
+    # Then it is forgotten after memory_s, but only if it may be what holds the UAV up
+    assert known[0] == known[42] == 1
+    assert known[-1] == (0 if is_held else 1)

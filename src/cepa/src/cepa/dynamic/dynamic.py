@@ -262,6 +262,7 @@ class Dynamic(Algorithm):
             threats=threats(met, fastest, self.parameters.r_ub),
             cloud=cloud,
             rangings=rangings,
+            is_held=self._hold_up.is_held,
         )
 
     def _is_hurried(self, columns: np.ndarray) -> bool:

@@ -51,6 +51,8 @@ class Observation(NamedTuple):
     whether from above (1) or from below (-1)."""
     cloud: Cloud | None = None
     rangings: Sequence[Ranging] = ()
+    is_held: bool = False
+    """Whether the UAV has got nowhere for long, see `HoldUp`."""
 
 
 class Snapshot(NamedTuple):

@@ -70,7 +70,8 @@ class SpaceKnowledge(Knowledge):
         beam_ends = observed.points[~observed.is_moving] if counts else NO_POINTS
         if len(observed.walls):
             beam_ends = np.concatenate((beam_ends, observed.walls))
-        space = self._memory.take_in(cloud, motion, observed.movers, plane, observed.rangings, beam_ends)
+        came = observed.movers, plane, observed.rangings, beam_ends
+        space = self._memory.take_in(cloud, motion, *came, observed.is_held)
         heights_m = space.points[:, 2]
         near = space.points[(-p.body_below <= heights_m) & (heights_m <= p.body_above), :2]
         state = observed.state.copy()

@@ -132,19 +132,21 @@ class SpaceMemory:
         plane: LidarPlane | None = None,
         rangings: Sequence[Ranging] = (),
         beam_ends: np.ndarray = NO_POINTS,
+        is_held: bool = False,
     ) -> RecalledSpace:
         """Take in a cloud, or that none came, and return what is known.
 
         movers: what moves (k, 6), m; what the cloud shows of it is not remembered. plane: what a planar scan
         shows, for a cloud that does not look all around, or for none. rangings: of range finders. beam_ends:
-        of a planar scan (n, 3), m; obstacles that count whatever the cloud shows.
+        of a planar scan (n, 3), m; obstacles that count whatever the cloud shows. is_held: the UAV gets
+        nowhere. Then what is near grows old, too: it may have gone where no beam tells.
         """
         if math.dist(motion.position_m, self._position_m) > GREATEST_MOVE_M:
             self.reset()
         self._position_m = motion.position_m
         oldest_s = motion.stamp_s - self._p.memory_s
         origin = np.array(motion.position_m)
-        points, is_hidden = self._remember(cloud, motion, oldest_s, movers, rangings, beam_ends)
+        points, is_hidden = self._remember(cloud, motion, oldest_s, movers, rangings, beam_ends, is_held)
         layer_m = self._field.grid.layer_m
         level_m = layer_m * round(origin[2] / layer_m)
         heights_m = level_m - origin[2] + layer_m * (np.arange(LAYERS) - LAYERS // 2)
@@ -192,6 +194,7 @@ class SpaceMemory:
         movers: np.ndarray,
         rangings: Sequence[Ranging],
         beam_ends: np.ndarray,
+        is_held: bool,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Remember what stands; return all points (m, 3), m, and which of them are older (m,)."""
         p, returns = self._p, self._picture.take_in(cloud, motion)
@@ -205,7 +208,8 @@ class SpaceMemory:
             returns = np.concatenate((returns, ends_of(rangings, motion, p.body_below, p.body_above)))
         for x, y, _, _, radius, _ in movers:
             returns = outside(returns, x, y, radius + BESIDE_DISC_M)
-        picture = self._picture.nearest, PICTURE_ROW_TAN, SEEN_PAST_M, NEAR_M, SEEN_THROUGH_CLOUDS
+        near_m = 0.0 if is_held else NEAR_M
+        picture = self._picture.nearest, PICTURE_ROW_TAN, SEEN_PAST_M, near_m, SEEN_THROUGH_CLOUDS
         return self._points.update(returns, np.array(motion.position_m), motion.stamp_s, oldest_s, picture)
 
     def _detours_m(self, heights_m: np.ndarray, lidar_m: float, asked_m: float) -> np.ndarray:

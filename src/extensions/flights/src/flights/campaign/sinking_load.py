@@ -131,8 +131,8 @@ def dived_m(t: float) -> float:
 
 def _may_see(pose: Sequence[float], load: Load, sight: Sight) -> bool:
     """Return whether a beam could meet the load from a pose (8,), whatever is in between."""
-    time_s, *rest = np.asarray(pose).tolist()
-    place, rotation = np.array(rest[:3]), rotation_matrix(tuple(rest[3:]))
+    time_s, x, y, z, qx, qy, qz, qw = pose
+    place, rotation = np.array((x, y, z)), rotation_matrix((qx, qy, qz, qw))
     half = 0.5 * np.array(load.size_m)
     above, up = load.seen_from(time_s, np.array((place, place + rotation[:, 2])))
     if sight.looks_up and _is_met(above, up - above, half):
