@@ -277,6 +277,15 @@ leave_out() {
   done
 }
 
+# remove_relays: removes the programs of devel/ whose script is no longer in its package; catkin leaves them there
+remove_relays() {
+  local relay script
+  while IFS=: read -r relay script; do
+    script=${script#*\'}
+    [[ -f ${script%\'*} ]] || rm -f "$relay"
+  done < <(grep -sH "^python_script = '" devel/lib/*/*)
+}
+
 # all_sources_exist: whether each package that was built is still in its folder
 all_sources_exist() {
   local folder
@@ -299,6 +308,7 @@ build_workspace() {
   [[ ! -d build || $present == "$(cat build/.upstream 2>/dev/null)" ]] || rm -rf build devel
   # nor does it delete the programs of a package that lies in another folder now
   [[ ! -d build ]] || all_sources_exist || rm -rf build devel
+  remove_relays
   write_interpreter
   leave_out "$present"
   # Messages for Python and C++ only, because other languages take time and have no nodes here. Debian 12's catkin reads
