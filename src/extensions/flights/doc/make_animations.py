@@ -200,6 +200,7 @@ def main() -> None:
     pictures = list(tank(run) if run.told["experiment"] == "explore" else forest(run))
     write(pictures, given.gif)
     print(f"{given.gif}: {len(pictures)} pictures, {given.gif.stat().st_size / 1e6:.2f} MB")
+    print(f"For its caption: seed {run.told.get('seed')}, commit {str(run.told.get('commit'))[:8]}")
 
 
 if __name__ == "__main__":
