@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import replace
-from typing import Callable, Protocol, Sequence
+from typing import Callable, Protocol, Self, Sequence
 
 import numpy as np
 
@@ -344,7 +344,7 @@ class ClosedLoop:
         """Release the physics engine."""
         self.simulation.close()
 
-    def __enter__(self) -> ClosedLoop:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *exception: object) -> None:
