@@ -80,7 +80,7 @@ def test_each_column_of_a_table_has_a_head(page):
 def test_contributing_says_how_to_add(what):
     page = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
     (section,) = re.findall(r"^## How to add\n(.*?)(?=^## )", page, re.M | re.S)
-    assert f"\n**A {what}.** " in section
+    assert re.search(rf"^### Add an? {what}\n\n\w", section, re.M)
 
 
 def test_the_help_of_bringup_says_what_each_launch_file_does():
