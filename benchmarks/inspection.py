@@ -9,6 +9,11 @@ flight. Then a second look at 0.3 mm per pixel at each crack found. The judge kn
 those of which half lies in a photograph at 1 mm per pixel and 60 deg. A false alarm is near no defect of its
 kind.
 
+effects: photographs before rust and cracks of other seeds, the same places with each effect of the camera
+(simulation_tools/doc/camera.md): none, one at its greatest, and all together at 0.6. --effects chooses them.
+Poses and judge are those of the row findings; the area counts again in each photograph that shows it.
+false_a_picture, false_of_the_worst: false alarms that a photograph has part in, mean and most.
+
 flown: the first photographs of such a plan, flown with dynamics and without GNSS by a Puck's odometry, from
 take-off to landing. No pixel is rendered. With --battery the UAV comes home for full batteries, else the
 battery does not count. With --passing it takes them in passing at 0.5 m/s. With --photographs 0 it flies the
@@ -34,6 +39,8 @@ found, false, off_p95_m}}, medians, and
 inspection.hold_3d.plan.{photographs, lp_ratio, tour_ratio, flights, flight_s, share, cpu_s} and
 inspection.hold_3d.{findings, second_look}.{rust, cracks, wide_cracks}.{found, shown},
 .false_{rust, cracks}_per_100_m2, .off_p95_m, .area_m2, .photographs, .cpu_s
+and inspection.hold_3d.effects.NAME.{rust, cracks, wide_cracks}.{found, shown},
+.false_{rust, cracks}_per_100_m2, .false_a_picture, .false_of_the_worst, .area_m2, .photographs, .cpu_s
 and inspection.hold_3d.flown[_in_passing].{asked, taken, left_out, shots, contacts, landed, flights,
 least_charge, share_planned, share_of_planned, share, shares, m2_per_min, each_s, off_m, off_deg, flight_s},
 medians over the flights; each_s: time of flight for each photograph; and
@@ -50,7 +57,7 @@ from typing import Sequence
 
 import numpy as np
 
-from benchmarks.inspection_rows import flown, found, graded, mapped, missions, planned, surveyed
+from benchmarks.inspection_rows import effects, flown, found, graded, mapped, missions, planned, surveyed
 from benchmarks.shared.results import Results
 from benchmarks.shared.trials import run_crossed, trial_options
 
@@ -64,6 +71,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--seeds", nargs="+", type=int, default=None)
     parser.add_argument(
         "--photographs", type=int, default=flown.MOST, help="of a flight; 0: all (%(default)s)"
+    )
+    parser.add_argument(
+        "--effects", nargs="+", choices=effects.NAMES, default=effects.NAMES, help="of the row effects"
+    )
+    parser.add_argument(
+        "--before", type=int, default=effects.MOST, help="photographs of the row effects (%(default)s)"
     )
     parser.add_argument("--battery", action="store_true", help="the battery counts, and is swapped")
     parser.add_argument("--passing", action="store_true", help="photographs are taken in passing")
@@ -94,6 +107,17 @@ def _findings(given: argparse.Namespace, results: Results) -> None:
         rows = [each[name] for each in looks.values() if name in each]
         if rows:
             _add(results, f"inspection.hold_3d.{name}", _sums(rows))
+
+
+def _effects(given: argparse.Namespace, results: Results) -> None:
+    most = effects.BRIEF_MOST if given.brief else given.before
+    seeds, names = _seeds(given, effects.SEEDS), ["none"] if given.brief else list(given.effects)
+    looks = run_crossed(
+        "inspection_effects", effects.look, given, seed=seeds, most=[most], names=[tuple(names)]
+    )
+    for name in names:
+        rows = [each[name] for each in looks.values()]
+        _add(results, f"inspection.hold_3d.effects.{name}", effects.summary(rows))
 
 
 def _graded(given: argparse.Namespace, results: Results) -> None:
@@ -144,6 +168,7 @@ def _surveyed(given: argparse.Namespace, results: Results) -> None:
 ROWS = {
     "plan": _plans,
     "findings": _findings,
+    "effects": _effects,
     "graded": _graded,
     "flown": _flown,
     "mapped": _mapped,

@@ -11,6 +11,7 @@ setup(
             "simulation_tools",
             "simulation_tools.ardupilot_sitl",
             "simulation_tools.camera",
+            "simulation_tools.camera.effects",
             "simulation_tools.launch_check",
             "simulation_tools.mavros",
             "simulation_tools.publisher",

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from simulation_tools.camera.defects import decals_of
+from simulation_tools.camera.effects.amounts import effects_in
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.camera.renderer import Renderer
 from simulation_tools.camera.surfaces import surfaces_of
@@ -33,8 +34,9 @@ def warm_up() -> float:
 def _photograph() -> None:
     """Photograph the horizon of an empty world, where cells are plain and mixed."""
     surfaces = surfaces_of(load_world(str(WORLD)))
-    renderer = Renderer(surfaces, decals_of((), surfaces), CameraOptics(64, 48))
-    renderer.photograph(Pose.from_xyz_rpy(0.0, 0.0, 2.0, -1.8), np.random.default_rng(1))
+    for effects in (None, effects_in("all")):
+        renderer = Renderer(surfaces, decals_of((), surfaces), CameraOptics(64, 48), effects)
+        renderer.photograph(Pose.from_xyz_rpy(0.0, 0.0, 2.0, -1.8), np.random.default_rng(1))
 
 
 if __name__ == "__main__":

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
 
+from simulation_tools.camera.effects.amounts import Effects, effects_of
 from simulation_tools.camera.errors import PhotographError
 from simulation_tools.camera.surfaces import Surfaces
 
@@ -46,10 +47,14 @@ class Defect:
 
 @dataclass(frozen=True)
 class DefectFile:
-    """The defects of a world, and the colours of its coatings, sRGB 0..1, by the model's name."""
+    """The defects of a world, and the colours of its coatings, sRGB 0..1, by the model's name.
+
+    effects: that its photographs show, too.
+    """
 
     defects: tuple[Defect, ...]
     coatings: dict[str, tuple[float, float, float]]
+    effects: Effects = field(default_factory=Effects)
 
 
 class Decals(NamedTuple):
@@ -100,11 +105,14 @@ def read_defects(path: Path) -> DefectFile:
         coatings = {
             name: (float(r), float(g), float(b)) for name, (r, g, b) in content.get("coatings", {}).items()
         }
+        effects = effects_of(dict(content.get("effects") or {}))
     except OSError as error:
         raise PhotographError(f"{path}: cannot be read: {error.strerror}.") from None
+    except PhotographError as error:
+        raise PhotographError(f"{path}: {error}") from None
     except (yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise PhotographError(f"{path}: is no file of defects ({type(error).__name__}: {error}).") from None
-    return DefectFile(defects, coatings)
+    return DefectFile(defects, coatings, effects)
 
 
 def _defect(entry: dict[str, Any]) -> Defect:

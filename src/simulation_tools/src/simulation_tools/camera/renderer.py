@@ -8,6 +8,10 @@ import numpy as np
 
 from simulation_tools.camera import kernels
 from simulation_tools.camera.defects import Decals
+from simulation_tools.camera.effects import shading
+from simulation_tools.camera.effects.amounts import Effects
+from simulation_tools.camera.effects.layout import layout_of
+from simulation_tools.camera.effects.lens import through_condensation
 from simulation_tools.camera.metering import BASE_ISO, Metered, Seen, asked_m2, meter
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.camera.surfaces import Surfaces
@@ -17,6 +21,8 @@ from simulation_tools.geometry import Pose
 STEP = 8
 METERED = 32
 """Points along each side of a picture by which the exposure is metered before it is taken."""
+METERED_M = 0.01
+"""What a point of the meter covers of a surface."""
 WHITE = 16384.0
 """Linear value of white. Two stops above it are kept until the picture is developed."""
 
@@ -46,10 +52,21 @@ class _Points(NamedTuple):
 
 
 class Renderer:
-    """Photographs surfaces with their marks by the light of the camera's own lamp."""
+    """Photographs surfaces with their marks by the light of the camera's own lamp.
 
-    def __init__(self, surfaces: Surfaces, decals: Decals, optics: CameraOptics | None = None) -> None:
+    effects: None or none of them: the picture is the same, bit for bit.
+    """
+
+    def __init__(
+        self,
+        surfaces: Surfaces,
+        decals: Decals,
+        optics: CameraOptics | None = None,
+        effects: Effects | None = None,
+    ) -> None:
         self.optics = optics or CameraOptics()
+        self.effects = effects or Effects()
+        self._layout: Any = tuple(layout_of(self.effects, surfaces)) if self.effects.is_any else None
         self._surfaces = surfaces
         self._axes = np.stack((surfaces.normals, surfaces.u_axes, surfaces.v_axes), axis=1)
         self._marks = tuple(decals)
@@ -78,11 +95,19 @@ class Renderer:
         look: Any = (self._surfaces.albedos, self._marks, self._tiles, self._clouds, gain, ambient)
         raw = np.zeros((optics.height, optics.width, 3), np.uint16)
         kernels.fill_grid(raw, faces, mixed, lights, STEP, *look)
+        lamp = optical_pose.transform(np.array(optics.lamp_offset_m))
+        over: Any = (self._layout, lamp, np.array(optical_pose.position_m), gain, ambient)
+        if self._layout is not None:
+            shading.overlay_grid(raw, faces, mixed, lights, STEP, *over)
         at = np.argwhere(mixed)
         if len(at):
             places = np.ascontiguousarray(at[:, ::-1] * STEP)
             patches = self._refined(optical_pose, places)
             kernels.fill_patches(raw, places, *patches, *look)
+            if self._layout is not None:
+                shading.overlay_patches(raw, places, *patches, *over)
+        if self.effects.condensation > 0.0:
+            through_condensation(raw, self.effects.condensation, self.effects.seed)
         lux = float(lights[rows // 2, columns // 2, 2]) + ambient
         picture = self._developed(raw, metered.iso, rng)
         return Photograph(picture, lux, metered.iso)
@@ -169,6 +194,10 @@ class Renderer:
         faces, lights = grid.faces[seen], grid.lights[seen]
         light = (lights[:, 2] + ambient) * lights[:, 3]
         albedos = self._surfaces.albedos[faces]
+        if self._layout is not None:
+            left = np.empty(albedos.shape)
+            shading.tints(faces, lights, METERED_M, self._layout, left)
+            albedos = albedos * left
         rays = grid.points_m[seen] - np.array(pose.position_m)
         lengths_m = np.maximum(np.linalg.norm(rays, axis=1), 1e-6)
         depths_m = np.maximum(rays @ pose.rotation[:, 2], 1e-6)

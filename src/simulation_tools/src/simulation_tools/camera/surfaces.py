@@ -21,6 +21,7 @@ class Surfaces:
     scene: Embree's, of all triangles. face_of: (triangles,) number of each one's face. normals: (faces, 3).
     offsets_m: (faces,), normal . point. u_axes, v_axes: (faces, 3) unit vectors in the face; v points up
     where the face is not level. albedos: (faces, 3), linear, 0..1. A place on a face is (u . p, v . p), m.
+    corners_m: (triangles, 3, 3) in the world.
     """
 
     scene: EmbreeScene
@@ -30,6 +31,7 @@ class Surfaces:
     u_axes: np.ndarray
     v_axes: np.ndarray
     albedos: np.ndarray
+    corners_m: np.ndarray
 
     def nearest(self, origins_m: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return (faces, distances in m) that rays (n, 3) hit; face -1 and distance inf where none."""
@@ -89,8 +91,9 @@ def _faces(corners: np.ndarray, colours: np.ndarray) -> Surfaces:
     u /= np.linalg.norm(u, axis=1)[:, None]
     v = np.cross(normals[first], u)
     return Surfaces(
-        scene, face_of.ravel().astype(np.int32), normals[first], offsets[first], u, v, colours[first]
-    )
+        scene, face_of.ravel().astype(np.int32), normals[first], offsets[first], u, v, colours[first],
+        vertices.reshape(-1, 3, 3),
+    )  # fmt: skip
 
 
 def _f32(values: np.ndarray) -> np.ndarray:

@@ -73,7 +73,21 @@ def judge_findings(
 
     A defect is photographed if half of it lies in one photograph, at the asked resolution and incidence.
     """
+    area_m2 = float(patches.areas_m2[Showing(mesh, patches, camera, asked).by(taken)].sum())
     surface = MeshSurface(mesh.triangles_m)
+    return count_found(findings, defects, taken, camera, asked, surface, area_m2)
+
+
+def count_found(
+    findings: Sequence[Finding],
+    defects: Sequence[Defect],
+    taken: Sequence[Taken],
+    camera: SurveyCamera,
+    asked: SurveyParameters,
+    surface: MeshSurface,
+    area_m2: float,
+) -> JudgedFindings:
+    """Judge findings, where one knows the area that the photographs show, m2."""
     counts, used, off_m = {}, set(), []
     for kind, least_m in (("rust", 0.0), ("crack", 0.0), ("crack", WIDE_M)):
         own = [each for each in defects if each.kind == kind and each.width_m >= least_m]
@@ -89,7 +103,6 @@ def judge_findings(
                 used |= {k for k, _ in near}
         counts[kind, least_m] = Count(shown, found)
     false = tuple(each for k, each in enumerate(findings) if k not in used)
-    area_m2 = float(patches.areas_m2[Showing(mesh, patches, camera, asked).by(taken)].sum())
     return JudgedFindings(
         counts["rust", 0.0], counts["crack", 0.0], counts["crack", WIDE_M], false, tuple(off_m), area_m2
     )
