@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from gridslam.tracking.evidence import Agreement, Evidence
-from gridslam.tracking.monitor import LOST, TRACKING, UNCERTAIN, MonitorState, TrackingMonitor
+from gridslam.tracking.monitor import DRIFTING, LOST, TRACKING, UNCERTAIN, MonitorState, TrackingMonitor
 
 
 def scan(share=1.0, unseen=0, beams=100, spread_m=0.0):
@@ -98,10 +98,20 @@ def test_after_scans_were_missing_the_pose_is_uncertain_until_scans_agree():
     monitor.accepts(scan())
     monitor.bridge("7.0 s before this scan are missing")
     assert (monitor.state, monitor.reason) == (UNCERTAIN, "7.0 s before this scan are missing")
+    assert states(monitor, 0.9, 0.9, 0.9) == [UNCERTAIN, TRACKING, TRACKING]
+
+
+def test_a_map_that_goes_on_in_unseen_space_after_a_gap_may_be_displaced_until_a_place_is_recognised():
+    monitor = TrackingMonitor()
+    monitor.bridge("7.0 s before this scan are missing")
     # scans in unseen space are mapped, and confirm nothing
     assert all(monitor.accepts(scan(0.0, unseen=80)) for _ in range(5))
     assert monitor.state == UNCERTAIN
-    assert states(monitor, 0.9, 0.9, 0.9) == [UNCERTAIN, TRACKING, TRACKING]
+    # those that agree with what was mapped since do not tell where it lies
+    assert states(monitor, 0.9, 0.9, 0.9) == [UNCERTAIN, DRIFTING, DRIFTING]
+    assert "scans were missing" in monitor.reason
+    monitor.check(monitor.self_check.recognised())
+    assert monitor.state == TRACKING
 
 
 def test_after_scans_were_missing_scans_may_contradict_the_map_all_the_same():

@@ -32,6 +32,8 @@ LOST_BELOW, UNCERTAIN_BELOW, TRACKING_FROM = 0.5, 0.6, 0.7
 """Limits of the smoothed share."""
 BRIDGED_AFTER = 2
 """Number of scans in a row that must agree with the map after a time without scans."""
+BRIDGED_BY_MAP_SHARE = 0.5
+"""If the map says something about fewer beams after a gap, odometry alone tells where the map goes on."""
 BRIDGING = "scans were missing, and none has confirmed yet what odometry says of the way"
 APART = "no place of the map before the vehicle was lost has been recognised yet"
 SPREAD_UNCERTAIN, SPREAD_TRACKING = 0.75, 0.5
@@ -117,6 +119,8 @@ class TrackingMonitor:
         self.scans_since_tracking += 1
         self.travelled_since_tracking_m += evidence.travelled_m
         self.self_check = self.self_check.travelled(evidence.travelled_m)
+        if self.is_bridging and evidence.agreement.compared_share < BRIDGED_BY_MAP_SHARE:
+            self.self_check = self.self_check.bridged()
         contradicts = self._contradicts(evidence)
         self.contradictions = self.contradictions + 1 if contradicts else 0
         if self._is_meaningful(evidence):

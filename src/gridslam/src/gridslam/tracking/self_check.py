@@ -46,6 +46,8 @@ class SelfCheck:
     """How far the pose may have drifted since a place was found again, by what scans and odometry measure."""
     map_spread_m: float = 0.0
     """How far the place in the map may be off from where the map began."""
+    is_bridged: bool = False
+    """Whether the map goes on after a gap where odometry alone says, and no place was found again since."""
     is_drifting: bool = False
     """Whether that is too far, though nothing says that the pose is wrong."""
 
@@ -75,6 +77,11 @@ class SelfCheck:
     @property
     def reason_of_drift(self) -> str:
         """Why the pose may have drifted, in words."""
+        if self.is_bridged:
+            return (
+                "the scans agree with the map, but scans were missing before it goes on in unseen space: "
+                "there odometry alone tells the way, and no place was recognised since"
+            )
         if MAP_SHARE * self.map_spread_m > self.spread_m:
             return (
                 "the scans agree with the map, but no closure tells where this part of the map is; it may be "
@@ -92,7 +99,7 @@ class SelfCheck:
     def recognised(self, drift: float = 0.0) -> SelfCheck:
         """A place was found again, and the path is right there. It had drifted by this; see `drift_of`."""
         known = self.drift * 0.5 ** (self.way_m / HALF_LIFE_M)
-        return replace(self, drift=max(drift, known), way_m=0.0, spread_m=0.0)._judged()
+        return replace(self, drift=max(drift, known), way_m=0.0, spread_m=0.0, is_bridged=False)._judged()
 
     def begun_anew(self) -> SelfCheck:
         """The pose was given or found on the map, and other tests prove it."""
@@ -106,13 +113,19 @@ class SelfCheck:
         """The pose may have drifted by this much since a place was found again, and in the map."""
         return replace(self, spread_m=spread_m, map_spread_m=map_spread_m)._judged()
 
+    def bridged(self) -> SelfCheck:
+        """Scans were missing, and what came after them is mapped where odometry alone says."""
+        return replace(self, is_bridged=True)._judged()
+
     def _judged(self) -> SelfCheck:
         limit_m, drifted_m = (
             CERTAIN_BELOW_M if was_beyond else UNCERTAIN_FROM_M
             for was_beyond in (self.is_doubted, self.is_drifting)
         )
         spread_m = max(self.spread_m, MAP_SHARE * self.map_spread_m)
-        return replace(self, is_doubted=self.expected_m > limit_m, is_drifting=spread_m > drifted_m)
+        return replace(
+            self, is_doubted=self.expected_m > limit_m, is_drifting=self.is_bridged or spread_m > drifted_m
+        )
 
 
 def drift_of(before: np.ndarray, corrected: np.ndarray) -> float:
