@@ -133,6 +133,15 @@ def test_a_fast_load_is_found_by_three_heights_of_twentieths_of_a_second():
         assert len(found) == (number == 3)
 
 
+def test_with_clouds_three_heights_are_not_enough():
+    sinking = Sinking(0.3, 0.15)
+    for number in range(4):
+        t = 0.05 * number
+        motion = Motion(t, (t, 0.0, HEIGHT_M), LEVEL, (1.0, 0.0, 0.0))
+        ranging = Ranging((0.0, 0.0, 0.0), UP, 2.0 - 1.7 * t, 0.05, RANGE_MAX_M)
+        assert not len(sinking.take_in([ranging], motion, has_clouds=True))
+
+
 def test_what_is_slower_than_a_slope_under_which_the_uav_flies_counts_when_it_is_about_to_touch_the_uav():
     # Given a load that sinks at 0.3 m/s onto a UAV that flies at 1 m/s
     for above_m, is_found in ((0.6, True), (3.0, False)):

@@ -237,7 +237,7 @@ class Dynamic(Algorithm):
             at_body = walls[(-p.body_below <= heights_m) & (heights_m <= p.body_above)]
             standing = np.concatenate((standing, at_body))
         rangings, self._rangings = self._rangings, ()
-        columns = self._sinking.take_in(rangings, now)
+        columns = self._sinking.take_in(rangings, now, self._space is not None and self._space.has_clouds)
         if self._space is not None:
             columns = np.concatenate((columns, self._space.columns(now)))
         if self._space is not None and self._is_hurried(columns):

@@ -92,10 +92,14 @@ class Sinking:
         self._heights, self._columns = earlier._heights, earlier._columns
         self._last_m, self._times = earlier._last_m, earlier._times
 
-    def take_in(self, rangings: Sequence[Ranging], motion: Motion) -> np.ndarray:
-        """Take in ranges in the lidar's frame; return what comes near as discs (k, 8), see `Observation`."""
+    def take_in(self, rangings: Sequence[Ranging], motion: Motion, has_clouds: bool = False) -> np.ndarray:
+        """Take in ranges in the lidar's frame; return what comes near as discs (k, 8), see `Observation`.
+
+        has_clouds: they show loads from afar. Then a range finder need not find one in a hurry, which it does
+        where plates, stiffeners and slopes are near, too.
+        """
         for ranging in rangings:
-            self._keep(ranging, motion)
+            self._keep(ranging, motion, has_clouds)
         now_s, (x, y, _) = motion.stamp_s, motion.position_m
         columns = [(*c, way) for way, c in self._columns.items() if c.is_closed(now_s)]
         if not columns:
@@ -103,7 +107,7 @@ class Sinking:
         discs = [(cx - x, cy - y, 0, 0, SINKING_RADIUS_M, 0, s - now_s, way) for cx, cy, s, way in columns]
         return np.array(discs, float)
 
-    def _keep(self, ranging: Ranging, motion: Motion) -> None:
+    def _keep(self, ranging: Ranging, motion: Motion, has_clouds: bool) -> None:
         rotation = motion.rotation()
         direction = rotation @ ranging.direction
         way = math.copysign(1.0, float(direction[2]))
@@ -122,7 +126,7 @@ class Sinking:
             _Height(motion.stamp_s, float(end[0]), float(end[1]), height_m, tuple(start.tolist()), lean)
         )
         gap_m = way * (height_m - motion.position_m[2]) - self._ends_m[way]
-        rises_m_s = _speed_m_s(heights, gap_m)
+        rises_m_s = _speed_m_s(heights, gap_m, has_clouds)
         speed = way * rises_m_s
         self._times[way] = self._times.get(way, 0) + 1 if speed < 0.0 else 0
         if speed < 0.0:  # it comes, also if the beam should miss it from now on
@@ -135,7 +139,7 @@ class Sinking:
             self._columns[way] = _Column(x_m, y_m, arrives_s)
 
 
-def _speed_m_s(heights: deque[_Height], gap_m: float) -> float:
+def _speed_m_s(heights: deque[_Height], gap_m: float, has_clouds: bool) -> float:
     """Return how fast the newest heights rise, m/s; 0.0: they stand, or belong to several things.
 
     gap_m: from the body to the newest. A ceiling that slopes comes nearer as well while the UAV flies along
@@ -152,7 +156,9 @@ def _speed_m_s(heights: deque[_Height], gap_m: float) -> float:
             break
         run.append(height)
     found = np.array([height[:4] for height in run])
-    for span_s, fewest in zip(SINKING_SPANS_S, SINKING_FEWEST):
+    spans = list(zip(SINKING_SPANS_S, SINKING_FEWEST))
+    floor_m = 0.5 * SINKING_RESIDUAL_M if has_clouds else SINKING_NOISE_M
+    for span_s, fewest in spans[has_clouds:]:
         part = found[newest.stamp_s - found[:, 0] <= span_s + 1e-6]
         lasted_s = newest.stamp_s - part[-1, 0]
         if len(part) < fewest or lasted_s < 0.8 * span_s:
@@ -162,8 +168,8 @@ def _speed_m_s(heights: deque[_Height], gap_m: float) -> float:
         speed = float(times_s @ z_m) / spread
         residual_m = math.sqrt(float(np.mean((z_m - speed * times_s) ** 2)))
         flown_m_s = math.dist(part[0, 1:3], part[-1, 1:3]) / lasted_s
-        noise = max(residual_m, SINKING_NOISE_M) / math.sqrt(spread)
-        is_soon = gap_m <= SINKING_SOON_S * abs(speed)
+        noise = max(residual_m, floor_m) / math.sqrt(spread)
+        is_soon = not has_clouds and gap_m <= SINKING_SOON_S * abs(speed)
         of_slope = 0.0 if is_soon else SINKING_SLOPE * flown_m_s
         least = max(SINKING_LEAST_M_S + of_slope, SINKING_SIGNIFICANCE * noise)
         most_m = min(SINKING_RESIDUAL_M, SINKING_UNEVEN * abs(speed) * lasted_s)
