@@ -370,7 +370,8 @@ class Dynamic(Algorithm):
         others = movers[~are_within(movers, columns)]  # a scan may show the thing itself, as it sinks
         movers = np.concatenate((others, columns))
         around = outlook.around._replace(cost_to_go=NO_COST_TO_GO, movers=movers)
-        speed = max(step.reference.speed, HURRIED_EVASION_M_S)
+        has_cloud = step.snapshot.observed.cloud is not None  # it shows loads early, and tanks are narrow
+        speed = max(step.reference.speed, EVASION_M_S if has_cloud else HURRIED_EVASION_M_S)
         commands = candidates(step.reference.velocity, self._command, speed)
         commands[:, 2] = 0.0
         state, nowhere = step.snapshot.state.copy(), np.zeros(2)
