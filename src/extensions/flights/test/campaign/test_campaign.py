@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from pathlib import Path
 
 import pytest
 
+from flights.campaign.axes import FLIGHT_WORLDS, KINDS, MAPPING_WORLDS, axes_of
 from flights.campaign.command import main
+from flights.campaign.folder import columns_of
 from flights.campaign.reading import SHIPPED, campaign_of, read_campaign
 from flights.campaign.trial import lidar_data
 from flights.campaign.tuning import objective, tune
@@ -16,6 +19,21 @@ from flights.errors import CampaignError
 ROOT = Path(__file__).resolve().parents[5]
 FOREST = {"world": "random_forest"}
 BY_100 = {"from": 1, "to": 100, "steps": 100}
+
+
+# -- the page -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_page_names_every_axis_world_and_column(kind):
+    page = (ROOT / "src/extensions/flights/doc/campaigns.md").read_text()
+    on_page = re.findall(r"`([a-z0-9_.]+)`", page)
+    begun = tuple(name.removesuffix("...") for name in on_page if name.endswith("_..."))  # `ate_...`
+    world = {"flight": "random_forest", "mapping": "beamed_hold"}[kind]
+    campaign = campaign_of({"kind": kind, "trials": {"world": world}}, "none")
+    axes = [name for name in axes_of(kind) if not name.startswith(("cepa.", "slam."))]
+    needed = [*axes, *FLIGHT_WORLDS, *MAPPING_WORLDS, *columns_of(campaign)]
+    assert [name for name in needed if name not in on_page and not name.startswith(begun)] == []
 
 
 # -- the file -----------------------------------------------------------------------------------------------
