@@ -90,3 +90,31 @@ def test_the_help_of_bringup_says_what_each_launch_file_does():
     assert sorted(sentences) == files
     assert sentences["flights/explore.launch"].startswith("A UAV explores a place")
     assert not any("<" in sentence or "--" in sentence for sentence in sentences.values())
+
+
+@pytest.mark.parametrize(
+    ("number", "lacks"),
+    [
+        ("1", []),
+        ("2", ["avoidance", "speed", "pose_source"]),
+        ("3", ["scenario", "avoidance"]),
+        ("4", ["scenario", "avoidance"]),
+    ],
+)
+def test_the_arguments_of_experiment_1_mean_the_same_in_the_others_but_those_the_page_leaves_out(
+    number, lacks
+):
+    """Experiment 2 shares those from `lidar` on. So `avoidance`, which stands before it, is not shared."""
+    thesis = ROOT / "src/master_thesis"
+    page = (thesis / "doc/experiments.md").read_text()
+    first = page.partition("## Experiment 1\n")[2].partition("\n### ")[0]
+    heads = re.findall(r"^- (.*?):", first.partition("Arguments (")[2], re.MULTILINE)
+    listed = [name for head in heads for name in re.findall(r"`([a-z_]+)`", re.sub(r"\(.*?\)", "", head))]
+    launch = (thesis / f"launch/experiment_{number}.launch").read_text()
+    assert [name for name in listed if f'<arg name="{name}" default=' not in launch] == lacks
+    about = "3 and 4" if number in "34" else number
+    section = re.split(r"^## Experiments? ", page, flags=re.MULTILINE)
+    (mine,) = (text for text in section if text.startswith(f"{about}\n"))
+    shared = next((line for line in mine.splitlines() if "mean the same" in line), "")
+    after = listed.index("lidar") if "from `lidar` on" in shared else 0
+    assert set(re.findall(r"no `(\w+)`", shared)) == {name for name in lacks if name in listed[after:]}
