@@ -25,10 +25,16 @@ WORLD = Path(__file__).resolve().parents[3] / "worlds/hold_3d.world"
 TILE_PX, COLUMNS, BAR_PX = (340, 255), 4, 14
 TIMES = 3
 """Each tile is drawn so many times larger, and then made smaller."""
-WALL, NEAR = (-8.0, 7.2, 3.0, 75.0), (-9.25, 8.9, 3.0, 90.0)
+WALL, NEAR = (-8.0, 7.2, 3.0, 75.0), (-9.9, 8.9, 3.0, 100.0)
 """x, y, z, m, and the direction, deg, of the camera: before a frame and its plates, and before a seam."""
-CLOSE = ("welds", "pitting", "scale")
-"""Effects that are small, and shown from near."""
+SHOWN_FROM = {
+    "welds": NEAR,
+    "pitting": NEAR,
+    "scale": (-7.9, 7.6, 2.3, 75.0),
+    "waviness": (-10.6, 9.0, 3.0, 45.0),
+    "coatings": (-8.0, 7.2, 1.3, 75.0),
+}
+"""Small effects are seen from near, waviness along the plate, and the other coatings where one ends."""
 
 
 def main() -> None:
@@ -44,7 +50,7 @@ def main() -> None:
     width, height = TILE_PX[0], TILE_PX[1] + BAR_PX
     sheet = Image.new("RGB", (COLUMNS * width, -(-len(names) // COLUMNS) * height), "white")
     for number, name in enumerate(names):
-        x, y, z, heading = NEAR if name in CLOSE else WALL
+        x, y, z, heading = SHOWN_FROM.get(name, WALL)
         pose = Pose.from_xyz_rpy(x, y, z, 0.0, 0.0, math.radians(heading)) @ OPTICAL
         effects = None if name == "none" else effects_in(name)
         picture = (
