@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from importlib import import_module
 from pathlib import Path
 
@@ -11,7 +12,13 @@ import pytest
 rosbag = pytest.importorskip("rosbag", reason="needs ROS")
 import genpy  # noqa: E402
 
-pytestmark = pytest.mark.ros
+pytestmark = [
+    pytest.mark.ros,
+    pytest.mark.skipif(
+        sys.version_info >= (3, 13),
+        reason="Debian 13's rosbag fix applies no rule at all (KeyError, Python 3.13)",
+    ),
+]
 ROOT = Path(__file__).resolve().parents[2]
 PARTS = ("ActionGoal", "ActionResult", "ActionFeedback")
 MOVED = [("exploration", f"Explore{part}") for part in PARTS] + [

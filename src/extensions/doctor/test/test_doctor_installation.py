@@ -319,6 +319,17 @@ def test_underlays_are_compared_with_those_of_the_build(monkeypatch, tmp_path):
     assert look_at(root, {}, {}).underlays_new == ()
 
 
+def test_a_shell_that_knows_the_installed_workspace_knows_it_and_has_no_underlay(monkeypatch, tmp_path):
+    for space in ("devel", "install"):
+        (tmp_path / space / "share/mavros_msgs").mkdir(parents=True)
+    (tmp_path / "requirements.txt").touch()
+    monkeypatch.setenv("CMAKE_PREFIX_PATH", f"{tmp_path}/install:/usr")
+    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:11311")
+    machine = look_at(tmp_path, {}, {})
+    assert machine.sourced
+    assert machine.underlays_gone == machine.messages_twice == ()
+
+
 def test_masters_of_this_machine_are_found(processes, tmp_path):
     """A process whose command line is that of a master, as roscore starts it."""
     program = tmp_path / "rosmaster"

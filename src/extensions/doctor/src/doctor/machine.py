@@ -97,7 +97,7 @@ def look_at(root: Path, md5_wanted: dict[str, str], md5_found: dict[str, str]) -
         python=sys.prefix,
         platform_known=packages.exists(),
         built=(root / "devel/setup.bash").exists() and (root / "build/CMakeCache.txt").exists(),
-        sourced=str(root / "devel") in os.environ.get("CMAKE_PREFIX_PATH", "").split(":"),
+        sourced=any(path in _spaces(root) for path in os.environ.get("CMAKE_PREFIX_PATH", "").split(":")),
         python_wanted=wanted,
         python_found=_installed(wanted),
         debian_missing=_missing(needed),
@@ -177,17 +177,23 @@ def _nearest_there(folder: Path) -> Path:
     return next(path for path in (folder, *folder.absolute().parents) if path.exists())
 
 
+def _spaces(root: Path) -> tuple[str, str]:
+    """Return the folders of a workspace that a shell may know it by: what is built, and what is installed."""
+    return str(root / "devel"), str(root / "install")
+
+
 def _underlays(root: Path, prefixes: Sequence[str]) -> dict[str, tuple[str, ...]]:
     """Return the fields about underlays. prefixes: the shell's CMAKE_PREFIX_PATH, the topmost first."""
-    devel = root / "devel"
+    devel, own = root / "devel", _spaces(root)
     script = devel / "_setup_util.py"
     match = _BUILT_OVER.search(script.read_text(encoding="utf-8")) if script.exists() else None
     built_over = [path for path in match.group(1).split(";") if path] if match else []
-    below = prefixes[prefixes.index(str(devel)) + 1 :] if str(devel) in prefixes else []
-    named = dict.fromkeys((*built_over, *prefixes))
-    there = [path for path in (*named, "/usr") if path != str(devel) and Path(path).is_dir()]
+    topmost = min((prefixes.index(path) for path in own if path in prefixes), default=len(prefixes))
+    below = [path for path in prefixes[topmost:] if path not in own]
+    named = [path for path in dict.fromkeys((*built_over, *prefixes)) if path not in own]
+    there = [path for path in (*named, "/usr") if Path(path).is_dir()]
     return {
-        "underlays_gone": tuple(path for path in named if path != str(devel) and path not in there),
+        "underlays_gone": tuple(path for path in named if path not in there),
         "underlays_new": tuple(path for path in below if path in there and path not in built_over),
         "messages_twice": tuple(
             name
