@@ -181,7 +181,7 @@ def test_a_huge_text_is_refused():
         ),
         (lambda folder: load_model("model://none", [folder]), '^The model model://none .* no model "none"'),
         (lambda folder: load_model(folder / "none", []), "^There is no model .*/none; give"),
-        (lambda folder: load_model(folder, []), ": The folder .* holds no model[.]config"),
+        (lambda folder: load_model(folder, []), "^The folder .* holds no model[.]config"),
     ],
 )
 def test_what_is_missing_is_said(tmp_path, load, saying):

@@ -12,6 +12,7 @@ from flights.inspecting.request import read
 from gridslam.volume import Board, VolumeParameters, VoxelMap
 from gridslam.volume.octree.files import write_octree
 from gridslam.volume.octree.stream import stream_of
+from simulation_tools.camera.errors import PhotographError
 
 WORLDS = Path(__file__).resolve().parents[2] / "worlds"
 SIZE_M, VOXEL_M = np.array((5.0, 4.0, 4.0)), 0.1
@@ -103,6 +104,21 @@ def test_a_plan_on_a_map_leads_through_manholes_that_the_rims_voxels_make_narrow
 def test_an_exposure_that_makes_no_sense_is_named(exposure):
     with pytest.raises(ScenarioError, match="exposure"):
         read({**ASKED, "exposure": exposure}, 0.5)
+
+
+@pytest.mark.parametrize("effects", ["rain", "dirt=2", "dirt=much", "seed=0.5"])
+def test_effects_that_make_no_sense_are_refused_before_a_flight(effects):
+    with pytest.raises(PhotographError, match="effect"):
+        read({**ASKED, "effects": effects}, 0.5)
+
+
+def test_a_file_of_defects_that_makes_no_sense_is_refused_before_a_flight(tmp_path):
+    path = tmp_path / "my.defects.yaml"
+    path.write_text("defects: []\neffects: {rain: 1}\n")
+    with pytest.raises(PhotographError, match=r'my[.]defects[.]yaml: There is no effect "rain"'):
+        read({**ASKED, "defects": str(path)}, 0.5)
+    with pytest.raises(PhotographError, match=r"none[.]yaml"):
+        read({**ASKED, "defects": str(tmp_path / "none.yaml")}, 0.5)
 
 
 def test_a_given_plan_is_flown_with_the_exposure_that_is_asked(tmp_path):

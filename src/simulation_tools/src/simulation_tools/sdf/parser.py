@@ -93,7 +93,7 @@ def model_file(folder: Path) -> Path:
     """Return the SDF file that a model folder's model.config names (its newest supported version)."""
     config = next((found for name in CONFIGS if (found := folder / name).is_file()), None)
     if config is None:
-        raise SdfError(f"{folder}: The folder is not a model: it holds no model.config.")
+        raise SdfError(f"The folder {folder} is not a model: it holds no model.config.")
     document = Document.from_file(config)
     named = document.root("model").children("sdf")
     versions = [(_version(node.attribute("version", "1.6")), node) for node in named]

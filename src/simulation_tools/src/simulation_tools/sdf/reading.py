@@ -16,8 +16,8 @@ Include = Callable[[Node, bool], Model | None]
 """Follows an ``<include>`` inside a model that is static, or not; None for a light."""
 
 
-_PLACE = re.compile(r"^.*?(?::\d+: |: (?=The folder ))", re.DOTALL)
-"""``PATH:LINE: `` before the sentence of an error, or ``FOLDER: ``."""
+_PLACE = re.compile(r"^.*?:\d+: ", re.DOTALL)
+"""``PATH:LINE: `` before the sentence of an error."""
 _SUFFIX = re.compile(r" \(Included by .*?:\d+\.\)$", re.DOTALL)
 
 

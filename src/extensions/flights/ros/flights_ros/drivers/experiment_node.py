@@ -180,7 +180,8 @@ class ExperimentNode(ABC):
 
         For a topic that must be complete, the first message proves it.
         """
-        return all(subscriber.get_num_connections() for subscriber in self._subscribers)
+        of_each = [subscriber.impl for subscriber in self._subscribers]  # None after `close`
+        return all(each is not None and each.get_num_connections() for each in of_each)
 
     def _on_stats(self, message: DiagnosticArray) -> None:
         for row in decision_rows(message):

@@ -14,6 +14,8 @@ from flights.worlds import scenario
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.survey.parameters import FlightParameters, SurveyParameters
 from inspection.survey.plan_file import read_plan
+from simulation_tools.camera.defects import defects_in
+from simulation_tools.camera.effects.amounts import effects_in
 
 PLAN_MARGIN_M = 0.25
 """Beyond the UAV's radius, in a plan that is made here: the flight's map is coarser than the drawing."""
@@ -96,6 +98,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
             _check_plan(Path(path), camera)
     except FlightBasicsError as error:
         raise ScenarioError(str(error)) from None
+    _check_looks(asked, flight.description.scenario.world_path)
     given = Path(path) if path else None
     return InspectingRequest(
         flight, given, source, photographs, camera, wanted, flying, search_s, second_look, supplement,
@@ -110,6 +113,13 @@ def _flying(passing_m_s: float) -> FlightParameters:
 def _explore_s(asked: Mapping[str, Any]) -> float | None:
     time_s = scenario.number("explore_time", asked.get("explore_time", 600.0), 1.0, exploring.LONGEST_S)
     return time_s if scenario.flag("explore", asked.get("explore", False)) else None
+
+
+def _check_looks(asked: Mapping[str, Any], world: Path) -> None:
+    """Refuse what the camera would refuse when the flight has begun: effects, and the file of defects."""
+    effects_in(str(asked.get("effects", "")))
+    defects = str(asked.get("defects", "")).strip()
+    defects_in(world, Path(defects) if defects else None)
 
 
 def _check_plan(path: Path, camera: SurveyCamera) -> None:
