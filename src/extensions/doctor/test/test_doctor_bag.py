@@ -8,7 +8,7 @@ import pytest
 from recordings import FINAL, HEALTHY, RAW, SAFE, bag_without, times
 
 from doctor import bag
-from doctor.finding import ERROR, NOTE, WARNING
+from doctor.diagnosis import ERROR, NOTE, WARNING
 from doctor.snapshot import Recording, Topic
 
 

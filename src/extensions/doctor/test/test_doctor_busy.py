@@ -10,7 +10,7 @@ import pytest
 from recordings import SAFE, WELL, edge_late, with_topic
 
 from doctor import bag, graph
-from doctor.finding import ERROR, NOTE, WARNING
+from doctor.diagnosis import ERROR, NOTE, WARNING
 
 recorder = pytest.importorskip("doctor_ros.recorder")
 
@@ -57,8 +57,8 @@ def heard(clock_late_s: float, ahead_s: dict[str, float]):
     return found
 
 
-def in_the_future(findings) -> list[str]:
-    return sorted(one.where for one in findings if "future" in one.what)
+def in_the_future(diagnoses) -> list[str]:
+    return sorted(one.where for one in diagnoses if "future" in one.what)
 
 
 @pytest.mark.parametrize("clock_late_s", [0.0, 0.3])
@@ -86,9 +86,9 @@ def test_a_clock_of_another_machine_is_found_on_wall_time():
         for k in range(50):
             now_s = 1.7e9 + 0.1 * k
             found.hear(topic, "any/Stamped", node, stamped(now_s + 0.5), now_s)
-    findings = bag.check(found.recording(1.7e9 + 5.0))
-    assert in_the_future(findings) == sorted(NODES)
-    assert "chrony" in findings[0].remedy
+    diagnoses = bag.check(found.recording(1.7e9 + 5.0))
+    assert in_the_future(diagnoses) == sorted(NODES)
+    assert "chrony" in diagnoses[0].remedy
 
 
 BUSY = 0.6

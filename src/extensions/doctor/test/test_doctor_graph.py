@@ -29,7 +29,7 @@ from recordings import (
 )
 
 from doctor import graph
-from doctor.finding import BROKEN, ERROR, FINE, NOTE, WARNING, exit_code
+from doctor.diagnosis import BROKEN, ERROR, FINE, NOTE, WARNING, exit_code
 from doctor.snapshot import Launched, Node, Parameter
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from doctor import installation
 from doctor import machine as machine_module
-from doctor.finding import BROKEN, ERROR, FINE, NOTE, WARNING, Finding, as_json, as_text, exit_code
+from doctor.diagnosis import BROKEN, ERROR, FINE, NOTE, WARNING, Diagnosis, as_json, as_text, exit_code
 from doctor.machine import (
     Machine,
     blocked_by,
@@ -249,9 +249,9 @@ def test_a_package_of_the_tests_alone_is_no_error(monkeypatch, tmp_path):
 
 
 FINDINGS = [
-    Finding(NOTE, "/c", "is odd", "Look"),
-    Finding(ERROR, "/a", "is dead", "rosrun it"),
-    Finding(WARNING, "/b", "is slow", "Wait"),
+    Diagnosis(NOTE, "/c", "is odd", "Look"),
+    Diagnosis(ERROR, "/a", "is dead", "rosrun it"),
+    Diagnosis(WARNING, "/b", "is slow", "Wait"),
 ]
 
 

@@ -23,13 +23,13 @@ def test_a_lidar_without_a_greatest_range_is_as_good_as_another(range_max):
 
 
 def test_a_greatest_range_that_is_no_number_is_an_error():
-    (finding,) = geometry(scan(math.nan))
-    assert "no numbers" in finding.what
+    (diagnosis,) = geometry(scan(math.nan))
+    assert "no numbers" in diagnosis.what
 
 
 @pytest.mark.parametrize(
     ("ranges", "saying"), [((10.0, 10.0, 10.0), "range_max itself"), ((11.0, 11.0, 11.0), "above range_max")]
 )
 def test_what_lies_at_the_greatest_range_or_beyond_is_said(ranges, saying):
-    (finding,) = values([scan(ranges=ranges)])
-    assert saying in finding.what
+    (diagnosis,) = values([scan(ranges=ranges)])
+    assert saying in diagnosis.what

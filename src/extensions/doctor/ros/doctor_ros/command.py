@@ -1,6 +1,6 @@
 """Finds what is wrong with an installation, a running graph (--live) or a bag (--bag FILE).
 
-Each finding is one line: severity, place, fault, remedy. Exit code 0: no error; 1: at least one error; 2:
+Each diagnosis is one line: severity, place, fault, remedy. Exit code 0: no error; 1: at least one error; 2:
 the examination was not possible.
 """
 
@@ -13,29 +13,29 @@ import sys
 from pathlib import Path
 from typing import Sequence
 
-from doctor import finding
-from doctor.finding import Finding
+from doctor import diagnosis
+from doctor.diagnosis import Diagnosis
 from flights.errors import FlightsError
 
-Examined = tuple[Sequence[Finding], str]
-"""The findings, and what was examined."""
+Examined = tuple[Sequence[Diagnosis], str]
+"""The diagnoses, and what was examined."""
 
 
 def main() -> int:
-    """Examine and print the findings; return the exit code."""
+    """Examine and print the diagnoses; return the exit code."""
     arguments = _arguments()
     try:
         if arguments.bag:
-            findings, examined = _bag(arguments.bag)
+            diagnoses, examined = _bag(arguments.bag)
         elif arguments.live:
-            findings, examined = _live(arguments.listen)
+            diagnoses, examined = _live(arguments.listen)
         else:
-            findings, examined = _installation()
+            diagnoses, examined = _installation()
     except FlightsError as error:
         print(f"doctor: {error}", file=sys.stderr)
-        return finding.NOT_EXAMINED
-    print((finding.as_json if arguments.json else finding.as_text)(findings, examined))
-    return finding.exit_code(findings)
+        return diagnosis.NOT_EXAMINED
+    print((diagnosis.as_json if arguments.json else diagnosis.as_text)(diagnoses, examined))
+    return diagnosis.exit_code(diagnoses)
 
 
 def _arguments() -> argparse.Namespace:

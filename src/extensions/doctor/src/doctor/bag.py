@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Iterator
 
 from doctor import clock, graph, parameters, scans, transforms
+from doctor.diagnosis import ERROR, NOTE, WARNING, Diagnosis
 from doctor.expectations import QUIET_TOPICS, SETPOINTS
-from doctor.finding import ERROR, NOTE, WARNING, Finding
 from doctor.snapshot import Parameter, Recording
 
 GAP_FACTOR, LEAST_GAP_S, LEAST_RATE_HZ = 10.0, 0.5, 4.0
@@ -18,9 +18,9 @@ EVENTS = ("gazebo_msgs/ContactsState",)
 SCAN, VELOCITY, ODOMETRY = "sensor_msgs/LaserScan", "geometry_msgs/TwistStamped", "nav_msgs/Odometry"
 
 
-def check(recording: Recording, described: tuple[Parameter, ...] = ()) -> list[Finding]:
-    """Return all findings about a bag."""
-    found: list[Finding] = []
+def check(recording: Recording, described: tuple[Parameter, ...] = ()) -> list[Diagnosis]:
+    """Return all diagnoses about a bag."""
+    found: list[Diagnosis] = []
     for one in (contents, gaps, graph.commands, graph.chain, graph.autopilot, clock.stamps):
         found += one(recording)
     found += [*transforms.structure(recording), *transforms.times(recording)]
@@ -28,15 +28,15 @@ def check(recording: Recording, described: tuple[Parameter, ...] = ()) -> list[F
     return found + list(parameters.check(described))
 
 
-def contents(recording: Recording) -> Iterator[Finding]:
+def contents(recording: Recording) -> Iterator[Diagnosis]:
     """Check whether the bag holds anything."""
     if not any(topic.received_s for topic in recording.topics.values()):
-        yield Finding(
+        yield Diagnosis(
             ERROR, "bag", "holds no messages", "Record again, with topics that are published (rostopic list)"
         )
 
 
-def gaps(recording: Recording) -> Iterator[Finding]:
+def gaps(recording: Recording) -> Iterator[Diagnosis]:
     """Check for gaps in otherwise regular topics."""
     for topic in recording.topics.values():
         if topic.type in EVENTS or len(topic.received_s) < 20:
@@ -51,7 +51,7 @@ def gaps(recording: Recording) -> Iterator[Finding]:
         steady = sorted(steps_s)[int(0.99 * (len(steps_s) - 1))] < 3.0 * max(usual_s, 1e-3)
         if steady and usual_s < 1.0 / LEAST_RATE_HZ and longest_s > max(GAP_FACTOR * usual_s, LEAST_GAP_S):
             usual = f"comes every {1e3 * usual_s:.0f} ms"
-            yield Finding(
+            yield Diagnosis(
                 WARNING,
                 topic.name,
                 f"{usual}, but not for {longest_s:.2f} s from {topic.received_s[at]:.2f} s on",
@@ -59,24 +59,24 @@ def gaps(recording: Recording) -> Iterator[Finding]:
             )
 
 
-def playable(recording: Recording) -> Iterator[Finding]:
+def playable(recording: Recording) -> Iterator[Diagnosis]:
     """Check which inputs of CEPA and gridslam the bag lacks."""
     have = {topic.type for topic in recording.of_type(SCAN, VELOCITY, ODOMETRY)}
     for type_name, what in ((SCAN, "scans"), (VELOCITY, "a reference velocity"), (ODOMETRY, "odometry")):
         if type_name not in have:
             remedy = f"Record a topic of {type_name} as well"
-            yield Finding(NOTE, "cepa", f"cannot be fed from this bag: it has no {what}", remedy)
+            yield Diagnosis(NOTE, "cepa", f"cannot be fed from this bag: it has no {what}", remedy)
     if SCAN not in have:
-        yield Finding(
+        yield Diagnosis(
             NOTE, "gridslam", "cannot be fed from this bag: it has no scans", f"Record a topic of {SCAN}"
         )
     elif not any(_reaches_odometry(scan.frame, recording) for scan in recording.scans):
         what = "cannot be fed from this bag: TF does not lead from the scans' frame to a frame that moves"
-        yield Finding(
+        yield Diagnosis(
             NOTE, "gridslam", what, "Record /tf and /tf_static, with odom -> base and base -> lidar"
         )
     if "/clock" in recording.topics and recording.topics["/clock"].received_s:
-        yield Finding(
+        yield Diagnosis(
             NOTE, "/clock", "is in the bag", "Play it without --clock, which would make a second one"
         )
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Iterable, Iterator
 
+from doctor.diagnosis import ERROR, WARNING, Diagnosis
 from doctor.expectations import QUIET_TOPICS, SETPOINTS
-from doctor.finding import ERROR, WARNING, Finding
 from doctor.snapshot import Graph, Recording
 
 LATE_S, EARLY_S = 1.0, 0.1
@@ -14,24 +14,24 @@ LATE_S, EARLY_S = 1.0, 0.1
 ANOTHER_CLOCK_S = 3600.0
 
 
-def running(graph: Graph) -> Iterator[Finding]:
+def running(graph: Graph) -> Iterator[Diagnosis]:
     """Check /clock against /use_sim_time."""
     topic = graph.recording.topics.get("/clock")
     speakers = sorted(set(topic.publishers)) if topic else []
     ticks = graph.recording.clock_s
     if graph.use_sim_time and not speakers:
         remedy = "Start the simulator (or rosbag play --clock), or: rosparam set use_sim_time false"
-        yield Finding(
+        yield Diagnosis(
             ERROR, "/clock", "use_sim_time is true and nobody publishes a clock: time stands at 0", remedy
         )
     elif graph.use_sim_time and (not ticks or ticks[-1] <= ticks[0]):
         remedy = f"rosservice call {speakers[0]}/unpause_physics, or look at its load"
-        yield Finding(WARNING, "/clock", f"stands still: {speakers[0]} is paused, or hangs", remedy)
+        yield Diagnosis(WARNING, "/clock", f"stands still: {speakers[0]} is paused, or hangs", remedy)
     elif speakers and not graph.use_sim_time:
         remedy = (
             "rosparam set use_sim_time true, and start the other nodes again: they read it at their start"
         )
-        yield Finding(
+        yield Diagnosis(
             ERROR,
             "/use_sim_time",
             f"is false while {speakers[0]} publishes /clock: nodes run on wall time",
@@ -39,10 +39,12 @@ def running(graph: Graph) -> Iterator[Finding]:
         )
     if len(speakers) > 1:
         remedy = "Keep one of them, end the other: rosnode kill"
-        yield Finding(ERROR, "/clock", f"{' and '.join(speakers)} publish it: time jumps to and fro", remedy)
+        yield Diagnosis(
+            ERROR, "/clock", f"{' and '.join(speakers)} publish it: time jumps to and fro", remedy
+        )
     backwards = sum(later < earlier for earlier, later in zip(ticks, ticks[1:]))
     if backwards and len(speakers) < 2:
-        yield Finding(
+        yield Diagnosis(
             WARNING,
             "/clock",
             f"went back {backwards} times",
@@ -50,7 +52,7 @@ def running(graph: Graph) -> Iterator[Finding]:
         )
 
 
-def stamps(recording: Recording) -> Iterator[Finding]:
+def stamps(recording: Recording) -> Iterator[Diagnosis]:
     """Check the messages' stamps: from this clock, neither late nor early, never going back."""
     for topic in recording.topics.values():
         if topic.name in ("/tf", "/tf_static") or QUIET_TOPICS.match(topic.name):
@@ -76,21 +78,21 @@ def median(values: Iterable[float]) -> float:
     return ordered[len(ordered) // 2]
 
 
-def _ages(name: str, age_s: float, early_s: float, is_simulated: bool) -> Iterator[Finding]:
+def _ages(name: str, age_s: float, early_s: float, is_simulated: bool) -> Iterator[Diagnosis]:
     if abs(age_s) > ANOTHER_CLOCK_S:
         remedy = "Its node was started before use_sim_time was set, or stamps by itself: start it again"
-        yield Finding(
+        yield Diagnosis(
             ERROR, name, "is stamped by another clock (wall time among simulated, or the reverse)", remedy
         )
     elif age_s > LATE_S:
-        yield Finding(
+        yield Diagnosis(
             WARNING,
             name,
             f"its stamps are {age_s:.1f} s old when they arrive",
             "Look at the load, and at queue sizes",
         )
     elif early_s > EARLY_S:
-        yield Finding(WARNING, name, f"its stamps are {early_s:.2f} s in the future", ahead(is_simulated))
+        yield Diagnosis(WARNING, name, f"its stamps are {early_s:.2f} s in the future", ahead(is_simulated))
 
 
 def ahead(is_simulated: bool) -> str:
@@ -100,8 +102,8 @@ def ahead(is_simulated: bool) -> str:
     return "Compare the clocks of the machines (chrony)"
 
 
-def _order(name: str, publishers: int, stamps_s: list[float]) -> Iterator[Finding]:
+def _order(name: str, publishers: int, stamps_s: list[float]) -> Iterator[Diagnosis]:
     backwards = sum(later < earlier for earlier, later in zip(stamps_s, stamps_s[1:]))
     if backwards and publishers < 2:
         remedy = "Several sources under one name, or a clock that was reset: look at who publishes"
-        yield Finding(WARNING, name, f"its stamps go back {backwards} times", remedy)
+        yield Diagnosis(WARNING, name, f"its stamps go back {backwards} times", remedy)

@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import Iterable, Iterator
 
 from doctor import clock, parameters, scans, transforms
+from doctor.diagnosis import ERROR, NOTE, WARNING, Diagnosis
 from doctor.expectations import (
     CHAIN,
     EXTERNAL_POSES,
@@ -17,7 +18,6 @@ from doctor.expectations import (
     SETPOINTS,
     is_command,
 )
-from doctor.finding import ERROR, NOTE, WARNING, Finding
 from doctor.snapshot import Graph, Recording, Topic
 
 OBEYING, LANDING = ("OFFBOARD", "GUIDED"), ("AUTO.LAND", "LAND")
@@ -28,8 +28,8 @@ LEAST_SPAN_S = 2.0
 """A shorter time is not enough for a rate."""
 
 
-def check(graph: Graph) -> list[Finding]:
-    """Return all findings about a running graph.
+def check(graph: Graph) -> list[Diagnosis]:
+    """Return all diagnoses about a running graph.
 
     What a busy machine may have made late is only a warning there.
     """
@@ -37,34 +37,35 @@ def check(graph: Graph) -> list[Finding]:
     timely = [*rates(graph), *chain(recording)]
     if (
         graph.use_sim_time or not recording.clock_s
-    ):  # else all stamps are from another clock, which is a finding already
+    ):  # else all stamps are from another clock, which is a diagnosis already
         timely += [*clock.stamps(recording), *transforms.times(recording)]
     if graph.waited_share > BUSY_SHARE:
         timely = [
-            replace(finding, severity=WARNING) if finding.severity == ERROR else finding for finding in timely
+            replace(diagnosis, severity=WARNING) if diagnosis.severity == ERROR else diagnosis
+            for diagnosis in timely
         ]
     found = [
-        finding for one in (load, nodes, unheard, external_poses, clock.running) for finding in one(graph)
+        diagnosis for one in (load, nodes, unheard, external_poses, clock.running) for diagnosis in one(graph)
     ]
     for one in (commands, autopilot, transforms.structure, scans.check):
         found += one(recording)
     return [*found, *timely, *parameters.check(graph.parameters)]
 
 
-def load(graph: Graph) -> Iterator[Finding]:
+def load(graph: Graph) -> Iterator[Diagnosis]:
     """Note that the machine is busy: then delays and missing messages are not the nodes' fault."""
     if graph.waited_share > BUSY_SHARE:
         what = f"is busy: the doctor waited {100.0 * graph.waited_share:.0f} % of its time for a processor"
         remedy = "End other programs, and examine again; until then delays and rates tell little"
-        yield Finding(NOTE, "machine", what, remedy)
+        yield Diagnosis(NOTE, "machine", what, remedy)
 
 
-def nodes(graph: Graph) -> Iterator[Finding]:
+def nodes(graph: Graph) -> Iterator[Diagnosis]:
     """Check for dead nodes: known to the master or a roslaunch, and silent."""
     known = {node.name for node in graph.nodes}
     for node in graph.nodes:
         if not node.answers:
-            yield Finding(
+            yield Diagnosis(
                 ERROR,
                 node.name,
                 "is registered with the master and does not answer",
@@ -72,14 +73,14 @@ def nodes(graph: Graph) -> Iterator[Finding]:
             )
     for launched in graph.launched:
         if not launched.running:
-            yield Finding(
+            yield Diagnosis(
                 ERROR,
                 launched.name,
                 "was launched and has ended",
                 "Read why in its log; start it by rosrun or launch again",
             )
         elif launched.name not in known:
-            yield Finding(
+            yield Diagnosis(
                 WARNING,
                 launched.name,
                 "its process runs, but the master does not know it",
@@ -87,10 +88,10 @@ def nodes(graph: Graph) -> Iterator[Finding]:
             )
         if launched.starts > 1:
             what = f"has ended {launched.starts - 1} times and been started again"
-            yield Finding(WARNING, launched.name, what, "Read why in its log (~/.ros/log/latest)")
+            yield Diagnosis(WARNING, launched.name, what, "Read why in its log (~/.ros/log/latest)")
 
 
-def unheard(graph: Graph) -> Iterator[Finding]:
+def unheard(graph: Graph) -> Iterator[Diagnosis]:
     """Check for topics with subscribers but no publisher: a wrong remap, or a missing node."""
     in_chain = {link.topic for link in CHAIN} | {link.source for link in CHAIN}
     for topic in graph.recording.topics.values():
@@ -102,10 +103,10 @@ def unheard(graph: Graph) -> Iterator[Finding]:
             continue
         what = f"{_told(topic.subscribers)} subscribes, but nobody publishes"
         remedy = "Start who publishes it, or remap the listener to what is there (rostopic list)"
-        yield Finding(ERROR if topic.name in in_chain else NOTE, topic.name, what, remedy)
+        yield Diagnosis(ERROR if topic.name in in_chain else NOTE, topic.name, what, remedy)
 
 
-def external_poses(graph: Graph) -> Iterator[Finding]:
+def external_poses(graph: Graph) -> Iterator[Diagnosis]:
     """Check whether MAVROS takes the poses by which the UAV flies without GNSS."""
     for state in graph.recording.autopilots:
         mavros = state.topic[: -len("/state")]
@@ -114,10 +115,10 @@ def external_poses(graph: Graph) -> Iterator[Finding]:
             if topic is None or not topic.publishers or mavros in topic.subscribers:
                 continue
             what = f"{_told(topic.publishers)} publishes poses, and {mavros} does not take them"
-            yield Finding(ERROR, topic.name, what, "Install mavros_extras and start MAVROS again")
+            yield Diagnosis(ERROR, topic.name, what, "Install mavros_extras and start MAVROS again")
 
 
-def rates(graph: Graph) -> Iterator[Finding]:
+def rates(graph: Graph) -> Iterator[Diagnosis]:
     """Check rates against the least that the stack needs. While time stands still there are none."""
     span_s = _span_s(graph)
     for name, least_hz in RATES_HZ.items():
@@ -127,13 +128,13 @@ def rates(graph: Graph) -> Iterator[Finding]:
         rate_hz = len(topic.received_s) / span_s
         if not topic.received_s:
             what = f"nothing came in {span_s:.0f} s from {_told(topic.publishers)}"
-            yield Finding(ERROR, name, what, "Is that node hung? rosnode kill it, and it is started again")
+            yield Diagnosis(ERROR, name, what, "Is that node hung? rosnode kill it, and it is started again")
         elif rate_hz < least_hz / 2.0:
             what = f"{rate_hz:.1f} Hz, and at least {least_hz:g} are expected"
-            yield Finding(WARNING, name, what, "Look at the load of the machine (top)")
+            yield Diagnosis(WARNING, name, what, "Look at the load of the machine (top)")
 
 
-def chain(recording: Recording) -> Iterator[Finding]:
+def chain(recording: Recording) -> Iterator[Diagnosis]:
     """Check whether each step from scan to velocity answers its input."""
     for link in CHAIN:
         source, topic = recording.topics.get(link.source), recording.topics.get(link.topic)
@@ -141,7 +142,7 @@ def chain(recording: Recording) -> Iterator[Finding]:
             continue
         share = len(topic.received_s) / len(source.received_s)
         if not topic.received_s:
-            yield Finding(
+            yield Diagnosis(
                 ERROR,
                 link.topic,
                 f"{link.source} has messages, but {_told(topic.publishers)} does not answer them",
@@ -151,7 +152,7 @@ def chain(recording: Recording) -> Iterator[Finding]:
             what = (
                 f"has {100.0 * share:.0f} % of the messages of {link.source}, of which it is made one for one"
             )
-            yield Finding(
+            yield Diagnosis(
                 WARNING,
                 link.topic,
                 what,
@@ -159,7 +160,7 @@ def chain(recording: Recording) -> Iterator[Finding]:
             )
 
 
-def commands(recording: Recording) -> Iterator[Finding]:
+def commands(recording: Recording) -> Iterator[Diagnosis]:
     """Check whether two nodes publish the same command.
 
     Of the goal's publishers, one that also hears it gives way to the others (`SetpointSender`).
@@ -169,19 +170,19 @@ def commands(recording: Recording) -> Iterator[Finding]:
         speakers = sorted(set(topic.publishers) - set(topic.subscribers if goal else ()))
         if is_command(topic.name) and len(speakers) > 1:
             what = f"{' and '.join(speakers)} both publish commands"
-            yield Finding(
+            yield Diagnosis(
                 WARNING if goal else ERROR, topic.name, what, "Keep one of them, end the other: rosnode kill"
             )
 
 
-def autopilot(recording: Recording) -> Iterator[Finding]:
+def autopilot(recording: Recording) -> Iterator[Diagnosis]:
     """Check MAVROS's link, and whether the flight controller follows the setpoints."""
     rate = max(
         (_rate_hz(topic) for topic in recording.topics.values() if SETPOINTS.match(topic.name)), default=0.0
     )
     for state in recording.autopilots:
         if not state.connected:
-            yield Finding(
+            yield Diagnosis(
                 ERROR,
                 state.topic,
                 "MAVROS hears no flight controller",
@@ -189,11 +190,11 @@ def autopilot(recording: Recording) -> Iterator[Finding]:
             )
         elif state.armed and state.mode == "OFFBOARD" and 0.0 < rate < LEAST_SETPOINT_RATE_HZ:
             what = f"setpoints come at {rate:.1f} Hz, and PX4 needs more than {LEAST_SETPOINT_RATE_HZ:g}"
-            yield Finding(ERROR, state.topic, what, "Look at mavros_publisher and the load of the machine")
+            yield Diagnosis(ERROR, state.topic, what, "Look at mavros_publisher and the load of the machine")
         elif rate > 0.0 and state.mode not in LANDING and not (state.armed and state.mode in OBEYING):
             armed = "armed" if state.armed else "disarmed"
             what = f"setpoints come, but the flight controller is {armed} in {state.mode}"
-            yield Finding(
+            yield Diagnosis(
                 NOTE, state.topic, what, "rosservice call /mavros_publisher/restart takes off again"
             )
 

@@ -7,7 +7,7 @@ from typing import Iterator
 
 import numpy as np
 
-from doctor.finding import ERROR, NOTE, WARNING, Finding
+from doctor.diagnosis import ERROR, NOTE, WARNING, Diagnosis
 from doctor.snapshot import Recording, Scan
 
 REP_117 = "REP-117: -inf is too near, +inf is nothing there, NaN is not a measurement"
@@ -15,27 +15,27 @@ MOSTLY = 0.5
 """A share of the beams that is not by chance."""
 
 
-def check(recording: Recording) -> list[Finding]:
-    """Return all findings about scans, each once per topic."""
+def check(recording: Recording) -> list[Diagnosis]:
+    """Return all diagnoses about scans, each once per topic."""
     by_topic = defaultdict(list)
     for scan in recording.scans:
         by_topic[scan.topic].append(scan)
-    found: list[Finding] = []
+    found: list[Diagnosis] = []
     for scans in by_topic.values():
-        broken = {finding.what: finding for scan in scans for finding in geometry(scan)}
+        broken = {diagnosis.what: diagnosis for scan in scans for diagnosis in geometry(scan)}
         found += broken.values() or [*values(scans), *blind(scans)]
     return found
 
 
-def geometry(scan: Scan) -> Iterator[Finding]:
+def geometry(scan: Scan) -> Iterator[Diagnosis]:
     """Check angles, limits and the number of beams."""
     remedy = "Correct the driver's (or the SDF sensor's) settings"
     finite = np.isfinite([scan.angle_min, scan.angle_max, scan.angle_increment, scan.range_min])
     if not finite.all() or np.isnan(scan.range_max):  # the greatest range may be +inf
-        yield Finding(ERROR, scan.topic, "its angles or range limits are no numbers", remedy)
+        yield Diagnosis(ERROR, scan.topic, "its angles or range limits are no numbers", remedy)
         return
     if scan.angle_increment == 0.0 or len(scan.ranges) == 0:
-        yield Finding(
+        yield Diagnosis(
             ERROR, scan.topic, f"has {len(scan.ranges)} beams {scan.angle_increment:g} rad apart", remedy
         )
         return
@@ -43,13 +43,13 @@ def geometry(scan: Scan) -> Iterator[Finding]:
     if beams != len(scan.ranges):
         what = f"has {len(scan.ranges)} ranges, and its angles make {beams} beams"
         # Drivers of a full turn often declare one more beam, which repeats the first.
-        yield Finding(WARNING if abs(beams - len(scan.ranges)) == 1 else ERROR, scan.topic, what, remedy)
+        yield Diagnosis(WARNING if abs(beams - len(scan.ranges)) == 1 else ERROR, scan.topic, what, remedy)
     if not 0.0 <= scan.range_min < scan.range_max:
         what = f"its range_min of {scan.range_min:g} m and range_max of {scan.range_max:g} m leave nothing"
-        yield Finding(ERROR, scan.topic, what, remedy)
+        yield Diagnosis(ERROR, scan.topic, what, remedy)
 
 
-def values(scans: list[Scan]) -> Iterator[Finding]:
+def values(scans: list[Scan]) -> Iterator[Diagnosis]:
     """Check for finite ranges outside the lidar's own limits."""
     topic, ranges = scans[0].topic, np.concatenate([scan.ranges for scan in scans])
     near = np.concatenate(
@@ -64,16 +64,16 @@ def values(scans: list[Scan]) -> Iterator[Finding]:
         zeros = np.count_nonzero(ranges[near] == 0.0)
         part = f"{zeros} of {np.count_nonzero(near)} are 0"
         what = f"{100.0 * near.mean():.1f} % of its ranges are finite and below range_min ({part})"
-        yield Finding(WARNING, topic, what, f"{REP_117}; correct the driver, or filter them")
+        yield Diagnosis(WARNING, topic, what, f"{REP_117}; correct the driver, or filter them")
     if far.any():
         what = f"{100.0 * far.mean():.1f} % of its ranges are finite and above range_max"
-        yield Finding(WARNING, topic, what, f"{REP_117}; correct the driver, or its range_max")
+        yield Diagnosis(WARNING, topic, what, f"{REP_117}; correct the driver, or its range_max")
     if edge.mean() > MOSTLY:
         what = f"{100.0 * edge.mean():.0f} % of its ranges are range_max itself"
-        yield Finding(NOTE, topic, what, f"If that means nothing there: {REP_117}")
+        yield Diagnosis(NOTE, topic, what, f"If that means nothing there: {REP_117}")
 
 
-def blind(scans: list[Scan]) -> Iterator[Finding]:
+def blind(scans: list[Scan]) -> Iterator[Diagnosis]:
     """Check whether the lidar sees anything. Padded beams may be NaN."""
     ranges = [scan.ranges for scan in scans]
     empty = sum(bool(np.isnan(values).all()) for values in ranges)
@@ -81,9 +81,9 @@ def blind(scans: list[Scan]) -> Iterator[Finding]:
         what = (
             f"{empty} of {len(scans)} scans are NaN in every beam: the lidar sees nothing, CEPA stands still"
         )
-        yield Finding(ERROR, scans[0].topic, what, "Look at the lidar's cover, cable and driver")
+        yield Diagnosis(ERROR, scans[0].topic, what, "Look at the lidar's cover, cable and driver")
     with np.errstate(invalid="ignore"):
         stuck = sum(bool(np.isneginf(values).mean() > MOSTLY) for values in ranges)
     if stuck:
         what = f"{stuck} of {len(scans)} scans are -inf in most beams: something covers the lidar"
-        yield Finding(ERROR, scans[0].topic, what, "Look at what sits before it")
+        yield Diagnosis(ERROR, scans[0].topic, what, "Look at what sits before it")

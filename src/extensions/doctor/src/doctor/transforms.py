@@ -7,7 +7,7 @@ from collections import defaultdict
 from typing import Iterator, Sequence
 
 from doctor import clock
-from doctor.finding import ERROR, NOTE, WARNING, Finding
+from doctor.diagnosis import ERROR, NOTE, WARNING, Diagnosis
 from doctor.snapshot import Recording, Transform
 
 GAP_S = 0.5
@@ -15,20 +15,20 @@ GAP_S = 0.5
 OLD_S, FUTURE_S = 1.0, 0.2
 
 
-def structure(recording: Recording) -> list[Finding]:
-    """Return all findings about the tree itself."""
+def structure(recording: Recording) -> list[Diagnosis]:
+    """Return all diagnoses about the tree itself."""
     edges = recording.transforms
     return [*parents(edges), *publishers(edges), *pieces(recording), *values(edges)]
 
 
-def times(recording: Recording) -> Iterator[Finding]:
+def times(recording: Recording) -> Iterator[Diagnosis]:
     """Check the stamps of all edges that are not static."""
     for edge in recording.transforms:
         if not edge.static:
             yield from edge_times(edge, recording.end_s, recording.is_simulated)
 
 
-def parents(edges: Sequence[Transform]) -> Iterator[Finding]:
+def parents(edges: Sequence[Transform]) -> Iterator[Diagnosis]:
     """Check whether a frame has several parents. tf2 would use the last one."""
     by_child: dict[str, dict[str, str]] = defaultdict(dict)
     for edge in edges:
@@ -37,10 +37,10 @@ def parents(edges: Sequence[Transform]) -> Iterator[Finding]:
         if len(found) > 1:
             told = " and ".join(f"{parent} (from {publisher})" for parent, publisher in sorted(found.items()))
             remedy = "Stop one; publish a second relation the other way round, as base_frame -> world here"
-            yield Finding(ERROR, f"frame {child}", f"has {len(found)} parents: {told}", remedy)
+            yield Diagnosis(ERROR, f"frame {child}", f"has {len(found)} parents: {told}", remedy)
 
 
-def publishers(edges: Sequence[Transform]) -> Iterator[Finding]:
+def publishers(edges: Sequence[Transform]) -> Iterator[Diagnosis]:
     """Check whether two nodes publish the same edge."""
     by_edge = defaultdict(set)
     for edge in edges:
@@ -48,19 +48,19 @@ def publishers(edges: Sequence[Transform]) -> Iterator[Finding]:
     for (parent, child), found in sorted(by_edge.items()):
         if len(found) > 1:
             what = f"{' and '.join(sorted(found))} both publish it"
-            yield Finding(
+            yield Diagnosis(
                 ERROR, f"tf {parent} -> {child}", what, "Stop one of them: the frame jumps between both"
             )
 
 
-def pieces(recording: Recording) -> Iterator[Finding]:
+def pieces(recording: Recording) -> Iterator[Diagnosis]:
     """Check whether all frames are connected, and whether the scans' frames are among them."""
     parent_of = {edge.child: edge.parent for edge in recording.transforms}
     roots = defaultdict(set)
     for frame in {frame for edge in recording.transforms for frame in (edge.parent, edge.child)}:
         root = _root(frame, parent_of)
         if root is None:
-            yield Finding(
+            yield Diagnosis(
                 ERROR, f"frame {frame}", "is its own ancestor", "Turn one of the edges of the loop round"
             )
             return
@@ -70,14 +70,14 @@ def pieces(recording: Recording) -> Iterator[Finding]:
         remedy = (
             "Start who publishes the missing edge (tf_publisher, gridslam), or a static_transform_publisher"
         )
-        yield Finding(ERROR, "tf", f"is in {len(roots)} pieces: {told}", remedy)
+        yield Diagnosis(ERROR, "tf", f"is in {len(roots)} pieces: {told}", remedy)
     known = {frame for found in roots.values() for frame in found}
     for topic, frame in sorted({(scan.topic, scan.frame) for scan in recording.scans}):
         if frame.lstrip("/") not in known:
             remedy = (
                 "Correct the lidar's frame_id, or publish where the lidar sits: static_transform_publisher"
             )
-            yield Finding(ERROR, topic, f'its frame "{frame}" is not in TF', remedy)
+            yield Diagnosis(ERROR, topic, f'its frame "{frame}" is not in TF', remedy)
 
 
 def _root(frame: str, parent_of: dict[str, str]) -> str | None:
@@ -91,17 +91,17 @@ def _root(frame: str, parent_of: dict[str, str]) -> str | None:
     return frame
 
 
-def values(edges: Sequence[Transform]) -> Iterator[Finding]:
+def values(edges: Sequence[Transform]) -> Iterator[Diagnosis]:
     """Check the numbers."""
     for edge in edges:
         if edge.broken:
             what = f"{edge.publisher} sends no numbers, or a rotation that is not of unit length"
-            yield Finding(
+            yield Diagnosis(
                 ERROR, f"tf {edge.parent} -> {edge.child}", what, "tf2 refuses them: look at its source"
             )
 
 
-def edge_times(edge: Transform, end_s: float, is_simulated: bool) -> Iterator[Finding]:
+def edge_times(edge: Transform, end_s: float, is_simulated: bool) -> Iterator[Diagnosis]:
     """Check an edge's stamps: no gaps, neither old nor in the future, never going back."""
     where = f"tf {edge.parent} -> {edge.child}"
     if not edge.stamps_s:
@@ -110,10 +110,10 @@ def edge_times(edge: Transform, end_s: float, is_simulated: bool) -> Iterator[Fi
     longest_s, backwards = max(steps_s, default=0.0), sum(step < 0.0 for step in steps_s)
     if backwards:
         remedy = "tf2 drops those: a reset of the clock, or two sources"
-        yield Finding(WARNING, where, f"its stamps go back {backwards} times ({edge.publisher})", remedy)
+        yield Diagnosis(WARNING, where, f"its stamps go back {backwards} times ({edge.publisher})", remedy)
     if longest_s > GAP_S and len(steps_s) > 1:
         remedy = f"Look at the load of {edge.publisher} and at what it waits for"
-        yield Finding(WARNING, where, f"has a hole of {longest_s:.2f} s", remedy)
+        yield Diagnosis(WARNING, where, f"has a hole of {longest_s:.2f} s", remedy)
     times_s = [
         times
         for times in zip(edge.received_s, edge.latest_s or edge.received_s, edge.stamps_s)
@@ -125,9 +125,9 @@ def edge_times(edge: Transform, end_s: float, is_simulated: bool) -> Iterator[Fi
     early_s = clock.median(stamp_s - latest_s for _, latest_s, stamp_s in times_s)
     if early_s > FUTURE_S:
         what = f"{edge.publisher} stamps it {early_s:.2f} s into the future"
-        yield Finding(ERROR, where, what, clock.ahead(is_simulated))
+        yield Diagnosis(ERROR, where, what, clock.ahead(is_simulated))
     elif age_s > OLD_S:
-        yield Finding(
+        yield Diagnosis(
             ERROR,
             where,
             f"{edge.publisher} stamps it {age_s:.1f} s late",
@@ -135,8 +135,8 @@ def edge_times(edge: Transform, end_s: float, is_simulated: bool) -> Iterator[Fi
         )
     elif end_s - edge.received_s[-1] > max(OLD_S, 3.0 * longest_s):
         what = f"has not come for {end_s - edge.received_s[-1]:.1f} s"
-        yield Finding(ERROR, where, what, f"Is {edge.publisher} still alive? Start it again")
+        yield Diagnosis(ERROR, where, what, f"Is {edge.publisher} still alive? Start it again")
     if len(edge.stamps_s) > 50 and len(set(edge.stamps_s)) * 2 < len(edge.stamps_s):
-        yield Finding(
+        yield Diagnosis(
             NOTE, where, "is sent again and again with the same stamp", "tf2 warns of each (TF_REPEATED_DATA)"
         )

@@ -12,7 +12,7 @@ from typing import Any, Callable, Mapping, Sequence
 import yaml
 
 from flights.errors import ResultsError
-from master_thesis.report.content import Finding
+from master_thesis.report.content import ComparedClaim
 
 TABLE = Path(__file__).with_name("claims.yaml")
 
@@ -64,12 +64,12 @@ class Claim:
         """Return whether every metric that decides is there."""
         return all(metrics.get(condition.metric) is not None for condition in self.holds_if)
 
-    def judged(self, metrics: Metrics) -> Finding:
+    def judged(self, metrics: Metrics) -> ComparedClaim:
         """Return the claim beside our metrics."""
         agrees = all(condition.holds(metrics) for condition in self.holds_if)
         why = _said(self.remark, metrics) + ("" if agrees else _said(self.otherwise, metrics))
         lone = self.rests_on is not None and metrics.get(self.rests_on[0]) == 1
-        return Finding(
+        return ComparedClaim(
             claim=self.claim.format_map(metrics),
             source=self.source,
             ours=_said(self.ours, metrics),
@@ -79,7 +79,7 @@ class Claim:
         )
 
 
-def judged(section: str, metrics: Metrics) -> list[Finding]:
+def judged(section: str, metrics: Metrics) -> list[ComparedClaim]:
     """Return the claims of a section whose metrics are there, in the order of the table."""
     return [claim.judged(metrics) for claim in read_claims()[section] if claim.is_measured(metrics)]
 

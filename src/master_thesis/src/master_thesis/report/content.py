@@ -42,7 +42,7 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Finding:
+class ComparedClaim:
     """A statement of the thesis beside our numbers.
 
     agrees: computed from the numbers. why: what is said about the verdict. basis: for example "one flight",
@@ -73,7 +73,7 @@ class Section:
     reference: str
     method: str
     blocks: Sequence[Block]
-    findings: Sequence[Finding]
+    findings: Sequence[ComparedClaim]
     parameters: str = ""
     missing: Sequence[str] = field(default_factory=tuple)
 
