@@ -83,3 +83,11 @@ def test_one_that_goes_on_failing_is_told_with_its_reason(monkeypatch):
     with_answers(monkeypatch, refusals)
     with pytest.raises(FlightError, match="/gazebo/swap_battery says: the rotors turn"):
         taking_off.call_service("/gazebo/swap_battery", None)
+
+
+@pytest.mark.parametrize("kind", ["ParamGet", "ParamSet"])
+def test_one_whose_refusal_has_no_reason_is_told_all_the_same(monkeypatch, kind):
+    services = pytest.importorskip("mavros_msgs.srv", reason="needs the workspace's environment")
+    with_answers(monkeypatch, [getattr(services, f"{kind}Response")(success=False)] * 20)
+    with pytest.raises(FlightError, match="/mavros/param says: no, and gives no reason"):
+        taking_off.call_service("/mavros/param", None)

@@ -24,6 +24,8 @@ ANSWER_S = 10.0
 AGAIN_S = 0.5
 """Wall time between two tries to call a service."""
 
+NO_REASON = "no, and gives no reason"
+
 Call = Callable[..., Any]
 
 
@@ -34,7 +36,7 @@ def call_service(name: str, kind: Any, *arguments: Any, tries: int = TRIES) -> A
             answer = ServiceCall(name, kind, ANSWER_S)(*arguments)
             if getattr(answer, "success", True):
                 return answer
-            why = answer.message
+            why = getattr(answer, "message", NO_REASON)  # MAVROS's answers about parameters have none
         except rospy.ServiceException as error:
             why = str(error)
         time.sleep(AGAIN_S)
