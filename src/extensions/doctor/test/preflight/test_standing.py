@@ -120,12 +120,19 @@ def test_what_is_missing_fails_its_check(graph, name, words):
         ({}, "cannot be read"),
         ({"COM_OF_LOSS_T": 5.0}, "flies on for 5 s"),
         ({"COM_OF_LOSS_T": float("nan")}, "flies on for nan s"),
+        ({"GUID_TIMEOUT": 3.0}, "ArduPilot flies on for 3 s"),
     ],
 )
 def test_a_late_failsafe_fails(parameters, words):
     verdict = standing.failsafe(GOOD, parameters)
     assert not verdict.passed
     assert words in verdict.sentence
+
+
+def test_ardupilot_passes_by_its_own_parameter():
+    verdict = standing.failsafe(GOOD, {"GUID_TIMEOUT": 1.0})
+    assert verdict.passed
+    assert verdict.sentence == "ArduPilot notices missing setpoints after 1 s"
 
 
 def test_a_verdict_is_one_line():

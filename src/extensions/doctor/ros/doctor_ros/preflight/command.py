@@ -27,7 +27,6 @@ from flights.errors import FlightsError
 from flights.launch_arguments.machine_pace import own_free_cores
 from node_tools.services import ServiceCall
 
-PARAMETERS = ("COM_OF_LOSS_T",)
 PARAMETER_PATIENCE_S = 3.0
 NEAR_PARAMETER, NEAR_M = "/cepa/r_lb", 0.5
 STANDING_S, BY_HAND_S = 5.0, 30.0
@@ -88,17 +87,16 @@ def _has_near() -> bool:
 
 
 def _flight_controllers_parameters() -> dict[str, float]:
-    """Return those of `PARAMETERS` that MAVROS knows."""
-    found: dict[str, float] = {}
+    """Return the one of `standing.STREAM_TIMEOUTS` that this flight controller has; empty: none is known."""
     get = ServiceCall("/mavros/param/get", ParamGet, PARAMETER_PATIENCE_S, wait_s=PARAMETER_PATIENCE_S)
-    for name in PARAMETERS:
+    for name in standing.STREAM_TIMEOUTS:
         try:
             reply = get(name)
         except (rospy.ROSException, rospy.ServiceException):
             continue
         if reply.success:
-            found[name] = reply.value.real or float(reply.value.integer)
-    return found
+            return {name: reply.value.real or float(reply.value.integer)}
+    return {}
 
 
 def _arguments() -> argparse.Namespace:

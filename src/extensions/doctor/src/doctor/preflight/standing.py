@@ -22,6 +22,8 @@ LATE_S = 0.3
 SEEN_SHARE = 0.05
 """Of the beams; a UAV in the open sees nothing with most of them."""
 STREAM_TIMEOUT_MOST_S = 1.0
+STREAM_TIMEOUTS = {"COM_OF_LOSS_T": "PX4", "GUID_TIMEOUT": "ArduPilot"}
+"""Parameter of the flight controller, and which one has it: time without setpoints until it notices, s."""
 Check = Callable[[Graph, Mapping[str, float]], Verdict]
 
 
@@ -60,15 +62,17 @@ def flight_controller(graph: Graph, _: Mapping[str, float]) -> Verdict:
 
 
 def failsafe(_: Graph, parameters: Mapping[str, float]) -> Verdict:
-    """Check how soon PX4 notices that setpoints are missing."""
-    name, timeout_s = "failsafe", parameters.get("COM_OF_LOSS_T")
-    if timeout_s is None:
-        what = "COM_OF_LOSS_T cannot be read, so nobody knows when a loss of the setpoints is noticed"
-        return Verdict(name, what, "Look whether the autopilot is PX4 and /mavros/param/get answers")
+    """Check how soon the flight controller notices that setpoints are missing."""
+    name, one = "failsafe", next((one for one in STREAM_TIMEOUTS if one in parameters), None)
+    if one is None:
+        known = " and ".join(f"{one} of {who}" for one, who in STREAM_TIMEOUTS.items())
+        what = f"{known} cannot be read, so nobody knows when a loss of the setpoints is noticed"
+        return Verdict(name, what, "Wait until MAVROS has read all parameters, and try again")
+    who, timeout_s = STREAM_TIMEOUTS[one], parameters[one]
     if not timeout_s <= STREAM_TIMEOUT_MOST_S:  # true for NaN, too
-        what = f"PX4 flies on for {timeout_s:g} s after the last setpoint"
-        return Verdict(name, what, f"Set COM_OF_LOSS_T to {STREAM_TIMEOUT_MOST_S:g} s or less")
-    return Verdict(name, f"PX4 notices missing setpoints after {timeout_s:g} s")
+        what = f"{who} flies on for {timeout_s:g} s after the last setpoint"
+        return Verdict(name, what, f"Set {one} to {STREAM_TIMEOUT_MOST_S:g} s or less")
+    return Verdict(name, f"{who} notices missing setpoints after {timeout_s:g} s")
 
 
 def lidar(graph: Graph, _: Mapping[str, float]) -> Verdict:
