@@ -1,1 +1,1 @@
-"""What each scan says about the pose: whether the vehicle is tracked, or lost."""
+"""What each scan says about the pose: whether the state is tracking, drifting, uncertain or lost."""
