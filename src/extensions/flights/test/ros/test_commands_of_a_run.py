@@ -1,6 +1,7 @@
 """The commands that a run of an inspection starts at its end."""
 
 import os
+from types import SimpleNamespace
 
 import pytest
 
@@ -23,3 +24,18 @@ def test_a_search_that_takes_too_long_is_told_and_the_run_goes_on(tmp_path, monk
     assert driver._command("findings", "photographs", "--out", "findings.json") is False
     assert "so the results lack what it writes" in said[0]
     assert "rosrun inspection findings photographs --out findings.json" in said[0]
+
+
+def test_after_an_interruption_the_calls_for_what_was_photographed_are_told(tmp_path, monkeypatch):
+    # Given a run that was interrupted after some photographs, with a ship's file
+    said = []
+    monkeypatch.setattr(driver.rospy, "logwarn", said.append)
+    driver._tell_what_is_left(tmp_path, SimpleNamespace(source="hold.stl"), tmp_path / "ship.yaml")
+    # Then one warning says that the flight does not go on, and holds both calls, each in a line to paste
+    (warning,) = said
+    first, *calls = warning.splitlines()
+    assert "no call continues its flight" in first
+    assert calls == [
+        f"rosrun inspection findings {tmp_path}/photographs --mesh hold.stl --out {tmp_path}/findings.json",
+        f"rosrun inspection inspection_report {tmp_path} --ship {tmp_path}/ship.yaml",
+    ]

@@ -170,8 +170,8 @@ def _write_whole_page(request: InspectingRequest, folder: Path) -> bool:
 def _tell_what_is_left(folder: Path, plan: SurveyPlan, ship: Path | None) -> None:
     """After Ctrl-C: tell which commands search what was photographed, and write the report."""
     rospy.logwarn(
-        "The inspection was interrupted, and no call continues its flight. These two calls search the photographs "
-        "that were taken, and write their report:\n"
+        "The inspection was interrupted, and no call continues its flight. "
+        "These two calls search the photographs that were taken, and write their report:\n"
         f"rosrun inspection {' '.join(_searching(folder, plan))}\n"
         f"rosrun inspection {' '.join(_reporting(folder, ship))}"
     )
