@@ -159,6 +159,17 @@ def test_the_number_of_colladas_unit_counts_and_not_its_name(tmp_path, unit, met
     assert area_m2(tmp_path / "a.dae", content) == pytest.approx(3.0 * metres**2)
 
 
+@pytest.mark.parametrize("signs", ["-1 1 1", "1 -1 1", "-1 -1 1", "1 1 1"])
+def test_a_mirrored_node_keeps_its_outside(tmp_path, signs):
+    content = DAE.format(unit="", places=places(ANGLE, " "))
+    content = content.replace('<node id="n">', f'<node id="n"><scale>{signs}</scale>')
+    (tmp_path / "a.dae").write_text(content)
+    (part,) = read_parts(tmp_path / "a.dae")
+    corners = part.vertices_m[part.triangles]
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert 0.5 * across[:, 2].sum() == pytest.approx(3.0)  # its upper side stays above
+
+
 def gltf(accessor=(), mode=4, extension=None):
     corners = np.array(((0, 0, 0), (1, 0, 0), (0, 1, 0)), "<f4")
     data = base64.b64encode(corners.tobytes()).decode()

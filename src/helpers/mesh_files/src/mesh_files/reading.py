@@ -73,6 +73,8 @@ def _parts(scene: Any, turn: np.ndarray) -> Iterator[Part]:
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
             vertices, triangles = np.asarray(mesh.vertices, float), np.asarray(mesh.faces)
             placed = trimesh.transform_points(vertices, transform)
+            if np.linalg.det(transform[:3, :3]) < 0.0:  # mirrored, so its triangles would face inside
+                triangles = triangles[:, ::-1]
             yield _checked(Part(str(node), placed @ turn.T, triangles))
 
 

@@ -17,7 +17,7 @@ SERVERS = ("fuel.gazebosim.org", "fuel.ignitionrobotics.org", "api.ignitionfuel.
 CACHES = (("GZ_FUEL_CACHE_PATH", ".gz/fuel"), ("IGN_FUEL_CACHE_PATH", ".ignition/fuel"))
 """Variables that say where the cache is, and where it is in the home folder without them."""
 _URI = re.compile(
-    r"(?:https?|fuel)://(?P<server>[^/]+)/(?:[\d.]+/)?(?P<owner>[^/]+)/models/(?P<name>[^/]+)"
+    r"(?:https?|fuel)://(?P<server>[^/]+)/(?:[\d.]+/)?(?P<owner>[^/]+)/(?:fuel/)?models/(?P<name>[^/]+)"
     r"(?:/(?P<version>\d+|tip))?(?:/files/(?P<file>.+))?/?"
 )
 
@@ -49,6 +49,19 @@ def cached(uri: str) -> Path:
     raise FuelError(
         f'"{uri}" is not in the local cache of Fuel; "ign fuel download -u {uri}" brings it there'
     )
+
+
+def own_folder(name: str, folder: Path | None) -> Path | None:
+    """Return the folder of the cached model that a file belongs to, if it is called so; None if it is not.
+
+    A model of Fuel names its own files ``model://NAME/...``, but its folder is ``name/VERSION``. folder: of
+    the file.
+    """
+    for home in () if folder is None else (folder, *folder.parents):
+        if (home / "model.config").is_file():
+            is_own = home.name.isdigit() and home.parent.name == name.lower()
+            return home if is_own and home.parent.parent.name == "models" else None
+    return None
 
 
 def _folders_of_model(server: str, owner: str, name: str) -> list[Path]:

@@ -64,7 +64,14 @@ def read_model(
         source=node.document.name,
         warnings=tuple(warning for model in nested for warning in model.warnings),
         relative_to="" if relative_to == "world" else relative_to,
+        nested=tuple(place for model in nested for place in _places_in(model)),
     )
+
+
+def _places_in(nested: Model) -> list[tuple[str, Pose]]:
+    """Return the names and poses, in the outer model's frame, of a nested model and of those in it."""
+    inner = [(f"{nested.name}::{name}", nested.pose @ pose) for name, pose in nested.nested]
+    return [(nested.name, nested.pose), *inner]
 
 
 def _read_nested(
@@ -141,7 +148,8 @@ class _Frames:
 def _usual_frame(node: Node) -> str:
     """Return the frame of a link, ``<frame>`` or joint that does not name one itself."""
     if node.tag == "joint":
-        return node.required("child").text
+        child = node.child("child")
+        return "" if child is None or child.is_empty else child.text
     return node.attribute("attached_to", "") if node.tag == "frame" else ""
 
 
@@ -264,6 +272,8 @@ def _read_joint(node: Node, name: str, frames: _Frames, links: dict[str, Link], 
     if kind not in MOVING_KINDS and kind not in HELD_KINDS:
         raise node.error(f'There are no joints of type "{kind}"')
     parent, child = node.required("parent"), node.required("child")
+    if child.text == "world" and kind not in MOVING_KINDS:  # held to the world, whichever way round
+        parent, child = child, parent
     for end in (parent, child):
         if end.text not in links and not (end is parent and end.text == "world"):
             raise end.error(f'The joint "{name}" names the link "{end.text}", which does not exist')

@@ -33,6 +33,8 @@ from simulation_tools.sdf.urdf.reader import is_urdf, sdf_of
 
 OLDEST, NEWEST = (1, 2), (1, 12)
 """Versions of SDF that are read. What a newer one has and 1.7 has not is named as not supported."""
+GAZEBO_11 = (1, 7)
+"""The newest version of SDF that Gazebo 11 reads."""
 PHYSICS_NUMBERS = ("max_step_size", "real_time_factor", "real_time_update_rate", "max_contacts")
 """Of Gazebo's own loop: read, but without effect."""
 SOLVERS = ("ode", "bullet", "simbody", "dart")
@@ -90,7 +92,10 @@ def parse_model(
 
 
 def model_file(folder: Path) -> Path:
-    """Return the SDF file that a model folder's model.config names (its newest supported version)."""
+    """Return the SDF file that a model folder's model.config names, the newest one that Gazebo 11 reads.
+
+    Only if there is none, it is the newest one.
+    """
     config = next((found for name in CONFIGS if (found := folder / name).is_file()), None)
     if config is None:
         raise SdfError(f"The folder {folder} is not a model: it holds no model.config.")
@@ -100,7 +105,7 @@ def model_file(folder: Path) -> Path:
     candidates = [found for found in versions if OLDEST <= found[0] <= NEWEST]
     if not candidates:
         raise SdfError(f"{config}:1: The file names no SDF of version {_text(OLDEST)} to {_text(NEWEST)}.")
-    _, newest = max(candidates, key=lambda candidate: candidate[0])
+    _, newest = max(candidates, key=lambda candidate: (candidate[0] <= GAZEBO_11, candidate[0]))
     path = folder / newest.text
     if not path.is_file():
         raise newest.error(f'The file "{newest.text}" does not exist')
@@ -138,11 +143,11 @@ class _Reader:
         models = _with_unequal_names(node, self._models_in(node, static))
         states = node.children("state")
         models = apply_state(states[0] if states else None, models, lambda n: self._models_in(n, static))
-        wind = node.child("wind")
+        wind, gravity = node.child("wind"), self._gravity_node(node)
         world = World(
             name=node.attribute("name", "default"),
             models=tuple(replace(model, warnings=()) for model in models),
-            gravity_m_s2=node.vector("gravity", (0.0, 0.0, -9.8)),
+            gravity_m_s2=gravity.vector("gravity", (0.0, 0.0, -9.8)),
             wind_m_s=(0.0, 0.0, 0.0) if wind is None else wind.vector("linear_velocity", (0.0, 0.0, 0.0)),
             plugins=read_plugins(node),
             source=document.name,
@@ -150,6 +155,13 @@ class _Reader:
         included = [warning for model in models for warning in model.warnings]
         said = [*self.omissions.sentences, *document.unsupported(), *included]
         return replace(world, warnings=_without_repeats(said))
+
+    @staticmethod
+    def _gravity_node(node: Node) -> Node:
+        """Return the element that holds ``<gravity>``. Until SDF 1.5 this is ``<physics>``."""
+        if node.document.version > (1, 5) or node.children_unmarked("gravity"):
+            return node
+        return next((each for each in node.children("physics") if each.children_unmarked("gravity")), node)
 
     def _models_in(self, node: Node, static: bool) -> list[Model]:
         """Read every model, actor and ``<include>`` of a world; leave out those that cannot be used."""

@@ -10,18 +10,15 @@ import re
 from lxml import etree
 
 from simulation_tools.errors import SimulationToolsError
+from simulation_tools.sdf.tinyxml import standard_xml
 
 MAX_FILE_BYTES = 16 * 1024 * 1024
-_COMMENT = re.compile(r"(<!\[CDATA\[.*?\]\]>)|<!--.*?-->", re.DOTALL)
-_DECLARATION = re.compile(r"\s*<\?xml.*?\?>", re.DOTALL)
-_BARE_AMPERSAND = re.compile(r"&(?!#?\w+;)")
-_TAG = re.compile(r"<[^<>]*>")
-_UNQUOTED = re.compile(r"""("[^"]*"|'[^']*')|=\s*([^\s"'<>/]+)""")
-_PREFIX = re.compile(r"(</?[A-Za-z_][\w.-]*):(?=[A-Za-z_])")
 _BARE_DOCTYPE = re.compile(rb"<!DOCTYPE[^\[<>]*>", re.IGNORECASE)
 """One that only names a type. It declares no entities, and nobody loads what it names."""
 _DOCTYPE = re.compile(rb"<!DOCTYPE", re.IGNORECASE)
 _BYTES_OF_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
+ROOTS = "sdf", "gazebo"
+"""Tags of a description's root. Behind other elements TinyXML finds it, too."""
 _NO_TYPE = (
     "A document type (<!DOCTYPE ...>) with declarations is not allowed. Take this element out of the file."
 )
@@ -73,41 +70,17 @@ def _parse(text: bytes) -> etree._Element:
 def _parse_as_tinyxml(text: bytes, name: str, error: etree.XMLSyntaxError) -> etree._Element:
     """Parse what TinyXML takes and the standard refuses; raise the first error as SdfError if it stays."""
     try:
-        return _parse(_standard_xml(text))
-    except etree.XMLSyntaxError:
+        top = list(_parse(standard_xml(text)))
+        root = next((element for element in top if element.tag in ROOTS), top[0])
+    except (etree.XMLSyntaxError, ValueError, IndexError):
         sentence = f"The file is not well-formed XML: {_first_sentence(error.msg)}"
         raise SdfError(f"{name}:{error.lineno or 1}: {sentence}.") from None
-
-
-def _standard_xml(text: bytes) -> bytes:
-    """Return the same elements as standard XML, each in its line.
-
-    TinyXML takes blank lines before the declaration and any encoding, ``--`` in a comment, a bare ``&``, a
-    value without quotes, a prefix without its namespace, and text after the last element.
-    """
-    try:
-        plain = text.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        plain = text.decode("latin-1")  # knows every byte; names and numbers are ASCII
-    plain = _DECLARATION.sub(_lines_only, plain, count=1)
-    plain = _COMMENT.sub(lambda found: found[1] or _lines_only(found), plain)
-    plain = _BARE_AMPERSAND.sub("&amp;", plain)
-    plain = _TAG.sub(lambda tag: _UNQUOTED.sub(_quoted, tag[0]), plain)
-    plain = _PREFIX.sub(r"\1_", plain)
-    last_end = plain.rfind("</")
-    return plain[: plain.find(">", last_end) + 1].encode() if last_end >= 0 else plain.encode()
-
-
-def _quoted(found: re.Match[str]) -> str:
-    return found[0] if found[2] is None else f'="{found[2]}"'
+    top[0].getparent().remove(root)
+    return root
 
 
 def _bytes_lines_only(found: re.Match[bytes]) -> bytes:
     return b"\n" * found[0].count(b"\n")
-
-
-def _lines_only(found: re.Match[str]) -> str:
-    return "\n" * found[0].count("\n")
 
 
 def _first_sentence(message: str | None) -> str:

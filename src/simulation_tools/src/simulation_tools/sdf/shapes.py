@@ -118,7 +118,7 @@ def _read_file(node: Node, model_path: Sequence[Path], what: str, suffixes: tupl
 def _read_mesh(node: Node, model_path: Sequence[Path]) -> Mesh:
     path, location = _read_file(node, model_path, "mesh", MESH_SUFFIXES)
     scale, part = node.child("scale"), node.child("submesh")
-    factors = (1.0, 1.0, 1.0) if scale is None else _positive_vector(scale)
+    factors = (1.0, 1.0, 1.0) if scale is None else _factors(scale)
     name = None if part is None else part.child("name")
     if part is None or name is None or name.text == WHOLE_MESH:
         return Mesh(path, location, factors)
@@ -222,6 +222,15 @@ def unit_vector(node: Node | None, default: Vector3) -> Vector3:
     if length < 1e-9:
         raise node.error(f"<{node.tag}> must not be the zero vector")
     return (x / length, y / length, z / length)
+
+
+def _factors(node: Node) -> Vector3:
+    """Read the factors of a mesh; a negative one mirrors it."""
+    x, y, z = node.numbers(3)
+    if 0.0 in (x, y, z) or not are_sane((x, y, z)):
+        bounds = f"numbers other than 0, up to {MAX_MAGNITUDE:g}"
+        raise node.error(f"<{node.tag}> must hold {bounds}, not {x:g} {y:g} {z:g}")
+    return (x, y, z)
 
 
 def _positive_vector(node: Node) -> Vector3:

@@ -3,18 +3,21 @@
 A file is looked for where Gazebo 11 looks for it: ``model://name/...`` in every folder of the model path,
 ``package://`` also among ROS's packages, ``file://`` and relative uris beside the file that names them and
 in the folders of ``GAZEBO_RESOURCE_PATH``, uris of Fuel in its local cache (nothing is downloaded). What is
-found must lie inside these folders, whatever ``..`` or symbolic links lead there.
+found must lie inside these folders, whatever ``..`` or symbolic links lead there. ``%20`` may stand for a
+blank.
 """
 
 from __future__ import annotations
 
 import glob
 import os
+from contextlib import suppress
 from pathlib import Path
 from typing import Iterable, Sequence
+from urllib.parse import unquote
 
 from simulation_tools.sdf.fuel_cache import SCHEMES as FUEL_SCHEMES
-from simulation_tools.sdf.fuel_cache import FuelError, cached
+from simulation_tools.sdf.fuel_cache import FuelError, cached, own_folder
 
 MODEL_PATH_VARIABLE = "GAZEBO_MODEL_PATH"
 PACKAGE_PATH_VARIABLE = "ROS_PACKAGE_PATH"
@@ -43,14 +46,24 @@ def resolve(uri: str, model_path: Sequence[Path], folder: Path | None) -> Path:
 
     folder: of the file that holds the uri, None for bare text. Raises UriError.
     """
-    uri = uri.strip()
+    try:
+        return _resolved(uri.strip(), model_path, folder)
+    except UriError as error:
+        plain = unquote(uri.strip())
+        if plain != uri.strip():
+            with suppress(UriError):
+                return _resolved(plain, model_path, folder)
+        raise error from None
+
+
+def _resolved(uri: str, model_path: Sequence[Path], folder: Path | None) -> Path:
     if "\0" in uri:
         raise UriError(f'the uri "{uri!r}" is not a path')
     scheme, separator, rest = uri.partition("://")
     if not separator:
         return _relative(uri, model_path, folder)
     if scheme == "model":
-        return _model(uri, rest, model_path)
+        return _model(uri, rest, model_path, folder)
     if scheme == "package":
         return _package(uri, rest, model_path)
     if scheme == "file":
@@ -69,12 +82,15 @@ def _folders_of(variable: str) -> list[Path]:
     return [Path(folder) for folder in os.environ.get(variable, "").split(os.pathsep) if folder]
 
 
-def _model(uri: str, rest: str, model_path: Sequence[Path]) -> Path:
+def _model(uri: str, rest: str, model_path: Sequence[Path], folder: Path | None) -> Path:
     name = rest.split("/", 1)[0]
     if name in ("", ".", ".."):
         raise UriError(f'the uri "{uri}" names no model')
     having = [root for root in model_path if (root / name).is_dir()]
     if not having:
+        home = own_folder(name, folder)
+        if home is not None:
+            return _existing(home / rest[len(name) :].lstrip("/"), (home,), uri)
         searched = ", ".join(str(root) for root in model_path) or "none"
         raise UriError(f'there is no model "{name}" in the folders of {MODEL_PATH_VARIABLE} ({searched})')
     # Two folders may have a model of this name, and only the second one the file.

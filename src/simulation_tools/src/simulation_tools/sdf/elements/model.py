@@ -67,7 +67,8 @@ class Joint:
 class Model:
     """A model. pose: in the world frame. source: the file (or name) it was read from.
 
-    relative_to: while it is read, the frame that the pose is given in; empty: the usual one.
+    relative_to: while it is read, the frame that the pose is given in; empty: the usual one. nested: names
+    and poses, in the model frame, of the models whose links it has taken over.
 
     warnings: one sentence per file that names what this package does not support in it. script: of an actor,
     which is static for the physics.
@@ -83,6 +84,7 @@ class Model:
     warnings: tuple[str, ...] = ()
     script: Script | None = None
     relative_to: str = ""
+    nested: tuple[tuple[str, Pose], ...] = ()
 
     def link(self, name: str) -> Link:
         """Return the link of that name; KeyError when there is none."""

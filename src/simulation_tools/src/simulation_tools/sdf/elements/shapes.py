@@ -53,7 +53,8 @@ class Plane:
 class Mesh:
     """A triangle mesh file. path: absolute path of the resolved uri. scale: factors along x, y, z.
 
-    submesh: the part of the file that is meant, empty for all of it. centred: about the part's own middle.
+    A negative factor mirrors it. submesh: the part of the file that is meant, empty for all of it. centred:
+    about the part's own middle.
     """
 
     path: str

@@ -237,7 +237,8 @@ def _file(mesh: Mesh) -> TriangleMesh:
     vertices = loaded.vertices * np.array(mesh.scale)
     if np.abs(vertices).max() > MAX_MAGNITUDE:
         raise MeshError(f"{mesh.path}: The mesh is larger than {MAX_MAGNITUDE:g} m.")
-    return TriangleMesh(vertices, loaded.triangles)
+    is_mirrored = math.prod(mesh.scale) < 0.0  # its triangles then turn round, so that they face outside
+    return TriangleMesh(vertices, loaded.triangles[:, ::-1] if is_mirrored else loaded.triangles)
 
 
 def _split(quads: ArrayLike) -> np.ndarray:
