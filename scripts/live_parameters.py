@@ -30,8 +30,12 @@ def written(text: str, parameters: dict[str, Parameter]) -> str:
     def line(found: re.Match[str]) -> str:
         group, name, kind, numbers = found.groups()
         each = parameters[name]
-        values = [each.default, each.least, each.most]
-        if all(isinstance(value, (int, float)) for value in values):
+        values = [each.default, *(each.live or (each.least, each.most))]
+        if isinstance(each.default, bool):
+            numbers = repr(each.default)
+        elif isinstance(each.default, tuple):
+            numbers = f'"{" ".join(map(repr, each.default))}"'
+        elif all(isinstance(value, (int, float)) for value in values):
             numbers = ", ".join(map(repr, values))
         sentence = json.dumps(each.sentence, ensure_ascii=False)
         return f'{group}.add("{name}", {kind}, 0, {sentence}, {numbers})'

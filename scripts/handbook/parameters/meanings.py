@@ -39,6 +39,8 @@ class Parameter:
     most: Any = None
     sentence: str = ""
     is_live: bool = False
+    live: tuple[Any, Any] | None = None
+    """Least and greatest value in the .cfg file, where they are not those of the parameter."""
 
     @property
     def unit(self) -> str:
@@ -78,9 +80,9 @@ def of_class(module: Module, node: ast.ClassDef) -> Iterator[Parameter]:
         text = told.get(name, "")
         if isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
             text = " ".join(str(below.value.value).split())
-        least, most = _limited(module, part.value) or limits.get(name, (None, None))
+        least, most, live = _limited(module, part.value) or (*limits.get(name, (None, None)), None)
         kind = ast.unparse(part.annotation).split(" | ")[0].split("[")[0]
-        yield Parameter(name, kind, known.get(name), least, most, text)
+        yield Parameter(name, kind, known.get(name), least, most, text, live=live)
 
 
 def attributes(docstring: str) -> dict[str, str]:
@@ -119,11 +121,19 @@ def _limits(module: Module, node: ast.ClassDef) -> Iterator[tuple[str, tuple[Any
                 yield from ((name, (bounds[0], bounds[1])) for name in checked)
 
 
-def _limited(module: Module, value: ast.expr | None) -> tuple[Any, Any] | None:
-    """Return the limits in a field that is `limited(default, least, most)`, else None."""
+def _limited(module: Module, value: ast.expr | None) -> tuple[Any, Any, Any] | None:
+    """Return least, most and live limits of a field that is `limited(default, least, most)`, else None."""
     if not isinstance(value, ast.Call) or getattr(value.func, "id", "") != "limited":
         return None
-    return _number(module, value.args[1]), _number(module, value.args[2])
+    given = dict(zip(("least", "most"), value.args[1:]))
+    given.update({str(keyword.arg): keyword.value for keyword in value.keywords})
+    found = {name: _number(module, limit) for name, limit in given.items()}
+    least, most = found.get("least"), found.get("most")
+    if "above" in found:
+        least = f"above {shown(found['above'])}"
+    if "below" in found:
+        most = f"below {shown(found['below'])}"
+    return least, most, found.get("live")
 
 
 def _texts_of(values: ast.expr) -> list[str]:

@@ -116,7 +116,7 @@ class Module:
 BUILTINS: dict[str, Any] = {
     "frozenset": frozenset, "tuple": tuple, "dict": dict, "float": float, "int": int, "str": str, "len": len,
     "range": range, "round": round, "zip": zip, "field": lambda **given: given.get("default"), "bool": bool,
-    "limited": lambda default, least, most: default,
+    "limited": lambda default, *limits, **more: default,
 }  # fmt: skip
 
 

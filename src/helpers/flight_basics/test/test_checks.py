@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from flight_basics.checks import check_parameters, limited
+from flight_basics.checks import check_limits, check_parameters, limited
 from flight_basics.errors import ParameterError
 
 
@@ -59,3 +59,71 @@ def test_what_is_within_the_limits_is_taken(given):
 def test_what_is_beyond_them_is_refused_in_one_sentence(given, said):
     with pytest.raises(ParameterError, match=f"^{re.escape(said)}$"):
         Parameters(**given)
+
+
+# -- limits of one side, each in a sentence of its own, with a package's own error --------------------------
+
+
+class OwnError(Exception):
+    """Of some package."""
+
+
+@dataclass(frozen=True)
+class OneSided:
+    gain: float = limited(1.0, above=0.0)
+    share: float = limited(0.5, 0.0, 1.0)
+    part: float = limited(0.5, 0.0, below=1.0)
+    height: float = limited(2.0, live=(-10.0, 10.0))
+    reach: float = limited(9.0, 1.0, math.inf)
+    times: int = limited(3, 1, 5)
+    is_on: bool = False
+    rest: float | None = limited(None, above=2.0)
+    name: str = "any"
+
+    def __post_init__(self) -> None:
+        check_limits(self, OwnError, "The tool's {}")
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {},
+        {"gain": 1e-300, "share": 0, "part": 0.0, "times": 1},
+        {"gain": 1e300, "share": 1, "part": 0.999, "times": 5},
+        {"height": -1e9},  # beyond what a window of dynamic_reconfigure shows
+        {"reach": math.inf},
+        {"rest": 2.1},
+        {"times": 4.0},  # as a YAML file may hold it
+        {"name": 3},  # without limits
+    ],
+)
+def test_what_keeps_limits_of_one_side_is_taken(given):
+    assert vars(OneSided(**given)).items() >= given.items()
+
+
+@pytest.mark.parametrize(
+    ("given", "must_be"),
+    [
+        ({"gain": 0.0}, "greater than 0, not 0.0"),
+        ({"gain": math.nan}, "a finite number, not nan"),
+        ({"gain": math.inf}, "a finite number, not inf"),
+        ({"gain": True}, "a finite number, not True"),
+        ({"gain": "1"}, "a finite number, not '1'"),
+        ({"height": None}, "a finite number, not None"),
+        ({"height": 10**400}, f"a finite number, not {10**400}"),
+        ({"share": -0.1}, "between 0 and 1, not -0.1"),
+        ({"share": 1.1}, "between 0 and 1, not 1.1"),
+        ({"part": 1.0}, "less than 1, not 1.0"),
+        ({"part": -1}, "at least 0, not -1"),
+        ({"times": 0}, "at least 1, not 0"),
+        ({"times": 6}, "at most 5, not 6"),
+        ({"times": 2.5}, "a whole number, not 2.5"),
+        ({"reach": -math.inf}, "between 1 and inf, not -inf"),
+        ({"is_on": 1}, "true or false, not 1"),
+        ({"rest": 2.0}, "greater than 2, not 2.0"),
+    ],
+)
+def test_the_sentence_tells_the_side_that_is_passed(given, must_be):
+    said = f"The tool's {next(iter(given))} must be {must_be}."
+    with pytest.raises(OwnError, match=f"^{re.escape(said)}$"):
+        OneSided(**given)

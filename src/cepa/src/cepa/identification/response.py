@@ -11,47 +11,38 @@ the drag of the air, which this model does not have either (doc/how_it_works.md 
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from cepa.errors import ParameterError
+from flight_basics.checks import check_limits, limited
 
 
 @dataclass(frozen=True)
 class ResponseModel:
     """The velocity loop of a UAV in the plane. Raises ParameterError for a model that makes no sense."""
 
-    p: float = 1.5
-    """1/s: acceleration for an error of 1 m/s."""
-    i: float = 0.0
-    """1/s2: its growth per second."""
-    d: float = 0.0
+    p: float = limited(1.5, above=0.0)
+    """Acceleration for an error of 1 m/s, 1/s."""
+    i: float = limited(0.0, 0.0)
+    """Its growth per second, 1/s2."""
+    d: float = limited(0.0, 0.0)
     """Damping by the own acceleration. Only p / (1 + d), i / (1 + d) and lag / (1 + d) matter."""
-    lag_s: float = 0.056
+    lag_s: float = limited(0.056, above=0.0)
     """Time constant from the wanted to the flown acceleration: the attitude."""
-    delay_s: float = 0.048
+    delay_s: float = limited(0.048, 0.0)
     """From a command until the acceleration begins to change."""
-    acceleration_max_m_s2: float = 6.0
+    acceleration_max_m_s2: float = limited(6.0, above=0.0)
     """The greatest acceleration that is counted on; the UAV must have it."""
-    jerk_max_m_s3: float = 36.0
+    jerk_max_m_s3: float = limited(36.0, above=0.0)
     """The fastest change of the acceleration: the attitude's rate is limited."""
-    error_m_s2: float = 0.4
+    error_m_s2: float = limited(0.4, 0.0)
     """Bound of the disturbing acceleration (gusts, and what this model leaves out) that it must withstand."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not isinstance(value, (int, float)) or isinstance(value, bool) or not math.isfinite(value):
-                raise ParameterError(f"response_{field.name} must be a finite number, not {value!r}.")
-        for name in ("p", "lag_s", "acceleration_max_m_s2", "jerk_max_m_s3"):
-            if not getattr(self, name) > 0.0:
-                raise ParameterError(f"response_{name} must be greater than 0, not {getattr(self, name)}.")
-        for name in ("i", "d", "delay_s", "error_m_s2"):
-            if not getattr(self, name) >= 0.0:
-                raise ParameterError(f"response_{name} must be at least 0, not {getattr(self, name)}.")
+        check_limits(self, ParameterError, "response_{}")
         if not (1.0 + self.d) * self.p > self.i * self.lag_s:
             raise ParameterError(
                 f"The response model is unstable: (1 + d) p must be greater than i lag, but "

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
 from cepa.decision import Vector2
 from cepa.errors import ParameterError
+from flight_basics.checks import check_limits, limited
 
 QUARTERS = (0.0, math.pi, 0.5 * math.pi, -0.5 * math.pi)
 SHARES = (0.5, 1.0, 1.0)
@@ -22,20 +23,17 @@ LATENCY_S = 0.5
 class StepParameters:
     """What is flown. Raises ParameterError for a value that is not above 0."""
 
-    speed_m_s: float = 2.0
+    speed_m_s: float = limited(2.0, above=0.0)
     """Of the greatest step."""
-    step_s: float = 2.0
+    step_s: float = limited(2.0, above=0.0)
     """Duration of a step; it ends sooner at the edge of the box."""
-    pause_s: float = 1.5
+    pause_s: float = limited(1.5, above=0.0)
     """Standstill after a step."""
-    box_m: float = 15.0
+    box_m: float = limited(15.0, above=0.0)
     """Edge of the square around the start that is not left."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not 0.0 < value < math.inf:
-                raise ParameterError(f"The steps' {field.name} must be above 0, not {value!r}.")
+        check_limits(self, ParameterError, "The steps' {}")
 
 
 class StepFlight:

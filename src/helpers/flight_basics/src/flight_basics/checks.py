@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import field, fields
+import numbers
+import sys
+from dataclasses import Field, field, fields
 from typing import Any
 
 from flight_basics.errors import ParameterError
@@ -27,13 +29,31 @@ def check_number(name: str, value: Any, low: float, high: float) -> None:
         raise ParameterError(f"{name} is {value!r}; it must be a number from {low:g} to {high:g}.")
 
 
-def limited(default: Any, least: float | str, most: float | str) -> Any:
-    """Return a field of a dataclass of parameters, whose limits `check_parameters` checks.
+def limited(
+    default: Any,
+    least: float | str | None = None,
+    most: float | str | None = None,
+    *,
+    above: float | None = None,
+    below: float | None = None,
+    live: tuple[float, float] | None = None,
+) -> Any:
+    """Return a field of a dataclass of parameters, whose limits are checked when an object is made.
 
-    least, most: the value may be as small and as large as this; or names of fields that are the limits. Where
-    the default is None, the value may be None, too.
+    Where the default is None, the value may be None, too. `check_parameters` takes fields with `least` and
+    `most`; `check_limits` takes any.
+
+    Args:
+        default: the value unless told otherwise.
+        least: the value may be as small as this; or the name of the field that is the limit.
+        most: the value may be as large as this; or the name of the field that is the limit.
+        above: the value must be greater than this.
+        below: the value must be less than this.
+        live: least and greatest value in the .cfg file, which needs both, also where the parameter itself has
+            no limit. None: least and most.
     """
-    return field(default=default, metadata={"least": least, "most": most})
+    limits = {"least": least, "most": most, "above": above, "below": below, "live": live}
+    return field(default=default, metadata=limits)
 
 
 def check_parameters(parameters: Any) -> None:
@@ -56,3 +76,46 @@ def check_parameters(parameters: Any) -> None:
     for name, value, *limits in limits_by_others:  # those are known to be numbers now
         least, most = (getattr(parameters, each) if isinstance(each, str) else each for each in limits)
         check_number(name, value, least, most)
+
+
+def check_limits(parameters: Any, error: type[Exception], called: str = "{}") -> None:
+    """Check the fields of a dataclass: each that is `limited`, and each that is a bool.
+
+    The sentence tells the one limit that a value does not keep, because here many limits have one side only.
+
+    Args:
+        parameters: an object of the dataclass.
+        error: what is raised: each package has its own.
+        called: what the sentence calls a field, with {} for its name.
+
+    Raises:
+        error: the first value that is out of range, or not a finite number. inf may be `most`.
+    """
+    for each in fields(parameters):
+        value = getattr(parameters, each.name)
+        must_be = "" if value is None and each.default is None else _demand(each, value)
+        if must_be:
+            raise error(f"{called.format(each.name)} must be {must_be}, not {value!r}.")
+
+
+def _demand(each: Field[Any], value: Any) -> str:
+    """Return what a field's value must be and is not; empty: nothing."""
+    if each.type == "bool":
+        return "" if isinstance(value, bool) else "true or false"
+    if not each.metadata:
+        return ""
+    least, most, above, below = (each.metadata[name] for name in ("least", "most", "above", "below"))
+    is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
+    if not is_number or not abs(value) <= max(sys.float_info.max, most or 0.0):  # NaN fails this test too
+        return "a finite number"
+    if each.type == "int" and value != int(value):
+        return "a whole number"
+    if each.type != "int" and least is not None and most is not None:
+        return "" if least <= value <= most else f"between {least:g} and {most:g}"
+    if least is not None and value < least:
+        return f"at least {least:g}"
+    if above is not None and value <= above:
+        return f"greater than {above:g}"
+    if most is not None and value > most:
+        return f"at most {most:g}"
+    return f"less than {below:g}" if below is not None and value >= below else ""
