@@ -5,7 +5,11 @@ import pytest
 
 from gridslam.filter.kept.known_places import PASSES_ENOUGH, adds_nothing, known_node
 from gridslam.filter.kept.light_poses import LightPose, LightPoses
+from gridslam.filter.kept.newest_scans import NewestScans, placed
 from gridslam.maps.beams import Beams
+from gridslam.maps.new_map import ALL_HEIGHTS
+from gridslam.parameters import SlamParameters
+from gridslam.scan import PlanarScan
 from gridslam.tracking.evidence import Agreement
 from gridslam.trajectory import Trajectory
 
@@ -82,3 +86,39 @@ def test_light_poses_stand_between_the_nodes_and_move_with_their_anchor():
 def test_light_poses_that_make_no_sense_are_refused(row):
     with pytest.raises(ValueError, match="known places"):
         LightPoses().restore(np.array([row], float), 3)
+
+
+def newest(places):
+    """Scans of a lidar with one beam, at nodes' places, one after the other; the range tells which it is."""
+    scans = NewestScans()
+    for index, place in enumerate(places):
+        scan = PlanarScan(float(index), np.zeros(1), np.array([1.0 + index]), (0.0, 0.0, 0.0), 50.0)
+        scans.add(place, np.array((0.1, 0.0, 0.0)), scan)
+    return scans
+
+
+def ranges_in_map(scans, path, usable, band=ALL_HEIGHTS):
+    """Return x of the lidar and the range of each scan that enters a map, m."""
+    poses, beams = placed(scans.all(), path, np.array(usable), band, SlamParameters())
+    return sorted((float(x), float(each.ends[0, 0] * 0.05)) for (x, _, _), each in zip(poses, beams))
+
+
+def test_the_newest_scans_of_a_place_enter_a_map_thrice_and_move_with_it():
+    path = np.array([(0.0, 0.0, 0.0), (5.0, 0.0, 0.0)])
+    few = ranges_in_map(newest([1, 0, 1]), path, [True, True])
+    np.testing.assert_allclose(few, np.repeat([(0.1, 2.0), (5.1, 1.0), (5.1, 3.0)], 3, axis=0))
+    # of 20 scans the last three are there
+    many = newest([1] * 20)
+    expected = np.repeat([(5.1, 18.0), (5.1, 19.0), (5.1, 20.0)], 3, axis=0)
+    np.testing.assert_allclose(ranges_in_map(many, path, [True, True]), expected)
+    # and none of a place that is not in the map
+    assert ranges_in_map(many, path, [True, False]) == []
+    assert ranges_in_map(many, path[:1], [True]) == []
+
+
+def test_the_newest_scans_are_saved_whole_or_refused():
+    scans, again = newest([0, 1, 1]), NewestScans()
+    again.restore(scans.all(), 2)
+    assert again.all() == scans.all()
+    with pytest.raises(ValueError, match="newest scans"):
+        again.restore(scans.all(), 1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from gridslam.filter.kept.earlier_map import PiecesState
 from gridslam.filter.kept.kept_scans import InSpace
+from gridslam.filter.kept.newest_scans import NewestScan
 from gridslam.filter.motion_model import MotionState
 from gridslam.filter.state import FilterState
 from gridslam.inputs.continuous_odometry import OdometryState
@@ -50,6 +51,7 @@ SAVED_CLASSES: tuple[type, ...] = (
     MeasuredPath,
     MonitorState,
     MotionState,
+    NewestScan,
     OccupancyGrid,
     OdometryState,
     PendingState,

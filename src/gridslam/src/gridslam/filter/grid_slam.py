@@ -191,6 +191,7 @@ class GridSlam(ParticleFilter):
             self.parameters,
             self._map.starting_map,
             self._map.band,
+            self._map.newest.all(),
         )
 
     def correct(self, correction: Correction) -> None:
@@ -245,6 +246,7 @@ class GridSlam(ParticleFilter):
             None if kept is None else kept.odometry,
             [] if kept is None else kept.in_space,
             self._light.rows,
+            self._map.newest.all(),
             self._shift,
             self._rng.bit_generator.state,
         )

@@ -10,6 +10,7 @@ from gridslam.errors import StateError
 from gridslam.filter.kept.earlier_map import MapPieces
 from gridslam.filter.kept.kept_scans import KeptScans
 from gridslam.filter.kept.known_places import known_node
+from gridslam.filter.kept.newest_scans import NewestScans, placed
 from gridslam.filter.state import FilterState
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import ALL_HEIGHTS, Band, MapDraft, new_maps
@@ -39,6 +40,8 @@ class SlamMap:
     ) -> None:
         self._parameters, self.starting_map, self.is_fixed = parameters, starting_map, is_fixed
         self._kept = KeptScans() if keep_scans else None
+        self.newest = NewestScans()
+        """Of known places."""
         self._renderer = Renderer(parameters)
         self.pieces = MapPieces()
         """Which scans are in which map."""
@@ -73,6 +76,10 @@ class SlamMap:
         """Keep a processed scan, if they are kept. `tiles` get it otherwise."""
         if self._kept is not None:
             self._kept.add(scan, beams, base_in_odom)
+
+    def add_known(self, anchor: int, base_in_anchor: np.ndarray, scan: PlanarScan) -> None:
+        """Keep a scan of a known place for a while: beside a node, where the base was (3,) in its frame."""
+        self.newest.add(anchor, base_in_anchor, scan.sharing(self.kept.scans[-1]))
 
     def known_node(self, path: np.ndarray, pose: np.ndarray, scan: PlanarScan) -> int | None:
         """Return the node of a place that enough passes have mapped; None: a scan there is to be kept.
@@ -127,7 +134,11 @@ class SlamMap:
             first = 0 if draft is None else draft.first
             draft = MapDraft(parameters, self.starting_map, first, self.band)
         if not self.is_fixed:
+            is_empty = draft.scans == draft.first  # else it has them already
             draft.add(poses[draft.scans :], beams[draft.scans :])
+            if is_empty:
+                usable = self.pieces.is_usable(len(poses)) & (np.arange(len(poses)) >= draft.first)
+                draft.add_beside(*placed(self.newest.all(), poses, usable, draft.band, parameters))
         draft.maps.resample(np.zeros(parameters.particles, int))
         self.replace(draft.maps)
         if draft.first == 0:
@@ -145,6 +156,7 @@ class SlamMap:
         if self._kept is not None and state.scans is not None and state.odometry is not None:
             beams = _beams_of(state.scans, state.parameters)
             self._kept.restore(state.scans, beams, state.odometry, state.in_space)
+            self.newest.restore(state.newest_scans, len(state.scans))
         self._leave_out()
 
     def _leave_out(self) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from gridslam.filter.kept.earlier_map import PiecesState
 from gridslam.filter.kept.kept_scans import InSpace
+from gridslam.filter.kept.newest_scans import NewestScan
 from gridslam.filter.motion_model import MotionState
 from gridslam.maps.new_map import Band
 from gridslam.maps.tile_map import MapsState
@@ -55,6 +56,8 @@ class FilterState:
     """k, of these scans."""
     light_poses: np.ndarray
     """(m, 7) see `LightPoses`."""
+    newest_scans: tuple[NewestScan, ...]
+    """Of known places."""
     odometry_shift: np.ndarray | None
     """(3,) of the nodes' odometry, by known places; None: there was none."""
     random: Mapping[str, Any]

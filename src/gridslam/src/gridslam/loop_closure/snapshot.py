@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gridslam.filter.kept.newest_scans import NewestScan, placed
 from gridslam.level_cloud import LevelCloud
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import ALL_HEIGHTS, Band, MapDraft
@@ -48,6 +49,8 @@ class Snapshot:
     """The map that the filter began with; None: an empty one."""
     band: Band = ALL_HEIGHTS
     """Heights whose scans enter the map; the others' beams are none."""
+    newest: tuple[NewestScan, ...] = ()
+    """Of known places."""
 
     def __post_init__(self) -> None:
         for name in ARRAYS:
@@ -67,7 +70,12 @@ class Snapshot:
         return ~(np.abs(self.heights_m - self.heights_m[node]) > band_m)  # NaN is in every band
 
     def map_of(self, poses_in_map: np.ndarray, first: int) -> MapDraft:
-        """Return a new map of the scans from the ``first`` on, at poses (k, 3) of all nodes."""
+        """Return a new map of the scans from the ``first`` on, at poses (k, 3) of all nodes.
+
+        What has changed in known places is in their newest scans, which enter it last.
+        """
         draft = MapDraft(self.filter_parameters, self.starting_map, first, self.band)
         draft.add(poses_in_map[first:], self.beams[first:])
+        usable = self.is_usable & (np.arange(len(self)) >= first)
+        draft.add_beside(*placed(self.newest, poses_in_map, usable, self.band, self.filter_parameters))
         return draft

@@ -95,3 +95,7 @@ class MapDraft:
         """Enter the next scans, taken at these poses (k, 3)."""
         self.maps.insert_path(poses_in_map, beams)
         self.scans += len(poses_in_map)
+
+    def add_beside(self, poses_in_map: np.ndarray, beams: Sequence[Beams]) -> None:
+        """Enter scans, taken at these poses (n, 3), that are not among those of the path's nodes."""
+        self.maps.insert_path(poses_in_map, beams)

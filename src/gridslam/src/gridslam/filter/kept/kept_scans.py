@@ -30,6 +30,8 @@ class KeptScans:
         """Without those for matching."""
         self._odometry: list[np.ndarray] = []
         self.in_space: list[InSpace] = []
+        self._heights_m: np.ndarray | None = None
+        """None: they have changed since they were asked for."""
 
     def __len__(self) -> int:
         return len(self.scans)
@@ -46,9 +48,12 @@ class KeptScans:
 
     @property
     def heights_m(self) -> np.ndarray:
-        """(k,) of the base in the map, at each scan; NaN: not known."""
-        pairs = zip(self.scans, self.in_space)
-        return np.array([scan.height_m + in_space.rise_m for scan, in_space in pairs], float)
+        """(k,) of the base in the map, at each scan; NaN: not known. It is read-only."""
+        if self._heights_m is None:  # once for many scans in known places, which ask each time
+            pairs = zip(self.scans, self.in_space)
+            self._heights_m = np.array([scan.height_m + in_space.rise_m for scan, in_space in pairs], float)
+            self._heights_m.flags.writeable = False
+        return self._heights_m
 
     @property
     def rise_m(self) -> float:
@@ -61,6 +66,7 @@ class KeptScans:
         self.beams.append(beams.for_map())
         self._odometry.append(np.array(base_in_odom, float))
         self.in_space.append(InSpace(None, self.rise_m))
+        self._heights_m = None
 
     def add_cloud(self, cloud: LevelCloud) -> None:
         """Keep the cloud of the newest scan."""
@@ -75,6 +81,7 @@ class KeptScans:
             each._replace(rise_m=each.rise_m + rise_m)
             for each, rise_m in zip(self.in_space, further_m.tolist())
         ]
+        self._heights_m = None
 
     def in_band(self, band_m: float, half_m: float) -> list[Beams]:
         """Return what each scan enters into the map of a height: none if it was taken at another one."""
@@ -100,4 +107,4 @@ class KeptScans:
     ) -> None:
         """Keep these scans, with their beams, the odometry (k, 3), and what is known in space (k)."""
         self.scans, self.beams, self._odometry = list(scans), list(beams), list(odometry)
-        self.in_space = list(in_space)
+        self.in_space, self._heights_m = list(in_space), None
