@@ -222,12 +222,14 @@ def test_a_real_uavs_parameters_that_cepa_refuses_are_refused(tmp_path, capsys, 
     [
         ["lidar_ip:=192.168.0.10"],
         ["lidar_ip:=hokuyo.local", "slam:=true"],
+        ["fcu_url:=/dev/ttyTHS1:921600", "gnss:=false", "battery:=endless", "joy:=/pilot/joy"],
         ["autopilot:=ardupilot", "fly:=true"],
         ["explore:=true", "gnss:=false", "lidar:=puck", "record:=true"],
         ["inspection:=true", "explore:=true", "gnss:=false", "lidar:=m8", "radius:=0.2"],
     ],
 )
-def test_a_real_uav_with_parts_of_its_own_is_flown(words, capsys):
+def test_a_real_uav_with_parts_of_its_own_is_flown(words, capsys, monkeypatch):
+    monkeypatch.setattr(request.launch_check, "find_package", lambda name: f"/opt/{name}")
     assert checked([str(LAUNCH["real"]), *words]) == 0, capsys.readouterr().err
 
 
@@ -245,6 +247,32 @@ INSPECTS = ("inspection:=true", "gnss:=false", "lidar:=puck")
     ],
 )
 def test_a_real_uav_that_cannot_explore_is_refused(words, sentence, capsys):
+    assert checked([str(LAUNCH["real"]), *words]) == 1
+    assert sentence in capsys.readouterr().err
+
+
+EXPLORES = ("explore:=true", "gnss:=false", "lidar:=puck")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["fcu_url:=/dev/ttyTHS1:921600"], "fcu_url:=/dev/ttyTHS1:921600 needs the package mavros, and"),
+        (["lidar_ip:=192.168.0.10"], "lidar_ip:=192.168.0.10 needs the package urg_node, and ROS"),
+        (["autopilot:=standin"], "There is no autopilot 'standin'; choose autopilot:=px4|ardupilot."),
+        (["battery:=0.3"], "battery:=0.3 is for a simulated battery"),
+        (["joy:=a b"], "'a b' is no joy; give a topic, for example joy:=/joy."),
+        (["record:=true", "bags:=/no/folder"], "/no/folder: there is no such folder for the recording"),
+        (["record:=true", "bags:=flights"], "give one, for example bags:=$PWD/flights."),
+        ([*EXPLORES, "limits:=/no/limits.yaml"], "/no/limits.yaml"),
+        ([*EXPLORES, "limits:=limits.yaml"], "give one, for example limits:=$PWD/limits.yaml."),
+        ([*EXPLORES, "slam_config:=/no/slam.yaml"], "/no/slam.yaml"),
+        ([*INSPECTS, "drawing:=/no/hold.stl"], "/no/hold.stl: there is no such drawing. Give a mesh."),
+        ([*INSPECTS, "drawing_home:=1 2"], "'1 2' is no drawing_home; give 3 numbers"),
+    ],
+)
+def test_what_a_real_uav_cannot_use_is_refused_before_anything_starts(words, sentence, capsys, monkeypatch):
+    monkeypatch.setattr(request.launch_check, "find_package", {}.__getitem__)
     assert checked([str(LAUNCH["real"]), *words]) == 1
     assert sentence in capsys.readouterr().err
 

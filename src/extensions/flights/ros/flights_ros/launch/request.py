@@ -174,7 +174,7 @@ def _inspection(asked: Mapping[str, str]) -> None:
 def _real_flight(asked: Mapping[str, str]) -> None:
     real_uav.check(asked)
     cepa_arguments.check_file(Path(asked["cepa_config"]))
-    if asked["slam"].lower() == "true":
+    if any(scenario.flag(name, asked[name]) for name in ("slam", "explore", "inspection")):
         slam_arguments.check_file(Path(asked["slam_config"]))
 
 

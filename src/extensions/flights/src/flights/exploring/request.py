@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any, Mapping
 
-from exploration.planning import read_limits
-from flight_basics.errors import FlightBasicsError
-from flights.errors import FlightError, ScenarioError
+from flights.errors import FlightError
 from flights.flight.course import PhaseLimits
 from flights.flight.description import RunDescription
 from flights.launch_arguments.common import choices_of, limits_of
 from flights.launch_arguments.free_places import HOVER_M, check_course
 from flights.launch_arguments.nodding import is_true
-from flights.launch_arguments.real_uav import HOVER_HEIGHTS_M
+from flights.launch_arguments.real_uav import HOVER_HEIGHTS_M, check_limits
 from flights.worlds import scenario
 
 LONGEST_S = 86_400.0
@@ -56,7 +54,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> ExploringRequest:
     scenario.number("speed", asked.get("speed", 1.0), *scenario.SPEEDS_M_S)
     time_s = scenario.number("time", asked.get("time", 600.0), 1.0, LONGEST_S)
     swaps = scenario.whole_number("swaps", asked.get("swaps", 1), 0, 100)
-    _check_limits(str(asked.get("limits", "")).strip())
+    check_limits(str(asked.get("limits", "")).strip())
     limits = limits_of({**asked, "flight_timeout_s": (1 + swaps) * time_s + RETURN_S}, PhaseLimits)
     limits = replace(limits, takes_off_once=True)  # a take-off that ends on the ground would end there again
     given = str(asked.get("hover_height", "")).strip()
@@ -66,11 +64,3 @@ def read(asked: Mapping[str, Any], keep_m: float) -> ExploringRequest:
     return ExploringRequest(
         replace(description, scenario=flown), limits, time_s, swaps, hover_m, is_told=not given
     )
-
-
-def _check_limits(path: str) -> None:
-    try:
-        if path:
-            read_limits(path)
-    except FlightBasicsError as error:
-        raise ScenarioError(str(error)) from None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import os
 import re
 from pathlib import Path
 from typing import Any, Mapping
@@ -18,6 +19,9 @@ CLEARANCES_M = (0.0, 5.0)
 HOVER_HEIGHTS_M = (0.3, 20.0)
 """As mavros_publisher's dynamic_reconfigure."""
 NO_LIDAR = "none"
+AUTOPILOTS = ("px4", "ardupilot")
+TOPICS = {"range_finder": "/range_finder", "joy": "/joy"}
+"""Arguments that are topics, each with an example."""
 
 _TOPIC = re.compile(r"[~/A-Za-z](\w|/)*")
 _HOST_NAME = re.compile(r"[A-Za-z0-9]([\w.-]*[A-Za-z0-9])?")
@@ -30,6 +34,7 @@ def check(asked: Mapping[str, Any]) -> None:
         ScenarioError, SimulationToolsError: one sentence.
     """
     scenario.whole_number("tgt_system", asked["tgt_system"], *SYSTEM_IDS)
+    scenario.choose("autopilot", str(asked["autopilot"]), AUTOPILOTS)
     scenario.choose("algorithm", str(asked["algorithm"]), scenario.ALGORITHMS)
     scenario.number("speed", asked["speed"], *scenario.SPEEDS_M_S)
     clearance_m = scenario.number("ground_clearance", asked["ground_clearance"], *CLEARANCES_M)
@@ -40,11 +45,12 @@ def check(asked: Mapping[str, Any]) -> None:
             "give a greater hover_height."
         )
     _check_address(str(asked["lidar_ip"]).strip())
-    if not _TOPIC.fullmatch(str(asked["range_finder"])):
-        raise ScenarioError(
-            f"'{asked['range_finder']}' is no range_finder; give a topic, for example "
-            "range_finder:=/range_finder."
-        )
+    for name, example in TOPICS.items():
+        if not _TOPIC.fullmatch(str(asked[name])):
+            raise ScenarioError(f"'{asked[name]}' is no {name}; give a topic, for example {name}:={example}.")
+    _check_battery(str(asked["battery"]).strip())
+    if scenario.flag("record", asked["record"]):
+        _check_bags(str(asked["bags"]))
     _check_leaders(asked)
     _check_uav(str(asked["model"]), str(asked["lidar"]), str(asked["sensors"]).split())
 
@@ -63,8 +69,47 @@ def _check_leaders(asked: Mapping[str, Any]) -> None:
         )
     for name, least in (("radius", 0.01), ("margin", 0.0), ("resolution", 0.01), ("time", 1.0)):
         values.number(name, asked[name], least)
+    check_limits(str(asked.get("limits", "")).strip())
     if "inspection" in names:
         _check_plan(str(asked.get("plan", "")).strip())
+        _check_drawing(str(asked.get("drawing", "")).strip(), asked["drawing_home"])
+
+
+def check_limits(path: str) -> None:
+    """Check the file of limits before a node reads it; empty: none. Raises ScenarioError."""
+    if not path:
+        return
+    scenario.absolute("limits", path)
+    from exploration.planning import read_limits  # needed by explorations and inspections only
+
+    try:
+        read_limits(path)
+    except FlightBasicsError as error:
+        raise ScenarioError(str(error)) from None
+
+
+def _check_drawing(drawing: str, home: Any) -> None:
+    """Check that the drawing is there, and the place in it; empty: none."""
+    if drawing and not scenario.absolute("drawing", drawing).is_file():
+        raise ScenarioError(f"{drawing}: there is no such drawing. Give a mesh.")
+    scenario.place("drawing_home", home)
+
+
+def _check_battery(battery: str) -> None:
+    if battery not in ("", "endless"):
+        raise ScenarioError(
+            f"battery:={battery} is for a simulated battery, and a real UAV tells its charge itself; leave "
+            "battery out, or give battery:=endless, for example on a tether."
+        )
+
+
+def _check_bags(bags: str) -> None:
+    """Check the folder of the recording, which rosbag does not make."""
+    folder = scenario.absolute("bags", bags)
+    if not folder.is_dir():
+        raise ScenarioError(f"{folder}: there is no such folder for the recording; make it with mkdir.")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise ScenarioError(f"{folder} may not be written to; choose another folder with bags:=FOLDER.")
 
 
 def _check_plan(plan: str) -> None:

@@ -8,12 +8,14 @@ from flights.errors import ScenarioError
 from flights.worlds import scenario
 from simulation_tools import values
 from simulation_tools.ardupilot_sitl.program import check_program
+from simulation_tools.launch_check.launch_files import LaunchError
 from simulation_tools.launch_check.launch_packages import check_mavros_is_there
 from simulation_tools.launch_check.launch_ports import check_ports_are_free
 from simulation_tools.vehicle.uav import load_uav
 
 PX4_INSTANCES = (0, 254)
 """The instance's MAVLink system id, which is greater by 1, is a byte."""
+LIDAR_DRIVER = "urg_node"
 _PORTS = ("autopilot", "mavros", "offboard_port", "gcs_port", "simulator_port")
 
 
@@ -49,12 +51,29 @@ def check(asked: Mapping[str, Any]) -> None:
 
 
 def check_packages(asked: Mapping[str, Any], find: Callable[[str], object]) -> None:
-    """Check that the real MAVROS is there if a launch needs it; raises SimulationToolsError.
+    """Check that real MAVROS and the lidar's driver are there if a launch starts them.
+
+    Raises SimulationToolsError.
 
     find: raises LookupError for a package that is not there.
     """
     gnss = str(asked.get("gnss", "true")).lower() == "true"
     check_mavros_is_there(str(asked.get("mavros", "sim")), gnss, find)
+    fcu_url, lidar_ip = (str(asked.get(name, "")).strip() for name in ("fcu_url", "lidar_ip"))
+    if fcu_url:
+        check_mavros_is_there("real", gnss, find, word=f"fcu_url:={fcu_url}")
+    if lidar_ip:
+        _check_driver(f"lidar_ip:={lidar_ip}", find)
+
+
+def _check_driver(word: str, find: Callable[[str], object]) -> None:
+    try:
+        find(LIDAR_DRIVER)
+    except LookupError:
+        raise LaunchError(
+            f"{word} needs the package {LIDAR_DRIVER}, and ROS does not find it. Build it beside MAVROS, or "
+            f"leave out {word}, and start your lidar's driver yourself."
+        ) from None
 
 
 def check_ports(asked: Mapping[str, Any]) -> None:
