@@ -84,7 +84,7 @@ def test_what_a_launch_file_sets_is_on_the_nodes_page(parameters):
         (
             ("gridslam", "slam_gridslam"),
             "closure_rest_s",
-            ("float", 10.0, None, None, "s"),
+            ("float", 10.0, "above 0", None, "s"),
         ),  # text below the field
         (
             ("gridslam", "slam_octomap"),

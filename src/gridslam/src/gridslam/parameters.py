@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import builtins  # for `str`, which here is a parameter of gmapping
 import math
-import sys
 from dataclasses import dataclass, fields
 
+from flight_basics.checks import check_limits, limited
 from gridslam.errors import ParameterError
 from gridslam.kernels.tiles import SIDE
 from gridslam.occupancy_grid import CELLS_MAX
 
 KERNEL_SIZE_MAX = 10
 PARTICLES_MAX = 10_000
-OPTIONAL = ("maxUrange", "maxRange", "xmin", "ymin", "xmax", "ymax")
-WHOLE = ("kernelSize", "iterations", "lskip", "particles", "seed", "threads")
-POSITIVE = ("sigma", "lstep", "astep", "lsigma", "ogain", "delta", "maxUrange", "maxRange")
-NOT_NEGATIVE = ("srr", "srt", "str", "stt", "linearUpdate", "angularUpdate")
 BOX = {"xmin": -100.0, "ymin": -100.0, "xmax": 100.0, "ymax": 100.0}
 """m: slam_gmapping's defaults. If the user gives any side, they are the defaults of the others."""
 
@@ -28,109 +23,78 @@ class SlamParameters:
     Raises ParameterError, in one sentence, for values that make no sense alone or together.
     """
 
-    maxUrange: float | None = None
+    maxUrange: float | None = limited(None, above=0.0)
     """m: beams are used up to here, maxRange at most. A longer beam up to maxRange only frees cells."""
-    maxRange: float | None = None
+    maxRange: float | None = limited(None, above=0.0, most=math.inf)
     """m: a longer reading counts as no return and has no effect. None: the scan's range_max."""
-    sigma: float = 0.05
+    sigma: float = limited(0.05, above=0.0)
     """m2: a beam d from the map scores exp(-d^2 / sigma) in scan matching."""
-    kernelSize: int = 1
+    kernelSize: int = limited(1, 1, KERNEL_SIZE_MAX)
     """Cells on every side of a beam's end that are searched for the map's nearest point."""
-    lstep: float = 0.05
+    lstep: float = limited(0.05, above=0.0)
     """m: first step of the scan matcher's search."""
-    astep: float = 0.05
+    astep: float = limited(0.05, above=0.0)
     """rad: first step of the scan matcher's search."""
-    iterations: int = 5
+    iterations: int = limited(5, 0)
     """Number of times that the scan matcher halves its steps. Beyond 2, Gauss-Newton replaces them."""
-    lsigma: float = 0.075
+    lsigma: float = limited(0.075, above=0.0)
     """m2: a beam d from the map has the log-likelihood -d^2 / lsigma."""
-    ogain: float = 3.0
+    ogain: float = limited(3.0, above=0.0)
     """Smooths the weights: log-likelihoods are divided by 15 times this (see doc/how_it_works.md)."""
-    lskip: int = 0
+    lskip: int = limited(0, 0)
     """Beams skipped after each one that scan matching uses."""
-    minimumScore: float = 0.0
+    minimumScore: float = limited(0.0)
     """Least score of a match, up to the number of beams. With a lower score odometry alone gives the pose."""
-    srr: float = 0.1
+    srr: float = limited(0.1, 0.0)
     """Odometry: deviation of a translation, m per m."""
-    srt: float = 0.2
+    srt: float = limited(0.2, 0.0)
     """Odometry: deviation of a rotation by translation, rad per m."""
-    str: float = 0.1
+    str: float = limited(0.1, 0.0)
     """Odometry: deviation of a translation by rotation, m per rad."""
-    stt: float = 0.2
+    stt: float = limited(0.2, 0.0)
     """Odometry: deviation of a rotation, rad per rad."""
-    linearUpdate: float = 1.0
-    """m: a scan is processed after this much travel ..."""
-    angularUpdate: float = 0.5
-    """rad: ... or this much turning ..."""
-    temporalUpdate: float = -1.0
-    """s: ... or this much time; negative: never by time."""
-    resampleThreshold: float = 0.5
+    linearUpdate: float = limited(1.0, 0.0)
+    """m: a scan is processed after this much travel."""
+    angularUpdate: float = limited(0.5, 0.0)
+    """rad: a scan is processed after this much turning, too."""
+    temporalUpdate: float = limited(-1.0)
+    """s: a scan is processed after this much time, too. Negative: never by time."""
+    resampleThreshold: float = limited(0.5, 0.0, 1.0)
     """Resampling happens when N_eff is below this share of the particles."""
-    particles: int = 30
+    particles: int = limited(30, 1, PARTICLES_MAX)
     """Number of particles."""
-    xmin: float | None = None
+    xmin: float | None = limited(None)
     """m: the published map covers at least xmin to xmax, ymin to ymax. All None: only what was seen."""
-    ymin: float | None = None
-    """m"""
-    xmax: float | None = None
-    """m"""
-    ymax: float | None = None
-    """m"""
-    delta: float = 0.05
+    ymin: float | None = limited(None)
+    """m: see xmin."""
+    xmax: float | None = limited(None)
+    """m: see xmin."""
+    ymax: float | None = limited(None)
+    """m: see xmin."""
+    delta: float = limited(0.05, above=0.0)
     """m: size of a cell."""
-    occ_thresh: float = 0.25
+    occ_thresh: float = limited(0.25, 0.0, 1.0)
     """A cell is occupied if more than this share of the beams that met it ended there."""
-    llsamplerange: float = 0.01
-    """m. Without effect, like the next three and as in gmapping; see doc/how_it_works.md."""
-    llsamplestep: float = 0.01
-    """m"""
-    lasamplerange: float = 0.005
-    """rad"""
-    lasamplestep: float = 0.005
-    """rad"""
-    seed: int = 0
+    llsamplerange: float = limited(0.01)
+    """m: without effect, like the next three and as in gmapping; see doc/how_it_works.md."""
+    llsamplestep: float = limited(0.01)
+    """m: without effect, see llsamplerange."""
+    lasamplerange: float = limited(0.005)
+    """rad: without effect, see llsamplerange."""
+    lasamplestep: float = limited(0.005)
+    """rad: without effect, see llsamplerange."""
+    seed: int = limited(0, 0)
     """Seed of everything random: the same seed and scans give the same map."""
-    threads: int = 0
+    threads: int = limited(0, 0)
     """Threads that share the particles; 0: as many as cores are free. The result does not depend on it."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            self._check_number(field.name)
-        self._check_signs()
+        check_limits(self, ParameterError)
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if value is not None:
+                object.__setattr__(self, each.name, int(value) if each.type == "int" else float(value))
         self._check_combinations()
-
-    def _check_number(self, name: builtins.str) -> None:
-        value = getattr(self, name)
-        if value is None and name in OPTIONAL:
-            return
-        is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        infinite = name == "maxRange" and value == math.inf
-        if not is_number or not (infinite or abs(value) <= sys.float_info.max):  # NaN fails this test too
-            raise ParameterError(f"{name} must be a finite number, not {value!r}.")
-        if name in WHOLE:
-            if int(value) != value:
-                raise ParameterError(f"{name} must be a whole number, not {value!r}.")
-            object.__setattr__(self, name, int(value))
-        else:
-            object.__setattr__(self, name, float(value))
-
-    def _check_signs(self) -> None:
-        for name in POSITIVE:
-            value = getattr(self, name)
-            if value is not None and not value > 0.0:
-                raise ParameterError(f"{name} must be greater than 0, not {value}.")
-        for name in (*NOT_NEGATIVE, "iterations", "lskip", "seed", "threads"):
-            if getattr(self, name) < 0:
-                raise ParameterError(f"{name} must be at least 0, not {getattr(self, name)}.")
-        for name in ("particles", "kernelSize"):
-            if getattr(self, name) < 1:
-                raise ParameterError(f"{name} must be at least 1, not {getattr(self, name)}.")
-        for name, most in (("kernelSize", KERNEL_SIZE_MAX), ("particles", PARTICLES_MAX)):
-            if getattr(self, name) > most:
-                raise ParameterError(f"{name} must be at most {most}, not {getattr(self, name):g}.")
-        for name in ("resampleThreshold", "occ_thresh"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ParameterError(f"{name} must be between 0 and 1, not {getattr(self, name)}.")
 
     def _check_combinations(self) -> None:
         if all(getattr(self, side) is None for side in BOX):

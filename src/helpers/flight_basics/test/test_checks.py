@@ -111,6 +111,7 @@ def test_what_keeps_limits_of_one_side_is_taken(given):
         ({"gain": "1"}, "a finite number, not '1'"),
         ({"height": None}, "a finite number, not None"),
         ({"height": 10**400}, f"a finite number, not {10**400}"),
+        ({"reach": 10**400}, f"a finite number, not {10**400}"),  # not even where inf is allowed
         ({"share": -0.1}, "between 0 and 1, not -0.1"),
         ({"share": 1.1}, "between 0 and 1, not 1.1"),
         ({"part": 1.0}, "less than 1, not 1.0"),

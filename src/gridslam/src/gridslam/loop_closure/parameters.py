@@ -2,26 +2,10 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, fields
 
+from flight_basics.checks import check_limits, limited
 from gridslam.errors import ParameterError
-
-NOT_NEGATIVE = (
-    "odometry_m_per_sqrt_m",
-    "odometry_rad_per_sqrt_m",
-    "odometry_rad_per_sqrt_rad",
-    "climb_m_per_sqrt_m",
-    "drift_share",
-)
-SHARES = (
-    "score_min",
-    "overlap_min",
-    "rival_overlap_min",
-    "rival_share_max",
-    "link_share_min",
-    "link_pass_share_min",
-)
 
 
 @dataclass(frozen=True)
@@ -31,123 +15,111 @@ class LoopClosureParameters:
     Raises ParameterError, in one sentence, for values that make no sense alone or together.
     """
 
-    answer_s: float = 0.5
+    answer_s: float = limited(0.5, above=0.0)
     """s: a correction is taken over this long after the scan that led to it, by the scans' stamps."""
-    rest_s: float = 10.0
+    rest_s: float = limited(10.0, above=0.0)
     """s: after so long without a new node, as after a landing, what is pending is decided."""
-    search_every_m: float = 0.5
+    search_every_m: float = limited(0.5, above=0.0)
     """m: search for a revisited place after this much travel."""
-    search_agreed_m: float = 8.0
-    """m: ... or after this much, if the last one was found within correction_min_m of the path."""
-    separation_m: float = 20.0
+    search_agreed_m: float = limited(8.0, above=0.0)
+    """m: search after this much travel if the last place was found within correction_min_m of the path."""
+    separation_m: float = limited(20.0, above=0.0)
     """m: only places at least this far back on the path can be revisited; more than twice stretch_m."""
-    height_band_m: float = 0.5
+    height_band_m: float = limited(0.5, above=0.0)
     """m: a place seen from a height that differs by more is not recognised, because the scans are other
     slices."""
-    place_radius_m: float = 5.0
+    place_radius_m: float = limited(5.0, above=0.0)
     """m: greatest distance of the path from such a place, by the present estimate."""
-    places_max: int = 3
+    places_max: int = limited(3, 1)
     """Greatest number of earlier passes of a place to compare, nearest first."""
-    search_far_m: float = 4.0
+    search_far_m: float = limited(4.0, above=0.0)
     """m: if no place near is found, search as far as the path may be off after this much travel."""
-    stretch_m: float = 8.0
+    stretch_m: float = limited(8.0, above=0.0)
     """m: length of path in a local map."""
-    range_m: float = 15.0
+    range_m: float = limited(15.0, above=0.0)
     """m: beams are used up to here."""
-    resolution_m: float = 0.05
+    resolution_m: float = limited(0.05, above=0.0)
     """m: cells of local maps."""
-    blur_m: float = 0.1
+    blur_m: float = limited(0.1, above=0.0)
     """m: a point this far from a local map's surface fits by exp(-1/2)."""
 
-    window_sigmas: float = 3.0
-    """The search window reaches this many standard deviations of the path since then ..."""
-    window_min_m: float = 1.0
-    """m: ... at least this far ..."""
-    window_max_m: float = 5.0
-    """m: ... and at most this far. The far search has no such limit."""
-    window_max_rad: float = 0.5
-    """rad: the same for the heading."""
+    window_sigmas: float = limited(3.0, above=0.0)
+    """The search window reaches this many standard deviations of the path since the place was passed."""
+    window_min_m: float = limited(1.0, above=0.0)
+    """m: the search window reaches at least this far."""
+    window_max_m: float = limited(5.0, above=0.0)
+    """m: the search window reaches at most this far. The far search has no such limit."""
+    window_max_rad: float = limited(0.5, above=0.0)
+    """rad: the search window reaches at most this far in heading."""
 
-    score_min: float = 0.7
+    score_min: float = limited(0.7, above=0.0, most=1.0)
     """Share of comparisons that must agree in a match; more than this."""
-    overlap_min: float = 0.2
+    overlap_min: float = limited(0.2, above=0.0, most=1.0)
     """Share of the recent local map that must be comparable."""
-    rival_distance_m: float = 0.6
+    rival_distance_m: float = limited(0.6, above=0.0)
     """m: a pose that fits and is this far from the best one is a rival."""
-    rival_overlap_min: float = 0.05
+    rival_overlap_min: float = limited(0.05, above=0.0, most=1.0)
     """For a rival this share is enough, because little of the true place may have been seen again so far."""
-    rival_share_max: float = 0.85
+    rival_share_max: float = limited(0.85, above=0.0, most=1.0)
     """A match is ambiguous when its best rival reaches more than this share of its score."""
-    weakest_sigma_max_m: float = 0.15
+    weakest_sigma_max_m: float = limited(0.15, above=0.0)
     """m: a match is degenerate when its standard deviation in any direction exceeds this."""
-    chi_square_max: float = 11.34
+    chi_square_max: float = limited(11.34, above=0.0)
     """Greatest chi-square of consistent matches: 99 % of a distribution with 3 degrees of freedom."""
-    support_m: float = 16.0
+    support_m: float = limited(16.0, above=0.0)
     """m: a match counts only if another one within this much travel agrees with it. Twice stretch_m: so two
     local maps without common scans may support each other."""
 
-    odometry_m_per_sqrt_m: float = 0.1
+    odometry_m_per_sqrt_m: float = limited(0.1, 0.0)
     """m: odometry's standard deviation along and across after one metre."""
-    odometry_rad_per_sqrt_m: float = 0.1
+    odometry_rad_per_sqrt_m: float = limited(0.1, 0.0)
     """rad: odometry's standard deviation of the heading after one metre."""
-    odometry_rad_per_sqrt_rad: float = 0.2
-    """rad: the same after one radian turned."""
-    climb_m_per_sqrt_m: float = 0.005
+    odometry_rad_per_sqrt_rad: float = limited(0.2, 0.0)
+    """rad: odometry's standard deviation of the heading after one radian turned."""
+    climb_m_per_sqrt_m: float = limited(0.005, 0.0)
     """m: standard deviation of the height by odometry after one metre."""
-    drift_share: float = 0.005
+    drift_share: float = limited(0.005, 0.0)
     """Systematic part of the path's error, besides noise and matching, m per m."""
-    slip_m: float = 10.0
-    """m: odometry's standard deviation along and across where a scan contradicted it (wheels slip) ..."""
-    slip_rad: float = 0.3
-    """rad: ... and that of its heading."""
-    step_share: float = 1.0
+    slip_m: float = limited(10.0, above=0.0)
+    """m: odometry's standard deviation along and across where a scan contradicted it (wheels slip)."""
+    slip_rad: float = limited(0.3, above=0.0)
+    """rad: odometry's standard deviation of the heading where a scan contradicted it."""
+    step_share: float = limited(1.0, above=0.0)
     """Stiffness of steps against closures: their deviations as a share of a single match's."""
-    match_sigma_m: float = 0.03
+    match_sigma_m: float = limited(0.03, above=0.0)
     """m: standard deviation of a matched point from its surface."""
-    match_points: float = 12.0
+    match_points: float = limited(12.0, above=0.0)
     """A match's points count as at most this many independent ones, because their errors are similar."""
-    closure_sigma_m: float = 0.02
-    """m: least standard deviation of a closure ..."""
-    closure_sigma_rad: float = 0.003
-    """rad: ... and of its heading, because local maps are slightly bent."""
-    link_range_m: float = 30.0
+    closure_sigma_m: float = limited(0.02, above=0.0)
+    """m: least standard deviation of a closure."""
+    closure_sigma_rad: float = limited(0.003, above=0.0)
+    """rad: least standard deviation of a closure's heading, because local maps are slightly bent."""
+    link_range_m: float = limited(30.0, above=0.0)
     """m: beams are used up to here to link scans."""
-    link_reach_m: float = 10.0
-    """m: a scan is linked with scans at most this much travel before it ..."""
-    links_back: int = 3
-    """... and with at most this many of them."""
-    link_radius_m: float = 3.0
-    """m: a scan is linked with scans of other passes at most this far away ..."""
-    link_separation_m: float = 10.0
-    """m: ... and at least this much travel before it."""
-    link_gate_m: float = 0.3
-    """m: points farther apart are no pair ..."""
-    link_pass_gate_m: float = 0.8
-    """m: ... nor at the start of a link with a scan of another pass."""
-    link_share_min: float = 0.3
-    """Least share of a scan's points that have a pair in a link ..."""
-    link_pass_share_min: float = 0.5
-    """... and in a link with a scan of another pass."""
-    link_rms_max_m: float = 0.1
+    link_reach_m: float = limited(10.0, above=0.0)
+    """m: a scan is linked with scans at most this much travel before it."""
+    links_back: int = limited(3, 1)
+    """A scan is linked with at most this many of the scans before it."""
+    link_radius_m: float = limited(3.0, above=0.0)
+    """m: a scan is linked with scans of other passes at most this far away."""
+    link_separation_m: float = limited(10.0, above=0.0)
+    """m: a scan is linked with scans of other passes at least this much travel before it."""
+    link_gate_m: float = limited(0.3, above=0.0)
+    """m: points farther apart are no pair."""
+    link_pass_gate_m: float = limited(0.8, above=0.0)
+    """m: the same at the start of a link with a scan of another pass."""
+    link_share_min: float = limited(0.3, above=0.0, most=1.0)
+    """Least share of a scan's points that have a pair in a link."""
+    link_pass_share_min: float = limited(0.5, above=0.0, most=1.0)
+    """The same in a link with a scan of another pass."""
+    link_rms_max_m: float = limited(0.1, above=0.0)
     """m: greatest root mean square of the pairs' distances in a link."""
-    correction_min_m: float = 0.03
+    correction_min_m: float = limited(0.03, above=0.0)
     """m: correct the path if a closure that is new or removed differs from it by more. At the end of the log
     it is corrected in any case."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not number or not abs(value) <= sys.float_info.max:  # NaN fails this test too
-                raise ParameterError(f"{field.name} must be a finite number, not {value!r}.")
-            if field.name in NOT_NEGATIVE:
-                if value < 0.0:
-                    raise ParameterError(f"{field.name} must be at least 0, not {value}.")
-            elif not value > 0.0:
-                raise ParameterError(f"{field.name} must be greater than 0, not {value}.")
-        for name in SHARES:
-            if getattr(self, name) > 1.0:
-                raise ParameterError(f"{name} must be at most 1, not {getattr(self, name)}.")
+        check_limits(self, ParameterError)
         if self.window_min_m > self.window_max_m:
             raise ParameterError(
                 f"window_min_m must be at most window_max_m, but {self.window_min_m} > {self.window_max_m}."

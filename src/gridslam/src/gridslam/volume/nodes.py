@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from gridslam.errors import ParameterError
 from gridslam.volume.clouds import KeptCloud, Pose
 from gridslam.volume.voxel_map import Box
@@ -19,14 +21,15 @@ class NodeSpacing:
         ParameterError: a value is not above 0.
     """
 
-    distance_m: float = 0.25
-    angle_rad: float = float(np.radians(5.0))
-    period_s: float = 1.0
+    distance_m: float = limited(0.25, above=0.0, most=math.inf)
+    """Way of the sensor, m."""
+    angle_rad: float = limited(math.radians(5.0), above=0.0, most=math.inf)
+    """Turn of the sensor, rad."""
+    period_s: float = limited(1.0, above=0.0, most=math.inf)
+    """Time, s."""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not value > 0.0:
-                raise ParameterError(f"{name} between kept clouds must be above 0, not {value}.")
+        check_limits(self, ParameterError, "{} between kept clouds")
 
     def asks_for(self, stamp_s: float, pose: Pose, last: CloudNode | None) -> bool:
         """Return whether a cloud from a sensor's pose in odom is to be kept, given the last one that was."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from gridslam.errors import ParameterError
 from gridslam.volume.kernels.tiles import Model
 
@@ -28,36 +29,21 @@ class VolumeParameters:
         ParameterError: a value makes no sense.
     """
 
-    resolution_m: float = 0.1
-    """Side of a voxel."""
-    max_range_m: float = -1.0
-    """A longer ray is free up to here, and its end does not count; below 0: no ray is too long."""
-    hit: float = 0.7
+    resolution_m: float = limited(0.1, RESOLUTIONS_M[0], RESOLUTIONS_M[1])
+    """Side of a voxel, m. 0.1 suits a hold."""
+    max_range_m: float = limited(-1.0, -math.inf, math.inf)
+    """A longer ray is free up to here, and its end does not count, m. Below 0 no ray is too long."""
+    hit: float = limited(0.7, above=0.5, below=1.0)
     """Probability that a voxel is occupied, given that a ray ends in it."""
-    miss: float = 0.4
+    miss: float = limited(0.4, above=0.0, below=0.5)
     """The same, given that a ray crosses it."""
-    least: float = 0.1192
+    least: float = limited(0.1192, above=0.0, below=0.5)
     """A voxel's probability never falls below this."""
-    greatest: float = 0.971
+    greatest: float = limited(0.971, above=0.5, below=1.0)
     """A voxel's probability never rises above this."""
 
     def __post_init__(self) -> None:
-        low, high = RESOLUTIONS_M
-        if not low <= self.resolution_m <= high:
-            raise ParameterError(
-                f"The resolution must be from {low} to {high} m, not {self.resolution_m}; 0.1 suits a hold."
-            )
-        if math.isnan(self.max_range_m):
-            raise ParameterError("The greatest range must be a number of metres; -1 means none.")
-        if not 0.5 < self.hit < 1.0 or not 0.0 < self.miss < 0.5:
-            raise ParameterError(
-                f"hit must be a probability above 0.5 and miss one below it, not {self.hit} and {self.miss}."
-            )
-        if not 0.0 < self.least < 0.5 < self.greatest < 1.0:
-            raise ParameterError(
-                "The least and greatest probability must be on both sides of 0.5, between 0 and 1, not "
-                f"{self.least} and {self.greatest}."
-            )
+        check_limits(self, ParameterError, "The volume's {}")
 
     @property
     def model(self) -> Model:

@@ -106,7 +106,7 @@ def _demand(each: Field[Any], value: Any) -> str:
         return ""
     least, most, above, below = (each.metadata[name] for name in ("least", "most", "above", "below"))
     is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
-    if not is_number or not abs(value) <= max(sys.float_info.max, most or 0.0):  # NaN fails this test too
+    if not is_number or not (abs(value) <= sys.float_info.max or abs(value) == most):  # NaN fails both
         return "a finite number"
     if each.type == "int" and value != int(value):
         return "a whole number"

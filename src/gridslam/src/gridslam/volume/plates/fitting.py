@@ -7,6 +7,7 @@ from typing import Iterable, NamedTuple
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from gridslam.errors import ParameterError
 from gridslam.volume.kernels.plates import planes_of_cells
 from gridslam.volume.nodes import CloudNode
@@ -21,31 +22,27 @@ SURE = 3
 class PlateParameters:
     """How plates are fitted.
 
-    Attributes:
-        cell: Side of a cell, m. Each plane has one plate in it.
-        reach: Points so far around a cell count for its planes, m.
-        off: Points are at most so far off their plane, m: the noise of lidar and poses.
-        thin: Points seen from about one side are averaged in cubes of this side, m.
-        gap: Plates reach over gaps of this width between points, m.
-        step: Corners of two plates this near are one, m.
-        tries: Planes that are tried for each.
-
     Raises:
         ParameterError: a value out of range.
     """
 
-    cell: float = 0.2
-    reach: float = 0.12
-    off: float = 0.03
-    thin: float = 0.05
-    gap: float = 0.05
-    step: float = 0.05
-    tries: int = 32
+    cell: float = limited(0.2, above=0.0, below=1e4)
+    """Side of a cell, m. Each plane has one plate in it."""
+    reach: float = limited(0.12, above=0.0, below=1e4)
+    """Points so far around a cell count for its planes, m."""
+    off: float = limited(0.03, above=0.0, below=1e4)
+    """Points are at most so far off their plane, m: the noise of lidar and poses."""
+    thin: float = limited(0.05, above=0.0, below=1e4)
+    """Points seen from about one side are averaged in cubes of this side, m."""
+    gap: float = limited(0.05, above=0.0, below=1e4)
+    """Plates reach over gaps of this width between points, m."""
+    step: float = limited(0.05, above=0.0, below=1e4)
+    """Corners of two plates this near are one, m."""
+    tries: int = limited(32, 1, 9999)
+    """Planes that are tried for each."""
 
     def __post_init__(self) -> None:
-        for name in ("cell", "reach", "off", "thin", "gap", "step", "tries"):
-            if not 0.0 < getattr(self, name) < 1e4:
-                raise ParameterError(f"{name} of plates must be above 0, not {getattr(self, name)}.")
+        check_limits(self, ParameterError, "{} of plates")
         if self.reach > self.cell:
             raise ParameterError(
                 f"reach of plates must be at most the cell of {self.cell} m, not {self.reach}."
