@@ -3,7 +3,8 @@
 
 usage: live_parameters.py
 
-A .cfg file names the dataclass in its first sentence: "... are those of NAME." Groups and order are its own.
+A .cfg file names the dataclass in its docstring: "... are those of NAME." Groups and order are its own, and
+so are the lines of what the dataclass has not.
 """
 
 from __future__ import annotations
@@ -18,18 +19,25 @@ from handbook.parameters.sources import Module, Sources
 ROOT = Path(__file__).resolve().parents[1]
 NAMED = re.compile(r"are those of (\w+)")
 ADD = re.compile(r'^(\w+)\.add\("(\w+)", (\w+), 0, "(?:[^"\\]|\\.)*", ([^"]*|".*")\)$', re.M)
+NAMES = {
+    "use_pos_setpoint": "use_position_setpoint",
+    "hover_height": "hover_height_m",
+    "command_timeout": "command_timeout_s",
+    "sor_pgs_iters": "iterations",
+    "sor_pgs_rms_error_tol": "residual_m_s",
+    "contact_surface_layer": "surface_layer_m",
+}
+"""Fields by their names in the .cfg files, where these are not the same: Gazebo's, and the thesis's."""
 
 
 def written(text: str, parameters: dict[str, Parameter]) -> str:
-    """Return the text of a .cfg file with what the parameters of its dataclass say.
-
-    Raises:
-        KeyError: it adds a parameter that the dataclass has not.
-    """
+    """Return the text of a .cfg file with what the parameters of its dataclass say."""
 
     def line(found: re.Match[str]) -> str:
         group, name, kind, numbers = found.groups()
-        each = parameters[name]
+        each = parameters.get(NAMES.get(name, name))
+        if each is None:
+            return found[0]
         values = [each.default, *(each.live or (each.least, each.most))]
         if isinstance(each.default, bool):
             numbers = repr(each.default)

@@ -17,8 +17,10 @@ FILES = live_parameters.config_files()
 
 
 def test_the_files_of_the_tools_are_written_from_dataclasses():
-    names = {"Cepa", "LidarMedianFilter", "PathPlanner", "PositionController", "YawRegulator"}
-    assert names <= {path.stem for path in FILES}
+    names = {"Cepa", "LidarMedianFilter", "MavrosPublisher", "PathPlanner", "Physics", "PositionController"}
+    assert names | {"YawRegulator"} <= {path.stem for path in FILES}
+    added = {name for path in FILES for _, name, *_ in live_parameters.ADD.findall(path.read_text("utf-8"))}
+    assert live_parameters.NAMES.keys() <= added
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)

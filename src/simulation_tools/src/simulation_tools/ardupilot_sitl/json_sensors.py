@@ -12,6 +12,7 @@ from typing import Callable
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.ned_frames import attitude_to_ned, enu_to_ned, flu_to_frd
@@ -35,17 +36,19 @@ NOTHING_MET_M = 1000.0
 class JsonSensorParameters:
     """The noise of gyroscope and accelerometer: standard deviations of white noise.
 
-    accelerometer_limit_m_s2: see `ImpactLimiter`.
+    Raises:
+        SimulationToolsError: a value makes no sense.
     """
 
-    accelerometer_noise_m_s2: float = 0.02
-    gyroscope_noise_rad_s: float = 0.001
-    accelerometer_limit_m_s2: float = 80.0
+    accelerometer_noise_m_s2: float = limited(0.02, 0.0)
+    """Noise of the accelerometer, m/s2."""
+    gyroscope_noise_rad_s: float = limited(0.001, 0.0)
+    """Noise of the gyroscope, rad/s."""
+    accelerometer_limit_m_s2: float = limited(80.0, 0.0)
+    """See `ImpactLimiter`, m/s2."""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not 0.0 <= value < math.inf:
-                raise SimulationToolsError(f"{name} must not be negative, but is {value}.")
+        check_limits(self, SimulationToolsError)
 
 
 class JsonSensors:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.camera.errors import PhotographError
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.geometry import Pose, Vector3, quaternion_from_matrix
@@ -23,27 +24,27 @@ ROLL_MAX_RAD = math.radians(45.0)
 class TiltParameters:
     """The gimbal.
 
-    place_m: of the camera in the UAV's frame. tilt_min, tilt_max: of its axis against the horizon, deg; 90
-    looks straight up. rate: greatest, of each hinge, deg/s.
-
     Raises:
         PhotographError: a value is out of range.
     """
 
     place_m: Vector3 = (0.1, 0.0, -0.05)
-    tilt_min: float = -90.0
-    tilt_max: float = 90.0
-    rate: float = 60.0
+    """Of the camera in the UAV's frame, m."""
+    tilt_min: float = limited(-90.0, -90.0, 90.0)
+    """Least tilt of its axis against the horizon, deg."""
+    tilt_max: float = limited(90.0, -90.0, 90.0)
+    """Greatest tilt of its axis against the horizon, deg. 90 looks straight up."""
+    rate: float = limited(60.0, 0.1, 3600.0)
+    """Greatest rate of each hinge, deg/s."""
 
     def __post_init__(self) -> None:
         if len(self.place_m) != 3 or not all(abs(value) <= 10.0 for value in self.place_m):
             raise PhotographError(f"The camera's place {self.place_m} is not three numbers below 10 m.")
-        if not -90.0 <= self.tilt_min <= self.tilt_max <= 90.0:
+        check_limits(self, PhotographError, "The gimbal's {}")
+        if self.tilt_min > self.tilt_max:
             raise PhotographError(
-                f"The gimbal tilts from {self.tilt_min} to {self.tilt_max} deg; give -90 to 90, least first."
+                f"The gimbal tilts from {self.tilt_min} to {self.tilt_max} deg; give the least first."
             )
-        if not 0.1 <= self.rate <= 3600.0:
-            raise PhotographError(f"The gimbal's rate is {self.rate} deg/s; give 0.1 to 3600.")
 
 
 class BodyState(NamedTuple):

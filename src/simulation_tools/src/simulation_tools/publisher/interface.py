@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Vector3
 from simulation_tools.publisher.families import PX4, Family
@@ -20,87 +20,104 @@ class PublisherError(SimulationToolsError):
 class PublisherParameters:
     """The parameters of the publisher.
 
-    hover_height_m: over the ground at the place of take-off. ground_clearance_m: height of the pose's origin
-    while the UAV stands. command_timeout_s: instead of an older command the UAV hovers.
-    use_position_setpoint: send positions instead of velocities. base_frame: the only frame, besides none, in
-    which velocities are taken.
-
-    ready_distance_m, ready_speed_m_s, ready_time_s: the UAV hovers if it is this close to the hover point
-    and this slow for this time. settled_distance_m, settled_time_s: it also hovers if it is within this
-    greater distance for this longer time, because a drifting estimate may keep it away from its point for
-    ever. climb_gain: during a take-off the setpoint is higher than the hover point by this much for each
-    metre that is missing. PX4 starts with a guess of the hover thrust, so without this gain it would climb
-    the last half metre very slowly.
-
-    hold_speed_m_s: a command of zero brakes a UAV that is faster than this. A slower UAV holds its position
-    instead, because with a velocity of zero it would sink when the hover thrust is wrong.
-
-    retry_period_s: least time between two requests to the flight controller. A request is repeated only if a
-    later state shows that it had no effect, or if no state came for state_patience_s (PX4 sends its state
-    once a second). min_stream_s: setpoints stream for this time before the request for OFFBOARD.
-    stream_gap_s: if no command came for this time, each pose triggers a setpoint, so that the stream never
-    breaks. pose_age_s: if the newest pose is older than a command by more than this, the command waits, see
-    `SetpointPublisher.patience_s`. pose_timeout_s: after this time without a pose MAVROS counts as lost.
-    jump_back_s: if a pose is older than the last one by this much, the clock was reset. wait_report_s:
-    period of the log message that says what the node waits for.
-
-    needs_home: do not arm before the flight controller knows its home position. PX4 knows it as soon as it
-    trusts its position. A vehicle that is armed earlier starts in a failsafe. Without satellites there may
-    never be a home position. needs_vision: the flight controller flies by external poses. If none has gone
-    to it for the usual gap between the last poses, 1.5 times the lateness of the latest but one, and
-    vision_spare_s more, the UAV stops, because it then knows its own speed for a few seconds only. It waits
-    for vision_timeout_least_s at least, and for vision_timeout_s or 1.4 usual gaps at most.
-    in_lockstep: the simulator itself waits for each external pose, but a pose may be heard some gaps later.
-    It stops within brake_time_s, see `Brake`. A fast one takes longer, so that the plan needs at most
-    brake_acceleration_m_s2. The command is brake_speed_m_s at most, because PX4's tilt limit allows no more.
-    A pose that is brake_pose_age_s old has come; the stop cannot wait for decision_delay_s.
-    After vision_landing_s it lands: before PX4 gives up its position, after 5 s (EKF2_NOAID_TOUT).
-    time_is_simulated: commands may wait for their poses, see `SetpointPublisher.patience_s`.
-    awaits_order: stay on the ground until `SetpointPublisher.restart`: somebody tells the height first.
-    family: of the flight controller.
+    Raises:
+        PublisherError: a value makes no sense.
     """
 
-    hover_height_m: float = 2.0
-    ground_clearance_m: float = 0.12
-    command_timeout_s: float = 0.5
+    hover_height_m: float = limited(2.0, above=0.0, live=(0.3, 20.0))
+    """Height over the place of take-off at which the UAV waits for commands, m. It counts at the next
+    take-off.
+    """
+    ground_clearance_m: float = limited(0.12, 0.0)
+    """Height of the pose's origin while the UAV stands, m."""
+    command_timeout_s: float = limited(0.5, above=0.0, live=(0.1, 5.0))
+    """Age at which a command is replaced by hovering on the spot, s."""
     use_position_setpoint: bool = False
+    """Fly to position setpoints instead of velocity setpoints, never both."""
     base_frame: str = "base_frame"
-    ready_distance_m: float = 0.05
-    ready_speed_m_s: float = 0.15
-    ready_time_s: float = 0.5
-    settled_distance_m: float = 0.25
-    settled_time_s: float = 3.0
-    hold_speed_m_s: float = 0.15
-    retry_period_s: float = 0.5
-    state_patience_s: float = 2.0
-    stream_gap_s: float = 0.15
-    min_stream_s: float = 0.1
-    climb_gain: float = 2.0
-    decision_delay_s: float = 0.1
-    pose_age_s: float = 0.07
-    pose_timeout_s: float = 0.5
-    jump_back_s: float = 1.0
-    wait_report_s: float = 10.0
+    """The only frame, besides none, in which velocities are taken."""
+    ready_distance_m: float = limited(0.05, above=0.0)
+    """The UAV hovers if it is this close to the hover point, m, slow, and for `ready_time_s`."""
+    ready_speed_m_s: float = limited(0.15, above=0.0)
+    """The UAV hovers if it is this slow, m/s, near the hover point, and for `ready_time_s`."""
+    ready_time_s: float = limited(0.5, above=0.0)
+    """The UAV hovers if it is near the hover point, and slow, for this time, s."""
+    settled_distance_m: float = limited(0.25, above=0.0)
+    """The UAV also hovers if it is within this greater distance, m, for `settled_time_s`: a drifting estimate
+    may keep it away from its point for ever.
+    """
+    settled_time_s: float = limited(3.0, above=0.0)
+    """The longer time for `settled_distance_m`, s."""
+    hold_speed_m_s: float = limited(0.15, above=0.0)
+    """A command of zero brakes a UAV that is faster than this, m/s. A slower UAV holds its position instead:
+    with a velocity of zero it would sink when the hover thrust is wrong.
+    """
+    retry_period_s: float = limited(0.5, above=0.0)
+    """Least time between two requests to the flight controller, s. A request is repeated only if a later
+    state shows that it had no effect, or if no state came for `state_patience_s`.
+    """
+    state_patience_s: float = limited(2.0, above=0.0)
+    """Time without a state after which a request is repeated, s. PX4 sends its state once a second."""
+    stream_gap_s: float = limited(0.15, above=0.0)
+    """If no command came for this time, s, each pose triggers a setpoint, so that the stream never breaks."""
+    min_stream_s: float = limited(0.1, above=0.0)
+    """Setpoints stream for this time before the request for OFFBOARD, s."""
+    climb_gain: float = limited(2.0, 0.0)
+    """During a take-off the setpoint is higher than the hover point by this much for each metre that is
+    missing. PX4 starts with a guess of the hover thrust, and would else climb the last half metre very
+    slowly.
+    """
+    decision_delay_s: float = limited(0.1, above=0.0)
+    """Decisions are made by the state and the pose of so long ago, s, which have surely arrived."""
+    pose_age_s: float = limited(0.07, above=0.0)
+    """If the newest pose is older than a command by more than this, s, the command waits, see
+    `SetpointPublisher.patience_s`.
+    """
+    pose_timeout_s: float = limited(0.5, above=0.0)
+    """After this time without a pose MAVROS counts as lost, s."""
+    jump_back_s: float = limited(1.0, above=0.0)
+    """If a pose is older than the last one by this much, s, the clock was reset."""
+    wait_report_s: float = limited(10.0, above=0.0)
+    """Period of the log message that says what the node waits for, s."""
     needs_home: bool = True
+    """Do not arm before the flight controller knows its home position. PX4 knows it as soon as it trusts its
+    position. A vehicle that is armed earlier starts in a failsafe. Without satellites there may never be a
+    home position.
+    """
     needs_vision: bool = False
-    vision_timeout_s: float = 0.11
-    vision_timeout_least_s: float = 0.07
-    vision_spare_s: float = 0.015
+    """The flight controller flies by external poses. If none has gone to it for the usual gap between the
+    last poses, 1.5 times the lateness of the latest but one, and `vision_spare_s` more, the UAV stops,
+    because it then knows its own speed for a few seconds only.
+    """
+    vision_timeout_s: float = limited(0.11, above=0.0)
+    """It waits for an external pose for this time, or for 1.4 usual gaps, at most, s."""
+    vision_timeout_least_s: float = limited(0.07, above=0.0)
+    """It waits for an external pose for this time at least, s."""
+    vision_spare_s: float = limited(0.015, above=0.0)
+    """It waits so much longer than the usual gap and lateness of external poses tell, s."""
     in_lockstep: bool = False
-    vision_landing_s: float = 3.0
-    brake_time_s: float = 0.385
-    brake_acceleration_m_s2: float = 6.0
-    brake_pose_age_s: float = 0.04
-    brake_speed_m_s: float = 4.0
+    """The simulator itself waits for each external pose, but a pose may be heard some gaps later."""
+    vision_landing_s: float = limited(3.0, above=0.0)
+    """After this time without external poses it lands, s: before PX4 gives up its position, after 5 s
+    (EKF2_NOAID_TOUT).
+    """
+    brake_time_s: float = limited(0.385, above=0.0)
+    """Without external poses it stops within this time, s, see `Brake`."""
+    brake_acceleration_m_s2: float = limited(6.0, above=0.0)
+    """A fast UAV takes longer to stop, so that the plan needs at most this, m/s2."""
+    brake_pose_age_s: float = limited(0.04, above=0.0)
+    """A pose of this age has come, s: the stop cannot wait for `decision_delay_s`."""
+    brake_speed_m_s: float = limited(4.0, above=0.0)
+    """The command that stops is at most this, m/s, because PX4's tilt limit allows no more."""
     time_is_simulated: bool = False
+    """Commands may wait for their poses, see `SetpointPublisher.patience_s`."""
     awaits_order: bool = False
+    """Stay on the ground until `SetpointPublisher.restart`: somebody tells the height first."""
     family: Family = PX4
+    """Of the flight controller."""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            least = 0.0 if name in ("ground_clearance_m", "climb_gain") else 1e-9
-            if isinstance(value, float) and not least <= value < math.inf:
-                raise PublisherError(f"{name} must be a positive number, got {value}.")
+        check_limits(self, PublisherError)
 
 
 @dataclass(frozen=True)

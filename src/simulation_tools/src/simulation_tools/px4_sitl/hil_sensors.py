@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from pymavlink.dialects.v20 import common
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geodesy import GeodeticOrigin
@@ -27,40 +28,39 @@ _KELVIN = 273.15
 
 @dataclass(frozen=True)
 class HilParameters:
-    """The sensors of a PX4 in the loop.
+    """The sensors of a PX4 in the loop. Noise: standard deviations of white noise.
 
-    origin: where the world's origin lies on earth. magnetic_field_ned_gauss: of the earth there. *_noise:
-    standard deviations of white noise; none may be zero, because PX4 declares a sensor dead if its value
-    stays the same for 100 samples. gps_rate_hz, gps_delay_s: PX4 expects a GPS to be late by EKF2_GPS_DELAY,
-    0.11 s. gnss: False: no GPS is sent. accelerometer_limit_m_s2: see `ImpactLimiter`. PX4's
-    accelerometers measure up to 16 g (157 m/s2) and count a greater sample as clipped. The first of the three
-    even reads it with the opposite sign.
+    No noise may be zero, because PX4 declares a sensor dead if its value stays the same for 100 samples.
+
+    Raises:
+        SimulationToolsError: a value makes no sense.
     """
 
     origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
+    """Where the world's origin lies on earth."""
     magnetic_field_ned_gauss: tuple[float, float, float] = (0.21523, 0.00771, 0.42741)
-    accelerometer_noise_m_s2: float = 0.02
-    accelerometer_limit_m_s2: float = 80.0
-    gyroscope_noise_rad_s: float = 0.001
-    magnetometer_noise_gauss: float = 0.002
-    pressure_noise_pa: float = 1.0
-    gps_rate_hz: float = 20.0
-    gps_delay_s: float = 0.11
+    """Of the earth there."""
+    accelerometer_noise_m_s2: float = limited(0.02, above=0.0)
+    """Noise of the accelerometer, m/s2."""
+    accelerometer_limit_m_s2: float = limited(80.0, above=0.0)
+    """See `ImpactLimiter`, m/s2. PX4's accelerometers measure up to 16 g (157 m/s2) and count a greater
+    sample as clipped. The first of the three even reads it with the opposite sign.
+    """
+    gyroscope_noise_rad_s: float = limited(0.001, above=0.0)
+    """Noise of the gyroscope, rad/s."""
+    magnetometer_noise_gauss: float = limited(0.002, above=0.0)
+    """Noise of the magnetometer, Gauss."""
+    pressure_noise_pa: float = limited(1.0, above=0.0)
+    """Noise of the barometer, Pa."""
+    gps_rate_hz: float = limited(20.0, above=0.0)
+    """Rate of the GPS, Hz."""
+    gps_delay_s: float = limited(0.11, 0.0, 1.0)
+    """Time by which the GPS is late, s. PX4 expects EKF2_GPS_DELAY, 0.11 s."""
     gnss: bool = True
+    """False: no GPS is sent."""
 
     def __post_init__(self) -> None:
-        for name in (
-            "accelerometer_noise_m_s2",
-            "accelerometer_limit_m_s2",
-            "gyroscope_noise_rad_s",
-            "magnetometer_noise_gauss",
-            "pressure_noise_pa",
-            "gps_rate_hz",
-        ):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise SimulationToolsError(f"{name} must be positive, not {getattr(self, name)}.")
-        if not 0.0 <= self.gps_delay_s <= 1.0:
-            raise SimulationToolsError(f"gps_delay_s must be 0 to 1 s, not {self.gps_delay_s}.")
+        check_limits(self, SimulationToolsError)
 
 
 class HilSensors:

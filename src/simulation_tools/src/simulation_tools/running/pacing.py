@@ -7,6 +7,7 @@ import time
 from dataclasses import dataclass
 from typing import Callable
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.running.requests import RunLoopError
 
 FORGIVEN_LAG_S = 0.1
@@ -25,26 +26,23 @@ class WallClock:
 class PacingParameters:
     """How simulated time follows the wall clock.
 
-    real_time_factor: simulated seconds per wall second, 0 = as fast as possible. lockstep: wait after each
-    scan for the setpoint made from it. participants: names of further acknowledgements to wait for.
-    pose_sender: the one that also says whether it has sent an external pose, see `Barrier`; empty: none.
-    lockstep_timeout_s: wall time to wait for the answers to a scan. After it the loop counts a miss and goes
-    on.
+    Raises:
+        RunLoopError: a value makes no sense.
     """
 
-    real_time_factor: float = 1.0
+    real_time_factor: float = limited(1.0, 0.0)
+    """Simulated seconds per wall second. 0: as fast as possible."""
     lockstep: bool = False
+    """Wait after each scan for the setpoint made from it."""
     participants: frozenset[str] = frozenset()
+    """Names of further acknowledgements to wait for."""
     pose_sender: str = ""
-    lockstep_timeout_s: float = 1.0
+    """The participant that also says whether it has sent an external pose, see `Barrier`. Empty: none."""
+    lockstep_timeout_s: float = limited(1.0, above=0.0)
+    """Wall time to wait for the answers to a scan, s. After it the loop counts a miss and goes on."""
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.real_time_factor < float("inf"):
-            raise RunLoopError(
-                f"real_time_factor must be 0 or a positive number, not {self.real_time_factor}."
-            )
-        if not 0.0 < self.lockstep_timeout_s < float("inf"):
-            raise RunLoopError(f"lockstep_timeout_s must be positive, not {self.lockstep_timeout_s}.")
+        check_limits(self, RunLoopError)
 
 
 class Pacer:

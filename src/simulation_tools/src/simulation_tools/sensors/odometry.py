@@ -8,11 +8,12 @@ are exact, as a barometer and an accelerometer would keep them.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from kernel_cache.compiler import njit
 from simulation_tools.compiled_geometry import quaternion_from_rpy, quaternion_multiply, yaw_from_quaternion
 from simulation_tools.errors import SimulationToolsError
@@ -30,31 +31,23 @@ class OdometryError(SimulationToolsError):
 class OdometryParameters:
     """How odometry drifts.
 
-    scale_error: measured way over true way, less one. heading_bias_rad_per_m: measured turn to the left
-    while flying straight. position_noise_m_per_sqrt_m: standard deviation along x and along y after one
-    metre. heading_noise_rad_per_sqrt_m and heading_noise_rad_per_sqrt_rad: standard deviation of the heading
-    after one metre travelled, and after one radian turned.
+    Raises:
+        OdometryError: a value makes no sense.
     """
 
-    scale_error: float = 0.01
-    heading_bias_rad_per_m: float = 0.002
-    position_noise_m_per_sqrt_m: float = 0.02
-    heading_noise_rad_per_sqrt_m: float = 0.01
-    heading_noise_rad_per_sqrt_rad: float = 0.02
+    scale_error: float = limited(0.01, above=-1.0)
+    """Measured way over true way, less one."""
+    heading_bias_rad_per_m: float = limited(0.002)
+    """Measured turn to the left while flying straight, rad per m."""
+    position_noise_m_per_sqrt_m: float = limited(0.02, 0.0)
+    """Standard deviation along x and along y after one metre, m."""
+    heading_noise_rad_per_sqrt_m: float = limited(0.01, 0.0)
+    """Standard deviation of the heading after one metre travelled, rad."""
+    heading_noise_rad_per_sqrt_rad: float = limited(0.02, 0.0)
+    """Standard deviation of the heading after one radian turned, rad."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            if not math.isfinite(getattr(self, field.name)):
-                raise OdometryError(f"The odometry's {field.name} must be a finite number.")
-        if self.scale_error <= -1.0:
-            raise OdometryError(f"The odometry's scale_error must be above -1, not {self.scale_error:g}.")
-        noises = (
-            self.position_noise_m_per_sqrt_m,
-            self.heading_noise_rad_per_sqrt_m,
-            self.heading_noise_rad_per_sqrt_rad,
-        )
-        if min(noises) < 0.0:
-            raise OdometryError("The odometry's noises must not be negative.")
+        check_limits(self, OdometryError, "The odometry's {}")
 
     @classmethod
     def none(cls) -> OdometryParameters:

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Mapping
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geodesy import GeodeticOrigin
 from simulation_tools.geometry import Pose
@@ -38,56 +39,63 @@ WITHOUT_GNSS: Mapping[str, float] = {
 class SimulationParameters:
     """What is simulated.
 
-    world: SDF file. model: the UAV (model://name, bare name, folder or file). lidar: urg, ust, utm, puck,
-    tim, m8 or None for the model as it is. model_path: folders that model:// is looked up in; None:
-    GAZEBO_MODEL_PATH. spawn_pose: where the UAV stands in the world; its lowest point, not its model frame,
-    is at this height. seed: of every random stream.
-    lidar_range_max_m: replaces the lidar's own greatest range when positive. px4_parameters: those that
-    differ from PX4's defaults, by name. time_step_s: of physics and flight controller, whole milliseconds.
-    level_lidar: start with the lidar's gimbal levelling. static_models: models of the world file do not
-    move, even if the file says so; models that are spawned later may. sensors: models of further sensors on
-    the UAV.
-    origin: where the world's origin lies on earth. wind: air streams beside those of the world.
-    lidar_noise_factor: times the noise of the UAV's lidar.
-    estimator: of the flight controller's stand-in: `steady` (the truth with small errors) or `ekf2` (a Kalman
-    filter on simulated sensors). gnss: False: neither GNSS nor compass, as inside a steel hull; the stand-in
-    then flies by external vision, always with `ekf2` (see `WITHOUT_GNSS`).
-    battery: how the model's battery starts; None: it never gets empty, and the flight controller simulates
-    one of its own, as PX4 SITL.
+    Raises:
+        SimulationError: a value makes no sense.
     """
 
     world: str
+    """SDF file."""
     model: str = "iris"
+    """The UAV: model://name, bare name, folder or file."""
     lidar: str | None = "ust"
+    """urg, ust, utm, puck, tim, m8, or None for the model as it is."""
     model_path: tuple[PathLike, ...] | None = None
+    """Folders that model:// is looked up in. None: GAZEBO_MODEL_PATH."""
     spawn_pose: Pose = field(default_factory=Pose.identity)
-    seed: int = 1
+    """Where the UAV stands in the world. Its lowest point, not its model frame, is at this height."""
+    seed: int = limited(1, 0)
+    """Of every random stream."""
     lidar_range_max_m: float = 0.0
+    """Replaces the lidar's own greatest range when positive, m."""
     odometry: OdometryParameters = field(default_factory=OdometryParameters)
+    """How odometry drifts."""
     px4_parameters: Mapping[str, float] = field(default_factory=dict)
+    """Those that differ from PX4's defaults, by name."""
     time_step_s: float = 0.004
+    """Of physics and flight controller, s: whole milliseconds, 1 to 8."""
     gui: bool = False
+    """Show the simulator's own window."""
     level_lidar: bool = False
+    """Start with the lidar's gimbal levelling."""
     static_models: bool = False
+    """Models of the world file do not move, even if the file says so. Models that are spawned later may."""
     sensors: tuple[str, ...] = ()
+    """Models of further sensors on the UAV."""
     origin: GeodeticOrigin = field(default_factory=GeodeticOrigin)
+    """Where the world's origin lies on earth."""
     wind: tuple[AirStream, ...] = ()
-    lidar_noise_factor: float = 1.0
+    """Air streams beside those of the world."""
+    lidar_noise_factor: float = limited(1.0, 0.0)
+    """Times the noise of the UAV's lidar."""
     estimator: str = STEADY
+    """Of the flight controller's stand-in: `steady` (the truth with small errors) or `ekf2` (a Kalman filter
+    on simulated sensors).
+    """
     gnss: bool = True
+    """False: neither GNSS nor compass, as inside a steel hull. The stand-in then flies by external vision,
+    always with `ekf2` (see `WITHOUT_GNSS`).
+    """
     battery: BatteryStart | None = None
+    """How the model's battery starts. None: it never gets empty, and the flight controller simulates one of
+    its own, as PX4 SITL.
+    """
 
     def __post_init__(self) -> None:
         step_us_from(self.time_step_s)
-        if not 0.0 <= self.lidar_noise_factor < math.inf:
-            raise SimulationError(
-                f"lidar_noise_factor must be finite and not negative, but is {self.lidar_noise_factor}."
-            )
+        check_limits(self, SimulationError)
         if self.estimator not in ESTIMATORS:
             known = ", ".join(ESTIMATORS)
             raise SimulationError(f'estimator must be one of {known}, but is "{self.estimator}".')
-        if self.seed < 0:
-            raise SimulationError(f"seed must not be negative, but is {self.seed}.")
 
 
 def step_us_from(time_step_s: float) -> int:

@@ -5,32 +5,32 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.geometry import Vector3
 from simulation_tools.world.engine import WorldError, pybullet
 
 
 @dataclass(frozen=True)
 class ContactSolver:
-    """Parameters of the contact solver; the defaults are PyBullet's. Raises WorldError for bad values.
+    """How contacts and joints are solved; the defaults are PyBullet's.
 
-    iterations: rounds in each step (Gazebo's sor_pgs_iters). residual_m_s: error of a round below which the
-    solver stops early (sor_pgs_rms_error_tol). cfm: constraint force mixing, 0 is hard. erp: error reduction
-    of contacts. surface_layer_m: depth to which bodies at rest sink into each other (contact_surface_layer).
+    Raises:
+        WorldError: a value makes no sense.
     """
 
-    iterations: int = 50
-    residual_m_s: float = 1e-7
-    cfm: float = 0.0
-    erp: float = 0.08
-    surface_layer_m: float = 1e-5
+    iterations: int = limited(50, 1, live=(1, 500))
+    """Rounds of the solver in each step (Gazebo's sor_pgs_iters). More hold high stacks."""
+    residual_m_s: float = limited(1e-7, 0.0, live=(0.0, 1.0))
+    """Error of a round, m/s, below which the solver stops early (sor_pgs_rms_error_tol)."""
+    cfm: float = limited(0.0, 0.0, live=(0.0, 0.01))
+    """Constraint force mixing: softness of contacts. 0 is hard."""
+    erp: float = limited(0.08, 0.0, live=(0.0, 0.8))
+    """Error reduction: how fast bodies that overlap are pushed apart. 0 leaves them as they are."""
+    surface_layer_m: float = limited(1e-5, 0.0, live=(0.0, 0.05))
+    """Depth to which bodies at rest sink into each other, m (contact_surface_layer)."""
 
     def __post_init__(self) -> None:
-        if self.iterations < 1:
-            raise WorldError(f"The solver needs at least 1 iteration, not {self.iterations}.")
-        for name in ("residual_m_s", "cfm", "erp", "surface_layer_m"):
-            value = getattr(self, name)
-            if not 0.0 <= value < math.inf:
-                raise WorldError(f"The solver's {name} must be 0 or a positive number, not {value:g}.")
+        check_limits(self, WorldError, "The solver's {}")
 
 
 class PhysicsSettings:
