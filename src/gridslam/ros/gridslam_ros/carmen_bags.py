@@ -7,6 +7,7 @@ import gzip
 import math
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 from typing import Callable, Sequence
 
@@ -140,9 +141,15 @@ def _write_bag(arguments: argparse.Namespace, target: str) -> str:
     arguments.lidar_pose = arguments.lidar_pose or _lidar_pose(arguments.log)
     if arguments.period is not None and not 0.001 <= arguments.period <= 3600.0:
         raise CarmenError(f"--period {arguments.period:g} is no time from scan to scan: 0.001 to 3600 s.")
-    order = StampOrder(arguments.log)
+    order, others = StampOrder(arguments.log), Counter[str]()
     with open_bag(_part(target), "w") as bag:
-        for record in read_log(arguments.log, arguments.range_max, _left_out(remarks), arguments.period):
+        for record in read_log(
+            arguments.log,
+            arguments.range_max,
+            _left_out(remarks),
+            arguments.period,
+            lambda name: others.update([name]),
+        ):
             if isinstance(record, CarmenScan):
                 order.add(record.stamp_s)
             if not 0.0 <= record.stamp_s < STAMPS_END_S:
@@ -155,10 +162,14 @@ def _write_bag(arguments: argparse.Namespace, target: str) -> str:
                 _write_odometry(bag, record, stamp, arguments)
             counts[type(record)] += 1
     remarks.sum_up()
+    also = ", ".join(f"{count} of {name}" for name, count in others.items())
     if not counts[CarmenScan]:
         raise CarmenError(
             f"{arguments.log} holds no FLASER or ROBOTLASER1 line that can be used; nothing is written."
+            + (f" Its other scans hold no pose, or are of another lidar: {also}." if also else "")
         )
+    if also:
+        remarks.say(f"Only FLASER and ROBOTLASER1 are scans of the bag; these are left out: {also}.")
     os.replace(_part(target), target)
     return f"{counts[CarmenScan]} scans and {counts[CarmenOdometry]} readings of odometry"
 

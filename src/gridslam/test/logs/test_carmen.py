@@ -116,6 +116,36 @@ def test_a_reading_that_is_no_number_is_invalid_and_the_rest_of_the_scan_counts(
     np.testing.assert_array_equal(scan.ranges_m[kept], good.ranges_m[kept])
 
 
+@pytest.mark.parametrize(
+    ("written", "meant"), [("1.#QNAN", math.nan), ("-1.#IND00", math.nan), ("1.#INF00", math.inf)]
+)
+def test_what_microsofts_compiler_writes_is_no_number_or_no_return(tmp_path, written, meant):
+    (scan,) = read_log(log(tmp_path, FLASER.replace("2.50", written)))
+    np.testing.assert_array_equal(scan.ranges_m, [1.0, meant, math.inf])
+
+
+def test_a_robotlaser_without_range_or_increment_has_the_sicks_and_that_of_its_span(tmp_path):
+    line = ROBOTLASER.replace("-1.0 2.0 1.0 30.0", "-1.0 2.0 0.0 0.0")
+    (scan,) = read_log(log(tmp_path, line))
+    assert (scan.range_max_m, scan.angle_increment_rad) == (80.0, 1.0)
+    assert scan.ranges_m.tolist() == [1.0, 2.0, 31.0]
+
+
+@pytest.mark.parametrize("line", [FLASER, ROBOTLASER, ODOM])
+def test_with_a_period_a_message_needs_no_stamp(tmp_path, line):
+    bare = log(tmp_path, " ".join(line.split()[:-3]))
+    (record,) = read_log(bare, period_s=0.5)
+    (whole,) = read_log(log(tmp_path, line), period_s=0.5)
+    assert record.robot_in_odom == whole.robot_in_odom
+
+
+def test_scans_of_other_lidars_are_counted(tmp_path):
+    other = ["RLASER 3 1 1 1", "ROBOTLASER2 0", "RAWLASER1 0", "PARAM laser_x 1", "RLASER", "SYNC x"]
+    said = []
+    assert len(list(read_log(log(tmp_path, FLASER, *other), on_other_lidar=said.append))) == 1
+    assert said == ["RLASER", "ROBOTLASER2", "RAWLASER1", "RLASER"]
+
+
 def test_any_byte_may_stand_in_a_comment(tmp_path):
     path = log(tmp_path, FLASER)
     path.write_bytes("# Universit\xe4t Freiburg\n".encode("latin-1") + path.read_bytes())

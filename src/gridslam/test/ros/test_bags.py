@@ -99,15 +99,25 @@ def test_a_lidar_that_wanders_over_the_robot_is_noticed(tmp_path, capsys):
         (["nothing.log"], "nothing.log cannot be read"),
         (["empty.log"], "no FLASER or ROBOTLASER1"),
         (["broken.log"], "broken.log:1: "),
+        (["raw.log"], "or are of another lidar: 2 of RAWLASER1."),
     ],
 )
 def test_logs_that_make_no_bag(tmp_path, monkeypatch, capsys, argv, words):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "empty.log").write_text("# nothing\n")
     (tmp_path / "broken.log").write_text("FLASER 3 1.0 2.0\n")
+    (tmp_path / "raw.log").write_text("RAWLASER1 0\nRAWLASER1 1\n")
     assert carmen_bags.carmen_to_bag(argv) == 1
     assert words in capsys.readouterr().err
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.log", "empty.log"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["broken.log", "empty.log", "raw.log"]
+
+
+def test_scans_of_another_lidar_are_named(tmp_path, capsys):
+    ending = "0 0 0 0 0 0 {} nohost 0\n"
+    text = f"FLASER 1 2.0 {ending.format(1)}RLASER 1 2.0 {ending.format(2)}"
+    (tmp_path / "a.log").write_text(text)
+    assert carmen_bags.carmen_to_bag([str(tmp_path / "a.log")]) == 0
+    assert "these are left out: 1 of RLASER." in capsys.readouterr().err
 
 
 def test_without_a_name_the_file_is_a_new_one_beside_the_old_one(tmp_path, capsys):

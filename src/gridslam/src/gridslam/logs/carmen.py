@@ -1,7 +1,8 @@
 """Logs of the CARMEN toolkit, the format of the field's classic datasets.
 
 Each line is a message: its name, its numbers, then ipc_timestamp, host name, logger_timestamp. FLASER,
-ROBOTLASER1 and ODOM are read. Other messages (PARAM, SYNC, RLASER, ...) and comments are skipped.
+ROBOTLASER1 and ODOM are read. Other messages (PARAM, SYNC, ...) and comments are skipped; those of other
+lidars (RAWLASER1, RLASER, ROBOTLASER2, ...) can be counted.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import codecs
 import gzip
 import io
 import math
+import re
 import zlib
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,12 +27,17 @@ from gridslam.scan import PlanarScan
 RANGE_MIN_M = 0.02
 """The logs do not give the lidar's least range; a shorter reading is none."""
 RANGE_MAX_M = 80.0
-"""FLASER does not give the lidar's range; this is the SICK LMS's."""
+"""FLASER does not give the lidar's range, nor does a ROBOTLASER1 that says 0; this is the SICK LMS's."""
+NO_STAMP = ["0", "nohost", "0"]
+"""The end of a message, where a log lacks it and its stamps are not used."""
+NOT_A_NUMBER = {"#QNAN": math.nan, "#SNAN": math.nan, "#IND": math.nan, "#INF": math.inf}
+"""What programs of Microsoft's compiler write behind ``1.`` or ``-1.`` for readings that are no numbers."""
 NO_RETURN_BEYOND_M = 1.83
 """The SICK reports 81.83 for no return."""
 STEPS_DEG = {180: 1.0, 181: 1.0, 360: 0.5, 361: 0.5, 401: 0.25, 541: 0.5, 1081: 0.25}
 """Number of readings -> degrees from beam to beam, by CARMEN's convention."""
 
+OF_A_LIDAR = re.compile(r"[A-Z]*LASER\d*(_REMISSION)?")
 GZIP_BEGIN, SNIFFED_BYTES = b"\x1f\x8b", 4096
 BYTE_ORDER_MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
@@ -87,6 +94,7 @@ def read_log(
     range_max_m: float | None = None,
     on_bad: Callable[[CarmenError], None] | None = None,
     period_s: float | None = None,
+    on_other_lidar: Callable[[str], None] | None = None,
 ) -> Iterator[CarmenScan | CarmenOdometry]:
     """Yield the scans and odometry of a log (plain or .gz) in its order.
 
@@ -96,6 +104,7 @@ def read_log(
         on_bad: is told of each line that cannot be understood, which is then left out; None: it is raised.
         period_s: the log's stamps are not used: scans are so many seconds apart, and a reading of odometry
             is half of that after the scan before; None: the stamps are the log's.
+        on_other_lidar: is told the name of each message of a lidar that is skipped.
 
     Raises:
         CarmenError: the file cannot be read, or a line cannot be understood; names both.
@@ -109,7 +118,11 @@ def read_log(
     for number, line in enumerate(_lines(path), start=1):
         words = line.split()
         if not words or words[0] not in readers:
+            if words and on_other_lidar and OF_A_LIDAR.fullmatch(words[0]):
+                on_other_lidar(words[0])
             continue
+        if period_s is not None:
+            words += NO_STAMP  # they count only where the line has none itself
         try:
             record = readers[words[0]](words[1:], range_max_m)
             is_scan = isinstance(record, CarmenScan)
@@ -234,8 +247,12 @@ def _flaser(words: list[str], range_max_m: float | None) -> CarmenScan:
 
 
 def _robot_laser(words: list[str], range_max_m: float | None) -> CarmenScan:
-    _, angle_min_rad, _, angle_increment_rad, greatest_m = _floats(words[:5], 5)
+    _, angle_min_rad, span_rad, angle_increment_rad, greatest_m = _floats(words[:5], 5)
     count = int(words[7])
+    if angle_increment_rad == 0.0 and count > 1:
+        angle_increment_rad = span_rad / (count - 1)
+    if greatest_m <= 0.0:
+        greatest_m = RANGE_MAX_M
     remissions = int(words[8 + count])
     after = 9 + count + remissions
     poses = _floats(words[after : after + 6], 6)
@@ -251,7 +268,7 @@ def _odometry(words: list[str], _range_max_m: float | None) -> CarmenOdometry:
 def _scan(
     readings: list[str], angles: tuple[float, float], range_max_m: float, poses: list[float], stamp: str
 ) -> CarmenScan:
-    ranges_m = np.array([float(reading) for reading in readings])
+    ranges_m = np.array([_reading(word) for word in readings])
     if not ranges_m.size:
         raise ValueError
     ranges_m[ranges_m > range_max_m] = np.inf
@@ -264,6 +281,13 @@ def _scan(
         robot_in_odom=(poses[3], poses[4], poses[5]),
         lidar_in_odom=(poses[0], poses[1], poses[2]),
     )
+
+
+def _reading(word: str) -> float:
+    """Return a reading as a number, which may be infinite or NaN; ValueError if it is none."""
+    if "#" in word:
+        return NOT_A_NUMBER.get(word.lstrip("+-")[2:].rstrip("0").upper(), math.nan)
+    return float(word)
 
 
 def _floats(words: list[str], count: int) -> list[float]:
