@@ -22,6 +22,8 @@ from cepa.steering.inertial_path import NOT_MEASURED, InertialReading
 from cepa.steering.own_motion import OwnState
 from node_tools.conversions import xyz, xyzw
 
+MOST_STEPS_BEHIND = 1.99
+"""Steps of a scan from its last beam to angle_max: fewer than two, less what rounding to 32 bits adds."""
 UNSEEN_INTENSITY = -1.0
 """An intensity that marks a beam as unseen, as lidar_padding does."""
 
@@ -61,15 +63,15 @@ def scan_of(message: LaserScanMessage) -> LaserScan2D:
 def _check_length(message: LaserScanMessage, scan: LaserScan2D) -> None:
     """Compare the number of beams with the angles.
 
-    A full turn may leave out the beam at angle_max, which is that at angle_min. Velodyne's driver does so.
+    The last beam may lie before angle_max, because the step is seldom a whole part of the angle: by up to one
+    step in a scan of pointcloud_to_laserscan, by up to two in one of velodyne_laserscan.
 
     Raises:
         ScanError: they do not agree.
     """
     beams = scan.ranges.size
     steps = (message.angle_max - message.angle_min) / message.angle_increment
-    open_turn = beams == scan.beams_per_turn and abs(steps - beams) < 0.5
-    if not (abs(steps - (beams - 1)) < 0.5 or open_turn):
+    if not -0.5 < steps - (beams - 1) < MOST_STEPS_BEHIND:
         raise ScanError(
             f"The scan has {beams} ranges, but its angles ask for {steps + 1.0:.0f}; check the driver."
         )

@@ -194,6 +194,7 @@ BROKEN_GRAPHS = {
     # scans
     "unknown frame": (with_scan(frame="laser"), ERROR, "/scan", '"laser" is not in TF'),
     "beams missing": (with_scan(ranges=np.ones(3)), ERROR, "/scan", "3 ranges"),
+    "cut off as velodyne_laserscan does": (with_scan(angle_max=1.8), WARNING, "/scan", "make 7 beams"),
     "one beam more": (with_scan(ranges=np.ones(6)), WARNING, "/scan", "make 5 beams"),
     "no increment": (with_scan(angle_increment=0.0), ERROR, "/scan", "0 rad apart"),
     "no angle": (with_scan(angle_min=math.nan), ERROR, "/scan", "no numbers"),

@@ -21,6 +21,8 @@ from inspection_tools.vision_pose import Motion
 from node_tools.conversions import time_of, xyz
 
 GREATEST_SPEED_M_S = 1e6
+MOST_STEPS_BEHIND = 1.99
+"""Steps of a scan from its last beam to angle_max: fewer than two, less what rounding to 32 bits adds."""
 UNSEEN_INTENSITY = -1.0
 """LaserScan.intensities of a beam that nobody has seen: the message has no field of its own for that."""
 
@@ -28,7 +30,8 @@ UNSEEN_INTENSITY = -1.0
 def scan_geometry(scan: LaserScan) -> ScanGeometry:
     """Return the geometry of a sensor_msgs/LaserScan whose array lengths agree with its angles.
 
-    A full turn may lack the beam at angle_max, which equals that at angle_min (Velodyne's driver does this).
+    The last beam may lie before angle_max, because the step is seldom a whole part of the angle: by up to one
+    step in a scan of pointcloud_to_laserscan, by up to two in one of velodyne_laserscan.
 
     Raises:
         ScanError: no beams, impossible angles, or lengths that disagree.
@@ -36,9 +39,7 @@ def scan_geometry(scan: LaserScan) -> ScanGeometry:
     beams = len(scan.ranges)
     geometry = ScanGeometry(beams, scan.angle_min, scan.angle_increment)
     steps = (scan.angle_max - scan.angle_min) / scan.angle_increment
-    fits = abs(steps - (beams - 1)) < 0.5
-    fits_open_turn = geometry.closes_circle and abs(steps - beams) < 0.5
-    if not (fits or fits_open_turn):
+    if not -0.5 < steps - (beams - 1) < MOST_STEPS_BEHIND:
         raise ScanError(
             f"The scan has {beams} ranges, but its angles ask for {steps + 1.0:.0f}; check the driver."
         )

@@ -11,6 +11,8 @@ from doctor.diagnosis import ERROR, NOTE, WARNING, Diagnosis
 from doctor.snapshot import Recording, Scan
 
 REP_117 = "REP-117: -inf is too near, +inf is nothing there, NaN is not a measurement"
+MOST_STEPS_BEHIND = 1.99
+"""Steps of a scan from its last beam to angle_max, at most; see the nodes' conversions."""
 MOSTLY = 0.5
 """A share of the beams that is not by chance."""
 
@@ -39,11 +41,13 @@ def geometry(scan: Scan) -> Iterator[Diagnosis]:
             ERROR, scan.topic, f"has {len(scan.ranges)} beams {scan.angle_increment:g} rad apart", remedy
         )
         return
-    beams = round((scan.angle_max - scan.angle_min) / scan.angle_increment) + 1
-    if beams != len(scan.ranges):
-        what = f"has {len(scan.ranges)} ranges, and its angles make {beams} beams"
-        # Drivers of a full turn often declare one more beam, which repeats the first.
-        yield Diagnosis(WARNING if abs(beams - len(scan.ranges)) == 1 else ERROR, scan.topic, what, remedy)
+    steps = (scan.angle_max - scan.angle_min) / scan.angle_increment
+    behind = steps - (len(scan.ranges) - 1)
+    if not -0.5 <= behind <= 0.5:
+        what = f"has {len(scan.ranges)} ranges, and its angles make {round(steps) + 1} beams"
+        # Drivers often declare up to two more beams: one repeats the first of a full turn, or is cut off.
+        is_usual = -1.5 <= behind < MOST_STEPS_BEHIND
+        yield Diagnosis(WARNING if is_usual else ERROR, scan.topic, what, remedy)
     if not 0.0 <= scan.range_min < scan.range_max:
         what = f"its range_min of {scan.range_min:g} m and range_max of {scan.range_max:g} m leave nothing"
         yield Diagnosis(ERROR, scan.topic, what, remedy)
