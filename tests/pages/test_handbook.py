@@ -87,6 +87,11 @@ def test_what_a_launch_file_sets_is_on_the_nodes_page(parameters):
             ("float", 10.0, "above 0", None, "s"),
         ),  # text below the field
         (
+            ("gridslam", "slam_gridslam"),
+            "throttle_scans",
+            ("int", 1, None, None, ""),
+        ),  # of a second class without a prefix
+        (
             ("gridslam", "slam_octomap"),
             "sensor_model/hit",
             ("float", 0.7, None, None, ""),
@@ -97,6 +102,13 @@ def test_what_a_launch_file_sets_is_on_the_nodes_page(parameters):
 def test_a_row_is_what_the_sources_say(parameters, node, name, expected):
     row = parameters[node][name]
     assert (row.kind, row.default, row.least, row.most, row.unit) == expected
+
+
+def test_each_parameter_has_one_row(parameters):
+    twice = {
+        (node, name) for node, rows in parameters.items() for name in rows if name.strip() != name
+    }  # a name with a space beside it stood below the same name without one
+    assert twice == set()
 
 
 def test_one_text_may_tell_of_several_attributes():

@@ -44,7 +44,8 @@ def _of_node(
     read = readings_of(module, sources)
     found: dict[str, Parameter] = {}
     classes = [(prefix, *known) for prefix, home, name in read.classes if (known := home.find_class(name))]
-    classes += [(prefix, *_named(path, sources)) for prefix, path in own.get("classes", {}).items()]
+    # A YAML map has each key once. So a second class without a prefix stands under " ".
+    classes += [(prefix.strip(), *_named(path, sources)) for prefix, path in own.get("classes", {}).items()]
     for prefix, home, filled in classes:
         for parameter in of_class(home, filled):
             found[prefix + parameter.name] = dataclasses.replace(parameter, name=prefix + parameter.name)
