@@ -39,13 +39,13 @@ class NodeParameters:
     odom_frame: str = "odom"
     """Frame of the odometry."""
     throttle_scans: int = 1
-    """Use one of this many scans."""
+    """SLAM uses one of so many scans."""
     map_update_interval: float = 5.0
-    """s: least time between two maps, by the scans' stamps."""
+    """Least time between two maps, by the stamps of the scans, s."""
     transform_publish_period: float = 0.05
-    """s: least time between two map -> odom; 0: none is published."""
+    """Least time between two transforms map -> odom, s. 0: none is published."""
     tf_delay: float | None = None
-    """s: map -> odom is stamped ahead by this. None: transform_publish_period."""
+    """The stamp of map -> odom is later than its scan by this, s. None: by transform_publish_period."""
     levelling: bool = True
     """Undo the lean of the base frame in the scans."""
     odometry_covariance: bool = False
@@ -55,13 +55,13 @@ class NodeParameters:
     clouds: bool = False
     """Loops are closed by the topic cloud, too: in space, and from any height."""
     floor_z: float = 0.0
-    """m: height of the floor in odom_frame, to drop beams that hit it; NaN: unknown, none is dropped."""
+    """Height of the floor in odom_frame, m. Beams that end on it are left out. NaN means unknown."""
     starting_map: str = ""
     """Path of the YAML file of a starting map; empty: none."""
     starting_pose: tuple = ()
     """x, y in m and yaw in rad of the base in the map at the first scan; empty: as odometry has it."""
     localisation_only: bool = False
-    """The starting map stays as it is."""
+    """SLAM only localises: the starting map, or the saved state's, stays as it is."""
     loop_closure: bool | None = None
     """Find places again and correct the map. None: yes, unless localisation_only."""
     state_file: str = ""
