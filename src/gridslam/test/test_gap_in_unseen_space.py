@@ -21,13 +21,15 @@ def log():
     return drive(scattered_boxes(1, TRUTH), TRUTH, dataclasses.replace(URG, beams=121), seed=1)
 
 
-def test_odometry_bridges_it(log):
+def test_odometry_bridges_it(log, tmp_path):
     # when scans come again only where nothing has been seen yet
     session = SlamSession(SlamParameters(particles=10, threads=1), starting_pose=tuple(TRUTH[0]))
     states, kept = [], [*range(FIRST), *range(LAST, len(TRUTH))]
     for index in kept:
         session.process(log.scans[index], log.odometry[index])
         states.append(session.tracking.state)
+        if index == LAST + 10:
+            session.save(tmp_path / "state")
     session.finish()
     # then the pose is uncertain at first, never lost, and one map goes on, in which the loop is closed
     assert states[FIRST] == "uncertain"
@@ -39,3 +41,8 @@ def test_odometry_bridges_it(log):
     truth = TRUTH[np.searchsorted(log.truth.stamps_s, path.stamps_s)]
     assert np.hypot(*(path.poses_in_map - truth)[:, :2].T).max() < 0.4
     assert error_m(base_in_map(session, log.odometry[-1]), TRUTH[-1]) < 0.2
+    # and the loop joins both parts of the map, which only odometry did before
+    assert session.loose_parts_s() == []
+    begun = SlamSession.load(tmp_path / "state")
+    begun.finish()
+    assert begun.loose_parts_s() == [log.scans[LAST].stamp_s]

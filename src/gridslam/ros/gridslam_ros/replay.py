@@ -41,6 +41,7 @@ from gridslam_ros.parameters import clamped, sort_parameters, without_effect
 from gridslam_ros.remarks import Remarks
 from gridslam_ros.scan_source import ScanSource
 from gridslam_ros.sessions import Sessions
+from gridslam_ros.verdict import Verdict
 from gridslam_ros.volume.bag_volume import BagVolume, VolumeRequest, add_volume_arguments, volume_request
 
 SIDE = (
@@ -184,6 +185,7 @@ class Replay:
         self._online: list[np.ndarray] = []
         self._cpu_s: list[float] = []
         self._first_closure_s: float | None = None
+        self._verdict = Verdict()
 
     def run(self, output: Path) -> None:
         """Map the bag, and write the results into a folder."""
@@ -256,6 +258,8 @@ class Replay:
         map_to_odom = self._session.map_to_odom
         assert map_to_odom is not None  # since the first scan
         self._online.append(se2.compose(map_to_odom, base_in_odom))
+        if self._session.tracking is not None:
+            self._verdict.add(self._session.tracking.state)
         if self._first_closure_s is None and self._session.closures:
             self._first_closure_s = planar.stamp_s
 
@@ -275,6 +279,8 @@ class Replay:
             replace_file(output / "timing.json", json.dumps(figures, indent=2) + "\n")
         except OSError as error:
             raise BagError(f"The results cannot be written to {output}: {reason_of(error)}.") from None
+        for sentence in self._verdict.sentences(figures["loose_parts_s"], self._stamps_s[0]):
+            self._remarks.say(sentence)
         print(
             f"{figures['scans_integrated']} of {figures['scans_read']} scans integrated in {wall_s:.1f} s, "
             f"{figures['cpu_ms_per_integrated_scan']:.2f} ms of CPU each; "
@@ -324,6 +330,8 @@ class Replay:
             "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
             "loops_closed": len(self._session.closures),
             "first_closure_s": self._first_closure_s,
+            "states": self._verdict.shares,
+            "loose_parts_s": self._session.loose_parts_s(),
             "parameters": dataclasses.asdict(self._session.parameters),
             "node_parameters": {name: getattr(self._settings, name) for name in SIDE},
             "machine": f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}",

@@ -187,8 +187,9 @@ def test_waiting_free_space_is_written_once_for_particles_of_one_past(monkeypatc
 
 def test_free_space_waits_if_most_tiles_are_free_and_several_particles_map():
     few = beams_from(np.random.default_rng(5), 30, reach=900.0)
+    half = beams_from(np.random.default_rng(5), 60, reach=250.0)  # 58 % of the tiles are free
     many = beams_from(np.random.default_rng(6), 300)
-    for particles, beams, waits in ((2, few, True), (1, few, False), (2, many, False)):
+    for particles, beams, waits in ((2, few, True), (2, half, True), (1, few, False), (2, many, False)):
         maps = TileMaps(particles, DELTA)
         for _ in range(2):
             maps.insert(np.zeros((particles, 3)), beams)

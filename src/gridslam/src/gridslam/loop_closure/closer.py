@@ -199,6 +199,13 @@ class LoopCloser:
             self.closures = self._stages.closures()
         return correction
 
+    def loose_parts_s(self) -> list[float]:
+        """Return the stamps at which parts of the path begin whose places odometry alone tells.
+
+        Call this after `finish`.
+        """
+        return self._stages.loose_parts_s(self._doubtful)
+
     def state(self) -> CloserState:
         """Return the complete state. It waits for the work at hand, whose result is taken when it is due."""
         pending, work = None, self._work

@@ -18,6 +18,7 @@ from gridslam.loop_closure.local_maps.stretches import LocalMaps
 from gridslam.loop_closure.matches import match
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.alternatives import Alternatives, ScansAround, contradicting_steps
+from gridslam.loop_closure.path.loose_parts import loose_parts
 from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.path.pose_spread import NO_SPREAD, PoseSpread, pose_spread
 from gridslam.loop_closure.path.step_uncertainty import (
@@ -142,6 +143,14 @@ class Stages:
     def closures(self) -> list[Closure]:
         """Return the closures that count. Later matches may outvote one."""
         return [self._closure(self._matches.matches[index]) for index in self._counted]
+
+    def loose_parts_s(self, doubtful: DoubtfulNodes) -> list[float]:
+        """Return the stamps at which parts of the path begin that odometry alone joins with all others."""
+        nodes, path = np.arange(1, len(self._path)), self._path
+        is_open = step_uncertainty(path, self._links.is_spanned(), doubtful, self._parameters).is_open
+        closures = [self._matches.matches[index] for index in self._counted]
+        begins = loose_parts(nodes[is_open].tolist(), [*self._links.edges, *closures], len(path))
+        return path.stamps_s[begins].tolist()
 
     def state(self) -> StagesState:
         """Return what is remembered."""

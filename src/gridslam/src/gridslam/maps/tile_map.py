@@ -36,8 +36,9 @@ NO_HIT = np.zeros(1, bool)
 TABLE_MAX = CELLS_MAX // SIDE**2
 """Greatest number of tiles in one particle's table, because the drawn map has a byte for each cell."""
 
-FREE_SHARE = 0.8
-"""If more than this share of a map's tiles are free space alone, it pays to let them wait."""
+FREE_SHARE = 0.5
+"""If more than this share of a map's tiles are free space alone, it pays to let them wait: most particles die
+out before they get tiles of their own."""
 FAR = 1e12
 """Tiles: farther than any map reaches, but still within whole numbers."""
 
