@@ -28,10 +28,11 @@ class BagChecks:
         self._topic, self._count, self._frames = topic, count, frames
         self._standstill, self._changes = Standstill(), 0
         self._first: tuple[float, float, float] | None = None
-        self._has_moved = False
+        self._has_moved = self._has_met = False
 
     def add(self, scan: PlanarScan, base_in_odom: tuple[float, float, float]) -> None:
         """Take in a scan that is used, with the base in odom."""
+        self._has_met = self._has_met or bool(np.isfinite(scan.ranges_m).any())
         if self._has_moved:
             return
         self._first = self._first or base_in_odom
@@ -53,6 +54,11 @@ class BagChecks:
             )
         if not integrated:
             raise BagError(self._why_nothing())
+        if not self._has_met:
+            raise BagError(
+                f"No beam of the {read} scans has met anything nearer than range_max; check the lidar, and "
+                "whether ranges and range_max are in metres."
+            )
         if not self._has_moved and self._changes >= CHANGES:
             raise BagError(
                 f"Odometry stands still in the whole bag, but the scans change: none of the {read} scans has "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from typing import Callable
 
@@ -11,9 +12,12 @@ from sensor_msgs.msg import LaserScan
 from gridslam import PlanarScan
 from gridslam.inputs.levelling import Levelling
 from gridslam.inputs.scan_watch import ScanWatch
+from gridslam.inputs.turns_watch import TurnsWatch
 from gridslam.mounting_watch import MountingWatch
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 
+EMPTY_MAX = 10
+"""After so many scans in a row without a return, that is told."""
 TURNS = 3
 """Two lidars come in turns if they have changed places this often in twice as many scans."""
 
@@ -40,6 +44,10 @@ class ScanSource:
         self._levelling, self._watch = Levelling(levelling, floor_z_m), ScanWatch()
         self._mounting: dict[str, MountingWatch] = {}
         """By the lidar's frame."""
+        self._in_turns: dict[tuple[str, int], TurnsWatch] = {}
+        """By the lidar's frame and number of beams."""
+        self._empty = 0
+        """Number of scans in a row without a return."""
         self._lidars: deque[tuple[str, int]] = deque(maxlen=2 * TURNS)  # frames and numbers of beams
 
     def planar(self, scan: LaserScan) -> tuple[PlanarScan, tuple[float, float, float]]:
@@ -48,7 +56,7 @@ class ScanSource:
         Raises:
             FrameError: TF does not know where the lidar was.
             ScanError: the scan or its frames make no sense, or no lidar measures such a scan.
-            MountingError: the lidar is upside down, and TF does not tell.
+            MountingError: the lidar is upside down, and TF does not tell, or two lidars have one frame.
         """
         base_in_odom, lidar_in_base = self._frames.look_up(scan)
         ranges_m = np.asarray(scan.ranges)
@@ -62,9 +70,29 @@ class ScanSource:
             self._frames.last_base(scan),
         )
         self._watch_lidar(scan)
+        self._watch_beams(scan, planar)
         self._watch.check(ranges_m, planar, base)
         self._mounting.setdefault(scan.header.frame_id, MountingWatch()).check(planar, base)
+        lidar = (scan.header.frame_id, len(scan.ranges))
+        self._in_turns.setdefault(lidar, TurnsWatch()).check(planar, base)
         return planar, base
+
+    def _watch_beams(self, scan: LaserScan, planar: PlanarScan) -> None:
+        self._empty = 0 if np.isfinite(planar.ranges_m).any() else self._empty + 1
+        if self._empty == EMPTY_MAX:
+            self._say(
+                f"No beam of the last {EMPTY_MAX} scans has met anything nearer than range_max, "
+                f"{scan.range_max:g} m: odometry alone tells the way."
+            )
+        span_rad = scan.angle_max - scan.angle_min
+        if scan.angle_max == 0.0 or not math.isfinite(span_rad):  # some drivers leave it out
+            return
+        told = round(span_rad / scan.angle_increment) + 1
+        if abs(told - len(scan.ranges)) > 1 and len(scan.ranges) > 1:
+            self._say(
+                f"The scan has {len(scan.ranges)} ranges, but angle_min, angle_max and angle_increment tell "
+                f"{told}: one of them is wrong. Mapping takes angle_min and angle_increment."
+            )
 
     def _watch_lidar(self, scan: LaserScan) -> None:
         lidar = (scan.header.frame_id, len(scan.ranges))

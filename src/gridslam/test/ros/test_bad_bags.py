@@ -6,6 +6,7 @@ import numpy as np
 import planar_world
 import pytest
 
+from gridslam import se2
 from gridslam.files.tum import read_tum
 
 rosbag = pytest.importorskip("rosbag", reason="needs ROS")
@@ -44,15 +45,21 @@ def without(index, stamp, base):
     return []
 
 
-def write(path, way, static=(), edges=as_it_is, scans=None, order=None, stamps=stamp_of):
-    """Write a bag: a static edge at most, and scans with ``edges(index, stamp, base)``, in an order."""
+def write(path, way, static=(), edges=as_it_is, scans=None, order=None, stamps=stamp_of, changed=None):
+    """Write a bag: a static edge at most, and scans with ``edges(index, stamp, base)``, in an order.
+
+    changed: changes each scan's message.
+    """
     with rosbag.Bag(str(path), "w") as opened:
         for edge in static:
             opened.write("/tf_static", TFMessage([edge]), stamp_of(0.0))
         for place, index in enumerate(range(len(way.scans)) if order is None else order):
             scan = way.scans[index] if scans is None else scans[index]
             stamp, recorded = stamps(scan.stamp_s), stamp_of(0.5 * place)
-            opened.write("/scan", message_of(scan, stamp, LIDAR.angles_rad), recorded)
+            message = message_of(scan, stamp, LIDAR.angles_rad)
+            if changed is not None:
+                changed(message)
+            opened.write("/scan", message, recorded)
             for edge in edges(index, stamp, way.odometry[index]):
                 opened.write("/tf", TFMessage([edge]), recorded)
     return str(path)
@@ -109,6 +116,65 @@ def swapped(first, second):
 def test_what_lacks_is_named(way, tmp_path, capsys, given, sentence):
     given = {**given, "static": [edge() for edge in given.get("static", [])]}
     assert sentence in refused(write(tmp_path / "bad.bag", way, **given), capsys)
+
+
+def without_a_frame(message):
+    message.header.frame_id = ""
+
+
+def in_degrees(message):
+    message.angle_min, message.angle_increment = np.degrees((message.angle_min, message.angle_increment))
+
+
+def in_millimetres(message):
+    message.ranges = 1e3 * np.array(message.ranges)
+
+
+def with_no_return(message):
+    message.ranges = np.full(len(message.ranges), np.inf)
+
+
+def with_intensities_only(message):
+    message.intensities, message.ranges = message.ranges, []
+
+
+@pytest.mark.parametrize(
+    ("changed", "sentence"),
+    [
+        (without_a_frame, "the scans have no frame_id; the driver must set it"),
+        (in_degrees, "None of the 57 scans on /scan could be used"),
+        (in_millimetres, "whether ranges and range_max are in metres"),
+        (with_no_return, "No beam of the 57 scans has met anything nearer than range_max"),
+        (with_intensities_only, "None of the 57 scans on /scan could be used"),
+    ],
+    ids=lambda value: getattr(value, "__name__", ""),
+)
+def test_scans_that_no_map_can_be_made_of_are_refused(way, tmp_path, capsys, changed, sentence):
+    assert sentence in refused(write(tmp_path / "bad.bag", way, [mounting()], changed=changed), capsys)
+
+
+def test_two_lidars_in_one_frame_are_refused(way, tmp_path, capsys):
+    # given every second scan by a lidar that looks back, in the frame of the one that looks ahead
+    rng, scans = np.random.default_rng(1), list(way.scans)
+    for index in range(1, len(scans), 2):
+        pose = se2.compose(way.truth.poses_in_map[index], np.array((-0.4, 0.0, np.pi)))
+        scans[index] = planar_world.scan_at(planar_world.hold(), pose, LIDAR, rng, scans[index].stamp_s)
+    assert "two lidars send scans in one frame" in refused(
+        write(tmp_path / "two.bag", way, [mounting()], scans=scans), capsys
+    )
+
+
+def with_every_second_range(message):
+    message.angle_max, message.ranges = LIDAR.angles_rad[-1], np.array(message.ranges)[::2]
+
+
+def test_fewer_ranges_than_angles_are_told(way, tmp_path, capsys):
+    bag = write(tmp_path / "half.bag", way, [mounting()], order=range(8), changed=with_every_second_range)
+    replay.main([bag, *FEW])
+    assert (
+        "The scan has 90 ranges, but angle_min, angle_max and angle_increment tell 180"
+        in capsys.readouterr().err
+    )
 
 
 @pytest.mark.parametrize("order", [("odom", "world"), ("world", "odom")])

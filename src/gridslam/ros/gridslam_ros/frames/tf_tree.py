@@ -55,6 +55,8 @@ class TfTree:
         base_root, lidar_root = self.root_of(base_frame), self.root_of(lidar_frame)
         if not self._parents:
             return "no TF has come at all; SLAM needs odometry and the lidar's mounting there"
+        if not lidar_frame:
+            return "the scans have no frame_id; the driver must set it to the lidar's frame in TF"
         if base_root != odom_frame and base_root != base_frame:
             return (
                 f'odometry lacks: "{base_frame}" hangs on "{base_root}", not on "{odom_frame}"; '

@@ -23,6 +23,8 @@ FLOOR_CLEARANCE_M = 0.15
 """A beam that ends less than this (or half the lidar's height) above the floor has hit it."""
 BEYOND_M = 0.05
 """The farthest return of a lidar without a greatest range is so much nearer than the range it gets."""
+TURN_MAX_RAD = 3.0 * math.pi
+"""A scan spans a full turn, or a little more."""
 STEEPEST_RAD = math.radians(45.0)
 """A beam steeper than this sees ceiling or floor, not walls."""
 
@@ -184,6 +186,12 @@ def _check(
         raise ScanError("angle_min and angle_increment of the scan must be finite.")
     if angle_increment_rad == 0.0 and ranges_m.size > 1:
         raise ScanError("angle_increment of the scan is 0, so that all its beams have one direction.")
+    span_rad = abs(angle_increment_rad) * (ranges_m.size - 1)
+    if span_rad > TURN_MAX_RAD:
+        raise ScanError(
+            f"The scan's beams span {span_rad:.0f} rad, more than a full turn; angle_min and angle_increment "
+            "must be in radians."
+        )
     if not 0.0 <= range_min_m < range_max_m:  # NaN fails, too
         raise ScanError(
             f"range_min {range_min_m:g} and range_max {range_max_m:g} of the scan are not 0 <= min < max."

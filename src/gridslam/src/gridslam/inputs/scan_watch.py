@@ -57,7 +57,7 @@ class ScanWatch:
         first, began = self._first
         x, y, yaw = se2.between(began, base)
         has_moved = math.hypot(x, y) > MOVED_M or abs(yaw) > MOVED_RAD
-        if has_moved and _contradicted(first, scan, (x, y, yaw)) > CONTRADICTED:
+        if has_moved and contradicted(first, scan, (x, y, yaw)) > CONTRADICTED:
             raise ScanError(
                 "The same scan comes again, equal in every beam, though odometry has moved by "
                 f"{math.hypot(x, y):.2f} m and {math.degrees(abs(yaw)):.0f} degrees: the lidar or its driver "
@@ -71,7 +71,7 @@ class ScanWatch:
         return has_leapt or not np.array_equal(ranges_m, self._ranges_m, equal_nan=True)
 
 
-def _contradicted(first: PlanarScan, scan: PlanarScan, moved: tuple[float, float, float]) -> float:
+def contradicted(first: PlanarScan, scan: PlanarScan, moved: tuple[float, float, float]) -> float:
     """Return the share of a scan's beams that end where another one, from before the motion, saw through."""
     met = np.isfinite(scan.ranges_m)
     along = scan.angles_rad[met]
