@@ -72,6 +72,12 @@ REFUSED = {
     ),
     "sensors": ("experiment_1", ["sensors:=nose"], "nose"),
     "survey plan": ("inspection", ["plan:=/no/plan.yaml"], "The plan /no/plan.yaml cannot be read: No such"),
+    "settings": (
+        "inspection",
+        ["settings:=/no.yaml"],
+        "The settings of an inspection /no.yaml cannot be read:",
+    ),
+    "a setting": ("inspection", ["width:=640"], "inspection.launch has no argument 'width'; it takes world"),
     "two maps": ("inspection", ["explore:=true", "drawing:=/map.bt"], "leave out plan:= and drawing:=."),
     "package": (
         "experiment_1",

@@ -15,6 +15,8 @@ import yaml
 from flights.exploring.places import HOLD, TANK, place_of
 from flights.flight.parameters import LED_CEPA
 from flights.worlds.scenario import CLOUD_LIDARS
+from inspection.camera.survey_camera import SurveyCamera
+from simulation_tools.camera.optics import CameraOptics
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -178,6 +180,29 @@ def test_an_inspection_explores_unless_it_gets_a_plan_or_a_drawing():
         assert params["/inspect/use_drawing"] is not explores
         assert os.path.normpath(params["/experiment/drawing"]) == os.path.normpath(planned)
         assert params["/inspect/drawing"] == read_at_start
+
+
+@pytest.mark.ros
+def test_the_settings_of_an_inspection_say_the_defaults(tmp_path):
+    """A line that is left out counts as its default, and one that is there counts."""
+    path = ROOT / "src/extensions/flights/launch/inspection.launch"
+    little = tmp_path / "little.yaml"
+    little.write_text("camera: {lamp: 5000.0}\nexperiment: {draft: false}\n")
+    shipped, without = (
+        {key: each.value for key, each in loaded(path, *words).params.items()}
+        for words in ([], [f"settings:={little}"])
+    )
+    assert (shipped["/camera/lamp"], without.pop("/camera/lamp")) == (24000.0, 5000.0)
+    assert (shipped["/experiment/draft"], without.pop("/experiment/draft")) == (True, False)
+    assert {key: shipped[key] for key in without} == without
+    optics, survey = CameraOptics(), SurveyCamera()
+    lens = {"width": optics.width, "height": optics.height, "field_of_view": optics.field_of_view_deg}
+    camera = {**lens, "exposure": optics.exposure_s}
+    assert (survey.width, survey.height, survey.field_of_view) == tuple(lens.values())
+    left_out = {f"/{node}/{name}": value for node in ("camera", "camera_mavlink", "experiment")
+                for name, value in camera.items()}  # fmt: skip
+    left_out |= {"/experiment/search": 20.0, "/camera/lamp": 24000.0, "/experiment/draft": True}
+    assert {key: value for key, value in shipped.items() if key not in without} == left_out
 
 
 @pytest.mark.ros

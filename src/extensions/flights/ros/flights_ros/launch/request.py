@@ -26,7 +26,7 @@ from flights.goal_flight import request as goal_flight
 from flights.launch_arguments import machine_pace, nodding, real_uav, simulator, teleop
 from flights.launch_arguments.results_folder import check_results
 from flights.worlds import scenario
-from flights_ros.launch import cepa_arguments, machine_code, slam_arguments
+from flights_ros.launch import cepa_arguments, inspection_settings, machine_code, slam_arguments
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.launch_check.launch_files import LaunchError, arguments_of
 from simulation_tools_ros import launch_check
@@ -167,7 +167,8 @@ def _inspection(asked: Mapping[str, str]) -> None:
     from flights.inspecting import request as inspection
     from flights.launch_arguments.cepa_parameters import cepa_keeps_m, led_r_lb_m
 
-    inspection.read(asked, cepa_keeps_m({"r_lb": led_r_lb_m(asked)}))
+    settings = inspection_settings.read_file(Path(asked["settings"]))
+    inspection.read({**asked, **settings}, cepa_keeps_m({"r_lb": led_r_lb_m(asked)}))
     slam_arguments.check_file(Path(asked["slam_config"]))
 
 

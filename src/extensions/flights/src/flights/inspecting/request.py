@@ -131,5 +131,6 @@ def _check_plan(path: Path, camera: SurveyCamera) -> None:
     ):
         raise ScenarioError(
             f"{path} is for a camera of {given.width} x {given.height} px and {given.field_of_view:g} deg; "
-            f"give width:={given.width} height:={given.height} field_of_view:={given.field_of_view:g}."
+            f"give settings:=FILE with width: {given.width}, height: {given.height} and "
+            f"field_of_view: {given.field_of_view:g}."
         )
