@@ -150,7 +150,8 @@ def test_a_landing_for_another_battery_is_no_contact_but_a_tree_is(run):
     assert not run.outcome.collision
     run.on_contact(0.0, UAV, TREE, 1.0)  # also one that it stands on: it did not begin there
     assert run.outcome.touched == (TREE,)
-    run.fly_on()
+    run.fly_on(9.0)
+    assert run.outcome.between_s == ((2.0, 9.0),)
     run.on_contact(0.0, UAV, "ground_plane::link::c", 1.0)
     assert run.outcome.touched == (TREE, "ground_plane::link::c")
 

@@ -193,6 +193,26 @@ def test_nothing_is_written_to_a_folder_that_is_sealed(tmp_path):
     assert [path.name for path in folder.path.iterdir()] == ["result.json"]
 
 
+def test_a_landing_for_a_battery_does_not_count_as_clearance(monkeypatch, description):
+    """It stood on the ground of a room: real PX4's explorations told a clearance of 0."""
+    from flights.results import clearance
+
+    monkeypatch.setattr(clearance, "clearances_along", lambda poses, *_, **__: poses[:, :2])
+    monitor, _ = fly_straight(until_s=20.0)
+    for step in range(1000):
+        if step == 100:
+            monitor.land_between()
+        if step == 700:
+            monitor.fly_on()
+        monitor.on_truth(20.0 + 0.01 * step, (20.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0))
+    times_s = clearance.clearances_of_flight(description, monitor.log, monitor.course.outcome)[:, 0]
+    steps = np.diff(times_s)
+    assert np.flatnonzero(steps > 0.02).size == 1
+    assert times_s[[0, -1]] == pytest.approx([10.0, 29.99], abs=0.02)
+    assert times_s[:-1][steps > 0.02] == pytest.approx(20.99, abs=0.02)
+    assert times_s[1:][steps > 0.02] == pytest.approx(27.0, abs=0.02)
+
+
 def test_clearance_along_a_path_past_a_tree(tmp_path, worlds_folder, description):
     """Distance from a UAV to trunks at known places, with its own size from the model."""
     pytest.importorskip("pybullet")

@@ -153,5 +153,5 @@ class ErrandNode(FlightNode):
     def _on_ready(self, message: Bool) -> None:
         super()._on_ready(message)
         if self._stopover.on_ready(message.data):
-            self._monitor.course.fly_on()
+            self._monitor.fly_on()
             self.send_goal()

@@ -60,7 +60,7 @@ class BatterySwap:
             self._take_off(here_m)
         if not self._stopover.on_ready(loop.publisher.ready):
             return False
-        loop.monitor.course.fly_on()
+        loop.monitor.fly_on()
         return True
 
     def _take_off(self, here_m: np.ndarray) -> None:

@@ -80,7 +80,8 @@ class Outcome:
 
     landed: the last landing was good. times_s: start of each phase. failure: None, or a sentence with the
     reason of the failure. touched: the touched obstacles. ground: models that carried the UAV before or after
-    the flight. landing: the last one; None: there was none.
+    the flight. landing: the last one; None: there was none. between_s: each landing between two parts of the
+    flight, from its order until the UAV hovers again.
     """
 
     reached_goal: bool
@@ -91,6 +92,7 @@ class Outcome:
     touched: tuple[str, ...]
     ground: tuple[str, ...] = (GROUND,)
     landing: Landing | None = None
+    between_s: tuple[tuple[float, float], ...] = ()
 
     @property
     def success(self) -> bool:
@@ -109,6 +111,7 @@ class Course:
         """The phase of the run."""
         self.lands_between = False
         """Whether the UAV lands, or stands, between two parts of its flight: see `land_between`."""
+        self._between_s: list[tuple[float, float]] = []
         self._times: dict[Phase, float] = {}
         self._set_by_s = 0.0
         """By how much the clock was set ahead in this phase."""
@@ -153,6 +156,7 @@ class Course:
             touched=self._contacts.touched,
             ground=self._contacts.ground,
             landing=self._landing,
+            between_s=tuple(self._between_s),
         )
 
     def on_ready(self, ready: bool, awaited: str = "the hover") -> None:
@@ -222,11 +226,13 @@ class Course:
     def land_between(self, t_s: float) -> None:
         """The UAV is told to land between two parts: it may touch the ground and disarm."""
         self.lands_between, self._own_descent = True, ""
+        self._between_s.append((t_s, math.inf))
         self._expect_landing(t_s)
 
-    def fly_on(self) -> None:
+    def fly_on(self, t_s: float) -> None:
         """The UAV hovers again after it has landed between two parts."""
         self.lands_between = False
+        self._between_s[-1] = (self._between_s[-1][0], t_s)
 
     def stay_landed(self, t_s: float) -> list[Action]:
         """End the run on the ground, where the UAV has landed between two parts of its flight."""

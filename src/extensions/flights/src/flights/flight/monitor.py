@@ -84,6 +84,10 @@ class Monitor:
         """Note that the UAV is told to land between two parts of its flight."""
         self.course.land_between(self.now_s)
 
+    def fly_on(self) -> None:
+        """Note that the UAV hovers again after it has landed between two parts."""
+        self.course.fly_on(self.now_s)
+
     def stay_landed(self) -> list[Action]:
         """Note that the UAV, which has landed between two parts of its flight, takes off no more."""
         return self._noted(self.course.stay_landed(self.now_s))

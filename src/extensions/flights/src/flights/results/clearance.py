@@ -41,13 +41,16 @@ def clearances_of_flight(
 ) -> np.ndarray:
     """Return (n, 2): time, and distance in m from the UAV to the nearest shape except level ground.
 
-    It is measured along the true path, from sending the goal to landing, in the world of its file.
+    It is measured along the true path, from sending the goal to landing, in the world of its file. A landing
+    between two parts of the flight does not count: the UAV stands on the ground then.
 
     Raises:
         SimulationToolsError: the world or the UAV cannot be loaded.
     """
     start_s, end_s = flight_interval_s(log, outcome)
     poses = log.between(start_s, outcome.times_s.get(Phase.LANDING, end_s))
+    for landed_s, hovers_s in outcome.between_s:
+        poses = poses[(poses[:, 0] < landed_s) | (poses[:, 0] > hovers_s)]
     world, uav = description.scenario.world_path, (description.model, description.lidar)
     return clearances_along(poses, world, uav, ignore=outcome.ground, progress=progress, spacing_m=SPACING_M)
 
