@@ -75,6 +75,18 @@ def test_a_spread_is_drift_until_a_place_is_recognised():
     assert "this part of the map" in displaced.reason_of_drift
 
 
+def test_all_of_the_maps_spread_counts_where_the_pose_was_seen_to_drift_fast():
+    # given a map whose place is known to 0.8 m, and a place that was recognised in it
+    usual, slipped = (SelfCheck().recognised(drift).spread_over(0.0, 0.8) for drift in (0.03, 0.2))
+    assert not usual.is_drifting
+    assert slipped.is_drifting
+    assert "it may be off by 0.8 m" in slipped.reason_of_drift
+    # then it counts until the drift is old: half each 50 m
+    later = slipped.travelled(50.0).recognised().travelled(50.0).recognised()
+    assert later.drift == pytest.approx(0.05)
+    assert not later.is_drifting
+
+
 @pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf")])
 def test_numbers_without_sense_are_refused(value):
     with pytest.raises(StateError, match="make no sense"):

@@ -23,6 +23,10 @@ MAP_SHARE = 0.2
 """In a place that was recognised, the pose is as good as the map there. So this share of the map's own spread
 counts: 0.5 m over a whole building is usual, but several metres tell that a part of the map is displaced.
 """
+DRIFT_MUCH = 0.1
+"""m per m: where closures have told that the pose drifts faster, as after a wheel that slipped, all of the
+map's spread counts. Odometry and scans promise too much there. Usual is 0.03 at most.
+"""
 HALF_LIFE_M = 50.0
 """m: a drift counts half after this much travel on which places were found where they should be."""
 
@@ -57,6 +61,10 @@ class SelfCheck:
             raise StateError("The numbers of the pose's own check make no sense.")
 
     @property
+    def _counted_map_spread_m(self) -> float:
+        return self.map_spread_m * (1.0 if self.drift > DRIFT_MUCH else MAP_SHARE)
+
+    @property
     def expected_m(self) -> float:
         """How far the pose may be off, m."""
         return max(self.open_m, self.drift * self.way_m)
@@ -82,7 +90,7 @@ class SelfCheck:
                 "the scans agree with the map, but scans were missing before it goes on in unseen space: "
                 "there odometry alone tells the way, and no place was recognised since"
             )
-        if MAP_SHARE * self.map_spread_m > self.spread_m:
+        if self._counted_map_spread_m > self.spread_m:
             return (
                 "the scans agree with the map, but no closure tells where this part of the map is; it may be "
                 f"off by {self.map_spread_m:.1f} m"
@@ -122,7 +130,7 @@ class SelfCheck:
             CERTAIN_BELOW_M if was_beyond else UNCERTAIN_FROM_M
             for was_beyond in (self.is_doubted, self.is_drifting)
         )
-        spread_m = max(self.spread_m, MAP_SHARE * self.map_spread_m)
+        spread_m = max(self.spread_m, self._counted_map_spread_m)
         return replace(
             self, is_doubted=self.expected_m > limit_m, is_drifting=self.is_bridged or spread_m > drifted_m
         )
