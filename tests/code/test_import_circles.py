@@ -60,7 +60,7 @@ HELPERS = frozenset(
 )
 MAY_IMPORT: dict[str, frozenset[str]] = {
     **dict.fromkeys(HELPERS, frozenset()),
-    "flight_basics": frozenset({"node_tools"}),
+    "flight_basics": frozenset({"node_tools", "stamp_pairing"}),
     **dict.fromkeys(("simulation_tools", "inspection_tools", "cepa", "gridslam", "exploration"), HELPERS),
     "inspection": HELPERS | {"exploration"},
 }

@@ -7,6 +7,7 @@ setup(
     **generate_distutils_setup(
         packages=[
             "flight_basics",
+            "flight_basics.errand",
             "flight_basics.pose",
             "flight_basics_ros",
         ],

@@ -41,7 +41,7 @@ def master(monkeypatch):
 
 
 def begun():
-    return begun_goal.BegunGoal(SimpleNamespace(received=False))
+    return begun_goal.begun_goal(SimpleNamespace(received=False))
 
 
 def test_a_latched_goal_that_comes_again_is_the_same():
@@ -70,13 +70,13 @@ def test_what_the_goal_s_file_holds_counts():
 
 def test_a_node_that_died_goes_on_with_what_is_flown_and_not_with_what_has_ended():
     first = begun()
-    first.begin("one", home=[1.0, 2.0, 3.0])
-    first.note(reached=2)
+    first.begin("one", {"home": [1.0, 2.0, 3.0]})
+    first.note({"reached": 2})
     again = begun()
     assert again.is_flown("one")
     assert not again.is_flown("two")
     assert not again.had_ended("one")
-    assert (again["home"], again["reached"]) == ([1.0, 2.0, 3.0], 2)
+    assert (again.known["home"], again.known["reached"]) == ([1.0, 2.0, 3.0], 2)
     again.end()
     assert not again.is_flown("one")
     assert not again.had_ended("one")  # its sender may mean it

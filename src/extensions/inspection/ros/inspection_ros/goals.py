@@ -1,23 +1,17 @@
-"""Turns the goals of the action into surveys, and begins them: anew, after a landing, or after a restart."""
+"""Turns the goals of the action into surveys: anew, or with what is left after a landing."""
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 from typing import Callable
 
-import numpy as np
-import rospy
 from exploration_ros.map_feed import MapFeed
-from flight_basics_ros.begun_goal import BegunGoal
-from flight_basics_ros.new_goal import NewGoal
 
 from exploration.energy import EnergyWatch
 from exploration.planning import PathPlanner
 from flight_basics.errors import FlightBasicsError
 from inspection.findings.background import BackgroundSearch, Wanted
 from inspection.flight import Inspection, InspectionParameters
-from inspection.flight.motion import Motion
 from inspection.flight.second_look import SearchState, SecondLook
 from inspection.flight.taken import done_in
 from inspection.flight.viewpoints import is_completed
@@ -34,7 +28,7 @@ FINE_MM = 0.5
 
 
 class SurveyGoals:
-    """Knows the goal that is flown.
+    """Knows the goal that is flown. Its methods are called in the worker's thread, but for `abort`.
 
     Attributes:
         plan: of the goal; None: none has come. album: its photographs. second_look: takes more
@@ -44,15 +38,13 @@ class SurveyGoals:
     def __init__(
         self,
         planner: PathPlanner,
-        planner_lock: threading.Lock,
         feed: MapFeed,
         parameters: InspectionParameters,
-        begun: BegunGoal,
         energy: EnergyWatch | None,
         detector: DetectorLink | None = None,
     ) -> None:
-        self._planner, self._planner_lock, self._feed = planner, planner_lock, feed
-        self._parameters, self._begun, self._energy, self._detector = parameters, begun, energy, detector
+        self._planner, self._feed = planner, feed
+        self._parameters, self._energy, self._detector = parameters, energy, detector
         self._drawings = Drawings(planner.parameters)
         self._name: SurveyName | None = None
         self._inspection: Inspection | None = None
@@ -72,9 +64,8 @@ class SurveyGoals:
         plan = digest_of(goal.plan)  # before it is read: whoever edits it meanwhile gets it read again
         files = files_of(goal, self._parameters)
         prior = self._drawings.prior_of(files.plan)
-        with self._planner_lock:
-            if prior is not self._feed.prior:
-                self._feed.use(prior)
+        if prior is not self._feed.prior:
+            self._feed.use(prior)
         self._name, self.plan = name_of(goal, files.plan.source)._replace(plan=plan), files.plan
         inspection = Inspection(self._planner, files.queue, files.parameters, self._energy)
         self._inspection = inspection
@@ -149,19 +140,3 @@ class SurveyGoals:
         if self.second_look is not None:
             self.second_look.close()
             self.second_look = None
-
-    def begin(self, inspection: Inspection, motion: Motion, new: NewGoal) -> None:
-        """Begin, or go on with what is left. A node that died comes home to the same place.
-
-        Raises:
-            ParameterError: the goal's time makes no sense.
-        """
-        time_max_s = new.goal.time_max or None
-        if self._begun.is_flown(new.identity):
-            home_m = np.array(self._begun["home"])
-            inspection.begin(self._begun["began"], motion.place_m, home_m, time_max_s)
-        else:
-            inspection.begin(motion.time_s, motion.place_m, time_max_s=time_max_s)
-            assert inspection.home_m is not None
-            self._begun.begin(new.identity, home=inspection.home_m.tolist(), began=motion.time_s)
-        rospy.loginfo("The survey begins; photographs to take: %d.", len(inspection.queue.open))

@@ -15,11 +15,13 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from flight_basics.geometry import Quaternion, Vector3, heading_rate, multiply, yaw_of
 from inspection.flight import Inspection, Task
+from inspection.flight.leader import SurveyPose
 from inspection.flight.motion import Motion
 from inspection.flight.slam_path import LevelPose, SlamPath
 from inspection.flight.taken import StampedPose
 from inspection.msg import SurveyFeedback, SurveyResult
 from node_tools.conversions import xyz, xyzw
+from node_tools.conversions import yaw_of as yaw_of_message
 
 OPEN, DONE = ColorRGBA(0.1, 0.4, 1.0, 0.9), ColorRGBA(0.1, 0.7, 0.2, 0.9)
 LEFT, NEXT = ColorRGBA(0.9, 0.1, 0.1, 0.9), ColorRGBA(1.0, 0.6, 0.0, 1.0)
@@ -27,7 +29,7 @@ ARROW_M = 0.6
 SMALL_PX = 648
 
 
-def motion_of(odometry: Odometry, time_s: float, place_m: Vector3, yaw_rad: float) -> Motion:
+def motion_of(odometry: Odometry, time_s: float, place_m: Vector3 | np.ndarray, yaw_rad: float) -> Motion:
     """Return the motion of an odometry whose steady time, place and yaw in the map are these.
 
     A speed or a turn that is no number counts as infinite: a UAV whose motion nobody knows is not at rest.
@@ -37,6 +39,27 @@ def motion_of(odometry: Odometry, time_s: float, place_m: Vector3, yaw_rad: floa
     turn = heading_rate(orientation, xyz(odometry.twist.twist.angular))
     unknown = (math.inf if math.isnan(value) else value for value in (speed, turn))
     return Motion(time_s, np.array(place_m), yaw_rad, *unknown)
+
+
+def survey_pose(
+    odometry: Odometry,
+    place_m: np.ndarray,
+    yaw_rad: float,
+    whole: tuple[Vector3, float],
+    odom_in_map: tuple[Vector3, float] | None,
+) -> SurveyPose:
+    """Return what a survey wants to know of an odometry at a place with a yaw.
+
+    whole: the pose with all of SLAM's correction; the other one, by which the UAV flies, lags behind.
+    odom_in_map: that correction; None: no SLAM.
+    """
+    motion = motion_of(odometry, math.nan, place_m, yaw_rad)
+    correction = None if odom_in_map is None else LevelPose(*odom_in_map)
+    pose = stamped_pose(odometry, *whole, odom_in_map=correction)
+    if correction is None:
+        return SurveyPose(motion, pose, None)
+    position, orientation = odometry.pose.pose.position, odometry.pose.pose.orientation
+    return SurveyPose(motion, pose, LevelPose(xyz(position), yaw_of_message(orientation)))
 
 
 def stamped_pose(

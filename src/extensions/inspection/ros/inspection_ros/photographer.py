@@ -14,7 +14,7 @@ from sensor_msgs.msg import Image
 from inspection.flight import End, Inspection
 from inspection.flight.photograph_queue import Task
 from inspection.flight.slam_path import FollowedRecords, LevelPose, SlamPath
-from inspection.flight.taken import RecentPoses, quality_of, record_of
+from inspection.flight.taken import RecentPoses, StampedPose, quality_of, record_of
 from inspection.photographs.folder import PhotographFolder
 from inspection.photographs.metering import metering
 from inspection.photographs.record import PhotographError, PhotographRecord
@@ -106,6 +106,12 @@ class Photographer:
     def hurry(self) -> None:
         """Wait no longer for pictures than a UAV may that hovers at home: no more is to be taken."""
         self._is_last = True
+
+    def note(self, pose: StampedPose, in_odom: LevelPose | None) -> None:
+        """Note a pose of the UAV with all of SLAM's correction, and in odom, for the records."""
+        self.poses.note(pose)
+        if in_odom is not None:
+            self.records.note(pose.stamp_s, in_odom)
 
     @property
     def is_shooting(self) -> bool:

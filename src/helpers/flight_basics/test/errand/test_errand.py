@@ -1,0 +1,114 @@
+"""What an errand does with its goals, the map and the clock."""
+
+import pytest
+from errand_model import Hands, Kept, pose
+
+from flight_basics.errand import messages as came
+from flight_basics.errand import outputs as out
+from flight_basics.errand.errand import BATTERY_S, FIRST_S, ErrandParameters
+
+PARAMETERS = ErrandParameters("test", "Nothing is flown.", needs_battery=True)
+
+
+def goal(name, content="yes", stamp_s=0.0):
+    return came.Goal(name, content, name, stamp_s)
+
+
+def flying(kept=None):
+    """Fly a goal."""
+    hands = Hands(PARAMETERS, kept=kept)
+    hands.give(pose(10.0))
+    hands.give(came.Battery(10.0, 0.9))
+    hands.give(goal("one", stamp_s=10.0))
+    hands.work_all()
+    assert hands.errand.is_active
+    return hands
+
+
+@pytest.mark.parametrize(
+    ("told", "waits_s", "words"),
+    [
+        ([came.Battery(1.0, 0.9)], FIRST_S, "The place of the UAV is not known yet."),
+        ([pose(1.0)], FIRST_S + BATTERY_S, "The battery has told nothing yet"),
+    ],
+)
+def test_a_goal_waits_for_what_is_missing_and_is_refused_in_the_end(told, waits_s, words):
+    hands = Hands(PARAMETERS)
+    for message in told:
+        hands.give(message)
+    hands.give(goal("one"))
+    hands.wall_s = waits_s - 0.1
+    hands.give(came.Tick())
+    assert hands.finished == []
+    hands.wall_s = waits_s + 0.1
+    hands.give(came.Tick())
+    (finish,) = hands.finished
+    assert finish.end is out.End.ABORTED
+    assert words in finish.words
+
+
+def test_a_goal_that_is_refused_does_not_end_the_one_before_in_its_place():
+    hands = flying()
+    hands.give(goal("two", "no", 11.0))
+    assert [(each.goal.name, each.end) for each in hands.finished] == [("one", out.End.CANCELED)]
+    hands.work_all()
+    assert [(each.goal.name, each.end) for each in hands.finished[1:]] == [("two", out.End.ABORTED)]
+    # And the flight whose goal is over comes home all the same
+    for step in range(5):
+        hands.give(pose(11.0 + step))
+        hands.work_all()
+    assert not hands.errand.is_active
+    assert len(hands.finished) == 2
+
+
+def test_a_goal_that_was_cancelled_while_it_was_read_comes_home_at_once():
+    hands = Hands(PARAMETERS)
+    hands.give(pose(10.0))
+    hands.give(came.Battery(10.0, 0.9))
+    hands.give(goal("one"))
+    hands.give(came.Cancel("one"))
+    hands.work_all()
+    assert hands.leader.end == "aborted"
+
+
+def test_an_older_goal_of_another_sender_does_not_replace_the_newest_unless_the_clock_was_set_back():
+    hands = flying()
+    hands.give(goal("older", stamp_s=9.0))
+    assert [each.goal.name for each in hands.finished] == ["older"]
+    hands.give(pose(-3000.0))
+    hands.give(goal("two", stamp_s=-2999.0))
+    assert [each.goal.name for each in hands.finished] == ["older", "one"]
+    hands.work_all()
+    assert [each.name for each in hands.open] == ["two"]
+
+
+@pytest.mark.parametrize("step_s", [3600.0, -3600.0])
+def test_a_clock_that_is_set_is_no_silence_of_the_map(step_s):
+    hands = flying()
+    hands.give(pose(10.0 + step_s))
+    assert hands.leader.end == ""
+    assert any("clock was set" in each.words for each in hands.told(out.Say))
+    # But a map that tells nothing while the UAV flies is one
+    for tenth in range(120):
+        hands.give(pose(10.0 + step_s + 0.1 * tenth))
+    assert hands.leader.end == "aborted"
+
+
+def test_what_ended_before_a_restart_is_not_flown_again():
+    kept = Kept()
+    hands = flying(kept)
+    hands.give(came.Command("abort"))
+    for step in range(5):
+        hands.give(pose(11.0 + step))
+        hands.work_all()
+    assert [each.end for each in hands.finished] == [out.End.SUCCEEDED]
+    again = Hands(PARAMETERS, kept=kept)
+    again.give(goal("one", stamp_s=10.0))
+    assert again.accepted == []
+
+
+def test_a_single_pose_far_off_is_left_out():
+    hands = flying()
+    hands.give(pose(10.02, (2000.0, 0.0, 2.0)))
+    assert hands.errand.here.place_m.tolist() == [0.0, 0.0, 2.0]
+    assert hands.errand.here.stamp_s == 10.02
