@@ -1,4 +1,4 @@
-"""A landing between two parts of an errand."""
+"""A landing between two parts of an itinerary."""
 
 from flights.exploring.stopover import Stopover
 

@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import pytest
 
 from flights.errors import FlightError
-from flights.exploring.errand import Errand, Next
+from flights.exploring.itinerary import Itinerary, Next
 
-errand_node = pytest.importorskip(
-    "flights_ros.drivers.errand_node", reason="needs the workspace's environment"
+led_flight_node = pytest.importorskip(
+    "flights_ros.drivers.led_flight_node", reason="needs the workspace's environment"
 )
 batteries = pytest.importorskip("flights_ros.drivers.batteries", reason="needs the workspace's environment")
 
@@ -21,11 +21,13 @@ class Part:
 def test_only_a_battery_that_gets_empty_is_swapped(monkeypatch, use_battery, swaps):
     called = []
     parameters = {"/inspect/use_battery": use_battery}
-    monkeypatch.setattr(errand_node.rospy, "get_param", parameters.get)
-    monkeypatch.setattr(errand_node.batteries, "swap", lambda autopilot, _charge: called.append(autopilot))
-    monkeypatch.setattr(errand_node.ErrandNode, "_take_off", lambda _: called.append("take off"))
-    node = object.__new__(errand_node.ErrandNode)
-    node._errand, node._parts, node._follows = Errand(1, 2), [Part], Next.AGAIN
+    monkeypatch.setattr(led_flight_node.rospy, "get_param", parameters.get)
+    monkeypatch.setattr(
+        led_flight_node.batteries, "swap", lambda autopilot, _charge: called.append(autopilot)
+    )
+    monkeypatch.setattr(led_flight_node.LedFlightNode, "_take_off", lambda _: called.append("take off"))
+    node = object.__new__(led_flight_node.LedFlightNode)
+    node._itinerary, node._parts, node._follows = Itinerary(1, 2), [Part], Next.AGAIN
     node._autopilot = "px4"
     node._go_on()
     assert called == [*swaps, "take off"]

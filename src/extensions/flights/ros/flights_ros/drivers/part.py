@@ -1,4 +1,4 @@
-"""A part of an errand: another node flies it, and is asked by an action."""
+"""A part of an itinerary: another node flies it, and is asked by an action."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Flown:
 
 
 class Part(ABC):
-    """A part of an errand.
+    """A part of an itinerary.
 
     Attributes:
         action: name of the action. result_class: of its result, with `end`, `is_home` and `reason`.

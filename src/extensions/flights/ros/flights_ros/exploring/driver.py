@@ -8,14 +8,14 @@ import numpy as np
 import rospy
 
 from flights.exploring.agreement import with_agreement
-from flights.exploring.errand import Errand
+from flights.exploring.itinerary import Itinerary
 from flights.exploring.request import ExploringRequest, read
 from flights.exploring.summary import headline
 from flights.flight.judging.contacts import UavParts
 from flights.flight.monitor import Monitor
 from flights.launch_arguments.cepa_parameters import cepa_keeps_m
 from flights.results.run_files import FlownRun, complete_run, write_numbers
-from flights_ros.drivers.errand_node import ErrandNode
+from flights_ros.drivers.led_flight_node import LedFlightNode
 from flights_ros.drivers.parameters import all_parameters
 from flights_ros.drivers.progress import ProgressLog
 from flights_ros.drivers.run import Run
@@ -44,14 +44,14 @@ def _fly(request: ExploringRequest, lockstep: bool, ending: Ending) -> int:
     monitor = Monitor(request.limits, UavParts.load(request.description.model))
     monitor.log.scan_period_s = SCAN_PERIOD_S
     told_hover_m = request.hover_m if request.is_told else None
-    errand, exploration = Errand(1, request.swaps), ExplorationPart(monitor, request.time_s)
-    run.lead(monitor, lambda: ErrandNode(monitor, errand, (exploration,), lockstep, told_hover_m))
+    itinerary, exploration = Itinerary(1, request.swaps), ExplorationPart(monitor, request.time_s)
+    run.lead(monitor, lambda: LedFlightNode(monitor, itinerary, (exploration,), lockstep, told_hover_m))
     if not run.interrupted:
         save_volume(run.folder)
     description, wall = run.close(request.description, monitor)
     flown: FlownRun = (run.folder, description, monitor.log, monitor.course.outcome)
     explored = exploration.explored
-    numbers = {**write_numbers(*flown, wall), "exploration": figures(explored, errand.swapped[0])}
+    numbers = {**write_numbers(*flown, wall), "exploration": figures(explored, itinerary.swapped[0])}
     run.folder.write_result(numbers)
     run.folder.write_csv("exploration.csv", COLUMNS, explored.known)
     return run.finish(

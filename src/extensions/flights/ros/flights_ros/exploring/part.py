@@ -1,4 +1,4 @@
-"""The exploration as a part of an errand: the node `explore` flies it."""
+"""The exploration as a part of an itinerary: the node `explore` flies it."""
 
 from __future__ import annotations
 

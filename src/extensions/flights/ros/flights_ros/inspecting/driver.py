@@ -11,7 +11,7 @@ import rospy
 
 from flight_basics.errors import FlightBasicsError
 from flights.errors import FlightError
-from flights.exploring.errand import Errand
+from flights.exploring.itinerary import Itinerary
 from flights.flight.judging.contacts import UavParts
 from flights.flight.monitor import Monitor
 from flights.inspecting.coverage import Judged, judge_photographs
@@ -21,7 +21,7 @@ from flights.inspecting.summary import headline
 from flights.inspecting.whole_plan import WholePlanPage
 from flights.launch_arguments.cepa_parameters import cepa_keeps_m
 from flights.results.run_files import FlownRun, complete_run, write_numbers
-from flights_ros.drivers.errand_node import ErrandNode
+from flights_ros.drivers.led_flight_node import LedFlightNode
 from flights_ros.drivers.parameters import all_parameters
 from flights_ros.drivers.part import Flown, Part
 from flights_ros.drivers.progress import ProgressLog
@@ -83,9 +83,9 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     except (FlightBasicsError, SlamError) as error:
         raise FlightError(str(error)) from None
     simulator.unpause()
-    errand = Errand(len(parts), flight.swaps)
+    itinerary = Itinerary(len(parts), flight.swaps)
     told_hover_m = flight.hover_m if flight.is_told else None
-    run.lead(monitor, lambda: ErrandNode(monitor, errand, parts, lockstep, told_hover_m))
+    run.lead(monitor, lambda: LedFlightNode(monitor, itinerary, parts, lockstep, told_hover_m))
     _take_whole_plan(request, survey, page, folder)
     if not run.interrupted:
         save_volume(run.folder)
@@ -93,7 +93,7 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
         _tell_what_is_left(folder, survey.plan, ship_file(request))
     description, wall = run.close(flight.description, monitor)
     flown: FlownRun = (run.folder, description, monitor.log, monitor.course.outcome)
-    numbers = {**write_numbers(*flown, wall), **_figures(request, parts, errand)}
+    numbers = {**write_numbers(*flown, wall), **_figures(request, parts, itinerary)}
     run.folder.write_result(numbers)
     return run.finish(
         numbers,
@@ -209,13 +209,13 @@ def _command(name: str, *arguments: str, before: tuple[str, ...] = ()) -> bool:
     return not done.returncode
 
 
-def _figures(request: InspectingRequest, parts: Sequence[Part], errand: Errand) -> dict[str, Any]:
+def _figures(request: InspectingRequest, parts: Sequence[Part], itinerary: Itinerary) -> dict[str, Any]:
     """Return what the parts told, for result.json."""
     survey = parts[-1]
     assert isinstance(survey, SurveyPart)
     views = 0 if survey.plan is None else len(survey.plan.views)
     told = survey.photographed
-    inspection = survey_figures(told, min(views, request.photographs or views), errand.swapped[-1])
+    inspection = survey_figures(told, min(views, request.photographs or views), itinerary.swapped[-1])
     content: dict[str, Any] = {
         "inspection": {**inspection, "stored": survey.stored},
         "world": str(request.flight.description.scenario.world_path),
@@ -223,7 +223,7 @@ def _figures(request: InspectingRequest, parts: Sequence[Part], errand: Errand) 
     flights = [_row(flown, photographs=photographs) for photographs, flown in told.flights]
     if isinstance(parts[0], ExplorationPart):
         explored = parts[0].explored
-        content["exploration"] = exploration_figures(explored, errand.swapped[0])
+        content["exploration"] = exploration_figures(explored, itinerary.swapped[0])
         flights = [_row(flown, purpose="mapping") for flown in explored.flights] + flights
     return {**content, "flights": flights}
 

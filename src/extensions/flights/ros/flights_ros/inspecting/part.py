@@ -1,4 +1,4 @@
-"""The photographs as a part of an errand: the node `inspect` takes them."""
+"""The photographs as a part of an itinerary: the node `inspect` takes them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lets a closed loop land at home for a full battery and take off again, as the node of an errand does."""
+"""Lets a closed loop land at home for a full battery and take off again, as the node of a led flight does."""
 
 from __future__ import annotations
 

@@ -17,8 +17,8 @@ from exploration.next_view import (
 from exploration.planning import Limits, PathPlanner, PlannerParameters
 from flights.exploring.battery_swap import BatterySwap
 from flights.exploring.drift import Drift
-from flights.exploring.errand import Errand, Next
 from flights.exploring.flown_clouds import FlownClouds
+from flights.exploring.itinerary import Itinerary, Next
 from flights.exploring.volume_of_flight import VolumeOfFlight
 from flights.flight.closed_loop import ClosedLoop
 from flights.flight.course import Phase
@@ -82,7 +82,7 @@ class ExploringFlight:
         self._clouds = FlownClouds(loop, self.volume, "Exploration")
         self._setpoint_m: np.ndarray | None = None
         self._here_m: np.ndarray | None = None
-        self._errand = Errand(1, swaps)
+        self._itinerary = Itinerary(1, swaps)
         self._swap = BatterySwap(loop, self._take_battery, self.volume)
         self._battery_is_due = Due(BATTERY_US)
         self._is_active = self._has_ended = False
@@ -146,7 +146,7 @@ class ExploringFlight:
     def _end(self) -> None:
         """Land: for a full battery, or for good."""
         told = self.exploration.told
-        follows = self._errand.after("" if told.end is None else told.end.value, self.exploration.is_home)
+        follows = self._itinerary.after("" if told.end is None else told.end.value, self.exploration.is_home)
         self._is_active, self._has_ended = False, follows is not Next.AGAIN
         if follows is Next.LOST:
             self._loop.monitor.land_here(f"The UAV did not come home: {told.reason}")
@@ -157,7 +157,7 @@ class ExploringFlight:
 
     def _take_battery(self) -> bool:
         self._note_landing()
-        return self._errand.take_battery()
+        return self._itinerary.take_battery()
 
     def _note_landing(self) -> None:
         told = self.exploration.told

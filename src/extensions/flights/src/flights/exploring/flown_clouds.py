@@ -32,11 +32,11 @@ class FlownClouds:
         FlightError: the UAV has no clouds or flies by GNSS.
     """
 
-    def __init__(self, loop: ClosedLoop, volume: VolumeOfFlight, errand: str) -> None:
-        """errand: its name at the beginning of a sentence."""
+    def __init__(self, loop: ClosedLoop, volume: VolumeOfFlight, name: str) -> None:
+        """name: of what is flown, at the beginning of a sentence."""
         lidars = [sensor for sensor in loop.simulation.payload if isinstance(sensor.device, CloudLidar)]
         if not lidars or loop.own_odometry is None:
-            raise FlightError(f"{errand} needs a lidar with clouds and a flight without GNSS.")
+            raise FlightError(f"{name} needs a lidar with clouds and a flight without GNSS.")
         self._own, self._lidar, self._volume = loop.own_odometry, lidars[0], volume
         in_base = {
             sensor.name: Pose(sensor.mount.pose.rotation, np.array(sensor.mount.pose.position_m))

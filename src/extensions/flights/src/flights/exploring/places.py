@@ -60,7 +60,7 @@ TANK_CEPA = replace(
     body_above=0.05,
     response_error=0.2,
 )
-"""As errand.launch has it for this radius."""
+"""As led_flight.launch has it for this radius."""
 TANK_UAV = Uav("small_quad", "qt64", cepa=TANK_CEPA)
 TANK_PLANNER = PlannerParameters(
     radius=TANK_RADIUS_M, margin=0.0, comfort=0.2, preference=3.0, closed_radius=0.5

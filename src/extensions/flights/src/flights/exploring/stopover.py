@@ -1,4 +1,4 @@
-"""A landing at home between two parts of an errand: for a full battery, or for what the next part needs."""
+"""A landing at home between two parts of an itinerary: for a full battery, or for what the next one needs."""
 
 from __future__ import annotations
 

@@ -17,9 +17,9 @@ from exploration.energy import EnergyWatch
 from exploration.planning import PathPlanner, PlannerParameters
 from flight_basics.geometry import heading_rate
 from flights.exploring.battery_swap import BatterySwap
-from flights.exploring.errand import Errand, Next
 from flights.exploring.flight import BATTERY_US
 from flights.exploring.flown_clouds import FlownClouds
+from flights.exploring.itinerary import Itinerary, Next
 from flights.exploring.volume_of_flight import VolumeOfFlight
 from flights.flight.closed_loop import ClosedLoop
 from flights.flight.course import Phase
@@ -131,7 +131,7 @@ class InspectingFlight:
         self.inspection = Inspection(self.volume.planner, queue, parameters.for_plan(plan), energy)
         self._supplement, self._rounds = supplement, ROUNDS
         self.inspection.awaits = supplement is not None
-        self._errand = Errand(1, swaps)
+        self._itinerary = Itinerary(1, swaps)
         self._swap = BatterySwap(loop, self._take_battery, self.volume)
         self._energy, self._battery_is_due = energy, Due(BATTERY_US)
         self._gimbal, self._supplemented = TiltGimbal(), 0
@@ -162,7 +162,7 @@ class InspectingFlight:
 
     def _take_battery(self) -> bool:
         self.landed_at.append(self._charge)
-        return self._errand.take_battery()
+        return self._itinerary.take_battery()
 
     def _hold_camera(self, output: StepOutput) -> None:
         truth = output.ground_truth
@@ -228,7 +228,7 @@ class InspectingFlight:
         told = self.photographed
         before = sum(each.photographs for each in told.flights)
         told.flights.append(FlightOnBattery(self._began_s, now_s, len(told.true) - before, self._charge))
-        follows = self._errand.after(self.inspection.end.value, self.inspection.is_home)
+        follows = self._itinerary.after(self.inspection.end.value, self.inspection.is_home)
         if follows is Next.AGAIN:
             self._swap.begin()
         elif follows is Next.LOST:

@@ -28,7 +28,7 @@ def _given_m(parameters: Mapping[str, Any], name: str, default: float) -> float:
 
 
 def led_r_lb_m(asked: Mapping[str, Any]) -> float:
-    """Return r_lb as errand.launch sets it for the argument `radius`; raises ScenarioError."""
+    """Return r_lb as led_flight.launch sets it for the argument `radius`; raises ScenarioError."""
     radius_m = scenario.number("radius", asked.get("radius", 0.35), *RADII_M)
     return radius_m + (0.02 if radius_m < 0.3 else 0.15)
 

@@ -16,7 +16,7 @@ from std_msgs.msg import Bool
 
 from flight_basics.errors import FlightBasicsError
 from flights.errors import FlightError, FlightsError
-from flights.exploring.errand import Errand, Next
+from flights.exploring.itinerary import Itinerary, Next
 from flights.exploring.stopover import Stopover
 from flights.flight.monitor import Monitor
 from flights.flight.take_off import USUAL_HOVER_M
@@ -34,7 +34,7 @@ WHY = {
 }
 
 
-class ErrandNode(FlightNode):
+class LedFlightNode(FlightNode):
     """Lets other nodes fly one part after the other, with fresh batteries between.
 
     Subscribes, besides every `FlightNode`'s topics: the result of each part.
@@ -45,13 +45,13 @@ class ErrandNode(FlightNode):
     def __init__(
         self,
         monitor: Monitor,
-        errand: Errand,
+        itinerary: Itinerary,
         parts: Sequence[Part],
         lockstep: bool,
         hover_m: float | None = None,
     ) -> None:
         """hover_m: mavros_publisher waits until it is told to take off to this height; None: it does not."""
-        self._errand, self._parts = errand, parts
+        self._itinerary, self._parts = itinerary, parts
         self._stopover, self._follows = Stopover(), Next.AGAIN
         self._began, self._charge = (math.nan, math.nan), math.nan
         self._autopilot = str(rospy.get_param("/gazebo/autopilot", "standin"))
@@ -71,7 +71,7 @@ class ErrandNode(FlightNode):
     def send_goal(self) -> None:
         """Begin the part, or go on with it."""
         self._began = self._monitor.now_s, self._charge
-        self._parts[self._errand.part].send_goal()
+        self._parts[self._itinerary.part].send_goal()
 
     def _on_battery(self, message: BatteryState) -> None:
         super()._on_battery(message)
@@ -79,13 +79,13 @@ class ErrandNode(FlightNode):
 
     def _on_result(self, part: Part, message: Any) -> Iterable[Enum]:
         """Take the result of an action: land between, or end the flight."""
-        if part is not self._parts[self._errand.part]:
+        if part is not self._parts[self._itinerary.part]:
             return ()
         if message.status.status != GoalStatus.SUCCEEDED:
             return self._monitor.abort(f"The flight was refused: {message.status.text}")
         result, (began_s, began_charge) = message.result, self._began
         part.note(result, Flown(began_s, self._monitor.now_s, began_charge, self._charge))
-        follows = self._errand.after(result.end, result.is_home)
+        follows = self._itinerary.after(result.end, result.is_home)
         if follows is Next.LOST:
             self._monitor.land_here(f"The UAV did not come home: {result.reason}")
         elif follows is Next.OVER:
@@ -110,7 +110,7 @@ class ErrandNode(FlightNode):
         if self._follows is not Next.AGAIN and not self._prepare():
             return
         try:
-            if self._has_battery() and self._errand.take_battery():
+            if self._has_battery() and self._itinerary.take_battery():
                 batteries.swap(self._autopilot, lambda: self._charge)
             self._take_off()
         except FlightError as error:
@@ -118,11 +118,11 @@ class ErrandNode(FlightNode):
 
     def _has_battery(self) -> bool:
         """Return whether the UAV flies by a battery. With an endless one there is none to swap."""
-        return bool(rospy.get_param(f"{self._parts[self._errand.part].node}/use_battery", True))
+        return bool(rospy.get_param(f"{self._parts[self._itinerary.part].node}/use_battery", True))
 
     def _take_off(self) -> None:
         """Take off again; raises FlightError."""
-        node = self._parts[self._errand.part].node
+        node = self._parts[self._itinerary.part].node
         height_m = take_off_again(node, self._hover_m, self._ground_clearance_m)
         rospy.loginfo("The UAV takes off again, to %.1f m.", height_m)
         self._stopover.take_off()
@@ -135,7 +135,7 @@ class ErrandNode(FlightNode):
         """Return whether the next part can be flown. Simulated time passes slowly meanwhile."""
         pace = float(rospy.get_param("/gazebo/real_time_factor", 1.0))  # before it changes
         slow_down()
-        part = self._parts[self._errand.part]
+        part = self._parts[self._itinerary.part]
         try:
             if self._follows is not Next.WHEN_READY:
                 part.prepare()

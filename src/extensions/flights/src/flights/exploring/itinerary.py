@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Next(Enum):
-    """What the UAV does when a part of its errand has ended."""
+    """What the UAV does when a part of its itinerary has ended."""
 
     AGAIN = "it lands for a full battery, and goes on with the same part"
     WHEN_READY = "it lands, waits until the same part can go on, and goes on with that"
@@ -15,7 +15,7 @@ class Next(Enum):
     LOST = "it lands where it is"
 
 
-class Errand:
+class Itinerary:
     """Parts of a flight, one after the other, with fresh batteries between.
 
     Args:
