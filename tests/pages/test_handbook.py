@@ -104,6 +104,20 @@ def test_a_row_is_what_the_sources_say(parameters, node, name, expected):
     assert (row.kind, row.default, row.least, row.most, row.unit) == expected
 
 
+@pytest.mark.parametrize(
+    ("sentence", "expected"),
+    [
+        ("m: length of a leg.", "| m | Length of a leg. |"),
+        ("Length of a leg, m.", "| m | Length of a leg, m. |"),
+        ("x of the start in m: of its base.", "| m | x of the start in m: of its base. |"),
+    ],
+)
+def test_a_unit_before_a_sentence_stands_in_its_column_only(sentence, expected):
+    node = {"leg": Parameter("leg", "float", 2.0, sentence=sentence)}
+    ((_, page),) = tables.pages({("package", "node"): node})
+    assert expected in page
+
+
 def test_each_parameter_has_one_row(parameters):
     twice = {
         (node, name) for node, rows in parameters.items() for name in rows if name.strip() != name

@@ -123,13 +123,19 @@ def pages(parameters: dict[NODE, dict[str, Parameter]]) -> Iterator[tuple[Path, 
         yield FOLDER / f"{package}.md", text
 
 
+def _told(parameter: Parameter) -> str:
+    """Return what the parameter does. A unit that stands before the sentence has a column of its own."""
+    text = parameter.sentence.removeprefix(f"{parameter.unit}: ")
+    return text if text == parameter.sentence else text[:1].upper() + text[1:]
+
+
 def _row(parameter: Parameter) -> str:
     live = " *Live.*" if parameter.is_live else ""
     cells = (
         f"`{parameter.name}`",
         f"`{shown(parameter.default)}`" if parameter.default is not None else "",
         parameter.unit,
-        parameter.sentence.replace("|", "\\|") + live,
+        _told(parameter).replace("|", "\\|") + live,
         shown(parameter.least),
         shown(parameter.most),
         parameter.kind,
