@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import threading
-from typing import Any, Sequence
+from typing import Any, Callable, Sequence
 
 import rospy
 from dynamic_reconfigure.msg import Config, DoubleParameter
@@ -23,6 +23,10 @@ from simulation_tools.geometry import Pose
 SERVICE_PATIENCE_S = 20.0
 SLOW = 0.1
 """Real-time factor after a flight."""
+MAVROS_WAITS = "/mavros/conn/timeout"
+"""Real MAVROS's parameter: wall time without a heartbeat until the connection counts as lost, s."""
+HEARTBEATS = 3.0
+"""In this time, 1 s of simulated time apart. One may be late."""
 
 
 class SimulatorServices:
@@ -56,16 +60,27 @@ def slow_down() -> None:
 
     If time stood still, MAVROS would miss heartbeats.
     """
-    set_pace(SLOW)
+    _ask(lambda: slow_pace(rospy.get_param(MAVROS_WAITS, None)))
+
+
+def slow_pace(mavros_waits_s: float | None) -> float:
+    """Return the real-time factor at which enough heartbeats come.
+
+    mavros_waits_s: wall time in which real MAVROS must get one; None: this is our stand-in.
+    """
+    return SLOW if mavros_waits_s is None else min(max(SLOW, HEARTBEATS / max(mavros_waits_s, 0.001)), 1.0)
 
 
 def set_pace(real_time_factor: float) -> None:
     """Set the simulator's pace. One that hangs or is gone is not waited for."""
+    _ask(lambda: real_time_factor)
 
+
+def _ask(pace: Callable[[], float]) -> None:
     def ask() -> None:
-        pace = Config(doubles=[DoubleParameter("real_time_factor", real_time_factor)])
-        with contextlib.suppress(rospy.ServiceException, rospy.ROSException):
-            ServiceCall("gazebo/set_parameters", Reconfigure)(pace)
+        with contextlib.suppress(rospy.ServiceException, rospy.ROSException, OSError):
+            asked = Config(doubles=[DoubleParameter("real_time_factor", pace())])
+            ServiceCall("gazebo/set_parameters", Reconfigure)(asked)
 
     threading.Thread(target=ask, name="set_pace", daemon=True).start()
 
