@@ -44,6 +44,21 @@ def test_no_thin_dark_line(light):
     assert not is_thin(line_through(ROW, light), PARAMETERS)
 
 
+def toe(unlike, bent_px):
+    """A line of the depth 0.3 between two surfaces, one of which is brighter by a multiple of that depth."""
+    y, x = np.mgrid[:100, :200]
+    off = y - 50.0 - bent_px * np.sin(2.0 * np.pi * x / 200.0)
+    light = np.where(off > 0.0, 1.0 + 0.3 * unlike, 1.0) - 0.3 * np.exp(-0.5 * (off / 1.5) ** 2)
+    return line_through(
+        np.argwhere(np.abs(off[:, 20:180]) < 1.0)[:, ::-1] + (20, 0), light.astype(np.float32)
+    )
+
+
+@pytest.mark.parametrize(("unlike", "bent_px", "is_crack"), [(0.4, 0, False), (0.4, 4, True), (0.1, 0, True)])
+def test_the_toe_of_a_weld_is_straight_between_two_surfaces(unlike, bent_px, is_crack):
+    assert is_thin(toe(unlike, bent_px), PARAMETERS) is is_crack
+
+
 def test_pieces_that_go_on_in_each_other_are_one():
     first, second, beside = ROW[:60], ROW[80:], ROW[80:] + np.array((0, 25))
     joined = pieces_joined([first, second, beside])

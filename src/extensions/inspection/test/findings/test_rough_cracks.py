@@ -11,6 +11,7 @@ from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.candidates import candidates_in
 from inspection.findings.picture.kernels import ridge_strength
 from inspection.findings.picture.ridges import STRONG, ridges_above_usual
+from inspection.findings.picture.rough_cracks import ridge_of, two_sided
 
 PARAMETERS = FindingParameters()
 SIDE = 320
@@ -102,3 +103,38 @@ def test_a_joint_is_none():
 def test_a_plain_surface_has_no_ridge():
     light = np.full((100, 120), 0.4, np.float32) * (1.0 + np.linspace(0.0, 0.2, 120, dtype=np.float32))
     assert ridges_above_usual(light, 1.0).max() < STRONG
+
+
+@pytest.mark.parametrize(("left", "right", "share"), [(1.0, 1.0, 1.0), (0.6, 1.0, 1 / 3), (0.4, 1.0, 0.0)])
+def test_both_sides_of_a_line_are_alike_and_those_of_a_step_are_not(left, right, share):
+    """The line has the light 0.4, so the share is (left - 0.4) / (right - 0.4)."""
+    light = np.tile(np.where(np.arange(60) < 30, left, right), (60, 1))
+    light[:, 30] = 0.4
+    column = np.column_stack((np.full(20, 30), np.arange(20, 40)))
+    assert two_sided(column, light) == pytest.approx(share)
+
+
+def test_salience_is_length_times_the_strongest_place_of_each_part():
+    column = np.column_stack((np.full(32, 7), np.arange(32)))
+    above = np.full((40, 40), 2.0)
+    above[[1, 9, 17, 25], 7] = 6.0
+    ridge = ridge_of(column, above)
+    assert ridge == pytest.approx((31.0, 0.0, 31.0 * 6.0), abs=1e-9)
+
+
+def paving(seed, stones=5, joint_px=14):
+    """A rough pavement of stones, with wide dark joints that wind a little."""
+    light = grain(seed, 480)
+    y, x = np.mgrid[:480, :480].astype(float)
+    rng = np.random.default_rng(seed)
+    sway = [ndimage.gaussian_filter(rng.normal(size=(480, 480)), 25) for _ in range(2)]
+    side = 480.0 / stones
+    off = [np.abs((each + 250.0 * sway[k]) % side - side / 2) for k, each in enumerate((x, y))]
+    light[np.minimum(*off) < joint_px / 2] *= 0.35
+    return light
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_pavement_has_edges_of_joints_and_no_crack(seed):
+    found = [each for each in candidates_in(shot(paving(seed)), PARAMETERS) if each.kind == "crack"]
+    assert len(found) == 0

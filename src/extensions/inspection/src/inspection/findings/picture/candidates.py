@@ -13,7 +13,7 @@ from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.kernels import block_light, dark_ridges, light_of
 from inspection.findings.picture.lines import Line, line_through, pieces_joined
 from inspection.findings.picture.paint import RED, is_all_red, unlike_coatings, unlike_the_most
-from inspection.findings.picture.rough_cracks import cracks_on_rough
+from inspection.findings.picture.rough_cracks import STRAIGHT, STRAIGHT_PX, cracks_on_rough
 from inspection.findings.picture.rust_texture import rust_among
 from inspection.findings.picture.smoothing import smoothed
 from inspection.findings.picture.stamps import without_writing, writing_in
@@ -37,6 +37,11 @@ ROUGH = 1.5
 """A surface is rough where a ridge must be so many times deeper than on a plain one."""
 COARSE_MM = 1.0
 """Of a pixel, at which the widest cracks are looked for."""
+STRAIGHT_UNLIKE = 0.2
+"""Greatest difference of the surfaces beside a straight line, as a multiple of its depth. The toe of a weld
+is straight, and dark as a crack is. But the bead's face leans another way than the plate, so it has another
+light. A crack runs through one surface.
+"""
 MOST_PIXELS = 400
 """Of one candidate, drawn evenly. Of rust it is more where they would be farther apart than RUST_APART_MM."""
 RUST_APART_MM = 35.0
@@ -152,11 +157,13 @@ def _smaller(light: np.ndarray, times: int) -> np.ndarray:
 def is_thin(line: Line, parameters: FindingParameters) -> bool:
     """Return whether a line may be a crack: long, thin, dark all along, alike on both sides, not straight."""
     p = parameters
+    is_straight = line.bent * line.length_px <= STRAIGHT * line.length_px + STRAIGHT_PX
+    unlike = min(p.line_unlike, STRAIGHT_UNLIKE) if is_straight else p.line_unlike
     return bool(
         line.length_px >= p.line_length
         and line.depth >= 0.7 * p.crack_contrast
         and line.width_px <= p.line_width
-        and line.unlike <= p.line_unlike
+        and line.unlike <= unlike
         and line.filled >= p.line_filled
         and line.rough_px <= p.line_rough
         and line.bent >= p.line_bent
