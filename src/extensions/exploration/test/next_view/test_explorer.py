@@ -12,8 +12,8 @@ from scipy import ndimage
 from voxel_room import PLANNER, SIDE_M, TILE, Flight, beams, reachable, room
 
 from exploration.next_view import ExplorationParameters, Explorer, ExplorerParameters
-from exploration.next_view.beyond import is_near_room
 from exploration.next_view.unknown.leftovers import Why
+from exploration.next_view.unknown_room import is_near_room
 from exploration.next_view.views import room as room_views
 from exploration.planning import FREE, UNKNOWN
 from flight_basics.errors import ParameterError

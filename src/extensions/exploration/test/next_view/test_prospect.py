@@ -11,8 +11,8 @@ from voxel_room import PLANNER, SIDE_M, TILE
 
 from exploration.next_view.kernels.gates import mark_gates
 from exploration.next_view.kernels.revealed import STEP, WALL, count_unknown, mark_walls, revealed
+from exploration.next_view.views.no_gain import CellsWithoutGain
 from exploration.next_view.views.prospect import Prospect
-from exploration.next_view.views.vain import Vain
 from exploration.planning import FREE, OCCUPIED, UNKNOWN, PathPlanner
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -113,8 +113,8 @@ def room_known_up_to(layers):
     return planner.space(0.0, np.array((2.1, 1.7, 1.1)))
 
 
-def prospect_of(space, vain=None):
-    return Prospect(space, (-0.26, 0.26), (0.1, 8.0), vain or Vain())
+def prospect_of(space, no_gain=None):
+    return Prospect(space, (-0.26, 0.26), (0.1, 8.0), no_gain or CellsWithoutGain())
 
 
 def test_what_lies_behind_walls_that_go_on_is_not_expected_to_be_seen():
@@ -128,19 +128,19 @@ def test_what_lies_behind_walls_that_go_on_is_not_expected_to_be_seen():
     assert prospect.gains_m3(np.array([(5, 8, 10)]), np.zeros(1, int))[0] == 0.0
 
 
-def test_what_was_looked_at_in_vain_counts_no_more_until_it_has_changed():
-    space, vain = room_known_up_to(10), Vain()
-    prospect, view = prospect_of(space, vain), (np.array([(13, 8, 10)]), np.zeros(1, int))
+def test_what_was_looked_at_without_gain_counts_no_more_until_it_has_changed():
+    space, no_gain = room_known_up_to(10), CellsWithoutGain()
+    prospect, view = prospect_of(space, no_gain), (np.array([(13, 8, 10)]), np.zeros(1, int))
     before_m3 = prospect.gains_m3(*view)[0]
     prospect.note(view[0][0], 0.5)
     assert prospect.gains_m3(*view)[0] == before_m3
     prospect.note(view[0][0], 0.5)
     assert prospect.gains_m3(*view)[0] == 0.0
-    assert prospect_of(space, vain).gains_m3(*view)[0] == 0.0
-    assert prospect.is_vain(np.array([(13, 8, 13), (5, 8, 10)])).tolist() == [True, False]
+    assert prospect_of(space, no_gain).gains_m3(*view)[0] == 0.0
+    assert prospect.is_without_gain(np.array([(13, 8, 13), (5, 8, 10)])).tolist() == [True, False]
     # A map in which half of it is known by now
     space.grid.kinds[10:16, 1:17, 1:21:2] = FREE
-    assert prospect_of(space, vain).gains_m3(*view)[0] > 0.0
+    assert prospect_of(space, no_gain).gains_m3(*view)[0] > 0.0
 
 
 @pytest.mark.parametrize("roughly", [True, False])

@@ -18,9 +18,9 @@ from exploration.energy import EnergyWatch, Verdict, WayBack, WayHome
 from exploration.next_view.explorer import Decision, Explorer
 from exploration.next_view.guide import Guide
 from exploration.next_view.last_views import LastViews
+from exploration.next_view.outcome import End, Explored
 from exploration.next_view.parameters import ExplorationParameters
 from exploration.next_view.steep import SteepSteps
-from exploration.next_view.told import End, Explored
 from exploration.next_view.unknown.leftovers import Why, behind_openings
 from exploration.next_view.unknown.openings import narrow_openings
 from exploration.next_view.way import Stay, Way

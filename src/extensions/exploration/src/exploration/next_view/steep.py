@@ -9,8 +9,8 @@ from typing import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from exploration.next_view.beyond import unknown_room
 from exploration.next_view.roadmap import Roadmap
+from exploration.next_view.unknown_room import unknown_room
 from exploration.planning import PathPlanner
 from exploration.planning.if_free import clearances_if_free
 from exploration.planning.space import Space
@@ -47,7 +47,7 @@ class SteepSteps:
         spacing_m: float,
     ) -> None:
         self._planner, self._steps_of, self._spacing_m = planner, steps_of, spacing_m
-        self._tried: Counter[tuple[int, ...]] = Counter()
+        self._attempts: Counter[tuple[int, ...]] = Counter()
         self._step_m = np.zeros((0, 3))
         self._is_flown = np.zeros(0, bool)
 
@@ -94,9 +94,9 @@ class SteepSteps:
             if any(math.dist(step_m[-1], closure.place_m) < closure.radius_m for closure in space.closed):
                 continue
             cell = tuple(np.floor(step_m[-1] / self._spacing_m).astype(int).tolist())
-            if self._tried[cell] >= TRIES:
+            if self._attempts[cell] >= TRIES:
                 continue
-            self._tried[cell] += 1
+            self._attempts[cell] += 1
             seen_m = step_m[: _seen(step_m, space)]
             if math.dist(seen_m[-1], here_m) > space.grid.resolution_m:
                 return self._open(seen_m, space)

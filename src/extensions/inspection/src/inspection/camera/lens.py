@@ -56,11 +56,11 @@ class Lens:
 
     def asides(self, pixels: np.ndarray) -> np.ndarray:
         """Return the tangents (n, 2) of the rays of pixels (n, 2)."""
-        wanted = (np.asarray(pixels, float) - self.centre_px) / self.focal_px
-        aside = wanted.copy()
+        observed = (np.asarray(pixels, float) - self.centre_px) / self.focal_px
+        aside = observed.copy()
         if any(self.distortion):
             for _ in range(ROUNDS):
-                aside += wanted - self._distorted(aside)
+                aside += observed - self._distorted(aside)
         return aside
 
     def check(self, width: int, height: int) -> None:

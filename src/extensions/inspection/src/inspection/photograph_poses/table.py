@@ -71,19 +71,19 @@ def moved_to_places(poses: Poses, path: Path, folder: Path) -> Poses:
         found = names.find(row.values["name"])
         if found is not None:
             known[found] = [_number(row, axis) for axis in "xyz"]
-    wanted, given = np.array(list(known.values())), np.array([poses.of[each].position_m for each in known])
+    target, given = np.array(list(known.values())), np.array([poses.of[each].position_m for each in known])
     spread = np.linalg.svd(given - given.mean(axis=0), compute_uv=False) if len(known) > 2 else np.zeros(2)
     if len(known) < 3 or spread[1] < 0.01 * spread[0]:
         raise PhotographError(
             f"{path}: has places of {len(known)} photographs of the model; it takes three or more that do "
             "not lie on one line."
         )
-    scale, turn, shift = similarity(given, wanted)
+    scale, turn, shift = similarity(given, target)
     moved = {}
     for each, pose in poses.of.items():
         axes = turn @ _axes_of(pose)
         moved[each] = Pose.of_axes(scale * turn @ pose.position_m + shift, axes)
-    off_m = np.linalg.norm(scale * given @ turn.T + shift - wanted, axis=1)
+    off_m = np.linalg.norm(scale * given @ turn.T + shift - target, axis=1)
     said = (
         f"{len(known)} known places: the model's scale is {scale:.4g}; the places are "
         f"{np.sqrt((off_m**2).mean()):.3f} "
@@ -92,10 +92,10 @@ def moved_to_places(poses: Poses, path: Path, folder: Path) -> Poses:
     return replace(poses, of=moved, remarks=(*poses.remarks, said))
 
 
-def similarity(given: np.ndarray, wanted: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+def similarity(given: np.ndarray, target: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
     """Return scale, turn (3, 3) and shift (3,) that bring points (n, 3) nearest to others (Umeyama, 1991)."""
-    middle, other = given.mean(axis=0), wanted.mean(axis=0)
-    u, values, vt = np.linalg.svd((wanted - other).T @ (given - middle))
+    middle, other = given.mean(axis=0), target.mean(axis=0)
+    u, values, vt = np.linalg.svd((target - other).T @ (given - middle))
     signs = np.array((1.0, 1.0, np.sign(np.linalg.det(u) * np.linalg.det(vt))))
     turn: np.ndarray = u * signs @ vt
     scale = float((values * signs).sum() / ((given - middle) ** 2).sum())

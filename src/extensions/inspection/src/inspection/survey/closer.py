@@ -89,11 +89,11 @@ def closer_view(
     fits &= ranges_m(np.tile(point_m, (len(eyes_m), 1)), directions) > far_m
     if not fits.any():
         return None
-    tried = np.flatnonzero(fits)
+    candidates = np.flatnonzero(fits)
     rooms_m = np.array(
-        [ranges_m(np.tile(eyes_m[k], (ROOM_RAYS, 1)), _sphere(ROOM_RAYS)).min() for k in tried]
+        [ranges_m(np.tile(eyes_m[k], (ROOM_RAYS, 1)), _sphere(ROOM_RAYS)).min() for k in candidates]
     )
-    best = int(tried[np.lexsort((-steep[tried], rooms_m < ROOM_M))[0]])
+    best = int(candidates[np.lexsort((-steep[candidates], rooms_m < ROOM_M))[0]])
     x, y, z = eyes_m[best].tolist()
     towards = -directions[best]
     return View((x, y, z), math.atan2(towards[1], towards[0]), math.asin(np.clip(towards[2], -1.0, 1.0)))

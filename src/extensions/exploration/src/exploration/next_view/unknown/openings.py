@@ -11,7 +11,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from exploration.next_view.beyond import TOUCHING, joined
+from exploration.next_view.unknown_room import TOUCHING, joined
 from exploration.planning import FREE, UNKNOWN, PlannerParameters
 from exploration.planning.if_free import clearances_if_free
 from exploration.planning.kernels.search import START, UNREACHED

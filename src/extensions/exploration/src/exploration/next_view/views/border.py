@@ -1,4 +1,4 @@
-"""Chooses the view that shows most of the border of what is known for its time."""
+"""Next best view by the border: the view that shows most of the border of what is known for its time."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from exploration.next_view.frontiers import Frontiers
 from exploration.next_view.kernels.best_view import best_view
 from exploration.next_view.parameters import ExplorerParameters
 from exploration.next_view.roadmap import Roadmap
+from exploration.next_view.views.border_without_gain import BorderWithoutGain
 from exploration.next_view.views.kept_gains import KeptGains
 from exploration.next_view.views.scene import Scene
-from exploration.next_view.views.tried import TriedCells
 from exploration.next_view.views.view import Look, View
 from exploration.planning.space import Space
 
@@ -25,17 +25,17 @@ class BorderViews:
     """
 
     def __init__(self, parameters: ExplorerParameters) -> None:
-        self._p, self._tried = parameters, TriedCells(parameters.cell, parameters.reach)
+        self._p, self._no_gain = parameters, BorderWithoutGain(parameters.cell, parameters.reach)
         self._gains = KeptGains(parameters.cell)
 
     def note(self, scene: Scene, looked: Look) -> None:
         """Take what the UAV looked at since the last decision."""
         if looked.places_m:
-            self._tried.note(scene, looked, scene.cells(self._p.cell))
+            self._no_gain.note(scene, looked, scene.cells(self._p.cell))
 
     def is_left(self, scene: Scene, cells: Frontiers) -> np.ndarray:
-        """Return (m,) whether cells of the border, of the side `cell`, were looked at in vain."""
-        return self._tried.is_left(scene, cells)
+        """Return (m,) whether cells of the border, of the side `cell`, were looked at without gain."""
+        return self._no_gain.is_left(scene, cells)
 
     def news_voxels(self, space: Space) -> float:
         """Return how many voxels must be new before a view may be worth it again."""

@@ -40,7 +40,7 @@ class ViewChoice(Protocol):
         """
 
     def is_left(self, scene: Scene, cells: Frontiers) -> np.ndarray:
-        """Return (m,) whether cells of the border, of the side `cell`, were looked at in vain."""
+        """Return (m,) whether cells of the border, of the side `cell`, were looked at without gain."""
 
     def news_voxels(self, space: Space) -> float:
         """Return how many voxels must be new before a view may be worth it again."""

@@ -12,7 +12,7 @@ import numpy as np
 
 from exploration.next_view.kernels.gates import mark_gates
 from exploration.next_view.kernels.revealed import count_unknown, mark_walls, revealed
-from exploration.next_view.views.vain import Vain
+from exploration.next_view.views.no_gain import CellsWithoutGain
 from exploration.planning.space import Space
 from exploration.planning.voxel_grid import FREE, OCCUPIED, UNKNOWN
 
@@ -35,7 +35,7 @@ class Prospect:
 
     Args:
         space: with the map. elevations_rad: of the lowest and the highest beam.
-        reaches_m: nearest and farthest distance that the lidar sees. vain: what does not count any more.
+        reaches_m: nearest and farthest distance that the lidar sees. no_gain: cells that count no more.
     """
 
     def __init__(
@@ -43,9 +43,9 @@ class Prospect:
         space: Space,
         elevations_rad: tuple[float, float],
         reaches_m: tuple[float, float],
-        vain: Vain,
+        no_gain: CellsWithoutGain,
     ) -> None:
-        grid, self._vain = space.grid, vain
+        grid, self._no_gain = space.grid, no_gain
         self._voxel_m = grid.resolution_m
         self._side = max(1, round(CELL_M / self._voxel_m))
         self._pad = math.ceil(INTO_M / self._voxel_m)
@@ -61,8 +61,8 @@ class Prospect:
         shape = (np.array(self._kinds.shape) + self._offset - 1) // self._side + 1
         self._counts = np.zeros(shape, np.int64)
         count_unknown(self._kinds, self._is_wall, self._side, self._offset, self._counts)
-        self._is_vain = np.zeros(shape, bool)
-        self._leave_out_vain()
+        self._is_without_gain = np.zeros(shape, bool)
+        self._leave_out_no_gain()
         self._beams = _beams(elevations_rad)
         up, level = self._beams[:, 0, 0], np.hypot(self._beams[:, 0, 1], self._beams[:, 0, 2])
         self._slopes = float(up[0] / level[0]), float(up[-1] / level[-1])
@@ -78,18 +78,18 @@ class Prospect:
             is_wall[: layers[0]] = is_wall[layers[-1] + 1 :] = True
         return is_wall
 
-    def _leave_out_vain(self) -> None:
-        cells = self._vain.left() - self._first_cell
+    def _leave_out_no_gain(self) -> None:
+        cells = self._no_gain.left() - self._first_cell
         cells = cells[((cells >= 0) & (cells < self._counts.shape)).all(axis=1)]
-        is_left = self._vain.is_left(cells + self._first_cell, self._counts[tuple(cells.T)])
-        self._is_vain[tuple(cells[is_left].T)] = True
-        self._counts[self._is_vain] = 0
+        is_left = self._no_gain.is_left(cells + self._first_cell, self._counts[tuple(cells.T)])
+        self._is_without_gain[tuple(cells[is_left].T)] = True
+        self._counts[self._is_without_gain] = 0
 
-    def is_vain(self, voxels: np.ndarray) -> np.ndarray:
-        """Return (n,) whether voxels (n, 3) of the map are in cells that were looked at in vain."""
+    def is_without_gain(self, voxels: np.ndarray) -> np.ndarray:
+        """Return (n,) whether voxels (n, 3) of the map are in cells that were looked at without gain."""
         cells = (voxels + self._pad + self._offset) // self._side
-        is_vain: np.ndarray = self._is_vain[tuple(cells.T)]
-        return is_vain
+        is_without_gain: np.ndarray = self._is_without_gain[tuple(cells.T)]
+        return is_without_gain
 
     @property
     def is_blocked(self) -> np.ndarray:
@@ -107,15 +107,15 @@ class Prospect:
         return self._revealed(places, views, roughly)[0] * self._voxel_m**3
 
     def note(self, place: np.ndarray, view: float) -> None:
-        """The UAV looked from a voxel (z, y, x). What is still unknown there was looked at in vain.
+        """The UAV looked from a voxel (z, y, x). What is still unknown there was looked at without gain.
 
         view: what the view counts.
         """
         _, stamps = self._revealed(place[None], np.zeros(1, np.int64), False)
         cells = np.argwhere((stamps > 0) & (self._counts > 0))
         counts = self._counts[tuple(cells.T)]
-        self._vain.note(cells + self._first_cell, counts, np.full(len(counts), view))
-        self._leave_out_vain()
+        self._no_gain.note(cells + self._first_cell, counts, np.full(len(counts), view))
+        self._leave_out_no_gain()
 
     def _revealed(
         self, places: np.ndarray, views: np.ndarray, roughly: bool

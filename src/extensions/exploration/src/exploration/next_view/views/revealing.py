@@ -1,4 +1,4 @@
-"""Chooses the view that reveals most of the unknown for its time, also straight above and below."""
+"""Next best view by volume: the view that reveals most of the unknown for its time, also above and below."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from exploration.next_view.frontiers import Frontiers
 from exploration.next_view.parameters import ExplorerParameters
 from exploration.next_view.roadmap import Roadmap
 from exploration.next_view.views.columns import Candidates, Climbs, columns, joined, view_of
+from exploration.next_view.views.no_gain import CellsWithoutGain
 from exploration.next_view.views.prospect import Prospect
 from exploration.next_view.views.scene import Scene
-from exploration.next_view.views.vain import Vain
 from exploration.next_view.views.view import Look, View
 from exploration.planning.space import Space
 
@@ -35,7 +35,7 @@ class RevealingViews:
     """
 
     def __init__(self, parameters: ExplorerParameters, is_steep: bool) -> None:
-        self._p, self._is_steep, self._vain = parameters, is_steep, Vain()
+        self._p, self._is_steep, self._no_gain = parameters, is_steep, CellsWithoutGain()
         self._prospect: Prospect | None = None
         """Of the present decision."""
 
@@ -46,8 +46,8 @@ class RevealingViews:
             self._prospect.note(np.array(at), looked.counts)
 
     def is_left(self, scene: Scene, cells: Frontiers) -> np.ndarray:
-        """Return (m,) whether cells of the border were looked at in vain."""
-        return self._of(scene).is_vain(cells.places - 1)
+        """Return (m,) whether cells of the border were looked at without gain."""
+        return self._of(scene).is_without_gain(cells.places - 1)
 
     def news_voxels(self, space: Space) -> float:
         """Return how many voxels must be new before a view may be worth it again."""
@@ -55,7 +55,7 @@ class RevealingViews:
 
     def _of(self, scene: Scene) -> Prospect:
         p = self._p
-        return Prospect(scene.space, (p.elevation_min, p.elevation_max), (p.near, p.reach), self._vain)
+        return Prospect(scene.space, (p.elevation_min, p.elevation_max), (p.near, p.reach), self._no_gain)
 
     def best(
         self, scene: Scene, roadmap: Roadmap, nodes: np.ndarray, here_m: np.ndarray, present: View | None

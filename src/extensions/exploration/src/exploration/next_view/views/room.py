@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 
-from exploration.next_view.beyond import is_near_room
 from exploration.next_view.frontiers import Frontiers
 from exploration.next_view.kernels.views import sights_of
 from exploration.next_view.parameters import ExplorerParameters
 from exploration.next_view.roadmap import Roadmap
+from exploration.next_view.unknown_room import is_near_room
+from exploration.next_view.views.border_without_gain import BorderWithoutGain
 from exploration.next_view.views.scene import Scene
 from exploration.next_view.views.tour import covering, first_of_tour
-from exploration.next_view.views.tried import TriedCells
 from exploration.next_view.views.view import Look, View
 
 LARGE_VOXELS = 20_000_000
@@ -32,7 +32,7 @@ class RoomViews:
     def __init__(self, parameters: ExplorerParameters) -> None:
         self._p = parameters
         self._side_m = ROOM_CELL * parameters.cell
-        self._tried = TriedCells(self._side_m, parameters.reach)
+        self._no_gain = BorderWithoutGain(self._side_m, parameters.reach)
         self._near = np.zeros((0, 0, 0), bool)
         """What was near room at the last view, with a layer around the map."""
         self._corner = np.zeros(3, np.int64)
@@ -46,7 +46,7 @@ class RoomViews:
         home_m: np.ndarray,
         present: View | None,
     ) -> View | None:
-        """Return the view to fly to. None: no view shows border of room that was not looked at in vain.
+        """Return the view to fly to. None: no view shows border of room that was not looked at without gain.
 
         Args:
             scene: the map.
@@ -64,8 +64,8 @@ class RoomViews:
             near = is_near_room(scene.space, roadmap.nodes, self._p.room_min)
             self._near, self._corner = np.pad(near, 1, mode="edge"), grid.corner
         cells = scene.cells(self._side_m, self._near[tuple(scene.border.T)])
-        self._tried.note(scene, looked, cells)
-        cells = cells.chosen(~self._tried.is_left(scene, cells))
+        self._no_gain.note(scene, looked, cells)
+        cells = cells.chosen(~self._no_gain.is_left(scene, cells))
         if not len(cells.counts):
             return None
         kept = None if present is None else self._kept(scene, roadmap, cells, present)
@@ -84,7 +84,7 @@ class RoomViews:
             if len(stops):
                 first = first_of_tour(roadmap, nodes[stops], home_m)
                 shown = cells.chosen(sights[nodes == first][0])
-                self._tried.promise(scene, shown)
+                self._no_gain.promise(scene, shown)
                 return self._view(scene, roadmap, first, int(shown.counts.sum()))
         return None
 

@@ -42,9 +42,9 @@ def lp_bounds(
         prices = sample.prices_for(columns)
         if prices is None:
             return
-        tried = prices if best is None else INERTIA * best + (1.0 - INERTIA) * prices
-        views = sample.best_views(tried)
-        fair = sample.fair(tried, views[:, 0], columns)
+        trial = prices if best is None else INERTIA * best + (1.0 - INERTIA) * prices
+        views = sample.best_views(trial)
+        fair = sample.fair(trial, views[:, 0], columns)
         fair = sample.fair(fair, sample.best_views(fair)[:, 0], columns)
         if best is None or sample.bound_by(fair) > bound:
             bound, best = sample.bound_by(fair), fair
@@ -58,16 +58,16 @@ class PatchSample:
 
     def __init__(self, candidates: Candidates, cover: Cover, share: float, rng: np.random.Generator):
         self._c, areas = candidates, cover.areas_m2
-        wanted = min(PER_PHOTOGRAPH * max(len(cover.shots), 1), int((areas > 0.0).sum()))
-        self._drawn = rng.choice(len(areas), wanted, replace=False, p=areas / areas.sum())
+        sample_size = min(PER_PHOTOGRAPH * max(len(cover.shots), 1), int((areas > 0.0).sum()))
+        self._drawn = rng.choice(len(areas), sample_size, replace=False, p=areas / areas.sum())
         self._row = np.full(len(areas), -1)
-        self._row[self._drawn] = np.arange(wanted)
-        self._left_out = max((1.0 - share) * wanted, float((cover.counts[self._drawn] == 0).sum()))
+        self._row[self._drawn] = np.arange(sample_size)
+        self._left_out = max((1.0 - share) * sample_size, float((cover.counts[self._drawn] == 0).sum()))
         rows = self._row[candidates.seen]
         of = np.repeat(np.arange(len(candidates.places_m)), np.diff(candidates.begins))[rows >= 0]
         rows = rows[rows >= 0]
         order = np.argsort(rows, kind="stable")
-        self._places, self._begins = of[order], np.searchsorted(rows[order], np.arange(wanted))
+        self._places, self._begins = of[order], np.searchsorted(rows[order], np.arange(sample_size))
 
     def rows_of(self, patches: np.ndarray) -> np.ndarray:
         """Return the rows of those patches that are drawn."""

@@ -1,4 +1,4 @@
-"""What an exploration tells of itself."""
+"""The outcome of an exploration: why it ended, what it saw, and what stays unknown or unreachable."""
 
 from __future__ import annotations
 

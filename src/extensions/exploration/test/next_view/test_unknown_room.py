@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from exploration.next_view.beyond import is_near_room
+from exploration.next_view.unknown_room import is_near_room
 from exploration.planning import FREE, OCCUPIED, UNKNOWN, Limits, PlannerParameters
 from exploration.planning.kernels.distances import squared_clearances
 from exploration.planning.space import Space

@@ -1,4 +1,4 @@
-"""What was looked at, and stayed unknown."""
+"""What was looked at without information gain: it stayed unknown, and is not looked at again and again."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import numpy as np
 SAME = 0.8
 """A cell has not changed if it still has this share of its voxels."""
 TRIES = 1.0
-"""A cell does not count any more after views in vain that count so much."""
+"""A cell does not count any more after views without gain that count so much."""
 
 
-class Vain:
-    """Cells that were looked at, and how often in vain. Of a cell that has changed, that is forgotten."""
+class CellsWithoutGain:
+    """Cells that were looked at, and how often without gain. A cell that has changed begins anew."""
 
     def __init__(self) -> None:
         self._cells: dict[tuple[int, ...], tuple[int, float]] = {}

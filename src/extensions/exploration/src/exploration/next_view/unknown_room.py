@@ -1,4 +1,4 @@
-"""Where the UAV would fit if all that is unknown were free."""
+"""Unknown room: where the UAV would fit if all that is unknown were free."""
 
 from __future__ import annotations
 
