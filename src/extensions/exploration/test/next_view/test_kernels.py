@@ -7,17 +7,23 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from exploration.next_view import frontiers
 from exploration.next_view.frontiers import KnownBorder, frontier_voxels, in_cells
+from exploration.next_view.kernels import best_view as best_views
+from exploration.next_view.kernels import lattice
 from exploration.next_view.kernels.best_view import best_view
 from exploration.next_view.kernels.lattice import lattice_ways
 from exploration.next_view.kernels.views import is_open, mark_seen, seen_from, sights_of
 from exploration.next_view.parameters import ExplorerParameters
+from exploration.next_view.roadmap import Roadmap
 from exploration.next_view.views.kept_gains import KeptGains
 from exploration.next_view.views.scene import Scene
 from exploration.planning import FREE, UNKNOWN, PlannerParameters
+from exploration.planning.closures import Closure
 from exploration.planning.kernels.neighbours import STEPS
 from exploration.planning.space import Space
 from exploration.planning.voxel_grid import VoxelGrid
@@ -134,10 +140,41 @@ def test_of_a_great_many_places_few_are_looked_from_that_were_not_before():
     gains, view = unknown(places), (cells, np.full(len(cells), 20), (-0.3, 0.3), (1.0, 30.0))
     best, gain = best_view(kinds, places, np.full(len(places), 9.0), *view, (20.0, 0.1), gains)
     assert gain == gains.max() == gains[best]
-    assert 16 < np.count_nonzero(gains >= 0) <= 16 + 250
+    assert 16 < np.count_nonzero(gains >= 0) <= 16 + 100
     # Then the next decision knows these, and looks from others
     best_view(kinds, places, np.full(len(places), 9.0), *view, (20.0, 0.1), gains)
-    assert np.count_nonzero(gains >= 0) <= 16 + 500
+    assert np.count_nonzero(gains >= 0) <= 16 + 200
+
+
+def test_the_reach_of_beams_is_looked_at_for_few_of_many_places(monkeypatch):
+    """Given a hall, then only places that might show most of the border are compared with it."""
+    rng = np.random.default_rng(1)
+    kinds, looked = np.full((20, 80, 100), FREE, np.uint8), []
+    places, cells = rng.integers(0, kinds.shape, (600, 3)), rng.integers(0, kinds.shape, (300, 3))
+    times_s = 2.0 + np.linalg.norm(places - (10, 40, 50), axis=1) / 7.5
+    view = cells, np.full(len(cells), 20), (-0.27, 0.27), (2.5, 60.0)
+    counted = best_views._within
+    monkeypatch.setattr(best_views, "_within", lambda n, *rest: looked.append(n) or counted(n, *rest))
+    monkeypatch.setattr(best_views, "FIRST", 2)
+    found = best_view.py_func(kinds, places, times_s, *view, (20.0, 20.0), unknown(places))
+    assert found == best_view(kinds, places, times_s, *view, (20.0, 20.0), unknown(places))
+    assert 0 < len(looked) < len(places) // 4
+
+
+def test_a_border_that_has_not_changed_is_not_looked_at_again(monkeypatch):
+    """Given a map of 64 tiles, when one in its middle changes, then 7 are looked at, with those beside it."""
+    grid, known, looked = VoxelGrid(0.2, 4), KnownBorder(), []
+    tiles = np.argwhere(np.ones((4, 4, 4), bool))
+    grid.update(tiles, np.full((64, 64), FREE, np.uint8))
+    known.of(grid)
+    find = frontiers.border_of
+    monkeypatch.setattr(frontiers, "border_of", lambda *given: looked.append(given) or find(*given))
+    monkeypatch.setattr(np, "pad", lambda *_: pytest.fail("the whole map was copied"))
+    known.of(grid)
+    assert not looked
+    grid.update(tiles[[21]], np.zeros((1, 64), np.uint8))
+    known.of(grid)
+    assert len(looked) == 7
 
 
 @settings(max_examples=20, deadline=None)
@@ -196,7 +233,8 @@ def test_a_border_and_gains_that_follow_a_growing_map_are_those_of_the_whole_map
         assert grid.known == np.count_nonzero(grid.kinds) >= known_before - kinds.size
         space = Space.of(grid, np.zeros(grid.kinds.shape, np.uint16), PlannerParameters(), Limits(), (), 0.0)
         scene = Scene.of(space, p, known)
-        np.testing.assert_array_equal(scene.border, frontier_voxels(np.pad(grid.kinds, 1)))
+        np.testing.assert_array_equal(scene.kinds, np.pad(grid.kinds, 1))
+        np.testing.assert_array_equal(scene.border, frontier_voxels(scene.kinds))
         cells = scene.cells(p.cell)
         cells = cells.chosen(rng.random(len(cells.counts)) < 0.9)
         places = np.argwhere(grid.kinds == FREE)[::7]
@@ -228,5 +266,54 @@ def test_ways_are_shortest_over_edges_whose_voxels_all_keep_the_clearance(seed, 
     from_each = dijkstra(csr_matrix(graph), indices=starts) + begun[:, None]
     expected = np.full(is_node.shape, np.inf)
     expected[is_node] = from_each.min(axis=0)
-    found = lattice_ways(squares, 4, spacing, nodes[starts], begun)
+    found = lattice_ways(squares, 4, False, spacing, nodes[starts], begun)
     np.testing.assert_allclose(found, expected)
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS, st.integers(1, 4), st.integers(2, 12), st.integers(2, 30))
+def test_clearances_at_both_ends_tell_the_same_ways(seed, spacing, need, cut):
+    """Given clearances, cut at a distance as the planner's, whatever the voxels between would tell."""
+    rng = np.random.default_rng(seed)
+    is_blocked = rng.random((14, 16, 18)) < rng.uniform(0.001, 0.03)
+    squares = np.minimum(clearances(is_blocked), cut)
+    begin = (squares.shape - np.ones(3, int)) // spacing // 2
+    ways = [lattice_ways(squares, need, even, spacing, begin[None], np.zeros(1)) for even in (False, True)]
+    np.testing.assert_array_equal(*ways)
+
+
+def clearances(is_blocked):
+    """Squared distance from each voxel to the nearest blocked one."""
+    return np.rint(ndimage.distance_transform_edt(~is_blocked) ** 2).astype(np.uint16)
+
+
+def test_in_open_space_voxels_between_nodes_are_not_looked_at(monkeypatch):
+    """Given a hall with one pillar, then only near it, and near the walls, edges are looked at."""
+    is_blocked = np.pad(np.zeros((34, 46, 46), bool), 1, constant_values=True)
+    is_blocked[:, 24, 24] = True
+    squares, looked = np.minimum(clearances(is_blocked), 100), []
+    given = squares, 16, True, 4, np.array([[4, 2, 2]]), np.zeros(1)
+    ways = lattice_ways(*given)
+    check = lattice._is_edge
+    monkeypatch.setattr(lattice, "_is_edge", lambda *edge: looked.append(edge) or check(*edge))
+    np.testing.assert_array_equal(lattice_ways.py_func(*given), ways)
+    even = len(looked)
+    lattice_ways.py_func(squares, 16, False, *given[3:])
+    assert 2 * even < len(looked) - even
+
+
+def test_a_closed_ball_between_two_nodes_cuts_the_edge():
+    """Given the whole clearance at both ends of an edge, and a ball that is closed between them."""
+    grid = VoxelGrid(0.1, 16)
+    tiles = np.argwhere(np.ones((3, 3, 3), bool))
+    grid.update(tiles, np.full((27, 16**3), FREE, np.uint8))
+    squares = np.minimum(clearances(np.pad(np.zeros((46, 46, 46), bool), 1, constant_values=True)), 121)
+    closed = (Closure((2.75, 2.45, 2.45), 0.25, 9.0),)
+    parameters = PlannerParameters(radius=0.3, margin=0.2)
+    for closures, is_even in (((), True), (closed, False)):
+        space = Space.of(grid, squares.astype(np.uint16), parameters, Limits(), closures, 0.0)
+        assert space.is_even is is_even
+        roadmap = Roadmap(space, np.full(3, 2.45), 6)
+        at = {tuple(node): way for node, way in zip(roadmap.nodes.tolist(), roadmap.ways_m)}
+        straight_m = np.linalg.norm(np.array((24.5, 24.5, 30.5)) * 0.1 - 2.45)
+        assert (at[24, 24, 30] < straight_m + 1e-6) == is_even

@@ -26,7 +26,8 @@ class Roadmap:
 
     def __init__(self, space: Space, place_m: np.ndarray, spacing: int):
         self._space, self.spacing = space, spacing
-        ways = lattice_ways(space.squares, space.need, spacing, *self._links(place_m, spacing))
+        given = space.squares, space.need, space.is_even
+        ways = lattice_ways(*given, spacing, *self._links(place_m, spacing))
         is_reached = np.isfinite(ways)
         self.nodes = np.argwhere(is_reached) * spacing
         self.ways_m = ways[is_reached] * space.grid.resolution_m
@@ -52,7 +53,7 @@ class Roadmap:
     def ways_from(self, node: int) -> np.ndarray:
         """Return (n,) the length of the shortest way from a node to each, m."""
         space, begin = self._space, self.nodes[node : node + 1] // self.spacing
-        ways = lattice_ways(space.squares, space.need, self.spacing, begin, np.zeros(1))
+        ways = lattice_ways(space.squares, space.need, space.is_even, self.spacing, begin, np.zeros(1))
         lengths_m: np.ndarray = ways[tuple((self.nodes // self.spacing).T)] * space.grid.resolution_m
         return lengths_m
 

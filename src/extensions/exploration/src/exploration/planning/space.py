@@ -66,6 +66,14 @@ class Space:
         return cls(grid, limits, closed, squares, need, factors, grid.corner, far)
 
     @property
+    def is_even(self) -> bool:
+        """Whether, on a straight edge between two voxels that are not blocked, each clearance is the map's.
+
+        Balls that are closed and what is far may lie between. A ceiling lies above both ends.
+        """
+        return self.far is None and not self.closed
+
+    @property
     def clearance_m(self) -> float:
         """Least distance that a path keeps, in whole voxels' squares."""
         return math.sqrt(self.need) * self.grid.resolution_m

@@ -7,13 +7,14 @@ import math
 import numpy as np
 
 from exploration.next_view.kernels.views import has_beam, is_open
+from exploration.planning.kernels.heap import drop_first, push
 from kernel_cache.compiler import njit
 
 CUBES = 4
 """Cubes of cells along the lidar's reach: then few cells are looked at that are too far."""
 FIRST, MOST = 16, 1000
 """So many places are looked at first, to know what the best one shows at least; and so many at most then."""
-MANY, MOST_OF_MANY = 20_000, 250
+MANY, MOST_OF_MANY = 20_000, 100
 """Of more places than the first, as in halls, only so many: most of them have been looked at before."""
 
 
@@ -32,8 +33,9 @@ def best_view(
     """Return the place that shows most frontier voxels a second, and how many it shows; -1, 0 if none does.
 
     All that is in the cubes around a place is more than what is in reach of its beams, and that is more than
-    what it shows. So only the places that could still be the best are looked at in full. The cost grows with
-    the border near the UAV, not with the whole border.
+    what it shows. So only the places that could still be the best are looked at in full, and the reach of
+    beams is looked at for those only whose cubes hold more than the next best has in reach. The cost grows
+    with the border near the UAV, not with the whole border.
 
     Args:
         kinds: as in `seen_from`.
@@ -52,14 +54,10 @@ def best_view(
         low[axis] = cells[:, axis].min()
         size[axis] = (cells[:, axis].max() - low[axis]) // side + 1
     order, firsts, sums = _cubes(cells, counts, low, size, side)
+    table = _table(sums, size)
     bounds = np.zeros(len(places))
     for n in range(len(places)):
-        z, y, x = _window(places[n], slopes, reaches[1], low, size, side)
-        total = 0
-        for c in range(z[0], z[1]):
-            for b in range(y[0], y[1]):
-                for a in range(x[0], x[1]):
-                    total += sums[(c * size[1] + b) * size[2] + a]
+        total = _total(table, _window(places[n], slopes, reaches[1], low, size, side))
         bounds[n] = total / times_s[n] if total >= least[0] else 0.0
     within = np.empty(len(cells), np.int64)
     shown = (kinds, places, times_s, cells, counts, slopes, reaches)
@@ -72,12 +70,19 @@ def best_view(
         if bound >= least[0] and gain >= least[0] and gain / times_s[n] > best_rate:
             best, best_gain, best_rate = n, gain, gain / times_s[n]
     candidates = by_bound[: np.sum(bounds > best_rate)]
-    for n in candidates:
-        bounds[n] = _within(n, shown, windows, within)[1] / times_s[n]
+    keys, items = np.empty(len(candidates)), np.empty(len(candidates), np.int64)
+    waiting, begun = 0, 0
     left = MOST if len(places) <= MANY else MOST_OF_MANY
-    for n in candidates[np.argsort(-bounds[candidates])][:MOST]:
-        if bounds[n] <= best_rate:
+    for _ in range(MOST):  # by what is in reach of their beams, most first
+        while begun < len(candidates) and (waiting == 0 or bounds[candidates[begun]] >= -keys[0]):
+            n = candidates[begun]
+            push(keys, items, waiting, -_within(n, shown, windows, within)[1] / times_s[n], n)
+            waiting, begun = waiting + 1, begun + 1
+        if waiting == 0 or -keys[0] <= best_rate:
             break
+        n = items[0]
+        waiting -= 1
+        drop_first(keys, items, waiting)
         if gains[n] < 0:
             if left == 0:
                 continue
@@ -141,6 +146,29 @@ def _cubes(
         sums[cubes[m]] += counts[m]
     firsts = np.cumsum(firsts)
     return np.argsort(cubes, kind="mergesort"), firsts, sums
+
+
+@njit(cache=True, nogil=True)
+def _table(sums: np.ndarray, size: np.ndarray) -> np.ndarray:
+    """Return what all cubes hold before each corner of cubes, (z, y, x) (Crow, 1984: summed-area tables)."""
+    table = np.zeros((size[0] + 1, size[1] + 1, size[2] + 1), np.int64)
+    for c in range(size[0]):
+        for b in range(size[1]):
+            row = 0
+            for a in range(size[2]):
+                row += sums[(c * size[1] + b) * size[2] + a]
+                before = table[c, b + 1, a + 1] + table[c + 1, b, a + 1] - table[c, b, a + 1]
+                table[c + 1, b + 1, a + 1] = row + before
+    return table
+
+
+@njit(cache=True, nogil=True)
+def _total(table: np.ndarray, window: tuple[tuple[int, int], tuple[int, int], tuple[int, int]]) -> int:
+    """Return what the cubes of a window hold."""
+    (c, d), (b, e), (a, f) = window
+    near = table[c, e, f] - table[c, b, f] - table[c, e, a] + table[c, b, a]
+    far = table[d, e, f] - table[d, b, f] - table[d, e, a] + table[d, b, a]
+    return far - near
 
 
 @njit(cache=True, nogil=True)

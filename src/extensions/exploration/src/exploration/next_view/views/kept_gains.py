@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from exploration.next_view.frontiers import Frontiers
+from exploration.next_view.frontiers import Frontiers, ascending
 from exploration.next_view.views.scene import Scene
 from exploration.planning.space import Space
 
@@ -14,8 +14,6 @@ CUBE = 16
 """Voxels along a cube whose border is compared at once."""
 PRIMES = np.array((73_856_093, 19_349_663, 83_492_791), np.int64)
 """Of a cell's place, so that no two cells look alike (Teschner et al., 2003)."""
-OFFSET, SHIFTS = 2**20, np.array((42, 21, 0))
-"""They make one number of a voxel: no map reaches a million voxels from the origin."""
 
 
 class KeptGains:
@@ -50,7 +48,7 @@ class KeptGains:
         whole = places + corner
         sums = _sums(in_cubes, low * CUBE, CUBE, whole, reach)
         sums += _sums(grid.versions, corner, grid.side, whole, reach)
-        keys = ((whole + OFFSET) << SHIFTS).sum(axis=1)
+        keys = ascending(whole)
         at = np.minimum(np.searchsorted(self._keys, keys), max(len(self._keys) - 1, 0))
         known = np.full(len(places), -1)
         if is_same_map and len(self._keys):

@@ -28,10 +28,11 @@ class Scene:
 
     @staticmethod
     def of(space: Space, parameters: ExplorerParameters, known: KnownBorder | None = None) -> Scene:
-        """Return the scene of a space. known: the border of the map as it was; it is brought up to date."""
-        kinds = np.pad(space.grid.kinds, 1)
-        border = (known or KnownBorder()).of(space.grid, kinds)
-        return Scene(space, kinds, border, sight_of(space, parameters))
+        """Return the scene of a space.
+
+        known: the map and its border as they were. It is brought up to date, and scenes of before with it.
+        """
+        return Scene(space, *(known or KnownBorder()).of(space.grid), sight_of(space, parameters))
 
     def cells(self, side_m: float, which: np.ndarray | None = None) -> Frontiers:
         """Return the cells of the border, or of that part of it which a mask (n,) chooses."""
