@@ -17,6 +17,7 @@ from cepa.dynamic.obstacle_tracks.falling import Falling
 from cepa.dynamic.obstacle_tracks.kernels.falling import fall_rates, lowest_over
 
 FAR_M, LIMITS_RAD = 30.0, (-0.7, 0.9)
+PUCK_PERIOD_S = 0.05
 CHANNELS_RAD = np.linspace(*LIMITS_RAD, 64)
 """Of a QT64."""
 _azimuth, _up = np.meshgrid(np.radians(np.arange(0.0, 360.0, 2.0)), CHANNELS_RAD)
@@ -36,10 +37,12 @@ def box(x: float, y: float, z: float, edge_m: float, high_m: float | None = None
     return Boxes(np.array([[(x - half, y - half, z), (x + half, y + half, z + (high_m or edge_m))]]))
 
 
-def found_in(boxes_at, speed: float, until_s: float, climb: float = 0.0) -> tuple[float, np.ndarray] | None:
+def found_in(
+    boxes_at, speed: float, until_s: float, climb: float = 0.0, period_s: float = PERIOD_S, cloud_of=cloud_of
+) -> tuple[float, np.ndarray] | None:
     """Return when a UAV that flies along x finds that something comes down, and the discs; None: never."""
     falling, picture = Falling(0.15), CloudPicture()
-    for t in np.arange(0.0, until_s, PERIOD_S).tolist():
+    for t in np.arange(0.0, until_s, period_s).tolist():
         place = np.array([speed * t, 0.0, HEIGHT_M + climb * t])
         motion = Motion(t, tuple(place.tolist()), LEVEL, (speed, 0.0, climb))
         points = picture.take_in(cloud_of(boxes_at(t), place), motion)
@@ -69,6 +72,34 @@ def test_a_load_whose_near_side_is_over_the_highest_channel_is_as_large_as_loads
     # Then the disc holds the load's middle, too, and reaches its near side
     assert math.hypot(ahead - 1.5, aside) < radius
     assert ahead - radius < 0.5
+
+
+@pytest.mark.parametrize(("edge_m", "sinks"), [(0.35, 0.5), (1.15, 1.1), (1.0, 1.2)])
+def test_a_load_that_is_in_view_for_less_than_half_a_second_is_found_and_as_wide_as_its_front(edge_m, sinks):
+    start_m, far_m = HEIGHT_M + 1.5, 1.0 + edge_m
+    load_at = lambda t: box(0.5 * (1.0 + far_m), 0.0, start_m - sinks * t, edge_m)  # noqa: E731
+    found = found_in(load_at, 0.0, 3.0, 0.0, PUCK_PERIOD_S, lambda boxes, place: boxes.cloud(place))
+    assert found is not None
+    found_s, ((ahead, aside, _, _, radius, *_),) = found
+    # A Puck's highest channel meets the far end of its bottom first, and the body ends 0.15 m over the lidar
+    seen_s = (start_m - HEIGHT_M - far_m * math.tan(math.radians(15.0))) / sinks
+    arrives_s = (start_m - HEIGHT_M - 0.15) / sinks
+    assert arrives_s - seen_s < 0.5
+    assert seen_s < found_s < arrives_s
+    for corner_m in (-0.5 * edge_m, 0.5 * edge_m):
+        assert math.hypot(ahead - 1.0, aside - corner_m) < radius
+
+
+def test_a_thing_that_is_nearer_at_once_does_not_fall():
+    """A UAV passes a step of 0.1 m in a deck: three clouds show the lower part, and the two before do not."""
+    falling, picture = Falling(0.15), CloudPicture()
+    for number in range(8):
+        place = np.array([0.0, 0.0, HEIGHT_M])
+        motion = Motion(PUCK_PERIOD_S * number, tuple(place.tolist()), LEVEL, (0.0, 0.0, 0.0))
+        deck = box(1.2, 0.0, HEIGHT_M + (0.8 if number < 5 else 0.7), 0.4)
+        points = picture.take_in(cloud_of(deck, place), motion)
+        falling.take_in(points, picture.free, PICTURE_ROW_TAN * picture.rows_in_one, motion)
+        assert not len(falling.columns(motion))
 
 
 @pytest.mark.parametrize(("speed", "climb"), [(1.0, 0.0), (0.0, 0.5), (0.0, -0.3)])
@@ -107,6 +138,25 @@ def test_the_rim_of_a_manhole_does_not_fall(seed):
         points += rng.normal(0.0, 0.01, points.shape)
         falling.take_in(points, picture.free, PICTURE_ROW_TAN * picture.rows_in_one, motion)
         assert not len(falling.columns(motion))
+
+
+@pytest.mark.parametrize(("edge_m", "sinks", "aside_m"), [(0.95, 0.7, 0.1), (0.6, 0.6, 0.2)])
+def test_a_uav_leaves_a_load_that_a_puck_sees_late(edge_m, sinks, aside_m):
+    """It is over the highest channel until it is some 0.3 m over the UAV, which flies towards it at 1 m/s."""
+    steering, place, state = Dynamic(), np.array([0.0, 0.0, HEIGHT_M]), np.zeros((3, 4))
+    model, command, clearance_m = steering.parameters.response, np.zeros(3), math.inf
+    response, meeting_s, meeting_x = response_of(model, STEP_S), 4.5, 4.0
+    for t in np.arange(0.0, 6.5, PUCK_PERIOD_S).tolist():
+        load = box(meeting_x, aside_m, max(0.01, HEIGHT_M - sinks * (t - meeting_s)), edge_m)
+        motion = Motion(t, tuple(place.tolist()), LEVEL, tuple(state[:, 1].tolist()), HEIGHT_M - place[2])
+        decision = steering.steer(NO_SCAN, (1.0, 0.0), tuple(state[:2, 1]), motion, load.cloud(place))
+        late, command = command, np.array([*decision.velocity_xy, decision.climb_m_s or 0.0])
+        state[:, 0] = 0.0
+        commands = np.array([[0.0, 9.0, *late], [model.delay_s, 9.0, *command]])
+        fly(state, commands, 0, 2, 0.0, PUCK_PERIOD_S, response)
+        place = place + state[:, 0]
+        clearance_m = min(clearance_m, load.clearance(place, 0.3, 0.1, 0.05))
+    assert clearance_m > 0.0
 
 
 @pytest.mark.parametrize(("edge_m", "sinks"), [(1.0, 0.5), (2.0, 1.0)])

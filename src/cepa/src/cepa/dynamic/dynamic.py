@@ -13,6 +13,7 @@ from cepa.decision import Decision, Reason, Vector2
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, leads_back
 from cepa.dynamic.constants.choice import (
     EVASION_M_S,
+    HURRIED_BY_CLOUDS_S,
     HURRIED_EVASION_M_S,
     HURRIED_S,
     SINK_ALONG_S,
@@ -35,7 +36,7 @@ from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, Surroundings
 from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
 from cepa.dynamic.observer import Observer
 from cepa.dynamic.obstacle_tracks.moving_obstacles import MovingObstacles, SegmentedScan
-from cepa.dynamic.obstacle_tracks.sinking import Sinking
+from cepa.dynamic.obstacle_tracks.sinking import NO_COLUMNS, Sinking
 from cepa.dynamic.plane_knowledge import PlaneKnowledge
 from cepa.dynamic.remembered.single_beams import SingleBeams
 from cepa.dynamic.report import Considered, Explanation, Report, View, report_of, view_of
@@ -238,8 +239,8 @@ class Dynamic(Algorithm):
             standing = np.concatenate((standing, at_body))
         rangings, self._rangings = self._rangings, ()
         columns = self._sinking.take_in(rangings, now, self._space is not None and self._space.has_clouds)
-        if self._space is not None:
-            columns = np.concatenate((columns, self._space.columns(now)))
+        falling = self._space.columns(now) if self._space is not None else NO_COLUMNS
+        columns = np.concatenate((columns, falling))
         if self._space is not None and self._is_hurried(columns):
             for way in np.unique(columns[:, 7]).tolist():
                 rangings = [r for r in rangings if way * r.direction[2] <= 0.0]
@@ -258,6 +259,7 @@ class Dynamic(Algorithm):
             free=scan.free,
             movers=scan.movers,
             columns=columns,
+            falling=falling,
             walls=walls,
             threats=threats(met, fastest, self.parameters.r_ub),
             cloud=cloud,
@@ -370,8 +372,9 @@ class Dynamic(Algorithm):
         others = movers[~are_within(movers, columns)]  # a scan may show the thing itself, as it sinks
         movers = np.concatenate((others, columns))
         around = outlook.around._replace(cost_to_go=NO_COST_TO_GO, movers=movers)
-        has_cloud = step.snapshot.observed.cloud is not None  # it shows loads early, and tanks are narrow
-        speed = max(step.reference.speed, EVASION_M_S if has_cloud else HURRIED_EVASION_M_S)
+        falls_s, _ = arrives_in_s(step.snapshot.observed.falling, self.parameters.body_radius)
+        is_slow = step.snapshot.observed.cloud is not None and falls_s > HURRIED_BY_CLOUDS_S
+        speed = max(step.reference.speed, EVASION_M_S if is_slow else HURRIED_EVASION_M_S)
         commands = candidates(step.reference.velocity, self._command, speed)
         commands[:, 2] = 0.0
         state, nowhere = step.snapshot.state.copy(), np.zeros(2)

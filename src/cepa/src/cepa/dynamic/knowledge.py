@@ -49,6 +49,8 @@ class Observation(NamedTuple):
     columns: np.ndarray = NO_COLUMNS
     """(c, 8): discs that something sinks or rises into, as movers that stand; in how many s it arrives, and
     whether from above (1) or from below (-1)."""
+    falling: np.ndarray = NO_COLUMNS
+    """(f, 8): those of ``columns`` that clouds have shown."""
     cloud: Cloud | None = None
     rangings: Sequence[Ranging] = ()
     is_held: bool = False

@@ -20,6 +20,9 @@ Greater: it leaves faster, and farther."""
 SINK_ALONG_S = 1.5
 """s: If it arrives even sooner, the UAV also sinks while it leaves: its lean lifts it, and the rotors behind.
 Source: flown. Greater: it sinks where it need not."""
+HURRIED_BY_CLOUDS_S = 1.0
+"""s: Where clouds come, only if they show it, and it arrives so soon: tanks are narrow. Source:
+flown. Greater: it leaves fast where it need not."""
 FAN_CLIMBS = (-1.0, 0.0, 1.0)
 """1: Climbs that are tried, as shares of `climb_max`. Source: chosen. Greater: beyond 1 they are not
 allowed."""

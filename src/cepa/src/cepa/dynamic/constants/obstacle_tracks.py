@@ -191,8 +191,15 @@ FALLING_REACH_M = 6.0
 """m: So far to each side. Source: chosen. Greater: loads are found earlier by a fast UAV."""
 FALLING_HIGHEST_M = 8.0
 """m: And so far up. Source: chosen. Greater: fast loads are found earlier."""
-FALLING_SPANS_S = (0.5, 1.0, 2.0)
+FALLING_SPANS_S = (0.2, 0.5, 1.0, 2.0)
 """s: The speed is taken over each of these times. Source: chosen. Greater: slower loads are found, later."""
+FALLING_UNEVEN = 0.15
+"""1: Over the shortest of them, heights that are farther off a line by this share of the way down are no even
+motion; one step in five clouds is off by 0.2. Source: chosen. Greater: stiffeners that the UAV passes come
+down."""
+FALLING_LEVEL_M = 0.15
+"""m: What is new beside a load, and differs by less in height, belongs to it. Source: chosen. Greater: it
+leaves farther."""
 FALLING_FEWEST = 4
 """1: Clouds that tell a speed. Source: chosen. Greater: found later by slow lidars."""
 FALLING_DROP_M = 0.1

@@ -20,10 +20,12 @@ from cepa.dynamic.constants.obstacle_tracks import (
     FALLING_FEWEST,
     FALLING_HIGHEST_M,
     FALLING_LARGEST_M,
+    FALLING_LEVEL_M,
     FALLING_REACH_M,
     FALLING_RESIDUAL_M,
     FALLING_SPANS_S,
     FALLING_SPREAD,
+    FALLING_UNEVEN,
     SINKING_FORGET_S,
     SINKING_LEAST_M_S,
 )
@@ -102,11 +104,17 @@ class Falling:
                 self._close(*self._coming(span_s, lowest_m[cells], all_m), motion)
 
     def _are_lower(self, heights_m: np.ndarray) -> np.ndarray:
-        """Return in which cells (n * n,) the newest heights are lower than a short span ago, as few are."""
+        """Return in which cells (n * n,) the newest heights are lower than shortly before, as few are."""
+        short_s, longer_s = FALLING_SPANS_S[:2]
+        much_m, little_m = 0.5 * FALLING_DROP_M, 0.5 * longer_s * SINKING_LEAST_M_S
+        (short_m, longer_m) = (self._earliest_in(span_s).lowest_m[:, 2] for span_s in (short_s, longer_s))
+        is_fast = np.isfinite(short_m) & (heights_m < short_m - much_m)
+        return np.asarray(is_fast | (np.isfinite(longer_m) & (heights_m < longer_m - little_m)))
+
+    def _earliest_in(self, span_s: float) -> _Seen:
+        """Return the earliest cloud of the last ``span_s``."""
         newest_s = self._seen[-1].stamp_s
-        earlier = next(s for s in self._seen if newest_s - s.stamp_s <= FALLING_SPANS_S[0] + 1e-6)
-        earlier_m = earlier.lowest_m[:, 2]
-        return np.isfinite(earlier_m) & (heights_m < earlier_m - 0.5 * FALLING_SPANS_S[0] * SINKING_LEAST_M_S)
+        return next(seen for seen in self._seen if newest_s - seen.stamp_s <= span_s + 1e-6)
 
     def columns(self, motion: Motion) -> np.ndarray:
         """Return the discs (k, 8) that something comes down into now, see `Observation`."""
@@ -137,6 +145,8 @@ class Falling:
         between_m = FALLING_SPREAD * np.hypot(places[:, 0] - x, places[:, 1] - y)  # of two channels
         falls = -slopes * lasted_s > np.maximum(FALLING_DROP_M, 2.0 * between_m)
         falls &= (-slopes > SINKING_LEAST_M_S) & (residual_m < FALLING_RESIDUAL_M + 0.4 * between_m)
+        if span_s == FALLING_SPANS_S[0]:
+            falls &= residual_m < FALLING_UNEVEN * -slopes * lasted_s
         if falls.any():
             sunk_m = heights[0, falls] - heights[-1, falls]
             falls[falls] = _was_free(places[falls], sunk_m, self._seen[first])
@@ -146,7 +156,8 @@ class Falling:
         """Close the columns of what comes down; neighbours are one thing."""
         while len(places):
             is_one = np.hypot(*(places[:, :2] - places[0, :2]).T) < FALLING_APART_M
-            one, speed = self._with_unseen(places[is_one]), float(speeds[is_one].max())
+            one, speed = self._with_new(places[is_one]), float(speeds[is_one].max())
+            one = self._with_unseen(one)
             x_m, y_m = one[:, :2].mean(axis=0).tolist()
             radius_m = float(np.hypot(*(one[:, :2] - (x_m, y_m)).T).max()) + FALLING_BEYOND_M
             gap_m = float(one[:, 2].min()) - motion.position_m[2] - self._above_m
@@ -156,6 +167,20 @@ class Falling:
             largest = max([disc, *(c[:3] for c in same)], key=itemgetter(2))  # once seen, it stays as large
             self._columns = [*(c for c in self._columns if c not in same), _Column(*largest, *times)]
             places, speeds = places[~is_one], speeds[~is_one]
+
+    def _with_new(self, one: np.ndarray) -> np.ndarray:
+        """Return the places of one thing (n, 3), m, and what is new beside them, as low as they are.
+
+        Of a load that has just come into view, few cells have been seen for long enough to tell that they
+        fall.
+        """
+        lowest_m, before_m = self._seen[-1].lowest_m, self._earliest_in(FALLING_SPANS_S[0]).lowest_m[:, 2]
+        middle = one.mean(axis=0)
+        beside = np.abs(lowest_m[:, 2] - one[:, 2].min()) < FALLING_LEVEL_M
+        beside &= before_m > lowest_m[:, 2] + 0.5 * FALLING_DROP_M
+        new_m = lowest_m[beside]
+        near = np.hypot(new_m[:, 0] - middle[0], new_m[:, 1] - middle[1]) < FALLING_APART_M
+        return np.concatenate((one, new_m[near]))
 
     def _with_unseen(self, one: np.ndarray) -> np.ndarray:
         """Return the places of one thing (n, 3), m, and how far it may go on where the UAV sees nothing.
