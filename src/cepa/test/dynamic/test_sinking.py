@@ -178,7 +178,7 @@ def fly_near_a_load(edge_m, bottom_of, reference_of, until_s, place_m=(0.0, 0.0,
                 for way in (UP, DOWN)
             ]
         )
-        climb_ref = float(np.clip(HEIGHT_M - position[2], -1.0, 1.0))
+        climb_ref = float(np.clip(place_m[2] - position[2], -1.0, 1.0))
         motion = Motion(number * PERIOD_S, tuple(position), LEVEL, tuple(state[:, 1]), climb_ref)
         decision = steering.steer(scan, reference_of(position), tuple(state[:2, 1]), motion)
         late, command = command, np.array([*decision.velocity_xy, decision.climb_m_s or 0.0])
@@ -229,3 +229,22 @@ def test_a_uav_that_flies_under_a_load_is_out_again_before_it_arrives(edge_m, sp
     )
     assert clearance_m > 0.0
     assert lowest_m > HEIGHT_M - 0.9  # it is nowhere near the floor
+
+
+def test_a_uav_that_sinks_out_of_the_way_of_a_load_stops_in_time_over_the_floor():
+    """It sinks at 0.8 m/s, 0.4 m over its least height; a UAV that leans stops 0.5 m lower."""
+    steering, sinks, period_s, end_m = Dynamic(), 0.8, 0.05, Dynamic().parameters.height_min + 0.4
+    for number in range(20, -1, -1):
+        position = np.array([0.0, 0.0, end_m + sinks * period_s * number])
+        bottom_m = end_m + 0.3 + 1.4 * period_s * number  # it comes nearer at 0.6 m/s
+        load = Boxes(np.array([[(-0.5, -0.5, bottom_m), (0.5, 0.5, bottom_m + 1.0)]]))
+        ranges = np.full(BEAMS, math.inf)
+        scan = LaserScan2D(ranges, -math.pi, 2 * math.pi / BEAMS, 0.06, 10.0)
+        up, down = (float(load.ranges(position, np.array([way]) + 1e-9)[0]) for way in (UP, DOWN))
+        steering.take_ranges(
+            [Ranging((0.0, 0.0, 0.0), w, r, 0.05, 40.0) for w, r in ((UP, up), (DOWN, down))]
+        )
+        motion = Motion(1.0 - number * period_s, tuple(position), LEVEL, (0.0, 0.0, -sinks))
+        decision = steering.steer(scan, (0.0, 0.0), (0.0, 0.0), motion)
+    assert math.hypot(*decision.velocity_xy) > 1.0  # it leaves the load's way
+    assert decision.climb_m_s == 0.0

@@ -22,7 +22,7 @@ from cepa.dynamic.constants.choice import (
 )
 from cepa.dynamic.constants.free_space import SLAB_RANGE_M
 from cepa.dynamic.constants.obstacle_tracks import LATE_S
-from cepa.dynamic.constants.response import MEETING_S
+from cepa.dynamic.constants.response import CLIMB_LAG_S, MEETING_S
 from cepa.dynamic.cost import Cost, progress_as_asked
 from cepa.dynamic.cost_to_go.course import Course, Reference, course_of, reference_of
 from cepa.dynamic.cost_to_go.hold_up import HoldUp
@@ -386,11 +386,16 @@ class Dynamic(Algorithm):
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
         command = commands[best].copy()
         above_s, below_s = arrives_in_s(step.snapshot.observed.columns, self.parameters.body_radius)
-        if above_s <= SINK_ALONG_S < below_s:
+        if above_s <= SINK_ALONG_S < below_s and self._stops_at_m(step.snapshot) > self.parameters.height_min:
             sinking = np.array((*command[:2], -self.parameters.climb_max))
             seen = self._rollouts.assess(sinking[None], state, around, nowhere, self.commit_s, True)
             command = sinking if seen.is_admissible[0] else command
         return self._answer(step, command, float(cost[best]), len(commands), Reason.MARGIN_LOST)
+
+    def _stops_at_m(self, snapshot: Snapshot) -> float:
+        """Return the z at which a UAV that sinks now has stopped, also if it leans and takes longer."""
+        sinks_m_s = min(0.0, float(snapshot.state[2, 1]))
+        return snapshot.observed.motion.position_m[2] + 2.0 * CLIMB_LAG_S * sinks_m_s
 
     def _climb_on_the_spot(self, step: Step, outlook: Outlook) -> Decision:
         """Climb or sink as fast as may be, to look for a way at other heights."""
