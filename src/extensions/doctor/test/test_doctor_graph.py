@@ -58,6 +58,13 @@ def test_what_pilot_orders_can_do_without_is_no_finding(topic):
     assert graph.check(with_topic(topic, subscribers=("/pilot_orders",))) == []
 
 
+@pytest.mark.parametrize("topic", ["/experiment/working", "/slam_octomap/working"])
+def test_in_lockstep_a_participant_need_not_say_that_it_still_works(topic):
+    assert graph.check(with_topic(topic, subscribers=("/gazebo",))) == []
+    acknowledged = with_topic(topic.replace("working", "processed"), subscribers=("/gazebo",))
+    assert [found.where for found in graph.check(acknowledged)]
+
+
 def test_of_goals_those_contradict_whose_senders_do_not_hear_each_other():
     both = ("/experiment", "/pilot_orders")
     heard = with_topic("/UAV/pos_setpoint", publishers=both, subscribers=(*both, "/position_controller"))

@@ -45,6 +45,7 @@ OPTIONAL_INPUTS = re.compile(
     r"/mavros/(setpoint_|vision_|distance_sensor/|(odometry/out|rc/override|home_position/set)$)"
     r"|/mavros/global_position/set_gp_origin$|/gazebo/set_model_(state|states)$"
     r"|/UAV/(pos_setpoint/final|use_pos_setpoint|vision_state|front)$"
+    r"|/.*/working$"  # in lockstep the simulator hears it of each participant; only slow ones send it
     r"|/joy$|/explore/explore/status$|/inspect/survey/status$"
 )
 """Optional inputs for users. A publisher is not necessary. The last line is what `pilot_orders` hears."""
