@@ -82,7 +82,8 @@ def candidates_in(
     found = []
     if not parameters.coatings and is_all_red(red, blocks.sum(axis=2) > 3.0 * LEAST_LIGHT):
         found += _of_blocks(RED, rust, most_apart)
-        rust = red = _large(unlike_the_most(blocks, red), least)
+        red = _large(unlike_the_most(blocks, red), least)
+        rust = rust_among(red, picture, _linear()) if parameters.rust_texture else red
     found += _of_blocks(RUST.name, rust, most_apart)
     near = ndimage.binary_dilation(red, iterations=3)  # rust has dark pits and borders
     near = ~without_writing(~near, writing, BLOCK_PX)
