@@ -93,8 +93,8 @@ def check(launch: launch_check.Launch, files: LaunchFiles) -> None:
     launch_check.check(launch)
     for file, asked in files.flown_by(launch):
         simulator.check(asked)
-        simulator.check_packages(asked, launch_check.find_package)
         files.checks[file.name](asked)
+        simulator.check_packages(asked, launch_check.find_package)
         if "results" in asked:
             check_results(asked["results"])
         simulator.check_ports(asked)
