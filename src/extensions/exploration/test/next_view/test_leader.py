@@ -13,7 +13,8 @@ from exploration.next_view.leader import ExplorationLeader
 from flight_basics.errand import messages as came
 from flight_basics.errand import outputs as out
 from flight_basics.errand.begun import BegunGoal
-from flight_basics.errand.errand import Errand, ErrandParameters
+from flight_basics.errand.errand import Errand
+from flight_basics.errand.parameters import ErrandParameters
 
 HOVER_M, FAR_M = np.array((1.0, 2.0, 3.0)), np.array((3.0, 2.0, 3.0))
 PARAMETERS = ErrandParameters("exploration", "Nothing is being explored.", needs_battery=True)

@@ -41,6 +41,7 @@ class Away:
         self.must_land = False
         self.home_m = None
         self._looks = 0
+        self.rested_at_home = False
 
     def prepare(self, content):
         if content == "no":
@@ -70,7 +71,7 @@ class Away:
         return []
 
     def rest(self):
-        pass
+        self.rested_at_home = self.rested_at_home or bool(self.end and self._looks >= self._takes_looks)
 
     def trust(self, trust, why, here):
         if trust is Trust.COME_HOME:

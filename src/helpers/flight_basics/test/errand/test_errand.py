@@ -5,7 +5,8 @@ from errand_model import Hands, Kept, pose
 
 from flight_basics.errand import messages as came
 from flight_basics.errand import outputs as out
-from flight_basics.errand.errand import BATTERY_S, FIRST_S, ErrandParameters
+from flight_basics.errand.errand import BATTERY_S, FIRST_S
+from flight_basics.errand.parameters import ErrandParameters
 
 PARAMETERS = ErrandParameters("test", "Nothing is flown.", needs_battery=True)
 
@@ -112,3 +113,19 @@ def test_a_single_pose_far_off_is_left_out():
     hands.give(pose(10.02, (2000.0, 0.0, 2.0)))
     assert hands.errand.here.place_m.tolist() == [0.0, 0.0, 2.0]
     assert hands.errand.here.stamp_s == 10.02
+
+
+def test_what_goes_on_after_a_flight_is_told_before_its_result():
+    hands = Hands(ErrandParameters("test", "Nothing is flown.", rests=True))
+    hands.give(pose(10.0))
+    hands.work_all()
+    hands.give(goal("one"))
+    hands.work_all()
+    hands.give(came.Command("abort"))
+    for step in range(5):
+        hands.give(pose(11.0 + step))
+        hands.work_all()
+    kinds = [type(each) for each in hands.outputs]
+    end = kinds.index(out.Finish)
+    assert hands.leader.rested_at_home
+    assert out.Settled in kinds[end - 2 : end]

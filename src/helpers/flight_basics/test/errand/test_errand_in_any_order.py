@@ -10,7 +10,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from flight_basics.errand import messages as came
 from flight_basics.errand import outputs as out
 from flight_basics.errand.barriers import MapBarrier
-from flight_basics.errand.errand import ErrandParameters
+from flight_basics.errand.parameters import ErrandParameters
 from flight_basics.pose.trust import LOST
 
 PARAMETERS = ErrandParameters("test", "Nothing is flown.", needs_battery=True, rests=True)

@@ -10,8 +10,9 @@ from flight_basics.errand import errand_thread
 from flight_basics.errand import messages as came
 from flight_basics.errand import outputs as out
 from flight_basics.errand.begun import BegunGoal
-from flight_basics.errand.errand import Errand, ErrandParameters
+from flight_basics.errand.errand import Errand
 from flight_basics.errand.errand_thread import ErrandThread
+from flight_basics.errand.parameters import ErrandParameters
 from flight_basics.errors import FlightBasicsError
 
 PATIENCE_S = 60.0

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
-from typing import Any, Callable, Mapping, Protocol
+from typing import Any, Callable, Mapping
 
 import numpy as np
 
@@ -13,7 +12,9 @@ from flight_basics.errand import messages as came
 from flight_basics.errand import outputs as out
 from flight_basics.errand.barriers import Barrier, NoBarrier
 from flight_basics.errand.begun import BegunGoal
+from flight_basics.errand.goal_desk import GoalDesk
 from flight_basics.errand.leader import Here, Leader
+from flight_basics.errand.parameters import ErrandParameters, Readings
 from flight_basics.errors import FlightBasicsError
 from flight_basics.pose.jumps import PoseJumps
 from flight_basics.pose.trust import PoseTrust
@@ -26,46 +27,7 @@ FIRST_S, BATTERY_S = 1.0, 15.0
 whose pose is known waits longer for its battery: PX4 tells it every 2 s of its time."""
 REST_S = 0.5
 """Wall time between two rests while nothing is flown."""
-REPLACED = "This goal was canceled because another one came."
 ABORTED = "It was aborted."
-
-
-@dataclass(frozen=True)
-class ErrandParameters:
-    """What differs between errands.
-
-    name: in sentences, such as "survey". idle: the answer while nothing is flown. restart_s: wall time in
-    which a node that starts again in a flight hears its pose and the battery. tell_s: between two feedbacks.
-    needs_pose: a goal begins when the pose is known, not before. needs_battery: also when the battery is.
-    has_map: a map that tells nothing for long sends the UAV home. photographs: a pose must be right to
-    centimetres. leaves_out_jumps: a single pose that is far off does not count. tells_setpoints: feedback
-    with each new setpoint. rests: the leader works on while nothing is flown.
-    """
-
-    name: str
-    idle: str
-    restart_s: float = 30.0
-    tell_s: float = 0.5
-    needs_pose: bool = True
-    needs_battery: bool = False
-    has_map: bool = True
-    photographs: bool = False
-    leaves_out_jumps: bool = True
-    tells_setpoints: bool = False
-    rests: bool = False
-
-
-class Readings(Protocol):
-    """As `exploration.energy.Readings`: charges that wait for the next look."""
-
-    def add(self, stamp_s: float, charge: float) -> None:
-        """Take in a reading."""
-
-    def begin(self, stamp_s: float, charge: float) -> None:
-        """Begin a flight with the newest reading."""
-
-    def take(self) -> list[tuple[float, float]]:
-        """Return what waits."""
 
 
 class Errand:
@@ -95,16 +57,9 @@ class Errand:
         self._barrier: Barrier = NoBarrier() if barrier is None else barrier
         self._readings, self._now_s = readings, now_s
         self._out: list[out.Output] = []
-        self._new: came.Goal | None = None
-        """It is not answered yet."""
-        self._until_s = -math.inf
-        """Wall time until which it waits for what is missing."""
-        self._is_new_cancelled = False
-        self._flown: came.Goal | None = None
-        self._newest_stamp_s = -math.inf
-        """Of all goals."""
+        self._goals = GoalDesk()
         self._prepares: came.Goal | None = None
-        self._is_due = self._looks = False
+        self._is_due = self._looks = self._has_rested = False
         self._end_before = ""
         self._rested_s = -math.inf
         self.here: Here | None = None
@@ -157,26 +112,14 @@ class Errand:
         if self._begun.had_ended(goal.identity):
             return
         self._out.append(out.Accept(goal))
-        if goal.stamp_s < self._newest_stamp_s:  # a latched one of before, which a restart hears again
-            self._out.append(out.Finish(goal, out.End.CANCELED, REPLACED))
-            return
-        self._newest_stamp_s = goal.stamp_s
-        if self._new is not None:
-            self._out.append(out.Finish(self._new, out.End.CANCELED, REPLACED))
-        if self._flown is not None:
-            self._out.append(out.Finish(self._flown, out.End.CANCELED, REPLACED))
-            self._flown = None
-        if self.is_active:
+        patience_s = self._p.restart_s if self._begun.is_flown(goal.identity) else FIRST_S
+        self._out += self._goals.take(goal, self._now_s() + patience_s)
+        if self._goals.new is goal and self.is_active:
             self._leader.give_way()
             self._send()
-        patience_s = self._p.restart_s if self._begun.is_flown(goal.identity) else FIRST_S
-        self._new, self._until_s = goal, self._now_s() + patience_s
-        self._is_new_cancelled = False
 
     def _on_cancel(self, cancel: came.Cancel) -> None:
-        if self._new is not None and self._new.name == cancel.name:
-            self._is_new_cancelled = True
-        elif self._flown is not None and self._flown.name == cancel.name:
+        if self._goals.cancel(cancel.name):
             self._abort()
 
     def _missing(self) -> str:
@@ -190,31 +133,28 @@ class Errand:
     @property
     def _is_answering(self) -> bool:
         """Whether a goal is to be answered now."""
-        if self._new is None:
-            return False
         longer_s = BATTERY_S if self.here is not None else 0.0
-        return not self._missing() or self._now_s() >= self._until_s + longer_s
+        return self._goals.is_due(self._missing(), longer_s, self._now_s())
 
     def _answer(self) -> None:
         """Let the goal that has come be prepared, or refuse it."""
-        if not self._is_answering or self._prepares is not None or self._new is None:
+        new = self._goals.new
+        if new is None or self._prepares is not None or not self._is_answering:
             return
         missing = self._missing()
         if missing:
             self._refuse(missing)
         else:
-            self._prepares = self._new
-            self._out.append(out.Prepare(self._new))
+            self._prepares = new
+            self._out.append(out.Prepare(new))
 
     def _refuse(self, why: str) -> None:
-        assert self._new is not None
         self._out.append(out.Say("warn", f"The {self._p.name} is refused: {why}"))
-        self._out.append(out.Finish(self._new, out.End.ABORTED, why))
-        self._new = None
+        self._out.append(self._goals.refuse(why))
 
     def _on_prepared(self, prepared: came.Prepared) -> None:
         self._prepares = None
-        if self._new is not prepared.goal:
+        if self._goals.new is not prepared.goal:
             return  # another one came meanwhile
         why = prepared.why
         try:
@@ -225,8 +165,8 @@ class Errand:
         if why:
             self._refuse(why)
             return
-        self._flown, self._new = prepared.goal, None
-        if self._is_new_cancelled:
+        self._goals.begin()
+        if self._goals.is_new_cancelled:
             self._abort()
 
     def _begin(self, prepared: came.Prepared) -> None:
@@ -248,19 +188,23 @@ class Errand:
 
     def _finish(self) -> None:
         """End the action at home, or where the UAV must land."""
-        if not self.is_active or self._looks or self._new is not None:
+        if not self.is_active or self._looks or self._goals.new is not None:
             return
         outcome = self._leader.outcome()
         if outcome is None:
+            self._has_rested = False
             return
+        if self._p.rests and not self._has_rested:  # what goes on afterwards is told before the result
+            self._has_rested = True
+            self._rest()
+            return
+        self._has_rested = False
         self.is_active = self._is_due = False
         self._begun.end()
         if outcome.must_land:
             self._out.append(out.Say("warn", f"The UAV must land here: {outcome.words}"))
         self._out.append(out.Say("warn" if outcome.end == "aborted" else "info", outcome.log))
-        if self._flown is not None:
-            self._out.append(out.Finish(self._flown, out.End(outcome.end), outcome.words, has_result=True))
-        self._flown = None
+        self._out += self._goals.end(outcome)
 
     # poses, map, battery
 
@@ -306,7 +250,7 @@ class Errand:
         self._out.append(out.Say("warn", words))
         self._barrier.note_map(stamp_s)
         if step_s < 0.0:
-            self._newest_stamp_s = -math.inf
+            self._goals.note_clock_set_back()
 
     def _send(self) -> None:
         setpoint = self._leader.setpoint
@@ -319,7 +263,9 @@ class Errand:
         if is_early and not (is_new_setpoint and self._p.tells_setpoints):
             return
         self._told_s = here.time_s
-        self._out.append(out.Tell(self._flown, here, None if self._battery is None else self._battery.more))
+        self._out.append(
+            out.Tell(self._goals.flown, here, None if self._battery is None else self._battery.more)
+        )
         if not self._p.has_map:
             return
         silent_s = here.time_s - self._map_came_s
@@ -392,8 +338,11 @@ class Errand:
             self._is_due, self._looks, self._end_before = False, True, self._leader.end
             self._out.append(out.Look(self.here, readings))
         elif self._p.rests and not self.is_active and self._now_s() >= self._rested_s + REST_S:
-            self._looks, self._rested_s = True, self._now_s()
-            self._out.append(out.Look(None))
+            self._rest()
+
+    def _rest(self) -> None:
+        self._looks, self._rested_s, self._end_before = True, self._now_s(), self._leader.end
+        self._out.append(out.Look(None))
 
     def _on_looked(self, looked: came.Looked) -> None:
         self._looks = False
