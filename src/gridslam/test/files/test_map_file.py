@@ -254,6 +254,13 @@ def test_thresholds_that_do_not_rise_count_as_in_map_server(tmp_path, mode, free
     assert read_map(tmp_path / "m.yaml").cells.tolist() == [right]
 
 
+def test_any_letter_may_stand_in_a_comment(tmp_path):
+    write_map(tmp_path / "a", OccupancyGrid(np.zeros((1, 1), np.int8), 0.05, (0.0, 0.0)))
+    text = (tmp_path / "a.yaml").read_bytes()
+    (tmp_path / "a.yaml").write_bytes("# \xdcbungsraum\n".encode("latin-1") + text)
+    assert read_map(tmp_path / "a.yaml").resolution_m == 0.05
+
+
 @pytest.mark.parametrize("yaw", [1e-9, -1e-9, 6.283185307179586, -0.0])
 def test_a_turn_that_moves_no_cell_is_none(tmp_path, yaw):
     read = read_map(write_files(tmp_path, [[0, 255]], origin=[1.0, 2.0, yaw]))

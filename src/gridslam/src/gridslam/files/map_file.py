@@ -139,8 +139,13 @@ def _facts_of(path: Path) -> dict:
     import yaml
 
     try:
-        facts = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
+        content = path.read_bytes()
+        try:
+            text = content.decode("utf-8")
+        except UnicodeDecodeError:
+            text = content.decode("latin-1")  # a comment of an older editor
+        facts = yaml.safe_load(text)
+    except OSError as error:
         raise MapError(f"The map's file {path} cannot be read: {reason_of(error)}.") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # endless digits, endless depth
         mark = getattr(error, "problem_mark", None)
