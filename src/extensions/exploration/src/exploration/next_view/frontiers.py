@@ -64,7 +64,8 @@ class KnownBorder:
         at = self._first - first
         before[tuple(slice(a, a + n) for a, n in zip(at, self._versions.shape))] = self._versions
         has_news = before != grid.versions
-        self._take_over(grid, has_news, has_grown=self._versions.shape != grid.versions.shape or at.any())
+        has_grown = self._versions.shape != grid.versions.shape or bool(at.any())
+        self._take_over(grid, has_news, has_grown)
         self._first, self._versions = first, grid.versions.copy()
         if has_news.any():
             self._look_anew(ndimage.binary_dilation(has_news), first, side, corner - 1)
