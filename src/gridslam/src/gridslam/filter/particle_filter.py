@@ -207,7 +207,8 @@ class ParticleFilter:
             return False
         climb_m = scan.height_m + self._map.kept.rise_m - float(self._map.kept.heights_m[anchor])
         base_in_anchor = se2.between(path[anchor], pose)
-        self._light.add(LightPose(scan.stamp_s, len(path), anchor, *base_in_anchor.tolist(), climb_m))
+        x_m, y_m, yaw_rad = base_in_anchor.tolist()
+        self._light.add(LightPose(scan.stamp_s, len(path), anchor, x_m, y_m, yaw_rad, climb_m))
         self._map.add_known(anchor, base_in_anchor, scan)
         by_map = se2.compose(self._shifted(motion.start), se2.between(before[best], pose))
         self._shift = se2.compose(by_map, se2.inverse(motion.now))
