@@ -5,9 +5,9 @@ import pytest
 
 from gridslam.filter.kept.known_places import PASSES_ENOUGH, adds_nothing, known_node
 from gridslam.filter.kept.light_poses import LightPose, LightPoses
-from gridslam.filter.kept.newest_scans import NewestScans, placed
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import ALL_HEIGHTS
+from gridslam.maps.newest_scans import NewestScans, placed
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.tracking.evidence import Agreement

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from gridslam.filter.kept.earlier_map import PiecesState
 from gridslam.filter.kept.kept_scans import InSpace
-from gridslam.filter.kept.newest_scans import NewestScan
 from gridslam.filter.motion_model import MotionState
 from gridslam.filter.state import FilterState
 from gridslam.inputs.continuous_odometry import OdometryState
@@ -24,6 +23,7 @@ from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.path.step_uncertainty import DoubtfulNodes
 from gridslam.loop_closure.stages import StagesState
 from gridslam.maps.new_map import Band
+from gridslam.maps.newest_scans import NewestScan
 from gridslam.maps.tile_map import MapsState
 from gridslam.maps.tile_pool import TilesState
 from gridslam.occupancy_grid import OccupancyGrid

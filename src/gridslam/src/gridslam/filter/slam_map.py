@@ -10,10 +10,10 @@ from gridslam.errors import StateError
 from gridslam.filter.kept.earlier_map import MapPieces
 from gridslam.filter.kept.kept_scans import KeptScans
 from gridslam.filter.kept.known_places import known_node
-from gridslam.filter.kept.newest_scans import NewestScans, placed
 from gridslam.filter.state import FilterState
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import ALL_HEIGHTS, Band, MapDraft, new_maps
+from gridslam.maps.newest_scans import NewestScans, placed
 from gridslam.maps.rendering import Renderer
 from gridslam.maps.tile_map import TileMaps
 from gridslam.occupancy_grid import OccupancyGrid

@@ -9,9 +9,9 @@ import numpy as np
 
 from gridslam.filter.kept.earlier_map import PiecesState
 from gridslam.filter.kept.kept_scans import InSpace
-from gridslam.filter.kept.newest_scans import NewestScan
 from gridslam.filter.motion_model import MotionState
 from gridslam.maps.new_map import Band
+from gridslam.maps.newest_scans import NewestScan
 from gridslam.maps.tile_map import MapsState
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gridslam.filter.kept.newest_scans import NewestScan, placed
 from gridslam.level_cloud import LevelCloud
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import ALL_HEIGHTS, Band, MapDraft
+from gridslam.maps.newest_scans import NewestScan, placed
 from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
