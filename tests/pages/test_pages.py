@@ -53,6 +53,15 @@ def test_a_file_that_a_page_names_exists(page):
     assert [name for name in named if not any(file.endswith(f"/{name}") for file in FILES)] == []
 
 
+@pytest.mark.parametrize("page", sorted(ROOT.glob("src/**/*.md")), ids=_name)
+def test_a_configuration_that_a_page_names_without_its_package_lies_in_the_own_one(page):
+    package = next((folder for folder in page.parents if (folder / "package.xml").exists()), None)
+    text = re.sub(r"\[[^\]]*\]\([^)]*\)", "", page.read_text(encoding="utf-8"))  # a link leads there
+    named = re.findall(r"`(config/[^`\s]*)", text) if package else []
+    shown = [name.partition("{")[0].partition("*")[0] for name in named]
+    assert [name for name in shown if not list(package.glob(name.rstrip("/") + "*"))] == []
+
+
 @pytest.mark.parametrize("package", room_maps.PAGES)
 def test_the_readmes_list_every_node(package):
     """A package's README lists all its programs, but those that only launch files call."""
