@@ -34,6 +34,10 @@ def test_a_way_of_one_s_own_is_one_class_and_one_entry(monkeypatch):
 
 
 @pytest.mark.parametrize("name", ["frontier", "", 3, None])
-def test_a_way_that_there_is_not_is_refused_with_those_that_there_are(name):
-    with pytest.raises(ParameterError, match=rf"view_choice is '{name}'; it must be one of border, volume\."):
+def test_a_way_that_there_is_not_is_refused_with_those_that_there_are(name, monkeypatch):
+    monkeypatch.setitem(VIEW_CHOICES, "nearest", lambda parameters, is_steep: NearestViews(parameters))
+    for other in VIEW_CHOICES.keys() - {"border", "nearest", "volume"}:
+        monkeypatch.delitem(VIEW_CHOICES, other)
+    sentence = rf"view_choice is '{name}'; it must be one of border, nearest, volume\."
+    with pytest.raises(ParameterError, match=sentence):
         Explorer(ExplorerParameters(view_choice=name))

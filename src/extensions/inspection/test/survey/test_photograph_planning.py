@@ -47,6 +47,9 @@ def test_a_way_of_one_s_own_is_one_class_and_one_entry(box, monkeypatch):
     assert len(own.views) >= len(greedy.views)
 
 
-def test_a_way_that_there_is_not_is_refused_with_those_that_there_are(box):
-    with pytest.raises(ParameterError, match=r"planning is 'annealing'; it must be one of greedy\."):
+def test_a_way_that_there_is_not_is_refused_with_those_that_there_are(box, monkeypatch):
+    monkeypatch.setitem(PHOTOGRAPH_PLANNINGS, "patient", Patient)
+    for other in PHOTOGRAPH_PLANNINGS.keys() - {"greedy", "patient"}:
+        monkeypatch.delitem(PHOTOGRAPH_PLANNINGS, other)
+    with pytest.raises(ParameterError, match=r"planning is 'annealing'; it must be one of greedy, patient\."):
         planner(box, "annealing")
