@@ -99,18 +99,25 @@ class ErrandServer:
 
     def listen(self, source: PoseSource, more: More, waits: str) -> None:
         """Take poses. waits: what a pose that makes no sense leads to, in a sentence."""
-        on_pose = partial(self._on_pose, source, more, waits, self.say_if_it_lasts)
-        self.subscribe(source.topic, Odometry, on_pose, 1)
+
+        def on_fault(stamp_s: float, sentence: str) -> None:
+            self.say_if_it_lasts(sentence)
+            self.put(came.Pose(stamp_s, None))
+
+        self.subscribe(source.topic, Odometry, partial(self._on_pose, source, more, waits, on_fault), 1)
 
     def listen_closely(self, source: PoseSource, waits: str) -> None:
-        """Take poses, of which none may be lost, and tell at once if one makes no sense."""
+        """Take poses, of which none may be lost. In flight, tell at once if one makes no sense."""
         watch = StampWatch(self._warnings)
+
+        def on_fault(stamp_s: float, sentence: str) -> None:
+            self.put(came.Pose(stamp_s, None, fault=sentence))
 
         def on_pose(odometry: Odometry) -> None:
             if watch.is_ahead(odometry.header.stamp, "pose"):
                 return
             watch.went_back(odometry.header.stamp)
-            self._on_pose(source, lambda *_: None, waits, self.say, odometry)
+            self._on_pose(source, lambda *_: None, waits, on_fault, odometry)
 
         self.subscribe(source.topic, Odometry, on_pose, 10)
 
@@ -155,14 +162,18 @@ class ErrandServer:
         return TriggerResponse(*self.ask(came.Command(name)))
 
     def _on_pose(
-        self, source: PoseSource, more: More, waits: str, say: Callable[[str], None], odometry: Odometry
+        self,
+        source: PoseSource,
+        more: More,
+        waits: str,
+        on_fault: Callable[[float, str], None],
+        odometry: Odometry,
     ) -> None:
         stamp_s = odometry.header.stamp.to_sec()
         try:
             place_m, yaw_rad = source.pose(odometry)
         except PoseError as error:
-            say(f"{error} {waits}")
-            self.put(came.Pose(stamp_s, None))
+            on_fault(stamp_s, f"{error} {waits}")
             return
         at_m = np.array(place_m)
         known = more(odometry, at_m, yaw_rad)

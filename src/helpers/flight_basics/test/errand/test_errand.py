@@ -48,6 +48,12 @@ def test_a_goal_waits_for_what_is_missing_and_is_refused_in_the_end(told, waits_
     assert words in finish.words
 
 
+def test_a_pose_that_makes_no_sense_is_told_only_while_something_is_flown():
+    fault = came.Pose(11.0, None, fault="TF knows no transform.")
+    assert not [said for said in Hands(PARAMETERS).give(fault) if isinstance(said, out.Say)]
+    assert out.Say("rarely", fault.fault) in flying().give(fault)
+
+
 def test_a_goal_that_is_refused_does_not_end_the_one_before_in_its_place():
     hands = flying()
     hands.give(goal("two", "no", 11.0))

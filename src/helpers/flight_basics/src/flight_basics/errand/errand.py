@@ -215,6 +215,8 @@ class Errand:
         before = self._sent
         if pose.place_m is not None:
             self._follow(pose, pose.place_m)
+        elif pose.fault and self.is_active:
+            self._out.append(out.Say("rarely", pose.fault))
         self._finish()
         self._barrier.note_followed(self._sent is not before)
 

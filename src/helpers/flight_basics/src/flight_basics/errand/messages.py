@@ -34,6 +34,7 @@ class Pose(NamedTuple):
     """A pose of the UAV. place_m: (x, y, z) in the frame of the goals; None: it makes no sense.
 
     off_m, off_rad: what it still lacks of SLAM's correction. more: what else the leader wants to know of it.
+    fault: why it makes no sense, to be told while something is flown; empty: it was told already.
     """
 
     stamp_s: float
@@ -41,6 +42,7 @@ class Pose(NamedTuple):
     off_m: float = 0.0
     off_rad: float = 0.0
     more: Any = None
+    fault: str = ""
 
 
 class Battery(NamedTuple):
