@@ -5,6 +5,7 @@ place and its seed alone. Times count from the first setpoint after the hover. `
 volume was known that the map knows at the end. The judge works on the world's surfaces at 0.05 m:
 `known_share` is of all that the UAV with its clearance can fill, `mapped_share` of the surface that its lidar
 can see from there. `false_ends`: flights that ended as explored, and less than 99 % was known.
+`--algorithm` flies the rows of flights with another algorithm of CEPA; their row is called ROW_ALGORITHM.
 
 Keys: explore.ROW.LIDAR.{flights, ended, contacts, landed_home, false_ends, left_m2}, and {time_99_s, end_s,
 home_s, known_share, mapped_share, views, decision_ms, decision_max_ms}.{median, worst}.
@@ -30,6 +31,7 @@ from __future__ import annotations
 import argparse
 import json
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Sequence
 
@@ -53,6 +55,8 @@ MISSION_SEEDS = tuple(range(1201, 1401))
 TIME_S, BRIEF_TIME_S = 400.0, 15.0
 """Of simulation; then the UAV flies home, explored or not."""
 KNOWN_MIN = 0.99
+ALGORITHMS = ("dynamic", "improved", "original")
+"""The first is that of explore.launch."""
 NAMED = (one_mesh.ROW, decisions.ROW, way_home.ROW)
 """Rows that are measured only if they are named."""
 SHARES = ("known_share", "mapped_share")
@@ -81,6 +85,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--places", nargs="+", choices=tuple(PLACES), default=tuple(PLACES), help="of one_mesh; default: all"
     )
+    parser.add_argument(
+        "--algorithm", choices=ALGORITHMS, default=ALGORITHMS[0], help="of CEPA; default: %(default)s"
+    )
     given = parser.parse_args(arguments)
     rows = given.rows or (ROWS[:1] if given.brief else (*ROWS, batteries.ROW))
     with Results("explore", given.results, vars(given)) as results:
@@ -101,11 +108,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _fly_rows(given: argparse.Namespace, rows: Sequence[str], results: Results) -> None:
     seeds = given.seeds or (BRIEF_SEEDS if given.brief else SEEDS)
     time_s = BRIEF_TIME_S if given.brief else TIME_S
-    found = run_crossed("explore", fly, given, row=rows, seed=seeds, time_s=[time_s])
+    algorithm = given.algorithm
+    found = run_crossed("explore", fly, given, row=rows, seed=seeds, time_s=[time_s], algorithm=[algorithm])
     for row in rows:
-        numbers = summary([found[row, seed, time_s] for seed in seeds])
-        results.add(f"explore.{row}.{place_of(row, seeds[0]).uav.lidar}", numbers)
-        print(row, json.dumps(numbers))
+        numbers = summary([found[row, seed, time_s, algorithm] for seed in seeds])
+        called = row if algorithm == ALGORITHMS[0] else f"{row}_{algorithm}"
+        results.add(f"explore.{called}.{place_of(row, seeds[0]).uav.lidar}", numbers)
+        print(called, json.dumps(numbers))
 
 
 def _fly_missions(given: argparse.Namespace, results: Results) -> None:
@@ -147,10 +156,11 @@ def fly_mesh(place: str, seed: int) -> dict:
     return one_mesh.fly(place, seed)
 
 
-def fly(row: str, seed: int, time_s: float) -> dict:
+def fly(row: str, seed: int, time_s: float, algorithm: str = ALGORITHMS[0]) -> dict:
     """Explore a place once; return the metrics, times in s."""
     _warm_up()
     place = place_of(row, seed)
+    place = replace(place, uav=replace(place.uav, algorithm=algorithm))
     with tempfile.TemporaryDirectory() as folder:
         flown = fly_and_judge(place, place.written_to(Path(folder)), seed, time_s, 2.0 * TIME_S)
     told, judged = flown.told, flown.judged
