@@ -192,13 +192,25 @@ def test_decimal_commas_of_stl_and_obj(tmp_path):
         ("a.stl", b"exported".ljust(80, b"\0") + struct.pack("<I", 9) + bytes(50), "is cut: 9 triangles"),
         ("a.stl", b"solid a\nfacet normal 0 0 1\nouter loop\n", "it has no endsolid"),
         ("a.obj", b"v 0 0 0\nv 1 0 0\nl 1 2\n", "no surface"),
-        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", ""),
-        ("a.ply", b"ply\nformat ascii 1.0\n", ""),
-        ("a.glb", b"glTF" + bytes(8), ""),
-        ("a.dae", b"<html></html>", ""),
-        ("a.3mf", b"PK\x03\x04", ""),
-        ("a.step", b"ISO-10303-21;", ""),
-        ("a.dwg", b"AC1032", ""),
+        ("a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a corner that does not exist"),
+        ("a.obj", b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "none of its triangles has finite corners"),
+        ("a.ply", b"ply\nformat ascii 1.0\n", "the PLY is cut or damaged"),
+        ("a.glb", b"glTF", "cut within its header"),
+        ("a.glb", struct.pack("<4sII", b"glTF", 1, 12), "a GLB of version 1"),
+        (
+            "a.glb",
+            struct.pack("<4sII", b"glTF", 2, 99),
+            "the GLB is cut: 99 bytes are told in its header, and 12",
+        ),
+        ("a.gltf", b'{"asset":', "is no glTF, or it is damaged"),
+        ("a.gltf", b'{"asset": {"version": "1.0"}}', 'is glTF "1.0"'),
+        ("a.dae", b"<COLLADA><asset/></COLLADA>", "no visual scene"),
+        ("a.dae", b"<html></html>", "is a web page, not a mesh"),
+        ("a.stl", b"  <!DOCTYPE html><title>404</title>" + b"<p>" * 40, "is a web page, not a mesh"),
+        ("a.obj", b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n", "git lfs pull"),
+        ("a.3mf", b"PK\x03\x04", "is no whole 3MF"),
+        ("a.step", b"ISO-10303-21;", "of a kind that is not read here"),
+        ("a.dwg", b"AC1032", "of a kind that is not read here"),
     ],
 )
 def test_what_cannot_be_read_is_refused_in_a_sentence(tmp_path, name, content, words):
@@ -207,6 +219,12 @@ def test_what_cannot_be_read_is_refused_in_a_sentence(tmp_path, name, content, w
         read_triangles(tmp_path / name)
     assert "No module" not in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_triangles_without_finite_corners_are_left_out_and_told(tmp_path, caplog):
+    (tmp_path / "a.obj").write_text("v nan 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 2 3 4\nf 1 3 4\n")
+    assert len(read_triangles(tmp_path / "a.obj").corners_m) == 1
+    assert "left out 2 of 3 triangles" in caplog.text
 
 
 def test_a_file_that_is_not_there_and_too_many_triangles(tmp_path):

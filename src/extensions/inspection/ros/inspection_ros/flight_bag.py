@@ -8,7 +8,9 @@ import numpy as np
 import rosbag
 import rospy
 import tf2_py
-from geometry_msgs.msg import Pose, TransformStamped
+from geometry_msgs.msg import Pose, Transform, TransformStamped
+from geometry_msgs.msg import Quaternion as QuaternionMessage
+from geometry_msgs.msg import Vector3 as Vector3Message
 
 from flight_basics.errors import PoseError
 from flight_basics.geometry import Quaternion, Vector3, normalised
@@ -112,7 +114,11 @@ def _mount(
 
 
 def _take(buffer: tf2_py.BufferCore, edge: TransformStamped, is_static: bool) -> None:
+    """Put an edge into the buffer. A bag's messages are of classes of its own, of which tf2 warns."""
+    own, told = TransformStamped(edge.header, edge.child_frame_id, Transform()), edge.transform
+    own.transform.translation = Vector3Message(*(getattr(told.translation, axis) for axis in "xyz"))
+    own.transform.rotation = QuaternionMessage(*(getattr(told.rotation, axis) for axis in "xyzw"))
     try:
-        (buffer.set_transform_static if is_static else buffer.set_transform)(edge, AUTHORITY)
+        (buffer.set_transform_static if is_static else buffer.set_transform)(own, AUTHORITY)
     except (ValueError, TypeError):
         return

@@ -14,6 +14,7 @@ from mesh_files.polygons import ears, has_inward_corner
 
 _UNIT = re.compile(rb"(<(?:\w+:)?unit\b[^>]*?\bmeter\s*=\s*[\"'])([^\"']*)([\"'])")
 _WIDE = re.compile(rb"<(?:\w+:)?(?:polylist|polygons)\b")
+_SCENE = re.compile(rb"<(?:\w+:)?instance_visual_scene\b")
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -21,11 +22,13 @@ def plain_collada(content: bytes) -> bytes:
     """Return a COLLADA file as pycollada reads it right.
 
     Raises:
-        MeshFileError: its unit is no length.
+        MeshFileError: its unit is no length, or it has no scene.
     """
     if content.startswith(_UTF16):
         text = content.decode("utf-16", errors="replace")
         content = re.sub(r"^(<\?xml[^>]*?)\s+encoding\s*=\s*([\"']).*?\2", r"\1", text).encode()
+    if not _SCENE.search(content):
+        raise MeshFileError("the COLLADA has no visual scene, or it is cut. Export it again")
     content = _UNIT.sub(_with_point, content)
     return _with_ears(content) if _WIDE.search(content) else content
 

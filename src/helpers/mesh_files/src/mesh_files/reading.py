@@ -11,6 +11,7 @@ import numpy as np
 
 from mesh_files.axes import turn_of
 from mesh_files.collada_text import plain_collada
+from mesh_files.contents import check_content, check_version
 from mesh_files.errors import MeshFileError
 from mesh_files.gltf import check_gltf, gltf_document
 from mesh_files.obj import plain_obj, with_points
@@ -22,6 +23,7 @@ from mesh_files.three_mf import read_3mf
 
 _ALONE = "geometry_0"
 """Name of the thing in a file that names none."""
+_NO_CORNER = "a triangle has a corner that does not exist. Export it again"
 _BESIDE = ("gltf",)
 """Kinds that name other files, without which they are not whole."""
 
@@ -50,6 +52,7 @@ def read_parts(path: Path, content: bytes | None = None, turns: bool = True) -> 
         raise MeshFileError(f"cannot be read: {error.strerror}") from None
     if not held:
         raise MeshFileError("is empty. Export it again")
+    check_content(kind, held)
     if kind == "3mf":
         parts = [_checked(Part(*each)) for each in read_3mf(held) if len(each[2])]
     elif kind in ("off", "ply"):
@@ -81,7 +84,7 @@ def _parts(scene: Any, turn: np.ndarray) -> Iterator[Part]:
 def _checked(part: Part) -> Part:
     """Return a thing whose triangles have corners that exist."""
     if part.triangles.min() < 0 or part.triangles.max() >= len(part.vertices_m):
-        raise MeshFileError("a triangle has a corner that does not exist. Export it again")
+        raise MeshFileError(_NO_CORNER)
     return part
 
 
@@ -107,7 +110,9 @@ def _scene(path: Path, kind: str, content: bytes) -> Any:
     elif kind == "stl":
         given = io.BytesIO(whole_stl(content))
     elif kind in ("glb", "gltf"):
-        check_gltf(gltf_document(kind, content))
+        document = gltf_document(kind, content)
+        check_version(document)
+        check_gltf(document)
         given = path if kind in _BESIDE else given
     elif kind == "dae":
         given = io.BytesIO(plain_collada(content))
@@ -120,8 +125,13 @@ def _scene(path: Path, kind: str, content: bytes) -> Any:
         raise MeshFileError(
             f"is of a kind that is not read here ({path.suffix}). Export it as STL, OBJ or PLY"
         ) from None
+    except FileNotFoundError as error:
+        raise MeshFileError(f"names another file, {error}, which is not beside it") from None
+    except IndexError:
+        raise MeshFileError(_NO_CORNER) from None
     except Exception as error:  # trimesh's loaders raise whatever their formats' libraries raise
-        raise MeshFileError(f"cannot be read as a mesh ({type(error).__name__}: {error})") from None
+        name, told = type(error).__name__, str(error)
+        raise MeshFileError(f"cannot be read as a mesh ({name}: {told.removeprefix(name + ': ')})") from None
 
 
 @contextmanager

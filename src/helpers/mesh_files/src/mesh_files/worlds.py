@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import subprocess
 import sys
 import tempfile
@@ -57,6 +58,8 @@ class Triangles(NamedTuple):
 def read_triangles(path: Path, most: int = 2_000_000) -> Triangles:
     """Return the triangles of a mesh file or of an SDF world that have finite corners and an area.
 
+    A warning is logged if triangles without finite corners are left out.
+
     Raises:
         MeshFileError: the file cannot be used, or it has none, or more than `most`.
     """
@@ -70,7 +73,16 @@ def read_triangles(path: Path, most: int = 2_000_000) -> Triangles:
     corners_m = np.concatenate([each.vertices_m[each.triangles] for each in parts])
     part = np.repeat(np.arange(len(parts)), [len(each.triangles) for each in parts])
     across = np.cross(corners_m[:, 1] - corners_m[:, 0], corners_m[:, 2] - corners_m[:, 0])
-    kept = np.isfinite(corners_m).all(axis=(1, 2)) & (np.linalg.norm(across, axis=1) > LEAST_M2)
+    finite = np.isfinite(corners_m).all(axis=(1, 2))
+    kept = finite & (np.linalg.norm(across, axis=1) > LEAST_M2)
     if not kept.any():
         raise MeshFileError("none of its triangles has finite corners and an area. Export it again")
+    lost = int((~finite).sum())
+    if lost:
+        logging.getLogger(__name__).warning(
+            "%s: left out %d of %d triangles, which have a corner that is no finite number.",
+            path,
+            lost,
+            count,
+        )
     return Triangles(corners_m[kept], tuple(each.name for each in parts), part[kept])

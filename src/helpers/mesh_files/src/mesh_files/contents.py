@@ -1,0 +1,51 @@
+"""What stands in a file in place of the mesh that its name promises."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+from mesh_files.errors import MeshFileError
+from mesh_files.text import text_of
+
+SAMPLE = 1024
+"""Bytes by which a file that is no mesh is known."""
+_LFS = "version https://git-lfs.github.com/spec/"
+_PAGE = ("<!doctype html", "<html")
+_GLB = struct.Struct("<4sII")
+_GLTF = 2
+"""The version of glTF that is read."""
+
+
+def check_content(kind: str, content: bytes) -> None:
+    """Raise MeshFileError if a file holds something that is no mesh, or a GLB that is cut."""
+    begin = text_of(content[:SAMPLE]).lstrip().lower()
+    if begin.startswith(_LFS):
+        raise MeshFileError("is a pointer of Git LFS, not the mesh itself. Fetch the mesh with: git lfs pull")
+    if begin.startswith(_PAGE):
+        raise MeshFileError("is a web page, not a mesh. Download the file itself")
+    if kind == "glb":
+        _check_glb(content)
+
+
+def check_version(document: dict[str, Any]) -> None:
+    """Raise MeshFileError if a glTF's JSON is none, or of another version."""
+    asset = document.get("asset")
+    if not isinstance(asset, dict):
+        raise MeshFileError("is no glTF, or it is damaged: it does not tell its version. Export it again")
+    told = str(asset.get("version", ""))
+    if told.partition(".")[0] != str(_GLTF):
+        raise MeshFileError(f'is glTF "{told}", but {_GLTF}.0 is read here. Export it as glTF {_GLTF}.0')
+
+
+def _check_glb(content: bytes) -> None:
+    if len(content) < _GLB.size or not content.startswith(b"glTF"):
+        raise MeshFileError("is no GLB, or it is cut within its header. Export it again")
+    _, version, length = _GLB.unpack_from(content)
+    if version != _GLTF:
+        raise MeshFileError(f"is a GLB of version {version}, but {_GLTF} is read here. Export it as glTF 2.0")
+    if length > len(content):
+        raise MeshFileError(
+            f"the GLB is cut: {length:,} bytes are told in its header, and {len(content):,} are in it. "
+            "Export it again"
+        )
