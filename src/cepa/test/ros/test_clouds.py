@@ -44,6 +44,29 @@ def test_points_come_as_they_were_written(order):
     np.testing.assert_array_equal(points_of(message(order)), POINTS)
 
 
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("wide", ["xyz", "z"])
+def test_points_of_64_bits_are_read(order, wide):
+    sizes = {name: 8 if name in wide else 4 for name in "xyz"}
+    rows = np.zeros(len(POINTS), [(name, f"{order}f{size}") for name, size in sizes.items()])
+    for column, name in enumerate("xyz"):
+        rows[name] = POINTS[:, column]
+    kind = {4: PointField.FLOAT32, 8: PointField.FLOAT64}
+    fields = [PointField(name, rows.dtype.fields[name][1], kind[sizes[name]], 1) for name in "xyz"]
+    step = rows.dtype.itemsize
+    changes = {"fields": fields, "point_step": step, "row_step": step * len(rows), "data": rows.tobytes()}
+    np.testing.assert_array_equal(points_of(message(order, **changes)), POINTS)
+
+
+def test_a_point_in_the_lidar_itself_is_a_beam_without_return():
+    # So the drivers of Ouster and Livox tell it
+    cloud = message()
+    cloud.data = bytes(16) + cloud.data[16:]
+    points = points_of(cloud)
+    assert np.isnan(points[0]).all()
+    np.testing.assert_array_equal(points[1:], POINTS[1:])
+
+
 def test_rows_may_be_longer_than_their_points():
     cloud = message()
     cloud.width, cloud.height, cloud.row_step = 1, 3, 20

@@ -53,8 +53,22 @@ def test_truth_is_interpolated_and_poses_beyond_it_are_left_out():
 
 def test_no_common_time_is_refused_with_a_sentence():
     late = Trajectory(straight().stamps_s + 1000.0, straight().poses_in_map)
-    with pytest.raises(EvaluationError, match="Fewer than two poses"):
+    with pytest.raises(EvaluationError, match=r"Fewer than two poses.* to 100\.000 s, .*from 1000\.000 to"):
         trajectory_error(straight(), late)
+
+
+def test_poses_in_a_gap_of_the_truth_do_not_count():
+    # The truth is lost from 10 to 31 s, while the vehicle turns back; a straight line there is not its way
+    kept = np.r_[0:11, 31:101]
+    truth = Trajectory(straight().stamps_s[kept], straight().poses_in_map[kept])
+    poses = straight().poses_in_map.copy()
+    poses[11:31, 1] += 5.0
+    poses[:, 1] += 0.3
+    error = trajectory_error(Trajectory(straight().stamps_s, poses), truth)
+    assert len(error.errors_m) == 81
+    assert error.ate_rmse_m == pytest.approx(0.3)
+    sparse = Trajectory(straight().stamps_s[::5], straight().poses_in_map[::5])
+    assert len(trajectory_error(straight(), sparse).errors_m) == 101  # its usual steps are no gaps
 
 
 def rows(heights_m, rolls_rad=0.0):
@@ -99,3 +113,14 @@ def test_the_command_says_when_heights_do_not_count(tmp_path, capsys, estimate_m
     assert ("height, roll and pitch do not count" in said.err) is is_said
     (line,) = [line for line in said.out.splitlines() if line.startswith("ate_rmse_m")]
     assert float(line.split()[1]) == pytest.approx(rmse_m)
+
+
+def test_the_command_tells_of_gaps_in_the_truth(tmp_path, capsys):
+    estimate, truth = tmp_path / "estimate.tum", tmp_path / "truth.tum"
+    lines = [f"{k} {k} 0 0 0 0 0 1\n" for k in range(60)]
+    estimate.write_text("".join(lines))
+    truth.write_text("".join(lines[:10] + lines[40:]))
+    assert main(["ate", str(estimate), str(truth)]) == 0
+    said = capsys.readouterr()
+    assert "truth.tum has gaps, in which 30 poses of" in said.err
+    assert dict(line.split() for line in said.out.splitlines())["poses"] == "30"

@@ -254,6 +254,16 @@ def test_thresholds_that_do_not_rise_count_as_in_map_server(tmp_path, mode, free
     assert read_map(tmp_path / "m.yaml").cells.tolist() == [right]
 
 
+def test_tabs_are_blanks_as_to_map_server(tmp_path):
+    Image.fromarray(np.zeros((2, 3), np.uint8)).save(tmp_path / "a\tmap.png")
+    text = "image:\t'a\tmap.png'\t# of an\teditor's\nresolution:\t0.05\t\n"
+    text += "origin:\t[-1.0,\t2.0,\t0]\nnegate:\t1\n"
+    (tmp_path / "m.yaml").write_text(text)
+    read = read_map(tmp_path / "m.yaml")
+    assert (read.resolution_m, read.origin_xy_m) == (0.05, (-1.0, 2.0))
+    assert read.cells.tolist() == [[0, 0, 0]] * 2
+
+
 def test_any_letter_may_stand_in_a_comment(tmp_path):
     write_map(tmp_path / "a", OccupancyGrid(np.zeros((1, 1), np.int8), 0.05, (0.0, 0.0)))
     text = (tmp_path / "a.yaml").read_bytes()

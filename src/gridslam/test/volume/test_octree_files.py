@@ -118,7 +118,7 @@ def test_a_cut_file_is_told_in_a_sentence(tmp_path, suffix, share):
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        (b"id OcTree", b"id ColorOcTree", "ColorOcTree"),
+        (b"id OcTree", b"id CountingOcTree", "CountingOcTree"),
         (b"res 0.1", b"res 0", "resolution"),
         (b"res 0.1", b"res nan", "resolution"),
         (b"# Octomap", b"# Bonxai", "no octree"),
@@ -131,6 +131,57 @@ def test_a_file_that_makes_no_sense_is_told(tmp_path, old, new, sentence):
     path.write_bytes(path.read_bytes().replace(old, new))
     with pytest.raises(MapError, match=sentence):
         read_octree(path)
+
+
+@pytest.mark.parametrize("suffix", [".bt", ".ot"])
+@pytest.mark.parametrize(
+    "header",
+    [
+        b"%b\r\n# of an editor\r\nid OcTree\r\nsize 9\r\nres 0.25\r\ndata\r\n",
+        b"%b\nres\t0.25\nid  OcTree\ndata \n",
+        b"%b, by others\nid OcTree res 0.25 # m\ndata\n",
+        b"%b\nid 1\nsensor\nmax \nres 0.25\ndata\n",
+    ],
+)
+def test_headers_are_read_as_octomap_reads_them(tmp_path, suffix, header):
+    voxel_map, is_binary = mapped([((0.0, 0.0, 0.0), [(2.0, 1.0, 0.5)])], 2), suffix == ".bt"
+    first = b"# Octomap OcTree binary file" if is_binary else b"# Octomap OcTree file"
+    octree, path, box = stream_of(voxel_map, is_binary), tmp_path / f"map{suffix}", voxel_map.box()
+    path.write_bytes(header % first + octree.data)
+    read = read_octree(path)
+    assert read.parameters.resolution_m == 0.25
+    assert stream_of(read, is_binary).data == octree.data
+    np.testing.assert_array_equal(kinds(read.values(box)), kinds(voxel_map.values(box)))
+
+
+@pytest.mark.parametrize(("kind", "colour"), [("ColorOcTree", b"\x01\x0a\xff"), ("OcTreeStamped", b"")])
+def test_octrees_with_colours_or_times_are_read_without_them(tmp_path, kind, colour):
+    # In OctoMap a node of an .ot is log-odds, colour and a byte of children; a .bt has no colours
+    voxel_map = mapped([((0.0, 0.0, 0.0), [(2.0, 1.0, 0.5), (-1.0, 2.0, 0.3)])], 3)
+    full, binary = stream_of(voxel_map, is_binary=False).data, stream_of(voxel_map, is_binary=True).data
+    nodes = b"".join(full[k : k + 4] + colour + full[k + 4 : k + 5] for k in range(0, len(full), 5))
+    told = f"id {kind}\nsize {len(full) // 5}\nres 0.1\ndata\n".encode()
+    (tmp_path / "map.ot").write_bytes(b"# Octomap OcTree file\n" + told + nodes)
+    (tmp_path / "map.bt").write_bytes(b"# Octomap OcTree binary file\n" + told + binary)
+    assert stream_of(read_octree(tmp_path / "map.ot"), is_binary=False).data == full
+    assert stream_of(read_octree(tmp_path / "map.bt"), is_binary=True).data == binary
+    (tmp_path / "map.ot").write_bytes(b"# Octomap OcTree file\n" + told + nodes[:-3])
+    with pytest.raises(MapError, match=r"cut|no sense"):
+        read_octree(tmp_path / "map.ot")
+
+
+def test_octomaps_own_octree_with_colours_is_read(tmp_path):
+    octomap = pytest.importorskip("pyoctomap")
+    tree, path = octomap.ColorOcTree(0.2), str(tmp_path / "map.ot")
+    for x, is_occupied in ((0.1, True), (0.5, False), (-1.1, True)):
+        tree.updateNode([x, 0.3, -0.3], is_occupied)
+    tree.updateInnerOccupancy()
+    tree.write(path)
+    read = read_octree(path)
+    row = read.values(Box(np.array((-6, 1, -2)), np.array((3, 2, -1)))).ravel()
+    hit, miss = np.log(0.7 / 0.3), np.log(0.4 / 0.6)
+    expected = [hit, *[np.nan] * 5, hit, np.nan, miss]
+    np.testing.assert_allclose(row, expected, rtol=1e-6)
 
 
 def test_a_leaf_as_large_as_the_octree_is_refused(tmp_path):

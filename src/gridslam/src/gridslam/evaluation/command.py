@@ -17,6 +17,7 @@ from gridslam.evaluation.map_error import map_error
 from gridslam.evaluation.relations import read_relations, relation_errors
 from gridslam.evaluation.trajectory_error import (
     ALIGNMENTS,
+    in_gaps,
     trajectory_error,
     trajectory_error_in_space,
 )
@@ -146,8 +147,15 @@ def _ate(options: argparse.Namespace) -> dict:
         error = trajectory_error(read_tum(options.trajectory), read_tum(options.truth), *how)
     else:
         error = trajectory_error_in_space(estimate, truth, *how)
-    judged = len(error.stamps_s)
-    return {"poses": judged, "poses_outside": len(estimate) - judged, **error.as_dict()}
+    judged, missed = len(error.stamps_s), int(in_gaps(estimate[:, 0], truth[:, 0]).sum())
+    if missed:
+        print(
+            f"gridslam_evaluate: {options.truth} has gaps, in which {missed} poses of {options.trajectory} "
+            "lie. They do not count.",
+            file=sys.stderr,
+        )
+    outside = len(estimate) - judged - missed
+    return {"poses": judged, "poses_outside": outside, "poses_in_gaps": missed, **error.as_dict()}
 
 
 def _map(options: argparse.Namespace) -> dict:

@@ -12,6 +12,8 @@ from gridslam.files.tum import poses_at, rows_at
 from gridslam.trajectory import Trajectory
 
 ALIGNMENTS = ("none", "origin", "all")
+GAP_S, GAP_FACTOR = 1.0, 10.0
+"""A gap of the truth lasts longer than this, and longer than so many of its usual steps."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ def trajectory_error(
     """Compare an estimate with the truth, which is interpolated at the estimate's stamps.
 
     Args:
-        estimate: the trajectory to judge; poses outside the truth's time are left out.
+        estimate: the trajectory to judge; poses outside the truth's time, and in its gaps, are left out.
         truth: the ground truth, densely stamped.
         align: "none" (both are in one frame), "origin" (the first poses coincide) or "all" (least squares).
         rpe_distance_m: the relative error is taken over pieces of path of this length.
@@ -81,11 +83,25 @@ def trajectory_error_in_space(
     return _compared(evo, estimated, reference, rows[:, 0], align, rpe_distance_m)
 
 
+def in_gaps(stamps_s: np.ndarray, truth_s: np.ndarray) -> np.ndarray:
+    """Return (n,) whether stamps lie in a gap of the truth, where nobody knows the way: GAP_S and longer."""
+    steps_s = np.diff(truth_s)
+    if not steps_s.size:
+        return np.zeros(len(stamps_s), bool)
+    is_long = steps_s > max(GAP_S, GAP_FACTOR * float(np.median(steps_s)))
+    step = np.clip(np.searchsorted(truth_s, stamps_s) - 1, 0, len(steps_s) - 1)
+    return is_long[step] & (stamps_s > truth_s[step]) & (stamps_s < truth_s[step + 1])
+
+
 def _judged(estimate_s: np.ndarray, truth_s: np.ndarray) -> np.ndarray:
-    """Return (n,) whether a stamp of the estimate lies in the truth's time; two must."""
-    judged = (estimate_s >= truth_s[0]) & (estimate_s <= truth_s[-1])
+    """Return (n,) whether the truth is known at a stamp of the estimate; it must be at two."""
+    judged = (estimate_s >= truth_s[0]) & (estimate_s <= truth_s[-1]) & ~in_gaps(estimate_s, truth_s)
     if judged.sum() < 2:
-        raise EvaluationError("Fewer than two poses of the estimate lie in the time of the ground truth.")
+        raise EvaluationError(
+            "Fewer than two poses of the estimate lie in the time of the ground truth. The estimate is from "
+            f"{estimate_s[0]:.3f} to {estimate_s[-1]:.3f} s, the truth from {truth_s[0]:.3f} to "
+            f"{truth_s[-1]:.3f} s; check the clocks, and that both count in seconds."
+        )
     return judged
 
 

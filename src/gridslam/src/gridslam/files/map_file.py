@@ -30,6 +30,8 @@ _PILLOW_LIMIT = threading.Lock()
 MODES = ("trinary", "scale", "raw")
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?")
 """A number to map_server that may be a text to PyYAML: '0.05' in quotes, or 5e-2 without a point."""
+QUOTED_OR_TAB = re.compile(r"""#[^\n]*|"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|\t""")
+"""A comment, a text in quotes, or a tab."""
 YAW_MAX_RAD = 1e-6
 """A smaller turn moves no cell: at 10,000 cells from the corner by 0.01 of a cell."""
 WIDE_FORMATS = ("PNG", "PPM")
@@ -144,7 +146,7 @@ def _facts_of(path: Path) -> dict:
             text = content.decode("utf-8")
         except UnicodeDecodeError:
             text = content.decode("latin-1")  # a comment of an older editor
-        facts = yaml.safe_load(text)
+        facts = yaml.safe_load(_without_tabs(text))
     except OSError as error:
         raise MapError(f"The map's file {path} cannot be read: {reason_of(error)}.") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # endless digits, endless depth
@@ -154,6 +156,11 @@ def _facts_of(path: Path) -> dict:
     if not isinstance(facts, dict) or not {"image", "resolution", "origin"} <= facts.keys():
         raise MapError(f"{path} is not a map's YAML file: it lacks image, resolution or origin.")
     return facts
+
+
+def _without_tabs(text: str) -> str:
+    """Return YAML with blanks for the tabs outside of quotes: PyYAML takes none, map_server's reader does."""
+    return QUOTED_OR_TAB.sub(lambda found: " " if found[0] == "\t" else found[0], text)
 
 
 def _greys_in(path: Path, with_alpha: bool) -> tuple[np.ndarray, np.ndarray | None]:

@@ -10,17 +10,25 @@ class CloudError(Exception):
     """A cloud that cannot be read; the message is one sentence for the user."""
 
 
+_FORMATS = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
+
+
 def points_of(message: PointCloud2) -> np.ndarray:
     """Return the points (n, 3) of a cloud in its own frame, float32, m; some may not be finite.
 
+    A point at the frame's origin is NaN: so the drivers of Ouster and Livox tell a beam without return.
+
     Raises:
-        CloudError: it has no x, y and z as float32, or its steps and its length do not agree.
+        CloudError: it has no x, y and z as floats, or its steps and its length do not agree.
     """
-    offsets = {f.name: f.offset for f in message.fields if f.datatype == PointField.FLOAT32}
-    if not {"x", "y", "z"} <= set(offsets):
-        raise CloudError("The cloud has no fields x, y and z of 32 bits; check its source.")
-    step = message.point_step
-    if max(offsets[name] for name in "xyz") + 4 > step or message.row_step < message.width * step:
+    fields = {f.name: f for f in message.fields if f.name in tuple("xyz") and f.datatype in _FORMATS}
+    if len(fields) < 3:
+        raise CloudError("The cloud has no fields x, y and z of 32 or 64 bits; check its source.")
+    step, order = message.point_step, ">" if message.is_bigendian else "<"
+    formats = [np.dtype(order + _FORMATS[fields[name].datatype]) for name in "xyz"]
+    offsets = [fields[name].offset for name in "xyz"]
+    ends = [offset + each.itemsize for offset, each in zip(offsets, formats)]
+    if max(ends) > step or message.row_step < message.width * step:
         raise CloudError(
             f"The cloud's fields do not fit into points of {step} bytes and rows of {message.row_step}; "
             "check its source."
@@ -30,14 +38,10 @@ def points_of(message: PointCloud2) -> np.ndarray:
             f"The cloud has {len(message.data)} bytes for {message.height} rows of {message.row_step} bytes; "
             "check its source."
         )
-    kind = np.dtype(
-        {
-            "names": ["x", "y", "z"],
-            "formats": [">f4" if message.is_bigendian else "<f4"] * 3,
-            "offsets": [offsets[name] for name in "xyz"],
-            "itemsize": step,
-        }
-    )
+    kind = np.dtype({"names": ["x", "y", "z"], "formats": formats, "offsets": offsets, "itemsize": step})
     shape, strides = (message.height, message.width), (message.row_step, step)
     rows: np.ndarray = np.ndarray(shape, kind, message.data, strides=strides)
-    return np.stack([rows[name] for name in "xyz"], axis=-1).reshape(-1, 3).astype(np.float32)
+    with np.errstate(over="ignore"):  # then it is not finite
+        points = np.stack([rows[name] for name in "xyz"], axis=-1).reshape(-1, 3).astype(np.float32)
+    points[~points.any(axis=1)] = np.nan
+    return points

@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+import numpy as np
+
 from gridslam.errors import MapError, reason_of
 from gridslam.files.replacing import replace_file
 from gridslam.volume.octree.stream import OctreeStream, map_from
@@ -15,8 +17,13 @@ BINARY, FULL = "# Octomap OcTree binary file", "# Octomap OcTree file"
 """First lines."""
 TREE = "OcTree"
 """Kind of octree, as OctoMap names it."""
+COLOUR_BYTES = {TREE: 0, "1": 0, "OcTreeStamped": 0, "ColorOcTree": 3}
+"""Bytes of colour in each node of an .ot file, by the kinds that can be read. Old files call an OcTree 1."""
+VALUE_BYTES = 4
+"""Of a node's log-odds, which colour and one byte of children follow."""
 HEADER_MAX = 4096
 """Bytes."""
+KEYWORDS = ("id", "size", "res")
 
 
 def write_octree(path: str | Path, octree: OctreeStream, resolution_m: float) -> None:
@@ -36,6 +43,8 @@ def write_octree(path: str | Path, octree: OctreeStream, resolution_m: float) ->
 def read_octree(path: str | Path, parameters: VolumeParameters | None = None) -> VoxelMap:
     """Return the map in a file. Its resolution counts, and the sensor model of the parameters.
 
+    Colours and times of an octree's nodes are left out.
+
     Raises:
         MapError: the file cannot be read, is cut, or holds no octree.
     """
@@ -43,21 +52,54 @@ def read_octree(path: str | Path, parameters: VolumeParameters | None = None) ->
         content = Path(path).read_bytes()
     except OSError as error:
         raise MapError(f"{path} cannot be read: {reason_of(error)}.") from None
-    end = content.find(b"\ndata\n", 0, HEADER_MAX)
-    first, _, rest = content[: max(end, 0)].decode("ascii", "replace").partition("\n")
-    if end < 0 or first not in (BINARY, FULL):
+    told, begin = _header(content)
+    is_binary = content.startswith(BINARY.encode())
+    if not begin or not (is_binary or content.startswith(FULL.encode())):
         raise MapError(
             f"{path} is no octree of OctoMap: it begins with neither of its headers, or ends there."
         )
-    told = dict(line.split(None, 1) for line in rest.splitlines() if line[:1] != "#" and " " in line)
-    if told.get("id", "").strip() != TREE:
-        raise MapError(f'{path} holds a tree of kind "{told.get("id", "")}"; only {TREE} can be read.')
+    kind = told.get("id", "")
+    if kind not in COLOUR_BYTES:
+        kinds = ", ".join(name for name in COLOUR_BYTES if name.isalpha())
+        raise MapError(f'{path} holds a tree of kind "{kind}"; only {kinds} can be read.')
     resolution_m = _resolution(told.get("res", ""), path)
     settings = dataclasses.replace(parameters or VolumeParameters(), resolution_m=resolution_m)
+    data = content[begin:] if is_binary else _without_colours(content[begin:], COLOUR_BYTES[kind])
     try:
-        return map_from(content[end + len(b"\ndata\n") :], first == BINARY, settings)
+        return map_from(data, is_binary, settings)
     except MapError as error:
         raise MapError(f"{path}: {error}") from None
+
+
+def _header(content: bytes) -> tuple[dict[str, str], int]:
+    """Return what a header tells by keyword, and where the data begin; 0: there are none.
+
+    Blanks and lines are as OctoMap's own `readHeader` takes them: any space parts words, what follows an
+    unknown word or # counts up to the line's end, and the data begin in the line after "data".
+    """
+    told: dict[str, str] = {}
+    begin = content.find(b"\n", 0, HEADER_MAX) + 1
+    while begin:
+        end = content.find(b"\n", begin, HEADER_MAX)
+        words = iter(content[begin : max(end, 0)].decode("ascii", "replace").split())
+        begin = end + 1
+        for word in words:
+            if word == "data":
+                return told, begin
+            if word not in KEYWORDS:
+                break
+            told[word] = next(words, "")
+    return told, 0
+
+
+def _without_colours(data: bytes, colour_bytes: int) -> bytes:
+    """Return the nodes of an .ot file as those of an OcTree."""
+    if not colour_bytes:
+        return data
+    node_bytes = VALUE_BYTES + colour_bytes + 1
+    whole = len(data) // node_bytes * node_bytes
+    nodes = np.frombuffer(data[:whole], np.uint8).reshape(-1, node_bytes)
+    return nodes[:, [*range(VALUE_BYTES), -1]].tobytes() + data[whole:]
 
 
 def _resolution(text: str, path: str | Path) -> float:
