@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable, Iterator
+from pathlib import Path
+from typing import Any, Callable, Iterable, Iterator
 
 import numpy as np
 import rosbag
@@ -23,6 +24,9 @@ from node_tools.bags import DAMAGE
 LASER_SCAN, ODOMETRY = "sensor_msgs/LaserScan", "nav_msgs/Odometry"
 POINT_CLOUD = "sensor_msgs/PointCloud2"
 KINDS = {LASER_SCAN: "scans", ODOMETRY: "odometry", POINT_CLOUD: "clouds"}
+CLASSES = {LASER_SCAN: LaserScan, ODOMETRY: Odometry, POINT_CLOUD: PointCloud2}
+OF_ROS_2 = (b"\x89MCAP", b"SQLite format 3")
+"""First bytes of ROS 2's bags."""
 NEWEST_FORMAT = 200
 """Bags of 2.0 have been written since 2010; some of the classic ones are of 1.2."""
 TF_TOPICS = ("/tf", "/tf_static", "tf", "tf_static")
@@ -64,7 +68,22 @@ def open_bag(path: str, mode: str = "r") -> rosbag.Bag:
             f"The bag {path} has no index (its recording was cut off): rosbag reindex {path}"
         ) from None
     except DAMAGE as error:
+        if _is_of_ros_2(Path(path)):
+            raise BagError(
+                f"{path} is a bag of ROS 2; make one of ROS 1 of it first: pip install rosbags, "
+                f"rosbags-convert --src {path} --dst new.bag"
+            ) from None
         raise BagError(f"The bag {path} cannot be opened: {reason_of(error)}.") from None
+
+
+def _is_of_ros_2(path: Path) -> bool:
+    if path.is_dir():
+        return (path / "metadata.yaml").is_file()
+    try:
+        with path.open("rb") as file:
+            return file.read(16).startswith(OF_ROS_2)
+    except OSError:
+        return False
 
 
 def _make_readable(bag: rosbag.Bag) -> None:
@@ -78,19 +97,56 @@ def topic_of(bag: rosbag.Bag, topic: str, message_type: str = LASER_SCAN) -> str
     """Return the topic as the bag has it.
 
     Raises:
-        BagError: there are no messages of this type on it. The sentence names the topics that have some.
+        BagError: there are no messages of this type on it that this ROS can read. The sentence names the
+            topics that have some.
     """
-    try:
-        topics = bag.get_type_and_topic_info().topics
-    except DAMAGE as error:
-        raise BagError(f"The bag {bag.filename} is damaged ({error}).") from None
+    of_type = [one for one in bag._get_connections() if one.datatype == message_type]
+    own, others = CLASSES[message_type]._md5sum, sorted({one.topic for one in of_type})
     for name in (topic, "/" + topic.lstrip("/"), topic.lstrip("/")):
-        if name in topics and topics[name].msg_type == message_type:
-            return name
-    others = sorted(name for name, info in topics.items() if info.msg_type == message_type)
+        if name in others:
+            if any(one.topic == name and one.md5sum == own for one in of_type):
+                return name
+            raise BagError(
+                f"The bag's messages on {name} are of another definition of {message_type} than this ROS's "
+                f"(md5sum {own}): their fields differ. Change the bag: rosbag fix."
+            )
     kind = KINDS[message_type]
     hint = f"It has {kind} on {', '.join(others)}." if others else f"It holds no {message_type} at all."
     raise BagError(f"The bag has no {kind} on {topic}. {hint}")
+
+
+def read_raw(
+    bag: rosbag.Bag, classes: dict[str, Any], say: Callable[[str], None]
+) -> Iterator[tuple[str, bytes]]:
+    """Yield (topic, bytes) of the messages on topics, and of TF.
+
+    Messages of another type or definition are left out, because their bytes mean something else.
+
+    Args:
+        bag: it.
+        classes: of the messages, by topic. All other topics are TF's.
+        say: is called with a sentence for each topic of which some are left out.
+
+    Raises:
+        BagError: the bag is damaged.
+    """
+
+    def is_known(topic: str, _: str, md5sum: str, *__: object) -> bool:
+        return md5sum == classes.get(topic, TFMessage)._md5sum
+
+    topics = [*classes, *TF_TOPICS]
+    for topic in sorted(_unknown(bag._get_connections(topics), is_known)):
+        say(f"Some messages on {topic} are of another type or definition; they are left out.")
+    try:
+        # Raw messages: tf2 warns of rosbag's own message classes, and arrays are faster
+        for name, (_, data, *_), _ in bag.read_messages(topics, connection_filter=is_known, raw=True):
+            yield name, data
+    except DAMAGE as error:
+        raise BagError(f"The bag {bag.filename} is damaged ({error}).") from None
+
+
+def _unknown(connections: Iterable, is_known: Callable[[str, str, str], bool]) -> set[str]:
+    return {one.topic for one in connections if not is_known(one.topic, one.datatype, one.md5sum)}
 
 
 class BagScans:
@@ -121,6 +177,7 @@ class BagScans:
         self._beside = beside or BesideScans(frames, None, None)
         self._odometry_topic, self._cloud_topic = topics
         self._topic, self._frames, self._count, self._begin_again = topic, frames, count, start_anew
+        self._say = say
         self._queue = ScanQueue(waiting_max=None, ready_max=None)
         self._intake = Intake(frames, throttle, say, self._queue.offer, self._skip, self._start_anew)
 
@@ -151,19 +208,15 @@ class BagScans:
 
     def _messages(self, bag: rosbag.Bag) -> Iterator[tuple]:
         """Yield (topic, message) of scans, TF, odometry and clouds."""
-        # Read raw messages: tf2 warns of rosbag's own message classes, and arrays are faster
         scan_type = numpy_msg(LaserScan)
-        topics = [self._topic, *TF_TOPICS, *filter(None, [self._odometry_topic, self._cloud_topic])]
+        beside = ((self._odometry_topic, Odometry), (self._cloud_topic, PointCloud2))
+        classes = {self._topic: LaserScan, **{topic: each for topic, each in beside if topic}}
         try:
-            for name, (_, data, *_), _ in bag.read_messages(topics=topics, raw=True):
+            for name, data in read_raw(bag, classes, self._say):
                 if name == self._topic:
                     yield name, scan_type().deserialize_numpy(data, np)
-                elif name == self._odometry_topic:
-                    yield name, Odometry().deserialize(data)
-                elif name == self._cloud_topic:
-                    yield name, PointCloud2().deserialize(data)
                 else:
-                    yield name, TFMessage().deserialize(data)
+                    yield name, classes.get(name, TFMessage)().deserialize(data)
         except DAMAGE as error:
             raise BagError(f"The bag {bag.filename} is damaged ({error}).") from None
 

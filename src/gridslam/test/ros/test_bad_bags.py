@@ -1,6 +1,7 @@
 """Bags that lack something, or tell it wrong: mapped as if it were right, or refused in one sentence."""
 
 import dataclasses
+import io
 
 import numpy as np
 import planar_world
@@ -14,6 +15,8 @@ replay = pytest.importorskip("gridslam_ros.replay", reason="the workspace is not
 carmen_bags = pytest.importorskip("gridslam_ros.carmen_bags")
 rospy = pytest.importorskip("rospy")
 TFMessage = pytest.importorskip("tf2_msgs.msg").TFMessage
+LaserScan = pytest.importorskip("sensor_msgs.msg").LaserScan
+String = pytest.importorskip("std_msgs.msg").String
 from test_replay import LIDAR, START_S, message_of, stamp_of, transform  # noqa: E402
 
 FEW = ("particles:=5", "linearUpdate:=0.5", "angularUpdate:=0.3", "loop_closure:=false")
@@ -45,10 +48,12 @@ def without(index, stamp, base):
     return []
 
 
-def write(path, way, static=(), edges=as_it_is, scans=None, order=None, stamps=stamp_of, changed=None):
+def write(
+    path, way, static=(), edges=as_it_is, scans=None, order=None, stamps=stamp_of, changed=None, scan_of=None
+):
     """Write a bag: a static edge at most, and scans with ``edges(index, stamp, base)``, in an order.
 
-    changed: changes each scan's message.
+    changed: changes each scan's message. scan_of: returns another message in its place.
     """
     with rosbag.Bag(str(path), "w") as opened:
         for edge in static:
@@ -59,6 +64,9 @@ def write(path, way, static=(), edges=as_it_is, scans=None, order=None, stamps=s
             message = message_of(scan, stamp, LIDAR.angles_rad)
             if changed is not None:
                 changed(message)
+            if scan_of is not None:
+                message = scan_of(message)
+                opened._topic_connections.pop("/scan", None)  # as if each came from a publisher of its own
             opened.write("/scan", message, recorded)
             for edge in edges(index, stamp, way.odometry[index]):
                 opened.write("/tf", TFMessage([edge]), recorded)
@@ -166,6 +174,43 @@ def test_two_lidars_in_one_frame_are_refused(way, tmp_path, capsys):
 
 def with_every_second_range(message):
     message.angle_max, message.ranges = LIDAR.angles_rad[-1], np.array(message.ranges)[::2]
+
+
+class OlderScan(rospy.AnyMsg):
+    """A LaserScan of another definition, without intensities."""
+
+    _type, _md5sum = LaserScan._type, 32 * "0"
+    _full_text = LaserScan._full_text.replace("float32[] intensities", "")
+
+    def __init__(self, scan):
+        super().__init__()
+        written = io.BytesIO()
+        scan.serialize(written)
+        self.header, self._buff = scan.header, written.getvalue()[:-4]
+
+
+def test_scans_of_another_definition_are_refused(way, tmp_path, capsys):
+    bag = write(tmp_path / "a.bag", way, [mounting()], scan_of=OlderScan)
+    assert "/scan are of another definition of sensor_msgs/LaserScan" in refused(bag, capsys)
+
+
+def test_messages_of_other_definitions_and_types_beside_the_scans_are_left_out(way, tmp_path, capsys):
+    def scan_of(message):
+        if message.header.stamp == stamp_of(way.scans[0].stamp_s):
+            return String(data="the first message tells the topic's type to rosbag")
+        return OlderScan(message) if message.header.stamp.nsecs else message
+
+    path = tmp_path / "a.bag"
+    _, poses = error_m(write(path, way, [mounting()], scan_of=scan_of), way)
+    assert poses == sum(scan.stamp_s % 1.0 == 0.0 for scan in way.scans[1:])
+    assert "Some messages on /scan are of another type or definition" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("first", [b"\x89MCAP0\r\n", b"SQLite format 3\0"])
+def test_a_bag_of_ros_2_is_called_so(tmp_path, capsys, first):
+    path = tmp_path / "a.bag"
+    path.write_bytes(first + bytes(100))
+    assert f"{path} is a bag of ROS 2" in refused(str(path), capsys)
 
 
 def test_fewer_ranges_than_angles_are_told(way, tmp_path, capsys):

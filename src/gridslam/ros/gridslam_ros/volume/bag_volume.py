@@ -15,7 +15,7 @@ from tqdm import tqdm
 from gridslam import MapError, SlamError
 from gridslam.volume import CorrectedMap, Pose, VolumeParameters, stream_of, write_octree
 from gridslam.volume.path_poses import PathCorrections
-from gridslam_ros.bags import POINT_CLOUD, TF_TOPICS, BagError, open_bag, topic_of
+from gridslam_ros.bags import POINT_CLOUD, BagError, open_bag, read_raw, topic_of
 from gridslam_ros.volume import messages
 from gridslam_ros.volume.frames import CloudFrames
 from node_tools.bags import DAMAGE
@@ -114,7 +114,7 @@ class BagVolume:
             total = bag.get_message_count(topic)
             try:
                 with tqdm(total=total, unit="cloud", desc=self._request.file.name, mininterval=0.2) as bar:
-                    for name, (_, data, *_), _ in bag.read_messages(topics=[topic, *TF_TOPICS], raw=True):
+                    for name, data in read_raw(bag, {topic: PointCloud2}, self._say):
                         if name == topic:
                             bar.update()
                             self._offer(PointCloud2().deserialize(data))
