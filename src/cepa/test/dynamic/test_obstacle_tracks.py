@@ -233,6 +233,45 @@ def test_it_is_predicted_while_hidden_and_forgotten_after_a_second():
     assert len(next(moving for t, _, _, moving in sets if t >= 2.3).positions) == 0
 
 
+def flee(things, looks_back, seconds):
+    """Yield (t, what moves) while a UAV flies along -x at 1.4 m/s.
+
+    things: (x, y) of all that stands or walks there at a time, as seen from the UAV, m. looks_back: whether
+    its lidar of 270 degrees looks along x, else along -x.
+    """
+    movers = ObstacleTracker()
+    for k in range(round(seconds / SCAN_S)):
+        t = k * SCAN_S
+        angles = -math.radians(135.0) + np.arange(BEAMS) * INCREMENT_RAD
+        angles += 0.0 if looks_back(t) else math.pi
+        directions = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        ranges = Scene(np.array([(x, y, 0.25) for x, y in things(t)])).ranges(np.zeros(2), directions)
+        hit = ranges < RANGE_MAX_M
+        free = free_as(bins_of(angles, np.minimum(ranges, RANGE_MAX_M - RANGE_MARGIN_M)))
+        points = ranges[hit, None] * directions[hit]
+        yield t, movers.update(t, points, np.array([-1.4 * t, 0.0]), free, doubt=Doubt(False, False))
+
+
+def test_who_walks_beside_a_lost_person_is_another_one():
+    # Both walk at 1.4 m/s, as fast as the UAV flies, so they stay 2 m behind it. The one straight behind is
+    # out of sight from 1.5 s on. The other one steps out of a door at 4 s, 2.1 m beside, at the edge of the
+    # view
+    beside = [(2.0, 2.1)]
+    for t, moving in flee(lambda t: [(2.0, 0.0)] + beside * (t >= 4.0), lambda t: t < 1.5, 5.4):
+        if t > 1.0:
+            apart_m = np.hypot(moving.positions[:, 0] + 1.4 * t - 2.0, moving.positions[:, 1])
+            assert apart_m.min() < 0.3
+        assert len(moving.positions) == 2 or t < 4.5
+
+
+def test_a_lost_person_who_comes_into_sight_again_is_the_same_one():
+    counts = [
+        (t, len(moving.positions))
+        for t, moving in flee(lambda t: [(2.0, 0.0)], lambda t: not 1.5 <= t < 4.5, 5.5)
+    ]
+    assert all(count == 1 for t, count in counts if t > 1.0)
+
+
 def test_of_posts_that_come_into_sight_near_a_lost_thing_at_most_one_moves_on():
     # As in a narrow place in which the UAV climbs. A wall hides the person from 0.9 s on, and another post
     # comes into sight there each quarter of a second

@@ -11,6 +11,7 @@ from cepa.dynamic.kernels.response import fly
 from cepa.dynamic.observer import response_of
 from cepa.dynamic.obstacle_tracks.sinking import Sinking
 from cepa.dynamic.remembered.voxel_memory import VoxelMemory
+from cepa.motion import Cloud
 
 PERIOD_S, HEIGHT_M, RANGE_MAX_M = 0.1, 2.0, 40.0
 BEAMS = 360
@@ -139,7 +140,17 @@ def test_with_clouds_three_heights_are_not_enough():
         t = 0.05 * number
         motion = Motion(t, (t, 0.0, HEIGHT_M), LEVEL, (1.0, 0.0, 0.0))
         ranging = Ranging((0.0, 0.0, 0.0), UP, 2.0 - 1.7 * t, 0.05, RANGE_MAX_M)
-        assert not len(sinking.take_in([ranging], motion, has_clouds=True))
+        assert not len(sinking.take_in([ranging], motion, clouds_show=True))
+
+
+@pytest.mark.parametrize(("ceiling_m", "is_open"), [(math.inf, True), (12.0, True), (5.0, False)])
+def test_it_is_in_the_open_for_six_seconds_after_the_beam_has_met_no_ceiling_within_8_m(ceiling_m, is_open):
+    sinking = Sinking(0.3, 0.15)
+    for t, up_m in ((0.0, ceiling_m - HEIGHT_M), (0.1, 2.0)):
+        ranging = Ranging((0.0, 0.0, 0.0), UP, up_m, 0.05, RANGE_MAX_M)
+        sinking.take_in([ranging], Motion(t, (0.0, 0.0, HEIGHT_M), LEVEL, (0.0, 0.0, 0.0)))
+    assert sinking.is_in_the_open(5.9) == is_open
+    assert not sinking.is_in_the_open(6.1)
 
 
 def test_what_is_slower_than_a_slope_under_which_the_uav_flies_counts_when_it_is_about_to_touch_the_uav():
@@ -154,10 +165,13 @@ def test_what_is_slower_than_a_slope_under_which_the_uav_flies_counts_when_it_is
         assert (found_s is not None) == is_found
 
 
-def fly_near_a_load(edge_m, bottom_of, reference_of, until_s, place_m=(0.0, 0.0, HEIGHT_M), speed=0.0):
+def fly_near_a_load(
+    edge_m, bottom_of, reference_of, until_s, place_m=(0.0, 0.0, HEIGHT_M), speed=0.0, has_puck=False
+):
     """Fly a UAV with a planar lidar and range finders; return its least distance to the load, and height.
 
     bottom_of: the load's height at a time. reference_of: v_ref at the UAV's place. speed: along x at first.
+    has_puck: clouds come, too, of channels up to 15 degrees.
     """
     steering, position, state = Dynamic(), np.array(place_m), np.zeros((3, 4))
     model = steering.parameters.response
@@ -180,7 +194,8 @@ def fly_near_a_load(edge_m, bottom_of, reference_of, until_s, place_m=(0.0, 0.0,
         )
         climb_ref = float(np.clip(place_m[2] - position[2], -1.0, 1.0))
         motion = Motion(number * PERIOD_S, tuple(position), LEVEL, tuple(state[:, 1]), climb_ref)
-        decision = steering.steer(scan, reference_of(position), tuple(state[:2, 1]), motion)
+        cloud = cloud_of_puck(load, position) if has_puck else None
+        decision = steering.steer(scan, reference_of(position), tuple(state[:2, 1]), motion, cloud)
         late, command = command, np.array([*decision.velocity_xy, decision.climb_m_s or 0.0])
         state[:, 0] = 0.0
         commands = np.array([[0.0, 9.0, *late], [model.delay_s, 9.0, *command]])
@@ -189,6 +204,18 @@ def fly_near_a_load(edge_m, bottom_of, reference_of, until_s, place_m=(0.0, 0.0,
         clearance_m = min(clearance_m, load.clearance(position, 0.35, 0.25, 0.1))
         lowest_m = min(lowest_m, position[2])
     return clearance_m, lowest_m
+
+
+def cloud_of_puck(load, position):
+    """Return the cloud of 16 channels, 2 degrees apart, that meet a load."""
+    elevations = np.repeat(np.radians(np.arange(-15.0, 16.0, 2.0)), 180)
+    angles = np.tile(np.radians(np.arange(0.0, 360.0, 2.0)), 16)
+    level = np.cos(elevations)
+    directions = np.stack([level * np.cos(angles), level * np.sin(angles), np.sin(elevations)], axis=1)
+    ranges = load.ranges(position, directions)
+    hit = ranges < 50.0
+    limits_rad = math.radians(-15.0), math.radians(15.0)
+    return Cloud(ranges[hit, None] * directions[hit], limits_rad, 0.4, 100.0)
 
 
 def test_spots_of_what_comes_are_forgotten_and_nothing_beside_or_under_the_uav():
@@ -229,6 +256,21 @@ def test_a_uav_that_flies_under_a_load_is_out_again_before_it_arrives(edge_m, sp
     )
     assert clearance_m > 0.0
     assert lowest_m > HEIGHT_M - 0.9  # it is nowhere near the floor
+
+
+@pytest.mark.parametrize(("edge_m", "speed", "lead_s"), [(2.0, 1.7, 1.3), (1.2, 1.0, 1.0)])
+def test_under_a_load_that_a_puck_does_not_see_the_uav_hurries_as_without_clouds(edge_m, speed, lead_s):
+    """It flies at 1 m/s; the load is at its height so long after the beam has met it."""
+    clearance_m, _ = fly_near_a_load(
+        edge_m,
+        lambda t: max(HEIGHT_M + 0.15 + speed * (1.0 + lead_s) - speed * t, 0.01),
+        lambda _: (1.0, 0.0),
+        2.0 + lead_s,
+        (-1.0 - 0.5 * edge_m, 0.05, HEIGHT_M),
+        speed=1.0,
+        has_puck=True,
+    )
+    assert clearance_m > 0.0
 
 
 def test_a_uav_that_sinks_out_of_the_way_of_a_load_stops_in_time_over_the_floor():

@@ -113,7 +113,7 @@ def test_pairs_are_each_others_nearest(seed):
     clusters[:, [columns.MIDDLE_X, columns.MIDDLE_Y]] = rng.uniform(0.0, 3.0, (20, 2))
     tracks[:, [columns.X, columns.Y]] = rng.uniform(0.0, 3.0, (25, 2))
     matches, owners = np.empty(20, np.int64), np.empty(25, np.int64)
-    associate(clusters, tracks, 0.4, matches, owners)
+    associate(clusters, tracks, 0.4, np.zeros(len(tracks), bool), matches, owners)
     distances = np.linalg.norm(
         clusters[:, None, [columns.MIDDLE_X, columns.MIDDLE_Y]] - tracks[None, :, [columns.X, columns.Y]],
         axis=2,

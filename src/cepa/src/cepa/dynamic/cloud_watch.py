@@ -10,6 +10,7 @@ from cepa.dynamic.constants.cost_to_go import (
     SILENCE_MOST_S,
     SILENCE_PERIODS,
 )
+from cepa.dynamic.constants.obstacle_tracks import SHOWS_LOADS_RAD
 from cepa.motion import Cloud
 
 
@@ -20,7 +21,7 @@ class CloudWatch:
         self._newest_s = self._now_s = -math.inf
         self._period_s: float | None = None
         self._was_silent = False
-        self.looks_all_around = False
+        self.looks_all_around = self.looks_up = False
 
     def take_in(self, cloud: Cloud | None, stamp_s: float) -> None:
         """Take in the cloud of a scan with this stamp; None: none came."""
@@ -31,6 +32,7 @@ class CloudWatch:
             period_s = self._period_s or self.silence_s
             self._period_s = period_s + CLOUD_PERIOD_SHARE * (self.silence_s - period_s)
         self._newest_s, self.looks_all_around = stamp_s, cloud.looks_all_around
+        self.looks_up = cloud.elevation_rad[1] >= SHOWS_LOADS_RAD
 
     @property
     def silence_s(self) -> float:

@@ -238,7 +238,7 @@ class Dynamic(Algorithm):
             at_body = walls[(-p.body_below <= heights_m) & (heights_m <= p.body_above)]
             standing = np.concatenate((standing, at_body))
         rangings, self._rangings = self._rangings, ()
-        columns = self._sinking.take_in(rangings, now, self._space is not None and self._space.has_clouds)
+        columns = self._sinking.take_in(rangings, now, self._clouds_show_loads(now))
         falling = self._space.columns(now) if self._space is not None else NO_COLUMNS
         columns = np.concatenate((columns, falling))
         if self._space is not None and self._is_hurried(columns):
@@ -270,6 +270,12 @@ class Dynamic(Algorithm):
     def _is_hurried(self, columns: np.ndarray) -> bool:
         """Return whether something soon sinks onto the UAV, or rises to it. columns: see `Observation`."""
         return min(arrives_in_s(columns, self.parameters.body_radius)) <= HURRIED_S
+
+    def _clouds_show_loads(self, now: Motion) -> bool:
+        """Return whether clouds come, and they show loads from afar, or none are to be expected here."""
+        if self._space is None or not self._space.has_clouds:
+            return False
+        return self._space.looks_up or not self._sinking.is_in_the_open(now.stamp_s)
 
     def _scan_of(
         self, beams: Beams, range_max: float, now: Motion, age_s: float, cloud: Cloud | None
@@ -367,13 +373,15 @@ class Dynamic(Algorithm):
         lean the UAV rises and sinks a little; that leads to no other height. It sinks on its way out only if
         something is about to touch it.
         """
-        columns = step.snapshot.observed.columns[:, :6]
-        movers = step.snapshot.observed.movers
+        observed = step.snapshot.observed
+        columns = observed.columns[:, :6]
+        movers = observed.movers
         others = movers[~are_within(movers, columns)]  # a scan may show the thing itself, as it sinks
         movers = np.concatenate((others, columns))
         around = outlook.around._replace(cost_to_go=NO_COST_TO_GO, movers=movers)
-        falls_s, _ = arrives_in_s(step.snapshot.observed.falling, self.parameters.body_radius)
-        is_slow = step.snapshot.observed.cloud is not None and falls_s > HURRIED_BY_CLOUDS_S
+        shown = observed.falling if self._clouds_show_loads(observed.motion) else observed.columns
+        falls_s, _ = arrives_in_s(shown, self.parameters.body_radius)
+        is_slow = observed.cloud is not None and falls_s > HURRIED_BY_CLOUDS_S
         speed = max(step.reference.speed, EVASION_M_S if is_slow else HURRIED_EVASION_M_S)
         commands = candidates(step.reference.velocity, self._command, speed)
         commands[:, 2] = 0.0
@@ -385,7 +393,7 @@ class Dynamic(Algorithm):
         cost[~assessed.is_admissible] = math.inf
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
         command = commands[best].copy()
-        above_s, below_s = arrives_in_s(step.snapshot.observed.columns, self.parameters.body_radius)
+        above_s, below_s = arrives_in_s(observed.columns, self.parameters.body_radius)
         if above_s <= SINK_ALONG_S < below_s and self._stops_at_m(step.snapshot) > self.parameters.height_min:
             sinking = np.array((*command[:2], -self.parameters.climb_max))
             seen = self._rollouts.assess(sinking[None], state, around, nowhere, self.commit_s, True)

@@ -109,6 +109,11 @@ class SpaceKnowledge(Knowledge):
         return not self._needs_plane
 
     @property
+    def looks_up(self) -> bool:
+        """Whether clouds look up so steeply that they show what comes down before the UAV is under it."""
+        return self._clouds.looks_up
+
+    @property
     def _needs_plane(self) -> bool:
         """Whether the planar scan counts: clouds stay away, or do not look all around."""
         return self._clouds.is_silent or not self._clouds.looks_all_around

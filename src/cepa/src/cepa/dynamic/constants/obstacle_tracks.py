@@ -160,6 +160,9 @@ Greater: stiffeners that the UAV passes come down."""
 SINKING_SPANS_S = (0.1, 0.25, 0.5, 1.0)
 """s: The speed is taken over the first of these times in which it is significant. Source: chosen. Greater:
 slower loads are found, later."""
+SINKING_OPEN_M = 8.0
+"""m: Nothing is over the UAV that is nearer: it is in the open, and not in a tank. Source: chosen. Greater:
+under high ceilings, loads that clouds do not show are found later."""
 SINKING_FEWEST = (3, 5, 5, 5)
 """1: Heights that tell a speed, of each of these spans. Source: chosen. Greater: found later by slow range
 finders."""
@@ -218,6 +221,10 @@ FALLING_APART_M = 1.5
 FALLING_BEYOND_M = 0.5
 """m: A load reaches so far beyond the middle of its outermost cell: the diagonal of half a cell, and what is
 not seen. Source: grid. Greater: it leaves farther."""
+SHOWS_LOADS_RAD = math.radians(45.0)
+"""rad: Clouds that look up so steeply show a load that sinks as fast as the UAV flies. If they look up less,
+the range finder finds loads in the open as it does without clouds. Source: chosen. Greater: the UAV makes
+way for more of what stands."""
 FALLING_LARGEST_M = 2.0
 """m: A load of which the near side is over the highest channel may be so long. Source: chosen. Greater: it
 leaves farther."""

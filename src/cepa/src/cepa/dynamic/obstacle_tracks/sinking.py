@@ -17,6 +17,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
     SINKING_LEAST_M_S,
     SINKING_MISS_S,
     SINKING_NOISE_M,
+    SINKING_OPEN_M,
     SINKING_RADIUS_M,
     SINKING_RESIDUAL_M,
     SINKING_SIGNIFICANCE,
@@ -86,20 +87,26 @@ class Sinking:
         self._columns: dict[float, _Column] = {}
         self._last_m: dict[float, float] = {}
         self._times: dict[float, int] = {}  # that it was found without a break
+        self._open_s = -math.inf  # when it was open far up
 
     def take_over(self, earlier: Sinking) -> None:
         """Take over what one with other parameters knows; it must not be used any longer."""
         self._heights, self._columns = earlier._heights, earlier._columns
         self._last_m, self._times = earlier._last_m, earlier._times
+        self._open_s = earlier._open_s
 
-    def take_in(self, rangings: Sequence[Ranging], motion: Motion, has_clouds: bool = False) -> np.ndarray:
+    def is_in_the_open(self, now_s: float) -> bool:
+        """Return whether a beam has just met no ceiling, as under a crane, and unlike in a tank."""
+        return now_s - self._open_s <= ARRIVES_S
+
+    def take_in(self, rangings: Sequence[Ranging], motion: Motion, clouds_show: bool = False) -> np.ndarray:
         """Take in ranges in the lidar's frame; return what comes near as discs (k, 8), see `Observation`.
 
-        has_clouds: they show loads from afar. Then a range finder need not find one in a hurry, which it does
-        where plates, stiffeners and slopes are near, too.
+        clouds_show: clouds come, and they show loads from afar, or it is under a ceiling. Then a range finder
+        need not find one in a hurry, which it does where plates, stiffeners and slopes are near, too.
         """
         for ranging in rangings:
-            self._keep(ranging, motion, has_clouds)
+            self._keep(ranging, motion, clouds_show)
         now_s, (x, y, _) = motion.stamp_s, motion.position_m
         columns = [(*c, way) for way, c in self._columns.items() if c.is_closed(now_s)]
         if not columns:
@@ -107,7 +114,7 @@ class Sinking:
         discs = [(cx - x, cy - y, 0, 0, SINKING_RADIUS_M, 0, s - now_s, way) for cx, cy, s, way in columns]
         return np.array(discs, float)
 
-    def _keep(self, ranging: Ranging, motion: Motion, has_clouds: bool) -> None:
+    def _keep(self, ranging: Ranging, motion: Motion, clouds_show: bool) -> None:
         rotation = motion.rotation()
         direction = rotation @ ranging.direction
         way = math.copysign(1.0, float(direction[2]))
@@ -119,6 +126,8 @@ class Sinking:
         start = np.array(motion.position_m) + rotation @ ranging.origin_m
         end = start + ranging.free_m * direction
         height_m = float(end[2]) if ranging.range_m <= ranging.range_max_m else way * math.inf
+        if height_m - motion.position_m[2] >= SINKING_OPEN_M:
+            self._open_s = motion.stamp_s
         heights = self._heights[way]
         x, y, up = direction.tolist()
         lean = x / up, y / up
@@ -126,7 +135,7 @@ class Sinking:
             _Height(motion.stamp_s, float(end[0]), float(end[1]), height_m, tuple(start.tolist()), lean)
         )
         gap_m = way * (height_m - motion.position_m[2]) - self._ends_m[way]
-        rises_m_s = _speed_m_s(heights, gap_m, has_clouds)
+        rises_m_s = _speed_m_s(heights, gap_m, clouds_show)
         speed = way * rises_m_s
         self._times[way] = self._times.get(way, 0) + 1 if speed < 0.0 else 0
         if speed < 0.0:  # it comes, also if the beam should miss it from now on
@@ -139,7 +148,7 @@ class Sinking:
             self._columns[way] = _Column(x_m, y_m, arrives_s)
 
 
-def _speed_m_s(heights: deque[_Height], gap_m: float, has_clouds: bool) -> float:
+def _speed_m_s(heights: deque[_Height], gap_m: float, clouds_show: bool) -> float:
     """Return how fast the newest heights rise, m/s; 0.0: they stand, or belong to several things.
 
     gap_m: from the body to the newest. A ceiling that slopes comes nearer as well while the UAV flies along
@@ -157,8 +166,8 @@ def _speed_m_s(heights: deque[_Height], gap_m: float, has_clouds: bool) -> float
         run.append(height)
     found = np.array([height[:4] for height in run])
     spans = list(zip(SINKING_SPANS_S, SINKING_FEWEST))
-    floor_m = 0.5 * SINKING_RESIDUAL_M if has_clouds else SINKING_NOISE_M
-    for span_s, fewest in spans[has_clouds:]:
+    floor_m = 0.5 * SINKING_RESIDUAL_M if clouds_show else SINKING_NOISE_M
+    for span_s, fewest in spans[clouds_show:]:
         part = found[newest.stamp_s - found[:, 0] <= span_s + 1e-6]
         lasted_s = newest.stamp_s - part[-1, 0]
         if len(part) < fewest or lasted_s < 0.8 * span_s:
@@ -169,7 +178,7 @@ def _speed_m_s(heights: deque[_Height], gap_m: float, has_clouds: bool) -> float
         residual_m = math.sqrt(float(np.mean((z_m - speed * times_s) ** 2)))
         flown_m_s = math.dist(part[0, 1:3], part[-1, 1:3]) / lasted_s
         noise = max(residual_m, floor_m) / math.sqrt(spread)
-        is_soon = not has_clouds and gap_m <= SINKING_SOON_S * abs(speed)
+        is_soon = not clouds_show and gap_m <= SINKING_SOON_S * abs(speed)
         of_slope = 0.0 if is_soon else SINKING_SLOPE * flown_m_s
         least = max(SINKING_LEAST_M_S + of_slope, SINKING_SIGNIFICANCE * noise)
         most_m = min(SINKING_RESIDUAL_M, SINKING_UNEVEN * abs(speed) * lasted_s)

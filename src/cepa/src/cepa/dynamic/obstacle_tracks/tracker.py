@@ -117,10 +117,11 @@ class ObstacleTracker:
         limits = p.cluster_gap_m, p.least_points, p.greatest_radius_m
         found = segment(points, pose, sight_m, level_m, *limits, self._clusters, labels)
         clusters = self._clusters[:found]
+        unwatched = self._unwatched(pose, sight_m)  # at the scan before: now all tracks wait for a cluster
         predict(self._tracks, dt_s, p.acceleration_m_s2)
         matches = np.empty(len(clusters), np.int64)
         owners = np.empty(len(self._tracks), np.int64)
-        associate(clusters, self._tracks, p.gate_m, matches, owners)
+        associate(clusters, self._tracks, p.gate_m, unwatched, matches, owners)
         self._align(dt_s, points, pose, clusters, owners, doubt)
         plane = plane_of(height_m, free) * (UPRIGHT if are_upright else 1.0)
         planes = self._frames.planes * (UPRIGHT if are_upright else 1.0)
@@ -128,7 +129,7 @@ class ObstacleTracker:
         owners = self._forget(pose, np.minimum(sight_m, level_m), owners)
         owners = self._begin(clusters, matches, owners)
         if self._moving.any():
-            owners = self._find_again(owners)
+            owners = self._find_again(owners, self._unwatched(pose, sight_m))
         if self._frames.is_due(stamp_s):
             frame = self._frames.keep(stamp_s, height_m, pose, free)
             self._keep_surfaces(frame, clusters, owners)
@@ -244,11 +245,20 @@ class ObstacleTracker:
         self._moving = np.concatenate((self._moving, np.zeros(new.size, bool)))
         return np.concatenate((owners, new))
 
-    def _find_again(self, owners: np.ndarray) -> np.ndarray:
+    def _unwatched(self, pose: np.ndarray, sight_m: np.ndarray) -> np.ndarray:
+        """Return which tracks (t,) move on where no beam looks."""
+        unwatched = self._moving & (self._tracks[:, columns.UNSEEN] > 0.0)
+        if unwatched.any():
+            behind = np.empty(len(unwatched), bool)
+            are_behind(self._tracks[:, : columns.VX], pose, sight_m, behind)
+            unwatched &= behind
+        return unwatched
+
+    def _find_again(self, owners: np.ndarray, unwatched: np.ndarray) -> np.ndarray:
         """Let what appears near a moving thing that is out of sight be that thing, and move on as it did.
 
         Each becomes the nearest one only. Otherwise all that appears in a narrow place would soon seem to
-        move.
+        move. What moves on where no beam looks (t,) is not looked for far from there: see `associate`.
         Returns the clusters (t,) of the tracks that stay, or -1.
         """
         tracks, p = self._tracks, self.parameters
@@ -257,7 +267,8 @@ class ObstacleTracker:
         found = np.zeros(len(tracks), bool)
         for number in np.flatnonzero(self._moving & unseen):
             lost = tracks[number]
-            reach_m = lost[columns.RADIUS] + p.gate_m + 3.0 * math.sqrt(lost[columns.PP])
+            spread_m = 0.0 if unwatched[number] else 3.0 * math.sqrt(lost[columns.PP])
+            reach_m = lost[columns.RADIUS] + p.gate_m + spread_m
             apart_m = np.hypot(tracks[:, columns.X] - lost[columns.X], tracks[:, columns.Y] - lost[columns.Y])
             apart_m[~unknown | (tracks[:, columns.RADIUS] >= 1.5 * lost[columns.RADIUS])] = math.inf
             nearest = int(np.argmin(apart_m))

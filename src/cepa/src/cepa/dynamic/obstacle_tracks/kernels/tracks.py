@@ -49,12 +49,19 @@ def predict(tracks: np.ndarray, dt: float, acceleration: float) -> None:
 
 @njit(cache=True)
 def associate(
-    clusters: np.ndarray, tracks: np.ndarray, gate: float, matches: np.ndarray, owners: np.ndarray
+    clusters: np.ndarray,
+    tracks: np.ndarray,
+    gate: float,
+    unwatched: np.ndarray,
+    matches: np.ndarray,
+    owners: np.ndarray,
 ) -> None:
     """Fill ``matches`` (c,) with each cluster's track or -1, ``owners`` (t,) with each track's cluster or -1.
 
     A pair is each other's nearest, within ``gate`` m plus three standard deviations and half the radius.
-    Of what moves, a part alone may be in sight, so all of its radius counts.
+    Of what moves, a part alone may be in sight, so all of its radius counts. What is ``unwatched`` (t,) moves
+    on where no beam looks. Nothing tells against its predicted place, so its standard deviations do not
+    count. Else it would soon be taken for its neighbour.
     """
     for c in range(clusters.shape[0]):
         best = math.inf
@@ -62,7 +69,8 @@ def associate(
         for t in range(tracks.shape[0]):
             d = _separation(clusters[c], tracks[t])
             share = 1.0 if tracks[t, EVIDENCE] > 0.0 else 0.5
-            if d < best and d < gate + 3.0 * math.sqrt(tracks[t, PP]) + share * tracks[t, RADIUS]:
+            spread = 0.0 if unwatched[t] else 3.0 * math.sqrt(tracks[t, PP])
+            if d < best and d < gate + spread + share * tracks[t, RADIUS]:
                 best = d
                 matches[c] = t
     for t in range(tracks.shape[0]):
