@@ -10,7 +10,16 @@ from plain_volume import body_of, filled, leaves_of_binary, leaves_of_full
 from room_clouds import puck_in_hold
 
 from gridslam import MapError
-from gridslam.volume import Board, Box, VolumeParameters, VoxelMap, read_octree, stream_of, write_octree
+from gridslam.volume import (
+    Board,
+    Box,
+    VolumeParameters,
+    VoxelMap,
+    map_from,
+    read_octree,
+    stream_of,
+    write_octree,
+)
 
 coordinate = st.floats(-4.0, 4.0, width=32)
 point = st.tuples(coordinate, coordinate, coordinate)
@@ -163,6 +172,7 @@ def test_octrees_with_colours_or_times_are_read_without_them(tmp_path, kind, col
     told = f"id {kind}\nsize {len(full) // 5}\nres 0.1\ndata\n".encode()
     (tmp_path / "map.ot").write_bytes(b"# Octomap OcTree file\n" + told + nodes)
     (tmp_path / "map.bt").write_bytes(b"# Octomap OcTree binary file\n" + told + binary)
+    assert stream_of(map_from(nodes, False, VolumeParameters(), kind), is_binary=False).data == full
     assert stream_of(read_octree(tmp_path / "map.ot"), is_binary=False).data == full
     assert stream_of(read_octree(tmp_path / "map.bt"), is_binary=True).data == binary
     (tmp_path / "map.ot").write_bytes(b"# Octomap OcTree file\n" + told + nodes[:-3])

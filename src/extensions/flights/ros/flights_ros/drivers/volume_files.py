@@ -38,7 +38,7 @@ def save_volume(folder: RunFolder) -> bool:
     try:
         octree = ServiceCall(SERVICE, GetOctomap, WRITING_S, wait_s=PATIENCE_S)().map
         data = np.array(octree.data, np.int8).tobytes()
-        voxels = map_from(data, octree.binary, VolumeParameters(resolution_m=octree.resolution))
+        voxels = map_from(data, octree.binary, VolumeParameters(resolution_m=octree.resolution), octree.id)
         _write(folder, voxels)
     except (rospy.ROSException, rospy.ServiceException) as error:
         told = f"There is no map.bt: slam_octomap gave no map ({error})."

@@ -5,8 +5,6 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
-import numpy as np
-
 from gridslam.errors import MapError, reason_of
 from gridslam.files.replacing import replace_file
 from gridslam.volume.octree.stream import OctreeStream, map_from
@@ -16,11 +14,7 @@ from gridslam.volume.voxel_map import VoxelMap
 BINARY, FULL = "# Octomap OcTree binary file", "# Octomap OcTree file"
 """First lines."""
 TREE = "OcTree"
-"""Kind of octree, as OctoMap names it."""
-COLOUR_BYTES = {TREE: 0, "1": 0, "OcTreeStamped": 0, "ColorOcTree": 3}
-"""Bytes of colour in each node of an .ot file, by the kinds that can be read. Old files call an OcTree 1."""
-VALUE_BYTES = 4
-"""Of a node's log-odds, which colour and one byte of children follow."""
+"""Kind of octree that is written, as OctoMap names it."""
 HEADER_MAX = 4096
 """Bytes."""
 KEYWORDS = ("id", "size", "res")
@@ -58,15 +52,10 @@ def read_octree(path: str | Path, parameters: VolumeParameters | None = None) ->
         raise MapError(
             f"{path} is no octree of OctoMap: it begins with neither of its headers, or ends there."
         )
-    kind = told.get("id", "")
-    if kind not in COLOUR_BYTES:
-        kinds = ", ".join(name for name in COLOUR_BYTES if name.isalpha())
-        raise MapError(f'{path} holds a tree of kind "{kind}"; only {kinds} can be read.')
     resolution_m = _resolution(told.get("res", ""), path)
     settings = dataclasses.replace(parameters or VolumeParameters(), resolution_m=resolution_m)
-    data = content[begin:] if is_binary else _without_colours(content[begin:], COLOUR_BYTES[kind])
     try:
-        return map_from(data, is_binary, settings)
+        return map_from(content[begin:], is_binary, settings, told.get("id", ""))
     except MapError as error:
         raise MapError(f"{path}: {error}") from None
 
@@ -90,16 +79,6 @@ def _header(content: bytes) -> tuple[dict[str, str], int]:
                 break
             told[word] = next(words, "")
     return told, 0
-
-
-def _without_colours(data: bytes, colour_bytes: int) -> bytes:
-    """Return the nodes of an .ot file as those of an OcTree."""
-    if not colour_bytes:
-        return data
-    node_bytes = VALUE_BYTES + colour_bytes + 1
-    whole = len(data) // node_bytes * node_bytes
-    nodes = np.frombuffer(data[:whole], np.uint8).reshape(-1, node_bytes)
-    return nodes[:, [*range(VALUE_BYTES), -1]].tobytes() + data[whole:]
 
 
 def _resolution(text: str, path: str | Path) -> float:

@@ -20,6 +20,10 @@ AT_ONCE = 256
 TILES_MAX = 1 << 17
 """Of a stream that is read: 2 GB."""
 UPPER = TILE_LEVEL + 1
+COLOUR_BYTES = {"OcTree": 0, "1": 0, "OcTreeStamped": 0, "ColorOcTree": 3}
+"""Bytes of colour in each node of a full stream, by the kinds that can be read. Old files call OcTree 1."""
+VALUE_BYTES = 4
+"""Of a node's log-odds, which colour and one byte of children follow."""
 
 Cubes = Callable[[np.ndarray], np.ndarray]
 
@@ -98,12 +102,20 @@ def morton_codes(tiles: np.ndarray) -> np.ndarray:
     return codes
 
 
-def map_from(stream: bytes, is_binary: bool, parameters: VolumeParameters) -> VoxelMap:
+def map_from(stream: bytes, is_binary: bool, parameters: VolumeParameters, kind: str = "OcTree") -> VoxelMap:
     """Return the map of an octree's data. Voxels of a binary one get the least or greatest probability.
 
+    kind: of the octree, as OctoMap names it; colours and times of its nodes are left out.
+
     Raises:
-        MapError: the data are cut, hold more than an octree, or more than fits into memory.
+        MapError: the data are cut, hold more than an octree, or more than fits into memory; or the kind is
+            another one.
     """
+    if kind not in COLOUR_BYTES:
+        kinds = ", ".join(name for name in COLOUR_BYTES if name.isalpha())
+        raise MapError(f'The octree is of kind "{kind}"; only {kinds} can be read.')
+    if not is_binary:
+        stream = _without_colours(stream, COLOUR_BYTES[kind])
     data, model = np.frombuffer(stream, np.uint8), parameters.model
     room = 4 * data.size if is_binary else data.size // 5 + 1
     corners, sides = np.empty((room, 3), np.int64), np.empty(room, np.int64)
@@ -118,6 +130,16 @@ def map_from(stream: bytes, is_binary: bool, parameters: VolumeParameters) -> Vo
         raise MapError(f"The octree's data make no sense at byte {used}; is this another kind of octree?")
     _fill(voxel_map, corners[:count], sides[:count], values[:count])
     return voxel_map
+
+
+def _without_colours(stream: bytes, colour_bytes: int) -> bytes:
+    """Return the nodes of a full stream as those of an OcTree."""
+    if not colour_bytes:
+        return stream
+    node_bytes = VALUE_BYTES + colour_bytes + 1
+    whole = len(stream) // node_bytes * node_bytes
+    nodes = np.frombuffer(stream[:whole], np.uint8).reshape(-1, node_bytes)
+    return nodes[:, [*range(VALUE_BYTES), -1]].tobytes() + stream[whole:]
 
 
 def _fill(voxel_map: VoxelMap, corners: np.ndarray, sides: np.ndarray, values: np.ndarray) -> None:
