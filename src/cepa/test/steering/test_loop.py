@@ -12,7 +12,8 @@ from cepa.decision import Decision, Reason
 from cepa.motion import Ranging
 from cepa.steering.clouds import CloudLimits, SensedPoints
 from cepa.steering.mount import Mount
-from cepa.steering.own_motion import OwnState
+from cepa.steering.own_motion import OwnMotion, OwnState
+from stamp_pairing.pairing import Paired, Stamped
 
 SCAN = LaserScan2D(np.full(360, 5.0), -math.pi, math.radians(1.0), 0.1, 10.0)
 LEVEL = Mount.of_pose((0.0, 0.0, 0.1), (0.0, 0.0, 0.0, 1.0))
@@ -125,6 +126,15 @@ def test_a_reference_counts_for_half_a_second(age_ms, flown):
         *bench.loop.on_scan((1010 + age_ms) * MS, SCAN, "laser"),  # the first waits no longer
     ]
     assert command.velocity_m_s == flown
+
+
+@pytest.mark.parametrize(("at_ms", "words"), [(250, "0.75 s older"), (1750, "0.75 s newer")])
+def test_odometry_of_another_time_is_told_as_older_or_newer(at_ms, words):
+    said = []
+    state = OwnState((1.0, 0.0, 0.0), (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0))
+    paired = Paired(Stamped(1000 * MS, None), {"odometry": Stamped(at_ms * MS, state)})
+    assert OwnMotion(said.append).at(paired, LEVEL, 0.0) == (None, True)
+    assert said[0].startswith(f"The odometry is {words} than the scan.")
 
 
 def test_it_brakes_when_an_answer_is_too_old_and_stamps_never_go_back():

@@ -4,7 +4,8 @@
 Takes the options of arducopter that the simulator gives. Sends servo outputs, waits for one line of JSON a
 frame, and asks again with the same frame after 0.2 s. Writes what it heard to `heard.json` in the folder
 FAKE_RESULTS. FAKE_FRAMES: it ends after so many frames. FAKE_SAYS: a line that it says first. FAKE_EXIT: it
-ends at once with this status. FAKE_LAST_WORD: it asks once more when it is told to end.
+ends at once with this status. FAKE_STAYS: it does not obey SIGTERM, as ArduPilot
+while it waits for its physics.
 
 Imports nothing of the simulator: format and units are written from ArduPilot's documentation of the link.
 """
@@ -24,15 +25,8 @@ link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 link.settimeout(0.2)
 simulator = ("127.0.0.1", int(options["sim-port-out"]))
 lines, asked_again = [], 0
-
-
-def ask_and_end(_signal, _frame):
-    link.sendto(packet, simulator)
-    os._exit(0)
-
-
-if "FAKE_LAST_WORD" in os.environ:
-    signal.signal(signal.SIGTERM, ask_and_end)
+if "FAKE_STAYS" in os.environ:
+    signal.signal(signal.SIGTERM, signal.SIG_IGN)
 for count in range(int(os.environ.get("FAKE_FRAMES", "1000000"))):
     pulses = [1000 + 10 * channel for channel in range(4)] + [1500] * 12
     packet = struct.pack("<HHI16H", 18458, 1000, count, *pulses)

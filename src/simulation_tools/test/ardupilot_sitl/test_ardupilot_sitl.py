@@ -5,14 +5,18 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
+import signal
 import socket
 import struct
+import tempfile
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from node_tools.ending import CLOSING_S
 from simulation_tools.ardupilot_sitl.ardupilot_sitl import ArduPilotSitl
 from simulation_tools.ardupilot_sitl.json_link import JsonLink, frame_of
 from simulation_tools.ardupilot_sitl.json_sensors import JsonSensorParameters, JsonSensors
@@ -63,11 +67,11 @@ def start(link, tmp_path, monkeypatch):
     """Returns an `ArduPilotSitl` with the fake program, which obeys the given variables."""
     autopilots = []
 
-    def start(**variables):
+    def start(path=FAKE, **variables):
         monkeypatch.setenv("FAKE_RESULTS", str(tmp_path))
         for name, value in variables.items():
             monkeypatch.setenv(name, str(value))
-        program = Program(ProgramParameters(str(FAKE)), link.port)
+        program = Program(ProgramParameters(str(path)), link.port)
         autopilots.append(ArduPilotSitl(link, sensors(), program))
         return autopilots[-1]
 
@@ -204,7 +208,7 @@ def test_the_world_goes_on_when_ardupilot_ends_and_it_is_started_again(start):
 
 def test_after_a_reset_the_new_program_is_heard_and_not_the_old_one(start):
     """The new one's frames would count as old ones, for its numbers begin again."""
-    autopilot = start(FAKE_LAST_WORD=1)
+    autopilot = start(FAKE_STAYS=1)
     for _ in range(2):
         said = []
         autopilot.on_warning = said.append
@@ -214,6 +218,44 @@ def test_after_a_reset_the_new_program_is_heard_and_not_the_old_one(start):
         assert said == []
         assert autopilot._told_us == 4000 * 19
         autopilot.reset()
+
+
+@pytest.mark.parametrize("ends_by", ["close", "reset"])
+def test_nothing_is_left_of_an_ardupilot_that_waits_for_its_physics(start, tmp_path, monkeypatch, ends_by):
+    """A node has `CLOSING_S` for its end, and ArduPilot does not obey SIGTERM then."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    autopilot = start(FAKE_STAYS=1)
+    assert not list(tmp_path.iterdir())  # nothing is started before the simulation runs
+    wait_until_ready(autopilot)
+    (folder,), process = tmp_path.glob("ardupilot_*"), autopilot._program._process
+    begun_s = time.monotonic()
+    getattr(autopilot, ends_by)()
+    assert time.monotonic() - begun_s < 0.8 * CLOSING_S
+    assert process.returncode == -signal.SIGKILL
+    assert not folder.exists()
+
+
+def test_a_program_that_a_script_has_started_ends_with_it(start, tmp_path):
+    script = tmp_path / "arducopter"
+    script.write_text(f'#!/bin/sh\n{FAKE} "$@" &\necho $! > {tmp_path}/pid\nwait\n')
+    script.chmod(0o755)
+    autopilot = start(script)
+    wait_until_ready(autopilot)
+    pid = (tmp_path / "pid").read_text().strip()
+    assert runs(pid)
+    autopilot.close()
+    end_s = time.monotonic() + 60.0
+    while runs(pid):
+        assert time.monotonic() < end_s
+        time.sleep(0.01)
+
+
+def runs(pid):
+    """Whether a process is there, and not only waits for somebody to read its exit status."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] not in "ZX"
+    except OSError:
+        return False
 
 
 def test_a_program_that_ends_at_once_is_an_error_with_its_last_words(start):
@@ -249,6 +291,37 @@ def test_a_program_that_is_not_there_is_one_sentence(path, says):
     with pytest.raises(AutopilotError, match=says) as caught:
         check_program(path)
     assert str(caught.value).count(". ") == 0
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (Path("/bin/true").read_bytes(), "it does not know the option --sim-port-out"),
+        (
+            b"\x7fELF\x01\x01\x01" + bytes(60),
+            "it does not know the option --sim-port-out",
+        ),  # built for a board
+        (b"arducopter\n", "it is neither a program nor a script"),
+        (b"#!/nowhere/sh\n", "its first line names a program that is not there"),
+        (b"#!\n", "its first line names a program that is not there"),
+        (b"\x7fELF and somewhere --sim-port-out", None),
+        (b"#! /bin/sh -e\nexec arducopter $@\n", None),
+    ],
+)
+def test_what_cannot_be_arducopter_is_refused_before_it_is_started(tmp_path, content, why):
+    program = tmp_path / "arducopter"
+    program.write_bytes(content)
+    program.chmod(0o755)
+    if why is None:
+        check_program(str(program))
+        return
+    with pytest.raises(AutopilotError, match=re.escape(f"built for the board sitl: {why}; ")):
+        check_program(str(program))
+
+
+def test_a_folder_in_place_of_the_program_gets_an_example(tmp_path):
+    with pytest.raises(AutopilotError, match=f"is a folder.* for example {tmp_path}/arducopter;"):
+        check_program(str(tmp_path))
 
 
 @pytest.mark.skipif(

@@ -76,7 +76,8 @@ def _motion(paired: Paired, mount: Mount, climb_ref_m_s: float, doubt: Doubt) ->
     age_ns = paired.leader.stamp_ns - odometry.stamp_ns
     state: OwnState = odometry.value
     if abs(age_ns) > MAX_AGE_NS:
-        raise MotionError(f"The odometry is {1e-9 * age_ns:.2f} s older than the scan.")
+        how = "older" if age_ns > 0 else "newer"
+        raise MotionError(f"The odometry is {1e-9 * abs(age_ns):.2f} s {how} than the scan.")
     if state.velocity_m_s is None:
         raise MotionError("The odometry tells no velocity.")
     body = state.position_m, state.orientation_xyzw, state.velocity_m_s

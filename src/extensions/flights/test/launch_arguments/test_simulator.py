@@ -33,9 +33,20 @@ def test_lockstep_with_a_foreign_flight_controller_is_refused(autopilot, arducop
         (" ", "give ardupilot:=/path/to/arducopter"),
         ("arducopter", "ardupilot:=arducopter is not an absolute path"),
         ("~/arducopter", "for example ardupilot:=$HOME/arducopter."),
+        ("/bin/true", "/bin/true is not arducopter, built for the board sitl: it does not know"),
+        ("/bin", "/bin is a folder; give the program, for example /bin/arducopter"),
         ("/no/arducopter", "ArduPilot's program /no/arducopter is not there"),
     ],
 )
 def test_a_program_that_no_node_would_find_is_refused(program, sentence):
     with pytest.raises((FlightsError, SimulationToolsError), match=re.escape(sentence)):
         simulator.check({"autopilot": "ardupilot", "ardupilot": program})
+
+
+def test_a_battery_of_the_simulator_is_refused_with_a_foreign_flight_controller(arducopter):
+    asked = {"ardupilot": arducopter, "battery": "0.3"}
+    simulator.check({**asked, "autopilot": "standin"})
+    simulator.check({"autopilot": "px4", "battery": "0.3"})  # real.launch has its own sentence
+    for autopilot in ("px4", "ardupilot"):
+        with pytest.raises(FlightsError, match=f"battery:=0.3 is of no use with autopilot:={autopilot}"):
+            simulator.check({**asked, "autopilot": autopilot})

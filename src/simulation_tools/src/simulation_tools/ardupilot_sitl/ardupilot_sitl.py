@@ -30,8 +30,9 @@ class ArduPilotSitl:
     When the program ends, the rotors stop, and it is started again. A reset starts it again, too, because its
     clock cannot go back.
 
-    program: what to start; None: the user starts ArduPilot. patience_s: wall time after which a missing
-    ArduPilot is an error.
+    program: what to start with the first call of `is_ready`; None: the user starts ArduPilot. So a simulation
+    that cannot be made, or is interrupted before it begins, leaves nothing behind. patience_s: wall time
+    after which a missing ArduPilot is an error.
     """
 
     def __init__(
@@ -50,9 +51,8 @@ class ArduPilotSitl:
         self._waits_since_s = time.monotonic()
         self._restart_s = math.inf  # wall time
         self._has_checked_version = False
+        self._has_begun = False
         link.on_warning = lambda sentence: self.on_warning(sentence)
-        if program is not None:
-            program.start()
 
     @property
     def answers(self) -> bool:
@@ -61,6 +61,9 @@ class ArduPilotSitl:
 
     def is_ready(self) -> bool:
         """Whether ArduPilot has sent its first frame; raises AutopilotError if it has not in `patience_s`."""
+        if not self._has_begun:
+            self._has_begun = True
+            self._start()
         if self._asked is None:
             self._asked = self._link.receive(0.0)
         if self._asked is not None:
@@ -160,9 +163,14 @@ class ArduPilotSitl:
     def reset(self) -> None:
         """Start ArduPilot again; simulated time begins at 0."""
         if self._program is not None:
-            self._program.stop()  # first: it asks once more while it ends, and that must be forgotten
+            self._program.stop()  # first: what it has asked for meanwhile must be forgotten, too
         self._forget()
         self._before, self._told_us, self._restart_s = VehicleState(0), 0, math.inf
+        if self._has_begun:
+            self._start()
+
+    def _start(self) -> None:
+        self._waits_since_s = time.monotonic()
         if self._program is not None:
             self._program.start()
 

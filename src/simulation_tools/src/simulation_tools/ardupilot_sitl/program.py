@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
+import mmap
 import os
 import shutil
 import signal
@@ -19,9 +21,15 @@ from simulation_tools.geodesy import GeodeticOrigin
 
 ENVIRONMENT = "ARDUPILOT_COPTER"
 """Environment variable with the place of the program."""
+NAME = "arducopter"
 FRAME_RATE_HZ = 1000
+ELF, SCRIPT = b"\x7fELF", b"#!"
+"""How a compiled program begins on Linux, and a script."""
+OPTION = b"sim-port-out"
+"""Each SITL program of ArduPilot knows it, so it stands in the program's text; see `Program.command`."""
+LONGEST_LINE_B = 256
+"""Linux reads no more of a script's first line."""
 _LOG = "ardupilot.log"
-_PATIENCE_S = 3.0  # for its end
 _DIE_WITH_PARENT = 1  # PR_SET_PDEATHSIG
 
 RATES_HZ: Mapping[int, float] = {
@@ -67,8 +75,13 @@ class ProgramParameters:
     def __post_init__(self) -> None:
         check_program(self.path)
         for name in self.defaults:
-            if not Path(name).is_file():
-                raise AutopilotError(f"ArduPilot's file of parameters {name} is not there.")
+            check_parameter_file(name)
+
+
+def check_parameter_file(path: str) -> None:
+    """Raise AutopilotError, one sentence, if a file of ArduPilot's parameters is not at a path."""
+    if not Path(path).is_file():
+        raise AutopilotError(f"ArduPilot's file of parameters {path} is not there.")
 
 
 def check_program(path: str) -> None:
@@ -79,10 +92,38 @@ def check_program(path: str) -> None:
             "autopilot:=ardupilot needs the place of ArduPilot's program: give "
             f"ardupilot:=/path/to/arducopter, or set {ENVIRONMENT}; {how}."
         )
+    if Path(path).is_dir():
+        raise AutopilotError(f"{path} is a folder; give the program, for example {Path(path, NAME)}; {how}.")
     if not Path(path).is_file():
         raise AutopilotError(f"ArduPilot's program {path} is not there; {how}.")
     if not os.access(path, os.X_OK):
         raise AutopilotError(f"ArduPilot's program {path} cannot be executed; {how}.")
+    why = _why_not_sitl(Path(path))
+    if why:
+        raise AutopilotError(f"{path} is not {NAME}, built for the board sitl: {why}; {how}.")
+
+
+def _why_not_sitl(program: Path) -> str:
+    """Return why a program cannot be ArduPilot's SITL, in words; empty: it may be.
+
+    A script may start ArduPilot, so it is refused only if it cannot run at all. Some files may be executed
+    but not read; these pass.
+    """
+    try:
+        with program.open("rb") as file:
+            begin = file.read(LONGEST_LINE_B)
+            if begin.startswith(ELF):
+                with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
+                    knows_it = content.find(OPTION) >= 0
+                return "" if knows_it else f"it does not know the option --{OPTION.decode()}"
+    except OSError:
+        return ""
+    if not begin.startswith(SCRIPT):
+        return "it is neither a program nor a script" if begin else ""
+    interpreter = begin.removeprefix(SCRIPT).split(b"\n")[0].split()[:1]
+    if not interpreter or not Path(os.fsdecode(interpreter[0])).is_file():
+        return "its first line names a program that is not there"
+    return ""
 
 
 class Program:
@@ -173,14 +214,15 @@ class Program:
         return [line.strip() for line in text.splitlines() if line.strip()]
 
     def stop(self) -> None:
-        """End it, and remove its folder."""
+        """End it, with all that it has started, and remove its folder.
+
+        ArduPilot obeys SIGTERM only at its next frame of physics, which does not come any more. Its files go
+        with the folder, so nothing is lost if it is killed.
+        """
         if self._process is not None and self._process.poll() is None:
-            self._process.terminate()
-            try:
-                self._process.wait(_PATIENCE_S)
-            except subprocess.TimeoutExpired:
-                self._process.kill()
-                self._process.wait()
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(self._process.pid, signal.SIGKILL)  # it leads a session of its own
+            self._process.wait()
         self._process = None
         if self._folder is not None:
             shutil.rmtree(self._folder, ignore_errors=True)

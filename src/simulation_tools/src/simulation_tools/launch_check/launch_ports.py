@@ -11,6 +11,8 @@ from simulation_tools.px4_ports import own_ports
 from simulation_tools.px4_sitl.simulator_link import check_port_is_free
 
 HOST = "127.0.0.1"
+PORTS = ("autopilot", "mavros", "offboard_port", "gcs_port", "simulator_port")
+"""Arguments of `check_ports_are_free`."""
 _SIMULATOR_PORTS = {"px4": check_port_is_free, "ardupilot": json_link.check_port_is_free}
 
 

@@ -28,6 +28,7 @@ from flights.launch_arguments.results_folder import check_results
 from flights.worlds import scenario
 from flights_ros.launch import cepa_arguments, inspection_settings, machine_code, slam_arguments
 from simulation_tools.errors import SimulationToolsError
+from simulation_tools.launch_check.launch_autopilot import check_program_is_used
 from simulation_tools.launch_check.launch_files import LaunchError, arguments_of
 from simulation_tools_ros import launch_check
 
@@ -92,6 +93,7 @@ def check(launch: launch_check.Launch, files: LaunchFiles) -> None:
     """
     launch_check.check(launch)
     for file, asked in files.flown_by(launch):
+        check_program_is_used(asked.get("autopilot", ""), launch.given)
         simulator.check(asked)
         files.checks[file.name](asked)
         simulator.check_packages(asked, launch_check.find_package)

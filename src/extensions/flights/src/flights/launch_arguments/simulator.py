@@ -7,16 +7,15 @@ from typing import Any, Callable, Mapping
 from flights.errors import ScenarioError
 from flights.worlds import scenario
 from simulation_tools import values
-from simulation_tools.ardupilot_sitl.program import check_program
+from simulation_tools.launch_check.launch_autopilot import check_autopilot
 from simulation_tools.launch_check.launch_files import LaunchError
 from simulation_tools.launch_check.launch_packages import check_mavros_is_there
-from simulation_tools.launch_check.launch_ports import check_ports_are_free
+from simulation_tools.launch_check.launch_ports import PORTS, check_ports_are_free
 from simulation_tools.vehicle.uav import load_uav
 
 PX4_INSTANCES = (0, 254)
 """The instance's MAVLink system id, which is greater by 1, is a byte."""
 LIDAR_DRIVER = "urg_node"
-_PORTS = ("autopilot", "mavros", "offboard_port", "gcs_port", "simulator_port")
 
 
 def check(asked: Mapping[str, Any]) -> None:
@@ -31,15 +30,9 @@ def check(asked: Mapping[str, Any]) -> None:
     if "offboard_port" in asked:
         values.mavlink_ports(asked["offboard_port"], asked["gcs_port"])
     if "autopilot" in asked:
-        autopilot = values.choice("autopilot", str(asked["autopilot"]), values.AUTOPILOTS)
-        if autopilot == "ardupilot" and "ardupilot" in asked:  # a real UAV brings its own
-            program = str(asked["ardupilot"]).strip()
-            check_program(str(scenario.absolute("ardupilot", program)) if program else "")
-        if autopilot != "standin" and scenario.flag("lockstep", asked.get("lockstep", False)):
-            raise ScenarioError(
-                f"lockstep:=true needs autopilot:=standin; with {autopilot} leave it out: physics and flight "
-                "controller are in step with each other anyway."
-            )
+        values.choice("autopilot", str(asked["autopilot"]), values.AUTOPILOTS)
+        if "ardupilot" in asked:  # a real UAV brings its own
+            _check_autopilot(asked)
     for name, least in (("real_time_factor", 0.0), ("lockstep_timeout", 0.001), ("lidar_range_max", 0.0)):
         if name in asked:
             values.number(name, asked[name], least)
@@ -48,6 +41,13 @@ def check(asked: Mapping[str, Any]) -> None:
     sensors, model = str(asked.get("sensors", "")).split(), str(asked.get("model", "iris"))
     if sensors or model != "iris":
         load_uav(model, sensors=sensors)
+
+
+def _check_autopilot(asked: Mapping[str, Any]) -> None:
+    try:
+        check_autopilot(asked)
+    except LaunchError as error:
+        raise ScenarioError(str(error)) from None
 
 
 def check_packages(asked: Mapping[str, Any], find: Callable[[str], object]) -> None:
@@ -78,5 +78,5 @@ def _check_driver(word: str, find: Callable[[str], object]) -> None:
 
 def check_ports(asked: Mapping[str, Any]) -> None:
     """Check that the ports of a launch are free, if it names them; raises SimulationToolsError."""
-    if all(name in asked for name in _PORTS):
-        check_ports_are_free(**{name: asked[name] for name in _PORTS})
+    if all(name in asked for name in PORTS):
+        check_ports_are_free(**{name: asked[name] for name in PORTS})
