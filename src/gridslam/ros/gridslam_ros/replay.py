@@ -331,7 +331,7 @@ class Replay:
             "loops_closed": len(self._session.closures),
             "first_closure_s": self._first_closure_s,
             "states": self._verdict.shares,
-            "loose_parts_s": self._session.loose_parts_s(),
+            "loose_parts_s": self._session.loose_parts_s,
             "parameters": dataclasses.asdict(self._session.parameters),
             "node_parameters": {name: getattr(self._settings, name) for name in SIDE},
             "machine": f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}",

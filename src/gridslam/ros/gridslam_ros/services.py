@@ -23,8 +23,8 @@ class Services:
     Args:
         ask: has SLAM's thread call a function, and returns its future answer.
         map_now: publishes and returns the map as it is now.
-        save: writes the state to a file.
-        load: goes on from the state in a file.
+        save: writes the state to a file. It returns what is to be known of the map; empty: nothing.
+        load: goes on from the state in a file, and returns the same.
 
     The last three run in SLAM's thread. They raise SlamError with one sentence, which the caller gets.
     """
@@ -33,8 +33,8 @@ class Services:
         self,
         ask: Callable[[Callable[[], Any]], Future],
         map_now: Callable[[], OccupancyGrid],
-        save: Callable[[str], None],
-        load: Callable[[str], None],
+        save: Callable[[str], str],
+        load: Callable[[str], str],
     ) -> None:
         self._ask, self._map_now, self._save, self._load = ask, map_now, save, load
         self._services = [
@@ -55,15 +55,15 @@ class Services:
     def _serve_load(self, _request: TriggerRequest) -> TriggerResponse:
         return self._with_state_file(self._load, "Going on from the state in")
 
-    def _with_state_file(self, act: Callable[[str], None], words: str) -> TriggerResponse:
+    def _with_state_file(self, act: Callable[[str], str], words: str) -> TriggerResponse:
         path = str(rospy.get_param("~state_file", "")).strip()
         if not path:
             return TriggerResponse(False, f"Set the parameter {rospy.get_name()}/state_file to a path first.")
         try:
-            self._answer(lambda: act(path))
+            remark = self._answer(lambda: act(path))
         except SlamError as error:
             return TriggerResponse(False, str(error))
-        return TriggerResponse(True, f"{words} {path}.")
+        return TriggerResponse(True, f"{words} {path}. {remark}".rstrip())
 
     def _answer(self, question: Callable[[], Any]) -> Any:
         try:

@@ -338,12 +338,14 @@ class SlamSession:
         """The loops closed so far."""
         return [] if self._closer is None else self._closer.closures
 
+    @property
     def loose_parts_s(self) -> list[float]:
-        """Return the stamps at which parts of the map begin that no scan and no closure joins with others.
+        """Stamps at which parts of the map begin that no scan and no closure joins with others.
 
-        Odometry alone tells where they are. Call this after `finish`. Without loop closure it is not known.
+        Odometry alone tells where they are. This is as of the last search for loops, or of `finish`. Without
+        loop closure it is not known.
         """
-        return [] if self._closer is None else self._closer.loose_parts_s()
+        return [] if self._closer is None else self._closer.loose_parts_s
 
     @property
     def entropy(self) -> float:

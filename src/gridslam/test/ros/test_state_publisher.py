@@ -5,7 +5,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from gridslam_ros.publishing.state_publisher import COLOURS, LEVELS, marker_of, pose_of
+import rospy
+from gridslam_ros.publishing.state_publisher import COLOURS, LEVELS, marker_of, pose_of, status_of
 from std_msgs.msg import Header
 
 from gridslam.tracking.monitor import STATES
@@ -30,3 +31,23 @@ def test_the_pose_has_the_covariance_of_x_y_and_yaw():
     told = np.reshape(message.pose.covariance, (6, 6))
     np.testing.assert_array_equal(told[np.ix_((0, 1, 5), (0, 1, 5))], covariance)
     assert not told[2:5].any()
+
+
+def test_diagnostics_have_the_number_of_parts_that_odometry_alone_joins(monkeypatch):
+    monkeypatch.setattr(rospy, "get_name", lambda: "/slam_gridslam")
+    last = SimpleNamespace(
+        agreement=SimpleNamespace(compared_share=0.9), spread_m=0.1, neff_share=0.5, correction=1.0
+    )
+    tracking = SimpleNamespace(
+        last=last,
+        state="tracking",
+        reason="",
+        share_of=lambda _: 0.9,
+        smoothed_share=0.9,
+        contradictions=0,
+        self_check=SimpleNamespace(spread_m=0.1),
+        scans_since_tracking=0,
+        travelled_since_tracking_m=0.0,
+    )
+    values = {pair.key: pair.value for pair in status_of(tracking, "", 3).values}
+    assert values["parts of the map that odometry alone joins (1: it is one)"] == "3"

@@ -3,7 +3,8 @@
 import pytest
 
 pytest.importorskip("rosbag", reason="needs ROS")
-Verdict = pytest.importorskip("gridslam_ros.verdict").Verdict
+verdicts = pytest.importorskip("gridslam_ros.verdict")
+Verdict, LoosePartsWatch = verdicts.Verdict, verdicts.LoosePartsWatch
 
 
 def verdict(**states):
@@ -32,3 +33,13 @@ def test_parts_that_odometry_alone_joins_are_counted_from_the_first_scan():
     assert "at 12.5 s, 40.0 s after the first scan" in sentence
     (sentence,) = verdict(tracking=1).sentences([100.0 + k for k in range(1, 9)], 100.0)
     assert "5.0 s and 3 more after the first scan" in sentence
+
+
+def test_the_node_tells_of_loose_parts_when_their_number_changes():
+    watch = LoosePartsWatch()
+    # parts begin at these stamps, and the first scan at 100 s
+    said = [watch.follow(parts_s, lambda: [100.0, 101.0]) for parts_s in ([], [112.5], [112.5], [])]
+    assert said[0] == said[2] == ""
+    assert "The map has 2 parts" in said[1]
+    assert "at 12.5 s after the first scan" in said[1]
+    assert said[3] == "Scans or closures join all parts of the map now."

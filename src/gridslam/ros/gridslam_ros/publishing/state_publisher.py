@@ -63,7 +63,7 @@ class StatePublisher:
             self._markers.publish(marker_of(state, self._base_frame))
         if is_new or not 0.0 <= stamp.to_sec() - self._published_s < PERIOD_S:
             self._published_s = stamp.to_sec()
-            status = status_of(session.tracking, session.search)
+            status = status_of(session.tracking, session.search, len(session.loose_parts_s) + 1)
             self._diagnostics.publish(DiagnosticArray(Header(stamp=stamp), [status]))
 
 
@@ -88,8 +88,14 @@ def marker_of(state: str, base_frame: str) -> Marker:
     return marker
 
 
-def status_of(tracking: TrackingMonitor | None, search: str) -> DiagnosticStatus:
-    """Return the diagnostics of the tracking (None: before the first scan) and of the search, in words."""
+def status_of(tracking: TrackingMonitor | None, search: str, parts: int) -> DiagnosticStatus:
+    """Return the diagnostics, in words and numbers.
+
+    Args:
+        tracking: None: before the first scan.
+        search: how far the search for a lost vehicle is; empty if there is none.
+        parts: number of the map's parts that odometry alone joins; 1: the map is one.
+    """
     status = DiagnosticStatus(name=f"{rospy.get_name().lstrip('/')}: localisation")
     if tracking is None or tracking.last is None:
         state = UNCERTAIN if tracking is None else tracking.state
@@ -106,6 +112,7 @@ def status_of(tracking: TrackingMonitor | None, search: str) -> DiagnosticStatus
         "correction of odometry (standard deviations)": last.correction,
         "scans in a row that contradict the map": tracking.contradictions,
         "drift since a place was recognised (m)": tracking.self_check.spread_m,
+        "parts of the map that odometry alone joins (1: it is one)": parts,
         "scans since tracking": tracking.scans_since_tracking,
         "travel since tracking (m)": tracking.travelled_since_tracking_m,
     }

@@ -100,6 +100,9 @@ class LoopCloser:
         """Whether the last search that was taken found a place again, and the path was right there."""
         self.spread = NO_SPREAD
         """How uncertain the newest node of the last search was that was taken."""
+        self.loose_parts_s: list[float] = []
+        """Stamps at which parts of the path begin whose places odometry alone tells, by that search, or by
+        `finish`."""
 
     def add_node(self, stamp_s: float, base_in_odom: np.ndarray, agreement: Agreement | None = None) -> None:
         """Take notice of a scan that the filter has processed.
@@ -170,6 +173,7 @@ class LoopCloser:
         self.found = Found(self._stages.agreed, self._stages.open_m, self._stages.spread)
         self.spread = self.found.spread
         self.has_agreed = self.found.agreed
+        self.loose_parts_s = self._stages.loose_parts_s
         return correction
 
     def drop(self, is_contradicted: bool = False) -> None:
@@ -197,14 +201,12 @@ class LoopCloser:
         correction = self._stages.at_the_end(snapshot, self._doubtful, self._way_m <= self._searched_m)
         if correction is not None:
             self.closures = self._stages.closures()
+        self._find_loose_parts()
         return correction
 
-    def loose_parts_s(self) -> list[float]:
-        """Return the stamps at which parts of the path begin whose places odometry alone tells.
-
-        Call this after `finish`.
-        """
-        return self._stages.loose_parts_s(self._doubtful)
+    def _find_loose_parts(self) -> None:
+        self._stages.find_loose_parts(self._doubtful)
+        self.loose_parts_s = self._stages.loose_parts_s
 
     def state(self) -> CloserState:
         """Return the complete state. It waits for the work at hand, whose result is taken when it is due."""
@@ -245,6 +247,7 @@ class LoopCloser:
         for doubtful in (state.doubtful.unmatched, state.doubtful.guessed, state.doubtful.contradicted):
             require_indices(np.array(doubtful, int), nodes, "the doubtful nodes")
         closer._doubtful, closer.closures = state.doubtful, list(state.closures)
+        closer._find_loose_parts()
         if state.pending is not None:
             closer._work = closer._pending(state.pending, len(state.stages.path))
         return closer

@@ -82,6 +82,8 @@ class Stages:
         self._recognised = 0
         self.spread: PoseSpread = NO_SPREAD
         """How uncertain the newest pose is."""
+        self.loose_parts_s: list[float] = []
+        """Stamps at which parts of the path begin that odometry alone joins with all others."""
 
     def on_the_way(self, snapshot: Snapshot, doubtful: DoubtfulNodes) -> Correction | None:
         """Search for the newest node's place. Return a correction if other closures count than before."""
@@ -89,6 +91,7 @@ class Stages:
         correction = self._searched(snapshot, doubtful)
         self.open_m = 0.0 if self.agreed else self._open_m(doubtful)
         self._measure_spread(doubtful, self.agreed or correction is not None)
+        self.find_loose_parts(doubtful)
         return correction
 
     def _searched(self, snapshot: Snapshot, doubtful: DoubtfulNodes) -> Correction | None:
@@ -133,6 +136,7 @@ class Stages:
         correction = None if corrected is None else self._correction(snapshot, corrected)
         self.open_m = self._open_m(doubtful)
         self._measure_spread(doubtful, correction is not None)
+        self.find_loose_parts(doubtful)
         return correction
 
     @property
@@ -144,13 +148,15 @@ class Stages:
         """Return the closures that count. Later matches may outvote one."""
         return [self._closure(self._matches.matches[index]) for index in self._counted]
 
-    def loose_parts_s(self, doubtful: DoubtfulNodes) -> list[float]:
-        """Return the stamps at which parts of the path begin that odometry alone joins with all others."""
-        nodes, path = np.arange(1, len(self._path)), self._path
+    def find_loose_parts(self, doubtful: DoubtfulNodes) -> None:
+        """Note where parts of the path begin that odometry alone joins with all others."""
+        path, self.loose_parts_s = self._path, []
         is_open = step_uncertainty(path, self._links.is_spanned(), doubtful, self._parameters).is_open
-        closures = [self._matches.matches[index] for index in self._counted]
-        begins = loose_parts(nodes[is_open].tolist(), [*self._links.edges, *closures], len(path))
-        return path.stamps_s[begins].tolist()
+        if is_open.any():
+            nodes = np.arange(1, len(path))[is_open].tolist()
+            closures = [self._matches.matches[index] for index in self._counted]
+            begins = loose_parts(nodes, [*self._links.edges, *closures], len(path))
+            self.loose_parts_s = path.stamps_s[begins].tolist()
 
     def state(self) -> StagesState:
         """Return what is remembered."""
