@@ -124,3 +124,13 @@ def test_the_command_tells_of_gaps_in_the_truth(tmp_path, capsys):
     said = capsys.readouterr()
     assert "truth.tum has gaps, in which 30 poses of" in said.err
     assert dict(line.split() for line in said.out.splitlines())["poses"] == "30"
+
+
+@pytest.mark.parametrize(("numbers", "name"), [(12, "KITTI"), (17, "EuRoC"), (9, "")])
+def test_trajectories_of_other_forms_are_called_by_name(tmp_path, capsys, numbers, name):
+    path = tmp_path / "other.txt"
+    path.write_text("# a heading\n" + "1 " * numbers)
+    assert main(["ate", str(path), str(path)]) == 1
+    said = capsys.readouterr().err
+    assert f"line 2: has {numbers} numbers" in said
+    assert [each for each in ("KITTI", "EuRoC") if each in said] == [name] * bool(name)

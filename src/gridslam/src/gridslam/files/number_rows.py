@@ -6,14 +6,16 @@ import gzip
 import math
 import zlib
 from pathlib import Path
-from typing import Sequence
+from typing import Mapping, Sequence
 
 import numpy as np
 
 from gridslam.errors import EvaluationError, reason_of
 
 
-def read_rows(path: Path, form: str, columns: Sequence[int]) -> np.ndarray:
+def read_rows(
+    path: Path, form: str, columns: Sequence[int], other_forms: Mapping[int, str] | None = None
+) -> np.ndarray:
     """Read the rows of numbers in a file, plain or .gz: (n, k) float64, finite, n >= 1.
 
     Blanks or commas separate numbers. # begins a comment. A table with commas may have a heading.
@@ -22,6 +24,7 @@ def read_rows(path: Path, form: str, columns: Sequence[int]) -> np.ndarray:
         path: the file.
         form: description of a line's content, for errors.
         columns: allowed numbers per line; all lines have the same.
+        other_forms: what the file may be instead, and what to do then, by numbers per line, for errors.
 
     Raises:
         EvaluationError: the file cannot be read, or holds something else; the sentence names the line.
@@ -36,7 +39,8 @@ def read_rows(path: Path, form: str, columns: Sequence[int]) -> np.ndarray:
         wrong = next((word for word in words if not _is_number(word)), None)
         if wrong is not None or len(words) not in allowed:
             fault = f"has {len(words)} numbers" if wrong is None else f"{wrong[:20]!r} is not a finite number"
-            raise EvaluationError(f"{path}, line {number}: {fault}; each line must hold {form}.")
+            hint = (other_forms or {}).get(len(words), "") if wrong is None and not rows else ""
+            raise EvaluationError(f"{path}, line {number}: {fault}; each line must hold {form}.{hint}")
         rows.append([float(word) for word in words])
     if not rows:
         raise EvaluationError(f"{path}: is empty; each line must hold {form}.")

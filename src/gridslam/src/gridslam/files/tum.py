@@ -11,6 +11,12 @@ from gridslam.files.number_rows import read_rows
 from gridslam.files.replacing import replace_file
 from gridslam.trajectory import Trajectory
 
+OTHER_FORMS = {
+    12: " This may be KITTI's form: its poses have no stamps, which must be added.",
+    17: " This may be EuRoC's form: evo_traj euroc FILE --save_as_tum makes TUM's of it.",
+}
+"""What lines with other than 8 numbers may be."""
+
 
 def write_tum(path: Path, trajectory: Trajectory) -> None:
     """Write a level trajectory at once, turned about z only; stamps to the microsecond. z: 0 if not known.
@@ -55,7 +61,7 @@ def read_tum_in_space(path: Path) -> np.ndarray:
     Raises:
         EvaluationError: the file cannot be read, or is not in TUM form, or its stamps go back in time.
     """
-    rows = read_rows(path, "8 finite numbers: stamp x y z qx qy qz qw", columns=(8,))
+    rows = read_rows(path, "8 finite numbers: stamp x y z qx qy qz qw", (8,), OTHER_FORMS)
     _, first = np.unique(rows[:, 0], return_index=True)
     if (np.diff(first) < 0).any():
         raise EvaluationError(f"{path}: the stamps go back in time; sort the lines, or cut the file there.")
