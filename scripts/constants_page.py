@@ -67,30 +67,68 @@ def bodies_of(module: ast.Module) -> Iterator[list[ast.stmt]]:
 
 def page() -> str:
     """Return the page, in Markdown."""
+    paths = (*sorted(FOLDER.glob("[a-z]*.py")), TRACKS)
     lines = [
         "# The constants of `algorithm:=dynamic`",
         "",
-        "`scripts/constants_page.py` writes this page from the modules in `src/cepa/dynamic/constants/`.",
-        "There each constant has its meaning, too. [Parameters](reference.md#parameters), which can be",
-        "changed in flight, are not here.",
+        "These numbers are no parameters. To change one, edit its module and start the node again. What you",
+        "can change in flight stands among the [parameters](reference.md#parameters).",
         "",
-        "Sources: *chosen* by the author, without a measurement of this number alone; *flown*: flights",
-        "showed that it is needed ([results.md](results.md)); *measured*; *grid*: size of a grid or list.",
+        "To find a constant, search this page for a word of what it does (`dead end`, `noise`), or choose a",
+        "section:",
+        "",
+        "|section|what its constants decide|constants|",
+        "|---|---|---|",
+        *(
+            f"|[{title_of(path)}](#{anchor_of(path)})|{subject_of(path)}|{len(constants_in(path))}|"
+            for path in paths
+        ),
+        "",
+        "The column *source* says where the number is from. *chosen*: by the author, without a measurement",
+        "of this number alone. *flown*: flights showed that it is needed ([results](results.md)).",
+        "*measured*: it was measured. *grid*: it is the size of a grid or a list.",
+        "",
+        "`scripts/constants_page.py` writes this page from the modules.",
     ]
-    for path in (*sorted(FOLDER.glob("[a-z]*.py")), TRACKS):
+    for path in paths:
         name = path.relative_to(DYNAMIC.parent)
-        lines += ["", f"## {path.stem.replace('_', ' ').capitalize()}", ""]
         lines += [
-            f"[`{name}`](../src/cepa/{name})",
             "",
-            "|constant|value|source|a greater value|",
-            "|---|---|---|---|",
+            f"## {title_of(path)}",
+            "",
+            f"{subject_of(path)} Module: [`{name}`](../src/cepa/{name})",
+            "",
+            "|constant|value|meaning|source|a greater value|",
+            "|---|---|---|---|---|",
         ]
         for constant in constants_in(path):
             unit = "" if constant.unit == "1" else f" {constant.unit}"
-            row = f"`{constant.name}`", f"{constant.value}{unit}", constant.source, constant.greater
+            row = (
+                f"`{constant.name}`",
+                f"{constant.value}{unit}",
+                constant.meaning.replace("|", r"\|"),
+                constant.source,
+                constant.greater,
+            )
             lines.append(f"|{'|'.join(row)}|")
     return "\n".join(lines) + "\n"
+
+
+def title_of(path: Path) -> str:
+    """Return the heading of a module's section."""
+    return path.stem.replace("_", " ").capitalize()
+
+
+def anchor_of(path: Path) -> str:
+    """Return where a link finds the section."""
+    return path.stem.replace("_", "-")
+
+
+def subject_of(path: Path) -> str:
+    """Return the first sentence of a module, without its title."""
+    told = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").split("\n")[0]
+    subject = told.partition(": ")[2] or told
+    return subject[:1].upper() + subject[1:]
 
 
 def main() -> None:
