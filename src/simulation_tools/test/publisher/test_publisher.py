@@ -72,7 +72,7 @@ def test_it_stands_until_it_is_told_the_height_and_to_begin(bench):
     publisher.parameters = replace(publisher.parameters, awaits_order=True)
     bench.run(3.0)
     assert not bench.of(RequestArm)
-    assert publisher.waiting_for == "no order to take off yet (call ~restart)"
+    assert publisher.waiting_for == "no order to take off yet (rosservice call /mavros_publisher/restart)"
     # When the height is told, and the order
     publisher.parameters = replace(publisher.parameters, hover_height_m=0.5)
     publisher.restart()

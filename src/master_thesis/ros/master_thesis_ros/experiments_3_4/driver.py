@@ -24,7 +24,7 @@ from flights.results.run_files import FlownRun, complete_run, write_numbers
 from flights_ros.drivers.flight_node import FlightNode
 from flights_ros.drivers.messages import stamp_s
 from flights_ros.drivers.parameters import all_parameters
-from flights_ros.drivers.progress import ProgressLog
+from flights_ros.drivers.progress import FlightProgress, ProgressLog
 from flights_ros.drivers.run import Run
 from flights_ros.drivers.volume_files import has_volume, save_volume
 from gridslam import SlamError
@@ -46,8 +46,7 @@ class Experiments34Node(FlightNode):
     When the time is over, the flight ends there, or the node `mission` gets a second goal: the way home.
 
     Subscribes, besides the topics of `FlightNode` and `SlamWatch`: mission_result
-        (inspection_tools/MissionActionResult). If it returns to the start: mission_feedback
-        (inspection_tools/MissionActionFeedback).
+        (inspection_tools/MissionActionResult), mission_feedback (inspection_tools/MissionActionFeedback).
     Publishes: mission_goal (inspection_tools/MissionActionGoal, latched), mission_cancel
         (actionlib_msgs/GoalID).
     Parameters: see doc/reference.md.
@@ -59,15 +58,14 @@ class Experiments34Node(FlightNode):
     def __init__(self, monitor: Monitor, slam: SlamWatch, flight: MissionFlight, lockstep: bool) -> None:
         self._slam = slam
         self._flight = flight
-        self._reached = 0
+        self._reached, self._progress = 0, FlightProgress()
         self._flies_home = False
         self._uav_is_ready = False
         self._goal = rospy.Publisher("mission_goal", MissionActionGoal, queue_size=1, latch=True)
         self._cancel = rospy.Publisher("mission_cancel", GoalID, queue_size=1)
         super().__init__(monitor, lockstep)
         self.subscribe("mission_result", MissionActionResult, self._on_result)
-        if flight.time.returns:
-            self.subscribe("mission_feedback", MissionActionFeedback, self._on_feedback)
+        self.subscribe("mission_feedback", MissionActionFeedback, self._on_feedback)
 
     def send_goal(self) -> None:
         """Start the mission of the node's own file."""
@@ -89,8 +87,13 @@ class Experiments34Node(FlightNode):
         rospy.loginfo("The mission's time is over. The UAV flies back to its start.")
 
     def _on_feedback(self, message: MissionActionFeedback) -> None:
+        told = message.feedback
         if not self._flies_home:
-            self._reached = message.feedback.reached
+            self._reached = told.reached
+        phase = "Flying home" if self._flies_home else "Flying the mission"
+        self._progress.tell(
+            phase, f"{told.reached} of {told.of} waypoints, {told.distance:.0f} m to the next one"
+        )
 
     def _on_result(self, message: MissionActionResult) -> Iterable[Enum]:
         if message.status.status == GoalStatus.SUCCEEDED:

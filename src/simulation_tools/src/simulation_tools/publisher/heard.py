@@ -71,7 +71,7 @@ class Heard:
         if p.needs_home and self.homes.newest() is None and not state.armed:
             return "no home position (`home_position/home`) from MAVROS yet"
         if p.awaits_order and not state.armed:
-            return "no order to take off yet (call ~restart)"
+            return "no order to take off yet (rosservice call /mavros_publisher/restart)"
         if state.mode != p.family.guided:
             return f"the mode is {state.mode}, not {p.family.guided}"
         return "" if state.armed else "the flight controller is not armed"

@@ -325,7 +325,7 @@ class Phases:
 
     def _enter_idle(self) -> list[Action]:
         self.phase = Phase.IDLE
-        text = "disarmed: the flight is over; call ~restart for another take-off."
+        text = "disarmed: the flight is over. For another take-off: rosservice call /mavros_publisher/restart"
         return [AnnounceReady(False), Log(text, is_warning=False)]
 
     def _request(self, now_ns: int, p: PublisherParameters, *requests: Action) -> list[Action]:

@@ -13,6 +13,7 @@ from nav_msgs.msg import Odometry
 from exploration.msg import ExploreActionFeedback, ExploreActionGoal, ExploreActionResult, ExploreResult
 from flights.flight.monitor import Monitor
 from flights_ros.drivers.part import Flown, Part
+from flights_ros.drivers.progress import FlightProgress
 from node_tools.conversions import xyz
 
 COLUMNS = ("t_s", "known_m3", "home_way_m", "home_time_s", "home_energy_wh", "charge")
@@ -54,6 +55,7 @@ class ExplorationPart(Part):
 
     def __init__(self, monitor: Monitor, time_s: float) -> None:
         self._monitor, self._time_s, self.explored = monitor, time_s, Explored()
+        self._progress, self._began_s = FlightProgress(), monitor.now_s
         self._goal = rospy.Publisher(f"{self.action}/goal", ExploreActionGoal, queue_size=1, latch=True)
         self.listens = (
             (f"{self.action}/feedback", ExploreActionFeedback, self._on_feedback),
@@ -66,6 +68,7 @@ class ExplorationPart(Part):
         goal.goal_id.id = f"the exploration {uuid.uuid4()}"
         goal.goal.time_max = self._time_s
         self._goal.publish(goal)
+        self._began_s = self._monitor.now_s
         rospy.loginfo("The UAV hovers and begins to explore.")
 
     def note(self, result: ExploreResult, flown: Flown) -> None:
@@ -82,6 +85,13 @@ class ExplorationPart(Part):
         told = message.feedback
         row = (self._monitor.now_s, told.known, told.home_way, told.home_time, told.home_energy, told.charge)
         self.explored.known.append(row)
+        self._progress.tell(
+            told.phase,
+            f"{self._monitor.now_s - self._began_s:.0f} s of simulated time, at most {self._time_s:.0f} s",
+            f"{told.known:.0f} m3 known",
+            home_way_m=told.home_way,
+            charge=told.charge,
+        )
 
 
 def figures(explored: Explored, swaps: int) -> dict[str, Any]:

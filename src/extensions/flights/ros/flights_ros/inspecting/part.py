@@ -16,9 +16,10 @@ from flights.inspecting.coverage import TruePose
 from flights.inspecting.request import InspectingRequest
 from flights_ros.drivers.messages import pose_values, stamp_s
 from flights_ros.drivers.part import Flown, Part
+from flights_ros.drivers.progress import FlightProgress
 from inspection.flight import End
 from inspection.flight.second_look import SearchState
-from inspection.msg import SurveyActionGoal, SurveyActionResult, SurveyResult
+from inspection.msg import SurveyActionFeedback, SurveyActionGoal, SurveyActionResult, SurveyResult
 from inspection.photographs.listing import photographs_in
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.plan_file import read_plan
@@ -46,7 +47,8 @@ class Photographed:
 class SurveyPart(Part):
     """Lets the node `inspect` take all photographs.
 
-    Listens: /camera/ground_truth (geometry_msgs/PoseStamped), /inspect/search (std_msgs/String).
+    Listens: /camera/ground_truth (geometry_msgs/PoseStamped), /inspect/search (std_msgs/String),
+        /inspect/survey/feedback (inspection/SurveyActionFeedback).
     Publishes: /inspect/survey/goal (inspection/SurveyActionGoal, latched).
 
     Args:
@@ -65,10 +67,11 @@ class SurveyPart(Part):
         self._goal = rospy.Publisher(f"{self.action}/goal", SurveyActionGoal, queue_size=1, latch=True)
         self._is_ready = threading.Event()
         self._is_ready.set()
-        self._is_aborted = False
+        self._is_aborted, self._progress = False, FlightProgress()
         self.listens = (
             ("/camera/ground_truth", PoseStamped, self._on_camera),
             ("/inspect/search", String, self._on_search),
+            (f"{self.action}/feedback", SurveyActionFeedback, self._on_feedback),
         )
 
     def prepare(self) -> None:
@@ -123,6 +126,11 @@ class SurveyPart(Part):
             self._is_ready.clear()
         else:
             self._is_ready.set()
+
+    def _on_feedback(self, message: SurveyActionFeedback) -> None:
+        told = message.feedback
+        words = f"{told.taken} of {told.of} photographs"
+        self._progress.tell(told.phase, words, home_way_m=told.home_way, charge=told.charge)
 
     def _on_camera(self, message: PoseStamped) -> None:
         x, y, z, qx, qy, qz, qw = pose_values(message.pose)
