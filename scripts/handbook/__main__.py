@@ -85,6 +85,7 @@ def main() -> int:
             file=sys.stderr,
         )
         return 1
+    print("handbook: reading the pages and the parameters ...", flush=True)  # minutes on a busy machine
     wrong = faults()
     for sentence in wrong:
         print(sentence, file=sys.stderr)
@@ -94,6 +95,7 @@ def main() -> int:
     built = work / "site"
     stage = stage_all(work / "pages", given.quick)
     (work / "mkdocs.yml").write_text(configuration(stage, built), encoding="utf-8")
+    print(f"handbook: mkdocs makes {len(list(stage.folder.rglob('*.md')))} pages ...", flush=True)
     if not build(work / "mkdocs.yml"):
         return 1
     shutil.rmtree(out, ignore_errors=True)

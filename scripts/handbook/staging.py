@@ -7,6 +7,7 @@ import shutil
 from pathlib import Path
 
 from handbook import library
+from handbook.layout import with_captions, with_comments_above
 from handbook.lists import spread
 from handbook.pages import PICTURES, ROOT, all_pages, pictures, relative, with_links
 
@@ -37,7 +38,8 @@ class Stage:
     def take(self, page: Path) -> None:
         """Take a page of the workspace, with the pictures and files that it refers to."""
         text = (self.root / page).read_text(encoding="utf-8")
-        self.write(page, spread(with_links(text, lambda path: self._link(page, path))))
+        linked = with_links(text, lambda path: self._link(page, path))
+        self.write(page, spread(with_captions(with_comments_above(linked))))
 
     def _link(self, page: Path, path: str) -> str:
         """Return what a page's link is in the site, and make what it leads to."""
@@ -98,5 +100,5 @@ def gallery(root: Path = ROOT) -> str:
             if path.is_file() and path not in seen:
                 seen.add(path)
                 shown = path.relative_to(root).as_posix()
-                parts.append(f"\n![{words}]({shown})\n\n{words} ([{page}]({page}))\n")
+                parts.append(f"\n[![{words}]({shown})]({shown})\n\n{words} ([{page}]({page}))\n")
     return "".join(parts)

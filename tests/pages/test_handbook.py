@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
 from handbook import library  # noqa: E402
+from handbook.layout import with_captions, with_comments_above  # noqa: E402
 from handbook.lists import spread  # noqa: E402
 from handbook.pages import all_pages, pictures, with_links, without_words  # noqa: E402
 from handbook.parameters import tables  # noqa: E402
@@ -221,6 +222,27 @@ def test_what_a_page_refers_to_is_shown(tmp_path):
     ).read_text() == "[code](../tool.py.md) [folder](files.md) [page](page.md)\n"
     assert '"""A tool."""' in (stage.folder / "tool.py.md").read_text()
     assert "`page.md`" in (stage.folder / "doc/files.md").read_text()
+
+
+def test_a_picture_shows_its_words_and_opens_when_it_is_clicked():
+    text = "![Two words](a/b.png)\n\nin a line ![c](c.png)\n```\n![code](d.png)\n```\n"
+    assert with_captions(text) == (
+        "[![Two words](a/b.png)](a/b.png)\n\nTwo words\n{: .caption }\n\n"
+        "\nin a line ![c](c.png)\n```\n![code](d.png)\n```\n"
+    )
+
+
+def test_a_comment_that_does_not_fit_beside_its_command_stands_above_it():
+    long = "roslaunch package file.launch " + "x" * 50
+    text = (
+        f"```sh\n{long}   # what it does\nls -l   # too\nls '#'\na \\\n  b   # of a and b\n```\n"
+        "```sh\nls   # short\n```\n```yaml\n"
+    )
+    yaml_line = "key: 1   # " + "y" * 100 + "\n```\n"
+    assert with_comments_above(text + yaml_line) == (
+        f"```sh\n# what it does\n{long}\n# too\nls -l\nls '#'\na \\\n  b   # of a and b\n```\n"
+        "```sh\nls   # short\n```\n```yaml\n" + yaml_line
+    )
 
 
 @needs_mkdocs
