@@ -90,6 +90,21 @@ def test_a_hover_that_is_asked_for_ends_the_trail():
         assert not returns.meets(60.0 + STEP_S * k, x, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("hovers_s", "clear_s", "is_same"), [(0.0, 2.0, True), (0.0, 4.0, False), (1.0, 2.0, False)]
+)
+def test_a_short_clear_way_does_not_end_the_trail_and_a_long_one_or_a_hover_does(hovers_s, clear_s, is_same):
+    # It flies 8 m there, hovers, flies clear ways, and flies back
+    returns, places = Returns(), np.arange(0.0, 8.0, 0.2)
+    for k, x in enumerate(places):
+        returns.meets(STEP_S * k, x, 0.0)
+    until_s = STEP_S * len(places) + hovers_s
+    for k in range(round(clear_s / STEP_S)):
+        returns.fly_clear(until_s + STEP_S * k)
+    back = [returns.meets(until_s + clear_s + STEP_S * k, x, 0.0) for k, x in enumerate(places[::-1])]
+    assert any(back) == is_same
+
+
 def test_a_side_is_kept_from_the_second_return_on_until_the_straight_way_is_open():
     side, straight = ChosenSide(), Course(np.array([1.0, 0.0]))
     side.choose(1, (0.0, 1.0), 0.0)

@@ -178,6 +178,8 @@ class Dynamic(Algorithm):
         step = Step(knowledge, knowledge.take_in(observed), reference, heading)  # 2 memory
         clear = knowledge.clear_reference(step.snapshot, reference, self.commit_s)  # 3 clear?
         if clear is not None:
+            if self._search is not None and self._is_asked(reference):
+                self._search.fly_clear(now.stamp_s)
             return self._answer(step, clear, 0.0, 1, Reason.CUSHION_CLEAR)
         course = course_of(reference, self._destination.gain_1_s, cost_horizon_s(self.parameters))
         outlook = knowledge.outlook(step.snapshot, reference, course)  # 4 cost-to-go
@@ -191,6 +193,10 @@ class Dynamic(Algorithm):
         if speed <= most_m_s or (self._space is not None and self._space.has_clouds):
             return v_ref
         return v_ref[0] * most_m_s / speed, v_ref[1] * most_m_s / speed
+
+    def _is_asked(self, reference: Reference) -> bool:
+        """Return whether the UAV is asked to fly, and not to hover."""
+        return reference.speed >= self.parameters.reference_speed_min or reference.is_steep
 
     def _told(self, motion: Motion | None, v_uav: tuple[float, float]) -> Motion:
         """Return the motion, or a guess of it without odometry: only its velocity counts.
@@ -439,9 +445,8 @@ class Dynamic(Algorithm):
         x, y, up = command.tolist()
         motion = step.snapshot.observed.motion
         stamp_s = motion.stamp_s
-        is_asked = step.reference.speed >= self.parameters.reference_speed_min or step.reference.is_steep
         returns = self._search.returns(stamp_s) if self._search is not None else 0
-        asked = step.reference.velocity, is_asked
+        asked = step.reference.velocity, self._is_asked(step.reference)
         told = self._hold_up.take_in(stamp_s, motion.position_m, *asked, returns)
         why = step.knowledge, step.snapshot, command, considered, self._hold_up.held_s, returns
         self._explanation = Explanation(*why)

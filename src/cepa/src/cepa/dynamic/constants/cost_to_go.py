@@ -54,6 +54,9 @@ NARROW_M = 0.1
 PAUSE_S = 0.5
 """s: A UAV that wants no way for so long hovers; nothing kept it. Source: chosen. Greater: a hover counts as
 a stall."""
+CLEAR_S = 3.0
+"""s: A UAV that flies a clear way for no longer is still on the same flight. Source: chosen. Greater: ways
+that cross earlier ones count as returns."""
 NARROWER_M = 0.1
 """m: If there is no other way, openings that leave so much less than r_LB count. Source: chosen. Greater: it
 tries what it cannot fly through."""

@@ -6,6 +6,7 @@ import math
 from collections import deque
 
 from cepa.dynamic.constants.cost_to_go import (
+    CLEAR_S,
     PAUSE_S,
     RETURN_APART_M,
     RETURN_S,
@@ -29,7 +30,7 @@ class Returns:
         """Forget the trail and all returns."""
         self._trail: deque[tuple[float, float, float, float]] = deque()  # stamp, x, y, way
         self._way_m = 0.0
-        self._asked_s = -math.inf
+        self._asked_s = self._wanted_s = -math.inf  # when it was asked to fly, and wanted a way around
         self._met_s: deque[float] = deque()
 
     def number(self, stamp_s: float) -> int:
@@ -50,12 +51,19 @@ class Returns:
         step_m = math.hypot(x_1 - x_0, y_1 - y_0)
         return (x_1 - x_0) / step_m, (y_1 - y_0) / step_m
 
+    def fly_clear(self, stamp_s: float) -> None:
+        """Take in that the way is clear, and the UAV flies it: for a moment only it is no other flight."""
+        is_same = 0.0 <= stamp_s - self._asked_s <= PAUSE_S
+        if is_same and stamp_s - self._wanted_s <= CLEAR_S:
+            self._asked_s = stamp_s
+
     def meets(self, stamp_s: float, x_m: float, y_m: float) -> bool:
         """Take in where the UAV is; return whether it has just come back to its trail."""
         paused_s, self._asked_s = stamp_s - self._asked_s, stamp_s
         if not 0.0 <= paused_s <= PAUSE_S:  # it was asked to hover: what follows is another flight
             self.reset()
             self._asked_s = stamp_s
+        self._wanted_s = stamp_s
         if not self._trail:
             self._trail.append((stamp_s, x_m, y_m, 0.0))
             return False

@@ -143,6 +143,10 @@ class CostToGoSearch:
         self._keep(solution, course)
         return Found(_cost_to_go(solution, course, place), leads_back)
 
+    def fly_clear(self, stamp_s: float) -> None:
+        """Take in that the UAV flies the reference, because nothing is in its way."""
+        self._returns.fly_clear(stamp_s)
+
     def returns(self, stamp_s: float) -> int:
         """Return how often the UAV has come back to where it was, lately."""
         return self._returns.number(stamp_s)
