@@ -17,6 +17,8 @@ from inspection.photographs.listing import LeftOut, pictures_in, read_picture
 from inspection.photographs.record import PhotographError
 
 YES, NO = ("1", "yes", "true", "y"), ("0", "no", "false", "n")
+GREY, GREY_16_BITS = ("L", "LA"), ("I;16", "I;16B", "I;16L", "I")
+"""Pillow's names of pictures without colours."""
 FEW_VALUES = 16
 """A mask with more values was compressed with losses, and is cut at half its range."""
 
@@ -47,7 +49,7 @@ class PublicSet:
             try:
                 picture = self.burnt.into(_read(path), number)
                 check_shows(picture, str(path))
-            except (PhotographError, SetError) as error:
+            except PhotographError as error:
                 self.left_out[path.name] = LeftOut.of(path, error).why
                 continue
             yield path, picture
@@ -174,10 +176,13 @@ def _read(path: Path) -> np.ndarray:
     """Return a picture, uint8 (height, width, 3). Many sets are grey, and `findings` reads colours only."""
     try:
         with Image.open(path) as image:
-            if image.mode == "L":
+            if image.mode in GREY:
                 return np.array(image.convert("RGB"))
-    except (OSError, SyntaxError) as error:
-        raise SetError(f"It cannot be read: {error}.") from None
+            if image.mode in GREY_16_BITS:
+                grey = np.asarray(image, np.int64) >> 8
+                return np.repeat(grey.clip(0, 255).astype(np.uint8)[..., None], 3, axis=2)
+    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError):
+        pass  # read_picture tells what is wrong
     return read_picture(path)
 
 

@@ -95,6 +95,26 @@ def test_what_does_not_fit_is_left_out_and_named(pictures, tmp_path):
     assert found.left_out["c.png"] == "Its mask has 60 x 20 px, and not its size."
 
 
+def test_grey_pictures_count_and_others_that_cannot_be_read_are_named(pictures, tmp_path):
+    """As sets have them: with alpha, with 16 bits; and what is no picture, whatever its name says."""
+    grey = np.tile(np.arange(60, 180, 2, dtype=np.uint8), (40, 1))
+    Image.fromarray(grey).convert("LA").save(pictures / "alpha.png")
+    Image.fromarray(grey.astype(np.uint16) * 256).save(pictures / "deep.png")
+    (pictures / "folder.jpg").mkdir()
+    (pictures / "empty.jpg").write_bytes(b"")
+    (pictures / "phone.jpg").write_bytes(b"\0\0\0\x18ftypheic" + bytes(99))
+    names = ("alpha.png", "deep.png", "folder.jpg", "empty.jpg", "phone.jpg", "d.png")
+    (tmp_path / "truth.csv").write_text("name,crack\n" + "".join(f"{each},no\n" for each in names))
+    found = with_answers(pictures, tmp_path / "truth.csv", "crack")
+    for _, picture in found.pictures():
+        np.testing.assert_array_equal(picture, grey[..., None].repeat(3, axis=2))
+    assert set(found.left_out) == {"folder.jpg", "empty.jpg", "phone.jpg", "d.png"}
+    assert "it is a folder" in found.left_out["folder.jpg"].lower()
+    assert "the file is empty" in found.left_out["empty.jpg"].lower()
+    assert "HEIC" in found.left_out["phone.jpg"]
+    assert "4 x 4 px" in found.left_out["d.png"]
+
+
 def test_a_table_answers(pictures, tmp_path, capsys):
     (tmp_path / "truth.csv").write_text("\ufeffname,crack\na.png,yes\nc.png,No\nb.png,yes\nx.png,no\n")
     call = [

@@ -52,6 +52,11 @@ def with_more_behind(path):
     path.write_bytes(path.read_bytes() + bytes(100_000))
 
 
+def as_a_folder(path):
+    path.unlink()
+    path.mkdir()
+
+
 def turned(path):
     exif = Image.Exif()
     exif[0x0112] = 6
@@ -65,6 +70,10 @@ def turned(path):
     [
         (cut, "cut or damaged"), (zeroed, "cut or damaged"), (lambda p: p.write_bytes(b""), "is empty"),
         (lambda p: p.write_text("no picture"), "cut or damaged"), (turned, "orientation 6"),
+        (lambda p: p.write_text("<!DOCTYPE html><p>Not found"), "is a web page"),
+        (lambda p: p.write_text("version https://git-lfs.github.com/spec/v1"), "git lfs pull"),
+        (lambda p: p.write_bytes(b"\0\0\0\x18ftypheic" + bytes(99)), "content is HEIC"),
+        (lambda p: p.write_bytes(b"II*\0" + bytes(99)), "it is a TIFF"), (as_a_folder, "it is a folder"),
         (lambda p: p.unlink(), "no photograph beside it"),
         (lambda p: p.with_suffix(".json").unlink(), "no JSON"),
         (lambda p: p.with_suffix(".json").write_text("{"), "cannot be read"),

@@ -1,6 +1,8 @@
 """Given a picture that is black, white, blurred or written upon, it is told; writing is no finding."""
 
 import json
+import struct
+import zlib
 
 import numpy as np
 import pytest
@@ -11,8 +13,18 @@ from scipy.stats import foldnorm
 from inspection.findings.command import main
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.candidates import candidates_in
-from inspection.findings.picture.flaws import BLURRED, CONVERTED, WRITTEN, FlawCounter, blur_ratio, flaws_in
+from inspection.findings.picture.flaws import (
+    BLURRED,
+    CONVERTED,
+    WRITTEN,
+    FlawCounter,
+    blur_ratio,
+    check_shows,
+    flaws_in,
+)
 from inspection.findings.picture.stamps import writing_in
+from inspection.photographs.listing import read_picture
+from inspection.photographs.record import PhotographError
 
 TEXTURE = ndimage.gaussian_filter(np.random.default_rng(1).normal(size=(480, 640)), 0.8)
 PLATE = np.clip(120 + 60 * TEXTURE, 0, 255).astype(np.uint8)[..., None].repeat(3, axis=2)
@@ -78,6 +90,34 @@ def test_black_and_white_pictures_are_left_out(tmp_path, value, capsys):
     assert ("black" if value == 0 else "white") in content["left_out"][0]["why"]
     assert content["flawed"] == [{"photograph": "inks.jpg", "why": CONVERTED}]
     assert f"1 photographs: inks.jpg: {CONVERTED}" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("size", [(1, 1), (3, 200), (31, 640)])
+def test_a_picture_that_is_too_small_to_show_anything_is_told(tmp_path, size, capsys):
+    Image.new("RGB", size, (140, 60, 30)).save(tmp_path / "ä 1.png")
+    assert main([str(tmp_path)]) == 1
+    assert f"It has {size[0]} x {size[1]} px" in capsys.readouterr().err
+    with pytest.raises(PhotographError, match="needs 32 x 32 px at least"):
+        check_shows(np.full((size[1], size[0], 3), 120, np.uint8), "ä 1.png")
+
+
+def test_sixteen_bits_for_each_colour_are_told(tmp_path):
+    """A PNG by hand, because Pillow writes none: of each value the upper byte counts."""
+    rows = b"".join(
+        b"\0" + np.repeat(row[:, 1], 3).astype(">u2").tobytes() for row in PLATE.astype(int) * 257
+    )
+    parts = {
+        b"IHDR": struct.pack(">IIBBBBB", 640, 480, 16, 2, 0, 0, 0),
+        b"IDAT": zlib.compress(rows),
+        b"IEND": b"",
+    }
+    chunks = (
+        struct.pack(">I", len(c)) + k + c + struct.pack(">I", zlib.crc32(k + c)) for k, c in parts.items()
+    )
+    (tmp_path / "deep.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
+    picture = read_picture(tmp_path / "deep.png")
+    np.testing.assert_array_equal(picture, PLATE)
+    assert flaws_in(picture, tmp_path / "deep.png") == (CONVERTED,)
 
 
 def test_the_detector_tells_each_flaw_with_the_number_of_pictures_that_have_it():

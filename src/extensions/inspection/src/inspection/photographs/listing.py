@@ -9,9 +9,11 @@ from __future__ import annotations
 import json
 import os
 import re
+import warnings
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Callable, NamedTuple
+from typing import Callable, Iterator, NamedTuple
 
 import numpy as np
 from PIL import Image
@@ -19,6 +21,7 @@ from PIL import Image
 from flight_basics.errors import FlightBasicsError
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photographs.calibration import read_camera
+from inspection.photographs.damage import damage_of
 from inspection.photographs.record import PhotographError, PhotographRecord, read_record, stamp_of
 
 SUFFIXES = (".jpg", ".jpeg", ".jpe", ".jfif", ".mpo", ".png", ".tif", ".tiff", ".webp", ".bmp")
@@ -34,6 +37,8 @@ COLOURED = ("RGB", "RGBA", "RGBX", "P", "PA", "CMYK", "YCbCr", "LAB", "HSV")
 """Pillow's names of what has colours, with 8 bits for each."""
 AS_STORED = ("RGB", "RGBA", "RGBX", "L")
 """Those whose values are taken as they are."""
+SIXTEEN_BITS = ";16"
+"""In how Pillow calls pixels with so many bits for each colour."""
 JPEGS = ("JPEG", "MPO")
 """Pillow's names of JPEG, and of several in one file, of which the first one counts."""
 START_OF_JPEG, START_OF_SCAN, END_OF_JPEG, TAIL_BYTES = b"\xff\xd8", b"\xda", b"\xff\xd9", 4096
@@ -133,32 +138,41 @@ def read_photograph(path: Path) -> tuple[np.ndarray, PhotographRecord]:
 def read_picture(path: Path) -> np.ndarray:
     """Return a picture, uint8 (height, width, 3); raises PhotographError if it is cut or none."""
     try:
-        with Image.open(path) as image:
+        with opened(path) as image:
             _check_as_a_whole(image, path)
             return np.array(image.convert("RGB"))  # one may write to it
     except _DAMAGES as error:
-        raise PhotographError(_damage(error, path)) from None
+        raise PhotographError(damage_of(path, error)) from None
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Image.Image]:
+    """Give a picture; Pillow warns of none that is merely large, as aerial cameras take them."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+        with Image.open(path) as image:
+            yield image
 
 
 def is_converted(path: Path) -> bool:
-    """Return whether a picture's colours are of another kind than RGB: inks, a palette and others."""
-    with Image.open(path) as image:
-        return image.mode not in AS_STORED
+    """Return whether a picture's colours are not RGB of 8 bits: inks, a palette, 16 bits and others."""
+    with opened(path) as image:
+        return image.mode not in AS_STORED or any(SIXTEEN_BITS in str(tile) for tile in image.tile)
 
 
 def size_of(path: Path) -> tuple[int, int]:
     """Return width and height of a picture, px; raises PhotographError if it is none."""
     try:
-        with Image.open(path) as image:
+        with opened(path) as image:
             return image.size
     except _DAMAGES as error:
-        raise PhotographError(_damage(error, path)) from None
+        raise PhotographError(damage_of(path, error)) from None
 
 
 def check_picture(path: Path, pixels: bool = True, camera: SurveyCamera | None = None) -> None:
     """Raise PhotographError if a picture is empty, cut, damaged, or of another size. pixels: see `listed`."""
     try:
-        with Image.open(path) as image:
+        with opened(path) as image:
             _check_as_a_whole(image, path)
             if camera is not None and image.size != (camera.width, camera.height):
                 raise PhotographError(
@@ -169,19 +183,11 @@ def check_picture(path: Path, pixels: bool = True, camera: SurveyCamera | None =
                 image.draft("L", (FAST_PX, FAST_PX))
                 image.load()
     except _DAMAGES as error:
-        raise PhotographError(_damage(error, path)) from None
+        raise PhotographError(damage_of(path, error)) from None
 
 
 _DAMAGES = (OSError, SyntaxError, ValueError, EOFError, Image.DecompressionBombError)
 """What Pillow raises for files that are cut, or no pictures."""
-
-
-def _damage(error: Exception, path: Path) -> str:
-    if not path.exists():
-        return f"{path}: there is no such file."
-    if not path.stat().st_size:
-        return f"{path}: the file is empty. Shoot it again."
-    return f"{path}: the picture is cut or damaged ({error}). Shoot it again."
 
 
 def _check_as_a_whole(image: Image.Image, path: Path) -> None:

@@ -16,7 +16,11 @@ from inspection.photographs.record import PhotographError
 
 BLURRED = "It is blurred, so thin cracks may be missed."
 WRITTEN = "Writing is burnt into it, such as a time. Nothing is looked for there."
-CONVERTED = "Its colours are stored as inks or a palette. They were converted, so rust may be missed."
+CONVERTED = (
+    "Its colours are stored as inks, a palette or 16 bits. They were converted, so rust may be missed."
+)
+LEAST_SIDE_PX = 32
+"""A picture that is narrower shows neither a crack nor the texture of rust."""
 LEAST_SHOWN = 0.02
 """Share of a picture that must be neither white nor black."""
 WINDOW_PX = 1500
@@ -32,7 +36,12 @@ MOST_BLURRED = 0.12
 
 
 def check_shows(picture: np.ndarray, name: str) -> None:
-    """Raise PhotographError if a picture, uint8 (height, width, 3), is black or white all over."""
+    """Raise PhotographError if a picture, uint8 (height, width, 3), is tiny, or black or white all over."""
+    height, width = picture.shape[:2]
+    if min(height, width) < LEAST_SIDE_PX:
+        raise PhotographError(
+            f"{name}: it has {width} x {height} px. It needs {LEAST_SIDE_PX} x {LEAST_SIDE_PX} px at least."
+        )
     if exposed_blocks(picture).mean() < LEAST_SHOWN:
         tone = "black" if picture.mean() < 128 else "white"
         raise PhotographError(f"{name}: it is {tone} all over. Shoot it again with another exposure.")
