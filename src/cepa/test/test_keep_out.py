@@ -7,7 +7,7 @@ import pytest
 from planar_flight import Scene, Uav, fly, to_goal
 
 from cepa import Dynamic, KeepOut, KeepOutBox, ParameterError
-from cepa.keep_out import WALL_STEP_M, MapPose, limits_of
+from cepa.keep_out import REACH_M, WALL_STEP_M, MapPose, at_heights, limits_of, walls_of
 
 BOX = KeepOutBox((3.0, 0.2, 0.0), (8.0, 4.0, 5.0), "hatch")
 
@@ -47,6 +47,47 @@ def test_walls_are_closed_near_the_uav_and_none_for_a_uav_inside():
     assert np.abs(walls[:, 2]).max() <= 1.8 + 1e-9
     assert not len(KeepOut([BOX]).walls((4.0, 1.0, 2.0)))
     assert not len(KeepOut([BOX]).walls((30.0, 0.0, 2.0)))
+
+
+def plain_walls(box, place, reach, step):
+    """The points of a box's faces near a place, face by face."""
+    low, high = np.array(box.low_m), np.array(box.high_m)
+    near_low, near_high = np.maximum(low, place - reach), np.minimum(high, place + reach)
+    if np.any(near_low > near_high):
+        return np.empty((0, 3))
+    sides = [np.linspace(a, b, math.ceil((b - a) / step) + 1) for a, b in zip(near_low, near_high)]
+    faces = [np.empty((0, 3))]
+    for axis in range(3):
+        for end in (low[axis], high[axis]):
+            if end in (near_low[axis], near_high[axis]):
+                axes = [np.array([end]) if k == axis else sides[k] for k in range(3)]
+                faces.append(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3))
+    return np.concatenate(faces)
+
+
+def test_walls_are_the_same_to_the_last_bit_as_face_by_face():
+    rng, found = np.random.default_rng(4), 0
+    for _ in range(100):
+        low = rng.uniform(-12.0, 6.0, 3)
+        box = KeepOutBox(tuple(low), tuple(low + rng.uniform(0.01, 9.0, 3)))
+        place = rng.uniform(-4.0, 4.0, 3)
+        if np.all((low < place) & (place < box.high_m)):
+            continue
+        expected = plain_walls(box, place, REACH_M, WALL_STEP_M)
+        np.testing.assert_array_equal(walls_of(box, place), expected)
+        found += len(expected) > 0
+    assert found > 20
+
+
+def test_walls_at_the_bodys_heights_are_told_once_for_each_place_in_the_plan():
+    walls = KeepOut([BOX]).walls((0.0, 0.0, 2.0))
+    body = at_heights(walls, -0.2, 0.3)
+    assert np.all((body[:, 2] >= -0.2) & (body[:, 2] <= 0.3))
+    columns = {(x, y) for x, y, z in walls.tolist() if -0.2 <= z <= 0.3}
+    assert {(x, y) for x, y, _ in body.tolist()} == columns
+    edges = 4  # a face's edge is also one of the next face
+    assert len(body) <= len(columns) + edges
+    assert not len(at_heights(walls, 5.0, 6.0))
 
 
 def test_walls_stand_in_the_map_however_the_odometry_has_drifted():

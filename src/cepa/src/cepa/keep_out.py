@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Sequence
 
 import numpy as np
 
 from cepa.errors import ParameterError
+from cepa.kernels.walls import walls_near
 from flight_limits import KeepOutBox, Limits, LimitsError, parse_limits
 
 WALL_REACH_M = 8.0
@@ -17,6 +17,7 @@ WALL_UP_M = 1.8
 """m: And so far above and below it, as the layers of heights do."""
 WALL_STEP_M = 0.15
 """m: Points of a wall are so far apart, closer than any gap that the UAV fits through."""
+REACH_M = np.array([WALL_REACH_M, WALL_REACH_M, WALL_UP_M])
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,23 +67,17 @@ def walls_of(box: KeepOutBox, place_m: np.ndarray) -> np.ndarray:
 
     A UAV that is in the box may leave it, so there are none then.
     """
-    low, high = np.array(box.low_m), np.array(box.high_m)
+    low, high = np.array(box.low_m, float), np.array(box.high_m, float)
     if np.all((low < place_m) & (place_m < high)):
         return np.empty((0, 3))
-    reach = np.array([WALL_REACH_M, WALL_REACH_M, WALL_UP_M])
-    near_low, near_high = np.maximum(low, place_m - reach), np.minimum(high, place_m + reach)
-    if np.any(near_low > near_high):
-        return np.empty((0, 3))
-    sides = [_steps(*ends) for ends in zip(near_low.tolist(), near_high.tolist())]
-    faces = []
-    for axis in range(3):
-        for end, near in ((low[axis], near_low[axis]), (high[axis], near_high[axis])):
-            if end == near:
-                axes = [np.array([end]) if k == axis else sides[k] for k in range(3)]
-                faces.append(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3))
-    return np.concatenate(faces) if faces else np.empty((0, 3))
+    return walls_near(low, high, place_m, REACH_M, WALL_STEP_M)
 
 
-def _steps(low_m: float, high_m: float) -> np.ndarray:
-    """Return places at most WALL_STEP_M apart, both ends included."""
-    return np.linspace(low_m, high_m, math.ceil((high_m - low_m) / WALL_STEP_M) + 1)
+def at_heights(walls: np.ndarray, low_m: float, high_m: float) -> np.ndarray:
+    """Return those of ``walls`` (n, 3), m, that are at heights from ``low_m`` to ``high_m``, in their order.
+
+    Of points that follow each other at the same place in the plan only the first is among them.
+    """
+    heights_m = walls[:, 2]
+    found: np.ndarray = walls[(low_m <= heights_m) & (heights_m <= high_m)]
+    return found[np.append(True, (found[1:, :2] != found[:-1, :2]).any(axis=1))] if len(found) else found

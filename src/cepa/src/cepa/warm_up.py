@@ -17,6 +17,7 @@ from cepa.dynamic.obstacle_tracks.kernels.falling import fall_rates
 from cepa.dynamic.obstacle_tracks.tracker import ObstacleTracker
 from cepa.dynamic.remembered.kernels.voxels import outside
 from cepa.dynamic.remembered.voxel_memory import VoxelMemory
+from cepa.keep_out import KeepOut, KeepOutBox
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, LaserScan2D
@@ -47,6 +48,7 @@ def warm_up_dynamic() -> float:
             dynamic.steer(scan, (1.0, 0.1), (1.0, 0.0))
         dynamic.view()
     climbing = Dynamic()
+    climbing.take_keep_out(KeepOut([KeepOutBox((3.0, 0.0, 0.0), (4.0, 1.0, 1.0))]))
     for stamp_s, points in ((0.0, np.full((20, 3), WALL_M)), (0.1, _crowd())):
         cloud = Cloud(points, (-0.3, 0.3), 0.5, 10.0)
         motion = Motion(stamp_s, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (1.0, 0.0, 0.0))

@@ -44,7 +44,7 @@ from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.dynamic.space_knowledge import SpaceKnowledge
 from cepa.dynamic.threats import are_within, arrives_in_s, is_within, threats
 from cepa.dynamic.timing import ScanTiming
-from cepa.keep_out import KeepOut
+from cepa.keep_out import KeepOut, at_heights
 from cepa.motion import LEVEL, Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, LaserScan2D
@@ -240,9 +240,8 @@ class Dynamic(Algorithm):
             standing = scan.points[~scan.is_moving] if len(scan.movers) else scan.points.copy()
         walls = self._keep_out.walls(now.position_m)
         if len(walls):
-            heights_m, p = walls[:, 2], self.parameters
-            at_body = walls[(-p.body_below <= heights_m) & (heights_m <= p.body_above)]
-            standing = np.concatenate((standing, at_body))
+            p = self.parameters
+            standing = np.concatenate((standing, at_heights(walls, -p.body_below, p.body_above)))
         rangings, self._rangings = self._rangings, ()
         columns = self._sinking.take_in(rangings, now, self._clouds_show_loads(now))
         falling = self._space.columns(now) if self._space is not None else NO_COLUMNS
