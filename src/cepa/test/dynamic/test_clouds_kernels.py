@@ -11,7 +11,7 @@ from cepa.dynamic.constants.remembered import BESIDE_UP_M, PARTS_OF_A_MISS
 from cepa.dynamic.cost_to_go.kernels.slowness import best_layers
 from cepa.dynamic.free_space.kernels.clouds import free_distances, level, stamp_seen
 from cepa.dynamic.free_space.kernels.unseen import unseen_layers
-from cepa.dynamic.kernels.distance_layers import distance_layers
+from cepa.dynamic.kernels.distance_layers import distance_layers, squares_for
 from cepa.dynamic.remembered.kernels.voxels import NOBODY, Voxels, forget_far, have_stood, recall, remember
 
 seeds = st.integers(0, 2**32 - 1)
@@ -35,7 +35,8 @@ def test_each_layer_knows_the_distance_to_what_is_at_its_height(seed, count):
     points = rng.uniform((-1.5, -1.5, -1), (1.5, 1.5, 1), (count, 3))
     field = np.empty((LAYERS, SIDE, SIDE))
     columns = np.empty((SIDE, SIDE), np.uint64)
-    distance_layers(points, 0.0, CELL_M, LAYER_M, BELOW_M, ABOVE_M, FAR_M, columns, field)
+    squares = squares_for(SIDE, CELL_M, FAR_M)
+    distance_layers(points, 0.0, CELL_M, LAYER_M, BELOW_M, ABOVE_M, FAR_M, columns, squares, field)
     axis = CELL_M * (np.arange(SIDE) - SIDE // 2)
     level_m = LAYER_M / 7  # what 63 bits hold: 4 layers of 7 levels, and 30 for the body
     for layer, distances in enumerate(field):
@@ -55,11 +56,40 @@ def test_a_layer_stays_as_it_is_when_the_uav_climbs_into_the_next(seed, risen):
     rng = np.random.default_rng(seed)
     points = rng.uniform((-1.5, -1.5, -1), (1.5, 1.5, 1), (20, 3))
     columns, fields = np.empty((SIDE, SIDE), np.uint64), np.empty((2, LAYERS, SIDE, SIDE))
+    squares = squares_for(SIDE, CELL_M, FAR_M)
     for field, risen_m in zip(fields, (0.0, risen * LAYER_M)):
         seen = points - (0.0, 0.0, risen_m)
-        distance_layers(seen, 0.0, CELL_M, LAYER_M, BELOW_M, ABOVE_M, FAR_M, columns, field)
+        distance_layers(seen, 0.0, CELL_M, LAYER_M, BELOW_M, ABOVE_M, FAR_M, columns, squares, field)
     both = slice(max(risen, 0), LAYERS + min(risen, 0)), slice(max(-risen, 0), LAYERS + min(-risen, 0))
     np.testing.assert_array_equal(fields[0][both[0]], fields[1][both[1]])
+
+
+def plain_layers(points, far_m):
+    """The distances of `distance_layers`, layer by layer and obstacle by obstacle."""
+    level_m, lowest_m = LAYER_M / 7, -(LAYERS // 2) * LAYER_M - BELOW_M
+    columns, rows = (np.floor(points[:, axis] / CELL_M + 0.5).astype(int) + SIDE // 2 for axis in (0, 1))
+    levels = np.floor((points[:, 2] - lowest_m) / level_m)
+    within = (columns >= 0) & (columns < SIDE) & (rows >= 0) & (rows < SIDE)
+    i, j = np.indices((SIDE, SIDE))
+    for layer in range(LAYERS):
+        top = 7 * layer + math.floor((BELOW_M + ABOVE_M) / level_m)
+        counts = within & (7 * layer <= levels) & (levels <= min(63, top))
+        squares = np.full((SIDE, SIDE), math.inf, np.float32)
+        for row, column in zip(rows[counts], columns[counts]):
+            squares = np.minimum(squares, ((i - row) ** 2 + (j - column) ** 2).astype(np.float32))
+        yield np.minimum(far_m, np.maximum(0.0, (np.sqrt(squares).astype(float) - 0.5) * CELL_M))
+
+
+@pytest.mark.parametrize(("far_m", "integers"), [(0.8, np.uint16), (18.5, np.uint32)])
+def test_each_layer_is_the_same_to_the_last_bit_as_obstacle_by_obstacle(far_m, integers):
+    squares = squares_for(SIDE, CELL_M, far_m)
+    assert squares.dtype == integers
+    columns, field = np.empty((SIDE, SIDE), np.uint64), np.empty((LAYERS, SIDE, SIDE))
+    for seed, count in enumerate((0, 1, 3, 10, 40, 400)):
+        points = np.random.default_rng(seed).uniform((-1.7, -1.7, -1), (1.7, 1.7, 1), (count, 3))
+        distance_layers(points, 0.0, CELL_M, LAYER_M, BELOW_M, ABOVE_M, far_m, columns, squares, field)
+        for distances, expected in zip(field, plain_layers(points, far_m)):
+            np.testing.assert_array_equal(distances, expected)
 
 
 @settings(max_examples=30, deadline=None)

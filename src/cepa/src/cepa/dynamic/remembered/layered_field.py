@@ -8,7 +8,7 @@ from cepa.dynamic.constants.distance_fields import HEIGHT_ERROR_M, LAYERS, SHADI
 from cepa.dynamic.constants.free_space import SEEN_CELL_M
 from cepa.dynamic.free_space.planar_sensors import LidarPlane
 from cepa.dynamic.kernels.distance_field import fill_distances
-from cepa.dynamic.kernels.distance_layers import distance_layers, shade
+from cepa.dynamic.kernels.distance_layers import distance_layers, shade, squares_for
 from cepa.dynamic.remembered.field_grid import field_grid_of
 from cepa.parameters import CepaParameters
 
@@ -21,6 +21,7 @@ class LayeredField:
         self.grid = field_grid_of(parameters)
         self.far_m, side = parameters.r_ub + self.grid.cell_m, self.grid.side
         self._columns = np.empty((side, side), np.uint64)
+        self._squares = squares_for(side, self.grid.cell_m, self.far_m)
         self._distance = np.empty((LAYERS, side, side))
 
     def of_points(self, points: np.ndarray, heights_m: np.ndarray) -> np.ndarray:
@@ -29,7 +30,8 @@ class LayeredField:
         body = p.body_below + around, p.body_above + around
         grid = self.grid.cell_m, self.grid.layer_m
         middle_m = float(heights_m[LAYERS // 2])
-        distance_layers(points, middle_m, *grid, *body, self.far_m, self._columns, self._distance)
+        scratch = self._columns, self._squares
+        distance_layers(points, middle_m, *grid, *body, self.far_m, *scratch, self._distance)
         return self._distance
 
     def shade(self, distance: np.ndarray, plane: LidarPlane, points: np.ndarray, unseen: np.ndarray) -> None:
