@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from cepa.dynamic.constants.remembered import BESIDE_UP_M, PARTS_OF_A_MISS
 from cepa.dynamic.cost_to_go.kernels.slowness import best_layers
-from cepa.dynamic.free_space.kernels.clouds import free_distances, level, stamp_seen
+from cepa.dynamic.free_space.kernels.clouds import level, open_empty, stamp_seen
 from cepa.dynamic.free_space.kernels.unseen import unseen_layers
 from cepa.dynamic.kernels.distance_layers import distance_layers, squares_for
 from cepa.dynamic.remembered.kernels.voxels import NOBODY, Voxels, forget_far, have_stood, recall, remember
@@ -114,7 +114,8 @@ def test_the_picture_of_a_cloud_holds_the_least_distance_in_each_direction(seed)
     points = rng.uniform(-3.0, 3.0, (60, 3))
     points[::7] = math.nan
     nearest, levelled = np.empty((32, 24), np.float32), np.empty((60, 3))
-    count = level(points, rotation, 0.5, 4.0, 0.05, levelled, nearest)
+    free = np.empty((8, 12), np.float32)
+    count = level(points, rotation, 0.5, 4.0, 0.05, levelled, nearest, free)
     ranges = np.linalg.norm(points, axis=1)
     returns = points[(ranges >= 0.5) & (ranges <= 4.0)] @ rotation.T
     np.testing.assert_allclose(levelled[:count], returns, atol=1e-12)
@@ -126,20 +127,35 @@ def test_the_picture_of_a_cloud_holds_the_least_distance_in_each_direction(seed)
         if 0 <= row < 32:
             expected[row, column] = min(expected[row, column], h)
     np.testing.assert_allclose(nearest, expected, rtol=1e-6)
+    np.testing.assert_array_equal(free, nearest.reshape(8, 4, 12, 2).min(axis=(1, 3)))
 
 
 def test_an_empty_direction_is_free_within_the_field_of_view_alone():
-    nearest = np.full((32, 24), math.inf, np.float32)
-    nearest[16, 0] = 2.0
-    free = np.empty((8, 12), np.float32)
+    free = np.full((8, 12), math.inf, np.float32)
+    free[4, 0] = 2.0
     view = (math.radians(-15.0), math.radians(15.0)), (-0.5 * math.pi, 0.5 * math.pi)
-    free_distances(nearest, 0.05, np.eye(3), *view, 99.0, free)
+    open_empty(free, 4, 0.05, np.eye(3), *view, 99.0)
     up = (np.arange(8) - 3.5) * 0.2  # tangents of the rows' middles
     ahead = (np.arange(12) - 5.5) * math.radians(30.0)
     looked = (np.abs(up) < math.tan(math.radians(15.0)))[:, None] & (np.abs(ahead) < 0.5 * math.pi)[None, :]
     expected = np.where(looked, 99.0, 0.0)
     expected[4, 0] = 2.0
     np.testing.assert_array_equal(free, expected)
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=seeds)
+def test_the_field_of_view_of_a_lidar_that_leans_ends_where_its_angles_end(seed):
+    rng = np.random.default_rng(seed)
+    rotation, free = turned(rng), np.full((8, 12), math.inf, np.float32)
+    low, high = np.sort(rng.uniform(-1.5, 1.5, 2))
+    left, right = np.sort(rng.uniform(-2.5, 2.5, 2))
+    open_empty(free, 4, 0.05, rotation, (low, high), (left, right), 99.0)
+    for i, j in np.ndindex(free.shape):
+        azimuth = (j + 0.5) * math.radians(30.0) - math.pi
+        a, b, c = rotation.T @ (math.cos(azimuth), math.sin(azimuth), (i - 3.5) * 0.2)
+        is_seen = low <= math.atan2(c, math.hypot(a, b)) <= high and left <= math.atan2(b, a) <= right
+        assert free[i, j] == (99.0 if is_seen else 0.0)
 
 
 def plain_seen(free, row_tan, origin, own, near, before):

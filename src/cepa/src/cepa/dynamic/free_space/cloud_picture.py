@@ -16,7 +16,7 @@ from cepa.dynamic.constants.free_space import (
     PICTURE_ROWS,
     RANGE_MARGIN_M,
 )
-from cepa.dynamic.free_space.kernels.clouds import free_distances, level
+from cepa.dynamic.free_space.kernels.clouds import level, open_empty
 from cepa.motion import Cloud, Motion
 
 
@@ -54,8 +54,8 @@ class CloudPicture:
             self._levelled = np.empty((len(cloud.points_m), 3))
         rotation, limits = motion.rotation(), (cloud.range_min_m, cloud.range_max_m)
         points = np.asarray(cloud.points_m, np.float32)
-        count = level(points, rotation, *limits, PICTURE_ROW_TAN, self._levelled, self.nearest)
+        count = level(points, rotation, *limits, PICTURE_ROW_TAN, self._levelled, self.nearest, self.free)
         no_return_m = cloud.range_max_m - RANGE_MARGIN_M if count >= FEWEST_RETURNS else 0.0
         view = cloud.elevation_rad, cloud.azimuth_rad
-        free_distances(self.nearest, PICTURE_ROW_TAN, rotation, *view, no_return_m, self.free)
+        open_empty(self.free, self.rows_in_one, PICTURE_ROW_TAN, rotation, *view, no_return_m)
         return self._levelled[:count]

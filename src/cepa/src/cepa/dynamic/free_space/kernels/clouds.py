@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from cepa.dynamic.kernels.angles import column_of
+from cepa.dynamic.kernels.angles import ANGLE_ERROR_RAD, angle_of, column_of
 from kernel_cache.compiler import njit
 
 LEAST_HORIZONTAL_M = 1e-3
@@ -25,15 +25,19 @@ def level(
     row_tan: float,
     levelled: np.ndarray,
     nearest: np.ndarray,
+    free: np.ndarray,
 ) -> int:
     """Turn ``points`` (n, 3) m of the lidar's frame into ``levelled`` (n, 3); return how many are returns.
 
-    rotation (3, 3): of the lidar's frame into the odometry's. nearest (rows, bins): is filled with the least
-    distance in each direction, inf where no point is.
+    rotation (3, 3): of the lidar's frame into the odometry's. nearest (rows, bins), and free (r, b), a
+    coarser picture: are filled with the least distance in each direction, inf where no point is. The sides of
+    ``free`` divide those of ``nearest``.
     """
     rows, bins = nearest.shape
+    coarse_rows = np.repeat(np.arange(free.shape[0]), rows // free.shape[0])  # divisions are slow
+    coarse_columns = np.repeat(np.arange(free.shape[1]), bins // free.shape[1])
     per_rad = bins / (2.0 * math.pi)
-    nearest[:] = math.inf
+    nearest[:], free[:] = math.inf, math.inf
     count = 0
     for k in range(points.shape[0]):
         a, b, c = float(points[k, 0]), float(points[k, 1]), float(points[k, 2])
@@ -53,6 +57,8 @@ def level(
             column = column_of(x, y, per_rad, bins)
             if h < nearest[row, column]:
                 nearest[row, column] = h
+                i, j = coarse_rows[row], coarse_columns[column]
+                free[i, j] = min(free[i, j], nearest[row, column])
     return count
 
 
@@ -87,46 +93,46 @@ def slab_ranges(
 
 
 @njit(cache=True)
-def free_distances(
-    nearest: np.ndarray,
+def open_empty(
+    free: np.ndarray,
+    rows_in_one: int,
     row_tan: float,
     rotation: np.ndarray,
     elevation: tuple[float, float],
     azimuth: tuple[float, float],
     no_return: float,
-    free: np.ndarray,
 ) -> None:
-    """Fill ``free`` (r, b), a coarser picture, with the least distance in each of its directions.
+    """Tell how far the directions of ``free`` (r, b), m, are free in which no point is, and so inf stands.
 
-    Where no point is, it is ``no_return`` within the lidar's field of view (``elevation`` and ``azimuth``,
-    rad, in its own frame), and 0 outside. The sides of ``free`` divide those of ``nearest``.
+    It is ``no_return`` within the lidar's field of view (``elevation`` and ``azimuth``, rad, in its own
+    frame), and 0 outside. A row of ``free`` is ``rows_in_one`` rows of ``row_tan``. rotation: see ``level``.
     """
     rows, bins = free.shape
-    high, wide = nearest.shape[0] // rows, nearest.shape[1] // bins
     all_around = azimuth[1] - azimuth[0] > 2.0 * math.pi * (1.0 - 2.0 / bins)
     angles = (np.arange(bins) + 0.5) * 2.0 * math.pi / bins - math.pi
     cos, sin = np.cos(angles), np.sin(angles)
-    lowest = np.empty(nearest.shape[1], nearest.dtype)
     for i in range(rows):
-        lowest[:] = np.inf
-        for k in range(i * high, (i + 1) * high):
-            for m in range(lowest.size):  # without a branch, so that several directions go at once
-                lowest[m] = nearest[k, m] if nearest[k, m] < lowest[m] else lowest[m]
-        up = (i + 0.5 - 0.5 * rows) * high * row_tan
+        up = (i + 0.5 - 0.5 * rows) * rows_in_one * row_tan
         for j in range(bins):
-            least = math.inf
-            for m in range(j * wide, (j + 1) * wide):
-                least = min(least, lowest[m])
-            if math.isinf(least):
-                x, y = cos[j], sin[j]
-                a = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * up
-                b = rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * up
-                c = rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * up
-                looked = elevation[0] <= math.atan2(c, math.sqrt(a * a + b * b)) <= elevation[1]
-                if looked and not all_around:
-                    looked = azimuth[0] <= math.atan2(b, a) <= azimuth[1]
-                least = no_return if looked else 0.0
-            free[i, j] = least
+            if not math.isinf(free[i, j]):
+                continue
+            x, y = cos[j], sin[j]
+            a = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * up
+            b = rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * up
+            c = rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * up
+            looked = _is_between(c, math.sqrt(a * a + b * b), elevation)
+            if looked and not all_around:
+                looked = _is_between(b, a, azimuth)
+            free[i, j] = no_return if looked else 0.0
+
+
+@njit(cache=True, inline="always")
+def _is_between(y: float, x: float, limits: tuple[float, float]) -> bool:
+    """Whether atan2(y, x) is within ``limits``, rad; only near these it takes an arc tangent."""
+    angle = angle_of(x, y)
+    if min(abs(angle - limits[0]), abs(angle - limits[1])) <= ANGLE_ERROR_RAD:
+        angle = math.atan2(y, x)
+    return limits[0] <= angle <= limits[1]
 
 
 @njit(cache=True)
