@@ -38,12 +38,9 @@ def unseen_layers(
         row = math.floor((origin[1] + (i - side // 2) * cell[0]) / cell[0]) % n
         for j in range(max(0, first - most), min(side, last + most)):
             column = stamps[row, math.floor((origin[0] + (j - side // 2) * cell[0]) / cell[0]) % n]
-            mask, level = np.uint64(0), first_z % levels
-            for k in range(levels):
-                if column[level] < oldest:
-                    mask |= np.uint64(1) << np.uint64(k)
-                level = level + 1 if level + 1 < levels else 0
-            columns[i, j] = mask
+            at = first_z % levels  # the lowest level
+            above, below = _older(column[at:], oldest), _older(column[:at], oldest)
+            columns[i, j] = above | (below << np.uint64(levels - at))
     dilated = _dilated(columns, body[0] / cell[0], first, last)
     lowest = first_z * cell[1] - origin[2]
     for layer in range(layers):
@@ -51,8 +48,18 @@ def unseen_layers(
         allowed = heights[0] <= origin[2] + height <= heights[1]
         band = band_of(lowest, height - body[1], height + body[2], cell[1])
         for i in range(first, last):
-            for j in range(first, last):
-                unseen[layer, i, j] = not allowed or (dilated[i, j] & band) != 0
+            row, masks = unseen[layer, i, first:last], dilated[i, first:last]
+            for j in range(row.size):
+                row[j] = not allowed or (masks[j] & band) != 0
+
+
+@njit(cache=True)
+def _older(stamps: np.ndarray, oldest: float) -> np.uint64:
+    """Return which ``stamps`` (n,) are older, as bits."""
+    mask = np.uint64(0)
+    for k in range(stamps.size):  # without a branch, so that several go at once
+        mask |= np.uint64(stamps[k] < oldest) << np.uint64(k)
+    return mask
 
 
 @njit(cache=True)
@@ -61,16 +68,15 @@ def _dilated(columns: np.ndarray, radius: float, first: int, last: int) -> np.nd
 
     Only the rows and columns from ``first`` to before ``last`` are filled.
     """
-    side = columns.shape[0]
-    most = int(radius)
-    dilated = np.empty_like(columns)
+    side, most = columns.shape[0], int(radius)
+    dilated = np.zeros_like(columns)
     for i in range(first, last):
-        for j in range(first, last):
-            mask = np.uint64(0)
-            for di in range(-most, most + 1):
-                for dj in range(-most, most + 1):
-                    inside = 0 <= i + di < side and 0 <= j + dj < side
-                    if inside and di * di + dj * dj <= radius * radius:
-                        mask |= columns[i + di, j + dj]
-            dilated[i, j] = mask
+        for di in range(max(-most, -i), min(most, side - 1 - i) + 1):
+            for dj in range(-most, most + 1):
+                if di * di + dj * dj > radius * radius:
+                    continue
+                begin, end = max(first, -dj), min(last, side - dj)
+                masks, beside = dilated[i, begin:end], columns[i + di, begin + dj : end + dj]
+                for j in range(masks.size):
+                    masks[j] |= beside[j]
     return dilated
