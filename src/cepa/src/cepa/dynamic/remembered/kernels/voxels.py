@@ -98,14 +98,15 @@ def _misses(nearest: np.ndarray, row_tan: float, x: float, y: float, z: float, h
     column = column_of(x, y, bins / (2.0 * math.pi), bins)
     if nearest[row, column] <= h + gap:  # mostly the point itself
         return 0
+    left = column - 1 if column > 0 else bins - 1
+    right = column + 1 if column + 1 < bins else 0
     found = 0
     for k in range(max(0, row - high - 1), min(rows, row + high + 2)):
-        for m in range(column - 1, column + 2):
-            least = nearest[k, m % bins]
-            if least <= h + gap:
-                return 0
-            if abs(k - row) <= high and not math.isinf(least):
-                found = max(found, PARTS_OF_A_MISS if k == row else 1)
+        least = min(nearest[k, left], nearest[k, column], nearest[k, right])
+        if least <= h + gap:
+            return 0
+        if abs(k - row) <= high and not math.isinf(least):
+            found = max(found, PARTS_OF_A_MISS if k == row else 1)
     return found
 
 
@@ -145,7 +146,7 @@ def recall(
     row. nearest, row_tan: the newest cloud's picture, of ``stamp``. What is nearer than ``near`` does not
     grow old.
     """
-    k = 0
+    just_before, k = np.nextafter(stamp, -math.inf), 0
     while k < known:
         x, y, z = (
             voxels.points[k, 0] - origin[0],
@@ -160,7 +161,7 @@ def recall(
                 voxels.misses[k] += parts
                 forgotten = voxels.misses[k] >= misses * PARTS_OF_A_MISS
             elif h < near:
-                voxels.stamps[k] = np.nextafter(stamp, -math.inf)
+                voxels.stamps[k] = just_before
         if not forgotten:
             points[k, 0], points[k, 1], points[k, 2] = x, y, z
             k += 1
