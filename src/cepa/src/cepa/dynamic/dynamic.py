@@ -13,16 +13,13 @@ from cepa.decision import Decision, Reason, Vector2
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, leads_back
 from cepa.dynamic.constants.choice import (
     EVASION_M_S,
-    HURRIED_BY_CLOUDS_S,
     HURRIED_EVASION_M_S,
-    HURRIED_S,
-    SINK_ALONG_S,
     SPOT_CLIMBS,
     STANDS_M_S,
 )
 from cepa.dynamic.constants.free_space import SLAB_RANGE_M
 from cepa.dynamic.constants.obstacle_tracks import LATE_S
-from cepa.dynamic.constants.response import CLIMB_LAG_S, MEETING_S
+from cepa.dynamic.constants.response import MEETING_S
 from cepa.dynamic.cost import Cost, progress_as_asked
 from cepa.dynamic.cost_to_go.course import Course, Reference, course_of, reference_of
 from cepa.dynamic.cost_to_go.hold_up import HoldUp
@@ -42,8 +39,9 @@ from cepa.dynamic.remembered.single_beams import SingleBeams
 from cepa.dynamic.report import Considered, Explanation, Report, View, report_of, view_of
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.dynamic.space_knowledge import SpaceKnowledge
-from cepa.dynamic.threats import are_within, arrives_in_s, is_within, threats
+from cepa.dynamic.threats import is_within, threats
 from cepa.dynamic.timing import ScanTiming
+from cepa.dynamic.way_aside import WayAside
 from cepa.keep_out import KeepOut, at_heights
 from cepa.motion import LEVEL, Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
@@ -87,6 +85,7 @@ class Dynamic(Algorithm):
         self._search = CostToGoSearch(p) if p.window_m > 0.0 else None
         self._plane = PlaneKnowledge(p, self._rollouts, self._search)
         self._cost = Cost(p)
+        self._way_aside = WayAside(p, self._rollouts, self._cost)
         self._emergency = Emergency(p, self._rollouts.hull_m)
         self.wants_cloud = p.climb_max > 0.0
         self._keep_out, self._hold_up = KeepOut(), HoldUp()
@@ -246,12 +245,12 @@ class Dynamic(Algorithm):
         columns = self._sinking.take_in(rangings, now, self._clouds_show_loads(now))
         falling = self._space.columns(now) if self._space is not None else NO_COLUMNS
         columns = np.concatenate((columns, falling))
-        if self._space is not None and self._is_hurried(columns):
+        if self._space is not None and self._way_aside.is_hurried(columns):
             for way in np.unique(columns[:, 7]).tolist():
                 rangings = [r for r in rangings if way * r.direction[2] <= 0.0]
                 self._space.forget_over(now, way)
         met = np.concatenate((scan.movers, columns[:, :6])) if len(columns) else scan.movers
-        evasion_m_s = HURRIED_EVASION_M_S if self._is_hurried(columns) else EVASION_M_S
+        evasion_m_s = HURRIED_EVASION_M_S if self._way_aside.is_hurried(columns) else EVASION_M_S
         fastest = max(evasion_m_s, reference_speed, math.hypot(state[0, 1], state[1, 1]))
         return Observation(
             motion=now,
@@ -271,10 +270,6 @@ class Dynamic(Algorithm):
             rangings=rangings,
             is_held=self._hold_up.is_held,
         )
-
-    def _is_hurried(self, columns: np.ndarray) -> bool:
-        """Return whether something soon sinks onto the UAV, or rises to it. columns: see `Observation`."""
-        return min(arrives_in_s(columns, self.parameters.body_radius)) <= HURRIED_S
 
     def _clouds_show_loads(self, now: Motion) -> bool:
         """Return whether clouds come, and they show loads from afar, or none are to be expected here."""
@@ -311,7 +306,7 @@ class Dynamic(Algorithm):
 
     def _least_costly(self, step: Step, outlook: Outlook, course: Course) -> Decision:
         """Return the least costly of the admissible candidates, or the way out of an emergency."""
-        if self._is_hurried(step.snapshot.observed.columns):
+        if self._way_aside.is_hurried(step.snapshot.observed.columns):
             return self._make_way(step, outlook)
         reference, around, state = step.reference, outlook.around, step.snapshot.state
         is_threatened = len(outlook.around.movers) > 0
@@ -372,43 +367,11 @@ class Dynamic(Algorithm):
         return step.knowledge.with_climbs(level, climb_m_s)
 
     def _make_way(self, step: Step, outlook: Outlook) -> Decision:
-        """Return the admissible velocity that leaves the columns soonest, to any side.
-
-        A flight that would end at what stands stays within the columns for the rest of the horizon. By its
-        lean the UAV rises and sinks a little; that leads to no other height. It sinks on its way out only if
-        something is about to touch it.
-        """
-        observed = step.snapshot.observed
-        columns = observed.columns[:, :6]
-        movers = observed.movers
-        others = movers[~are_within(movers, columns)]  # a scan may show the thing itself, as it sinks
-        movers = np.concatenate((others, columns))
-        around = outlook.around._replace(cost_to_go=NO_COST_TO_GO, movers=movers)
+        """Leave the columns that something comes down into soonest, to any side."""
+        observed, near = step.snapshot.observed, (step.snapshot, outlook.around)
         shown = observed.falling if self._clouds_show_loads(observed.motion) else observed.columns
-        falls_s, _ = arrives_in_s(shown, self.parameters.body_radius)
-        is_slow = observed.cloud is not None and falls_s > HURRIED_BY_CLOUDS_S
-        speed = max(step.reference.speed, EVASION_M_S if is_slow else HURRIED_EVASION_M_S)
-        commands = candidates(step.reference.velocity, self._command, speed)
-        commands[:, 2] = 0.0
-        state, nowhere = step.snapshot.state.copy(), np.zeros(2)
-        state[2, 1:] = 0.0
-        assessed = self._rollouts.assess(commands, state, around, nowhere, self.commit_s, is_emergency=True)
-        lost, here = assessed.outcomes[:, LOSS], self._rollouts.discomfort_in_emergency(around)
-        cost = self._cost.of_leaving(commands, assessed.outcomes, self._command, False) + here * lost
-        cost[~assessed.is_admissible] = math.inf
-        best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
-        command = commands[best].copy()
-        above_s, below_s = arrives_in_s(observed.columns, self.parameters.body_radius)
-        if above_s <= SINK_ALONG_S < below_s and self._stops_at_m(step.snapshot) > self.parameters.height_min:
-            sinking = np.array((*command[:2], -self.parameters.climb_max))
-            seen = self._rollouts.assess(sinking[None], state, around, nowhere, self.commit_s, True)
-            command = sinking if seen.is_admissible[0] else command
-        return self._answer(step, command, float(cost[best]), len(commands), Reason.MARGIN_LOST)
-
-    def _stops_at_m(self, snapshot: Snapshot) -> float:
-        """Return the z at which a UAV that sinks now has stopped, also if it leans and takes longer."""
-        sinks_m_s = min(0.0, float(snapshot.state[2, 1]))
-        return snapshot.observed.motion.position_m[2] + 2.0 * CLIMB_LAG_S * sinks_m_s
+        chosen = self._way_aside.choose(*near, shown, step.reference, self._command, self.commit_s)
+        return self._answer(step, *chosen, Reason.MARGIN_LOST)
 
     def _climb_on_the_spot(self, step: Step, outlook: Outlook) -> Decision:
         """Climb or sink as fast as may be, to look for a way at other heights."""

@@ -1,0 +1,97 @@
+"""The way out from under what comes down, or from over what rises: to the side, soonest."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from cepa.dynamic.candidates import STANDSTILL, candidates
+from cepa.dynamic.constants.choice import (
+    EVASION_M_S,
+    HURRIED_BY_CLOUDS_S,
+    HURRIED_EVASION_M_S,
+    HURRIED_S,
+    SINK_ALONG_S,
+)
+from cepa.dynamic.constants.response import CLIMB_LAG_S
+from cepa.dynamic.cost import Cost
+from cepa.dynamic.cost_to_go.course import Reference
+from cepa.dynamic.kernels.rollout import LOSS
+from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, Surroundings
+from cepa.dynamic.knowledge import Observation, Snapshot
+from cepa.dynamic.rollouts import Rollouts
+from cepa.dynamic.threats import are_within, arrives_in_s
+from cepa.parameters import CepaParameters
+
+
+class Chosen(NamedTuple):
+    """A command that was chosen."""
+
+    command: np.ndarray
+    """(3,) m/s"""
+    cost: float
+    tested: int
+    """Of so many."""
+
+
+class WayAside:
+    """Leaves the columns that something comes down into, or rises in; see `Observation`."""
+
+    def __init__(self, parameters: CepaParameters, rollouts: Rollouts, cost: Cost):
+        self._p, self._rollouts, self._cost = parameters, rollouts, cost
+
+    def is_hurried(self, columns: np.ndarray) -> bool:
+        """Return whether something soon sinks onto the UAV, or rises to it. columns: see `Observation`."""
+        return min(arrives_in_s(columns, self._p.body_radius)) <= HURRIED_S
+
+    def choose(
+        self,
+        snapshot: Snapshot,
+        around: Surroundings,
+        shown: np.ndarray,
+        reference: Reference,
+        last_command: np.ndarray,
+        commit_s: float,
+    ) -> Chosen:
+        """Return the admissible velocity that leaves the columns soonest, to any side.
+
+        A flight that would end at what stands stays within the columns for the rest of the horizon. By its
+        lean the UAV rises and sinks a little; that leads to no other height. It sinks on its way out only if
+        something is about to touch it. shown (k, 8): of the columns those that tell how soon it must be gone.
+        """
+        observed, p = snapshot.observed, self._p
+        columns, movers = observed.columns[:, :6], observed.movers
+        others = movers[~are_within(movers, columns)]  # a scan may show the thing itself, as it sinks
+        movers = np.concatenate((others, columns))
+        around = around._replace(cost_to_go=NO_COST_TO_GO, movers=movers)
+        speed = max(reference.speed, self._evasion_m_s(observed, shown))
+        commands = candidates(reference.velocity, last_command, speed)
+        commands[:, 2] = 0.0
+        state, nowhere = snapshot.state.copy(), np.zeros(2)
+        state[2, 1:] = 0.0
+        assessed = self._rollouts.assess(commands, state, around, nowhere, commit_s, is_emergency=True)
+        lost, here = assessed.outcomes[:, LOSS], self._rollouts.discomfort_in_emergency(around)
+        cost = self._cost.of_leaving(commands, assessed.outcomes, last_command, False) + here * lost
+        cost[~assessed.is_admissible] = math.inf
+        best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
+        command = commands[best].copy()
+        above_s, below_s = arrives_in_s(observed.columns, p.body_radius)
+        if above_s <= SINK_ALONG_S < below_s and _stops_at_m(snapshot) > p.height_min:
+            sinking = np.array((*command[:2], -p.climb_max))
+            seen = self._rollouts.assess(sinking[None], state, around, nowhere, commit_s, True)
+            command = sinking if seen.is_admissible[0] else command
+        return Chosen(command, float(cost[best]), len(commands))
+
+    def _evasion_m_s(self, observed: Observation, shown: np.ndarray) -> float:
+        """Return how fast the UAV leaves: in no hurry from what clouds show to come slowly."""
+        falls_s, _ = arrives_in_s(shown, self._p.body_radius)
+        is_slow = observed.cloud is not None and falls_s > HURRIED_BY_CLOUDS_S
+        return EVASION_M_S if is_slow else HURRIED_EVASION_M_S
+
+
+def _stops_at_m(snapshot: Snapshot) -> float:
+    """Return the z at which a UAV that sinks now has stopped, also if it leans and takes longer."""
+    sinks_m_s = min(0.0, float(snapshot.state[2, 1]))
+    return snapshot.observed.motion.position_m[2] + 2.0 * CLIMB_LAG_S * sinks_m_s
