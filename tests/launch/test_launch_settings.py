@@ -268,3 +268,14 @@ def test_launch_files_know_which_lidars_have_clouds():
     lists = [found for text in texts for found in re.findall(r"lidar in (\(.*?\))", text)]
     assert len(lists) >= 5
     assert {ast.literal_eval(each) for each in lists} == {CLOUD_LIDARS}
+
+
+def test_the_simulator_knows_who_writes_down_why_a_run_failed():
+    """An error that comes at once, such as a program that is no ArduPilot, waits for this node."""
+    roots = [ElementTree.parse(path).getroot() for path in ROOT.glob("src/**/launch/**/*.launch")]
+    drivers = [root for root in roots if root.find("node[@name='experiment']") is not None]
+    assert len(drivers) >= 4
+    for root in drivers:
+        told = root.find("param[@name='gazebo/heard_by']")
+        assert told is not None
+        assert told.get("value") == "experiment"
