@@ -44,7 +44,7 @@ launch() {
   for argument in "$@"; do
     case $argument in # nodes run in another folder
       world:=hold_3d | world:=hold_3d_cargo | world:=ballast_tank) ;; # names of ours, not files
-      world:=?* | results:=?* | mission:=?* | limits:=?* | plan:=?* | drawing:=?* | defects:=?* | starting_map:=?* | slam_config:=?* | ardupilot:=?*)
+      world:=?* | results:=?* | mission:=?* | limits:=?* | plan:=?* | drawing:=?* | defects:=?* | starting_map:=?* | slam_config:=?* | settings:=?* | ardupilot:=?*)
         argument=${argument%%:=*}:=$(absolute "${argument#*:=}")
         ;;
     esac

@@ -66,6 +66,22 @@ def test_only_the_thesis_s_experiments_let_improved_change_sides(file, given, k_
     assert config.params["/cepa/k_previous"].value == k_previous
 
 
+@pytest.mark.ros
+@pytest.mark.parametrize(("world", "swaps"), [("hold_3d", 1), ("ballast_tank", 3)])
+def test_a_file_of_settings_counts_in_an_exploration(tmp_path, world, swaps):
+    path = ROOT / "src/extensions/flights/launch/explore.launch"
+    names = ("experiment/swaps", "gazebo/static_models", "gazebo/lockstep_timeout", "gridslam/loop_closure")
+    usual = loaded(path, f"world:={world}").params
+    assert [usual[f"/{name}"].value for name in names] == [swaps, False, 10.0, True]
+    file = tmp_path / "mine.yaml"
+    lines = ("experiment: {swaps: 5}", "gazebo: {static_models: true}", "gridslam: {loop_closure: false}")
+    file.write_text("\n".join(lines))
+    changed = loaded(path, f"world:={world}", f"settings:={file}").params
+    assert [changed[f"/{name}"].value for name in names] == [5, True, 10.0, False]
+    kept = usual.keys() - {f"/{name}" for name in names}
+    assert {name: usual[name].value for name in kept} == {name: changed[name].value for name in kept}
+
+
 UNUSED = ("imu",)
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from flights.errors import FlightError
-from flights_ros.launch.parameter_file import no_such_parameter, parameters_in
+from flights_ros.launch.parameter_file import settings_in
 from simulation_tools import values
 
 CAMERA = ("width", "height", "field_of_view", "exposure", "lamp", "defects")
@@ -30,15 +30,7 @@ def read_file(path: Path) -> dict[str, Any]:
         SimulationToolsError: a value makes no sense.
     """
     how = "copy config/inspecting.yaml of flights, and give settings:=FILE."
-    found = parameters_in(path, "The settings of an inspection", how)
-    for node, given in found.items():
-        if node not in NODES:
-            raise FlightError(f"{path}: {no_such_parameter(str(node), tuple(NODES))}")
-        if not isinstance(given, dict):
-            raise FlightError(f"{path}: {node} holds no names with values; {how}")
-        for name in given:
-            if name not in NODES[node]:
-                raise FlightError(f"{path}: {node}: {no_such_parameter(str(name), NODES[node])}")
+    found = settings_in(path, "The settings of an inspection", how, NODES)
     flight, camera = found.get("experiment", {}), found.get("camera", {})
     for name in SAME:
         if flight.get(name) != camera.get(name):

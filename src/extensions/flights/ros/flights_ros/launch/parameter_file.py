@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
-from typing import Any, Sequence
+from typing import Any, Mapping, Sequence
 
 from flights.errors import FlightError
 
@@ -32,6 +32,28 @@ def parameters_in(path: Path, what: str, how: str) -> dict[str, Any]:
         return {}
     if not isinstance(found, dict):
         raise FlightError(f"{path} holds no names with values; {how}")
+    return found
+
+
+def settings_in(
+    path: Path, what: str, how: str, nodes: Mapping[str, Sequence[str]]
+) -> dict[str, dict[str, Any]]:
+    """Return what a file of settings says, by node and name.
+
+    nodes: by node, the names that the file may hold. what, how: as in `parameters_in`.
+
+    Raises:
+        FlightError: the file cannot be read, or a name in it is unknown.
+    """
+    found = parameters_in(path, what, how)
+    for node, given in found.items():
+        if node not in nodes:
+            raise FlightError(f"{path}: {no_such_parameter(str(node), tuple(nodes))}")
+        if not isinstance(given, dict):
+            raise FlightError(f"{path}: {node} holds no names with values; {how}")
+        for name in given:
+            if name not in nodes[node]:
+                raise FlightError(f"{path}: {node}: {no_such_parameter(str(name), nodes[node])}")
     return found
 
 

@@ -26,7 +26,13 @@ from flights.goal_flight import request as goal_flight
 from flights.launch_arguments import machine_pace, nodding, real_uav, simulator, teleop
 from flights.launch_arguments.results_folder import check_results
 from flights.worlds import scenario
-from flights_ros.launch import cepa_arguments, inspection_settings, machine_code, slam_arguments
+from flights_ros.launch import (
+    cepa_arguments,
+    exploration_settings,
+    inspection_settings,
+    machine_code,
+    slam_arguments,
+)
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.launch_check.launch_autopilot import check_program_is_used
 from simulation_tools.launch_check.launch_files import LaunchError, arguments_of
@@ -159,7 +165,8 @@ def _exploration(asked: Mapping[str, str]) -> None:
     from flights.exploring import request as exploration  # numba takes half a second
     from flights.launch_arguments.cepa_parameters import cepa_keeps_m, led_r_lb_m
 
-    exploration.read(asked, cepa_keeps_m({"r_lb": led_r_lb_m(asked)}))
+    settings = exploration_settings.read_file(Path(asked["settings"]))
+    exploration.read({**asked, **settings}, cepa_keeps_m({"r_lb": led_r_lb_m(asked)}))
     if nodding.is_true(asked, "nod"):
         nodding.check_lidar(asked)
     slam_arguments.check_file(Path(asked["slam_config"]))
