@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ from visualization_msgs.msg import Marker
 from simulation_tools.geometry import Pose, rotate
 from simulation_tools.sdf.parser import parse_model
 from simulation_tools.simulation import Simulation, SimulationParameters
+from simulation_tools.simulation.payload import PayloadError
 from simulation_tools.world.world import BodyState
 from simulation_tools_ros.gazebo.markers import model_markers
 from simulation_tools_ros.gazebo.output import GazeboOutput, Topics
@@ -73,6 +76,12 @@ def test_an_instant_that_comes_again_has_the_same_range(fly):
     first, *again, later = (message.range for name, message in log if name == "range_finder")
     assert again == [first, first]
     assert later != first  # it has noise
+
+
+def test_a_sensor_without_a_message_is_refused_when_the_node_starts():
+    sonar = SimpleNamespace(name="sonar_below", device=Fraction(), mount=SimpleNamespace(frame="base"))
+    with pytest.raises(PayloadError, match="sensor sonar_below has no message; enter its class Fraction in"):
+        PayloadOutput([sonar], lambda name, message_class: None)
 
 
 def run(simulation, output, steps):

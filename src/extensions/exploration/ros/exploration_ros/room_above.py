@@ -24,13 +24,13 @@ def serve_room_above(server: ErrandServer, planner: PathPlanner) -> rospy.Servic
     return rospy.Service("~room_above", RoomAbove, answer)
 
 
-def room_above(planner: PathPlanner, here_m: np.ndarray | None, wanted_m: float) -> RoomAboveResponse:
+def room_above(planner: PathPlanner, here_m: np.ndarray | None, rise_max_m: float) -> RoomAboveResponse:
     """Return how far a UAV at a place (x, y, z) may rise. here_m: None: it is not known."""
     if here_m is None:
         return RoomAboveResponse(message="The place of the UAV is not known yet.")
-    if not (math.isfinite(wanted_m) and wanted_m >= 0.0):
-        return RoomAboveResponse(message=f"A UAV cannot rise by {wanted_m} m.")
+    if not (math.isfinite(rise_max_m) and rise_max_m >= 0.0):
+        return RoomAboveResponse(message=f"A UAV cannot rise by {rise_max_m} m.")
     try:
-        return RoomAboveResponse(True, "", planner.room_above_m(here_m, wanted_m))
+        return RoomAboveResponse(True, "", planner.room_above_m(here_m, rise_max_m))
     except FlightBasicsError as error:
         return RoomAboveResponse(message=str(error))

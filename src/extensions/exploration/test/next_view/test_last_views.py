@@ -20,7 +20,7 @@ def layers(gain_m3=0.1):
 def ends_s(decisions):
     """Return the time of the first of (time in s, known m3, decision) that is not worth it, or None."""
     views = LastViews()
-    return next((at for at, known, each in decisions if views.take(at, known, each)), None)
+    return next((at for at, known, each in decisions if views.too_little_gain(at, known, each)), None)
 
 
 def test_after_30_s_with_less_than_a_thousandth_of_what_is_known_it_ends():

@@ -102,7 +102,7 @@ def test_steep_steps_without_a_way_are_tried_at_the_same_look(free_step, goes_on
         asked.append(round(end_m[0] - 1.0))
         return asked[-1] == free_step
 
-    assert steep.take(0.0, HOVER_M, set_out) is goes_on
+    assert steep.set_out(0.0, HOVER_M, set_out) is goes_on
     assert len(asked) == tried
 
 

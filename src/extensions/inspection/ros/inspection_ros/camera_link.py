@@ -99,6 +99,12 @@ class CameraLink:
         """Whether a picture is still to come."""
         return bool(self._waiting)
 
+    @property
+    def awaited(self) -> list[Any]:
+        """What belongs to the shots whose pictures are still to come."""
+        with self._lock:
+            return [waiting.what for waiting in self._waiting.values()]
+
     def give_up_late(self, patience_s: float = PICTURE_S) -> None:
         """Tell which pictures did not come in this wall time."""
         late_s = time.monotonic() - patience_s

@@ -64,13 +64,13 @@ def files_of(goal: SurveyGoal, parameters: InspectionParameters) -> SurveyFiles:
     folder = PhotographFolder(Path(goal.folder), plan.camera, *serials)
     for sentence in folder.damaged:
         rospy.logwarn("%s", sentence)
-    wanted = parameters.for_plan(plan)
+    of_plan = parameters.for_plan(plan)
     views = plan.views[: goal.photographs or None]
-    done = done_in(folder.folder, wanted, views)
+    done = done_in(folder.folder, of_plan, views)
     if done:
         rospy.loginfo("%d photographs are in %s already.", len(done), goal.folder)
     queue = PhotographQueue(views, done, parameters.tries)
-    return SurveyFiles(plan, folder, queue, wanted)
+    return SurveyFiles(plan, folder, queue, of_plan)
 
 
 def asked_for(plan: SurveyPlan) -> AskedFor | None:

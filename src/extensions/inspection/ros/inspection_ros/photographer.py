@@ -188,12 +188,19 @@ class Photographer:
             inspection.come_home(str(error), End.STORAGE)
             return
         name = f"Photograph {task.number}" if task.number > 0 else "A closer photograph"
-        rospy.loginfo("%s is stored; still open: %d.", name, len(inspection.queue.open))
+        rospy.loginfo("%s is stored; still open: %d.", name, self._still_open(taken))
         self._meter(taken, picture)
         if taken.odom_in_map is not None:
             self.records.add(path, taken.record, taken.odom_in_map)
         album.on_stored(path)
         self._last.publish(messages.small(picture, rospy.Time.from_sec(taken.record.stamp_s)))
+
+    def _still_open(self, stored: Taken) -> int:
+        """Return how many photographs of its survey are not stored yet: to be taken, or still to come."""
+        inspection = stored.asked.inspection
+        others = (each for each in self._camera.awaited if each is not stored and each.is_good)
+        coming = {each.asked.task.number for each in others if each.asked.inspection is inspection}
+        return len(coming | {task.number for task in inspection.queue.open})
 
     def _meter(self, taken: Taken, picture: np.ndarray) -> None:
         """Let a photograph be taken again if too much of what it is to show is white or black."""

@@ -11,7 +11,7 @@ from inspecting_uav import BLURRED, QUICK, VIEWS, Uav, inspection
 
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.flight import InspectionParameters
-from inspection.flight.legs.passing import AHEAD_S, TURN_PER_M, Passing, beyond
+from inspection.flight.legs.passing import AHEAD_S, TURN_PER_M, Passing, overshoot
 from inspection.flight.motion import Motion
 from inspection.flight.places import body_place_m
 from inspection.survey.parameters import FlightParameters, SurveyParameters
@@ -27,9 +27,9 @@ NEAR_M, TURNED_RAD = 0.15, math.radians(1.5)
 
 def test_the_aim_lies_straight_ahead_on_the_way():
     way = np.array(((0.0, 0.0, 1.0), (3.0, 0.0, 1.0), (3.0, 4.0, 1.0), (3.0, 4.0, 1.0)))
-    np.testing.assert_allclose(beyond(way, 0.5), (3.0, 4.0 + 0.5 * AHEAD_S, 1.0))
-    assert beyond(way[-2:], 0.5) is None
-    assert beyond(way[:1], 0.5) is None
+    np.testing.assert_allclose(overshoot(way, 0.5), (3.0, 4.0 + 0.5 * AHEAD_S, 1.0))
+    assert overshoot(way[-2:], 0.5) is None
+    assert overshoot(way[:1], 0.5) is None
 
 
 @given(

@@ -41,5 +41,12 @@ def test_the_camera_is_told_what_is_asked_for_and_a_white_picture_is_taken_again
     assert -4.5 < bias_ev < -2.4  # two stops below -0.5 EV at least
 
 
+def test_what_is_still_open_holds_the_photograph_whose_picture_is_still_to_come(told):
+    assert told["four"]["said"] == [
+        "Photograph 1 is stored; still open: 3.",
+        "Photograph 2 is stored; still open: 2.",
+    ]
+
+
 def test_nobody_waits_for_it_any_more(told):
     assert not any(each["waits"] for each in told.values())

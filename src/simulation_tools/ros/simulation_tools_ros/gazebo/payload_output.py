@@ -14,7 +14,7 @@ from simulation_tools.sensors.barometer import Barometer
 from simulation_tools.sensors.camera import Camera
 from simulation_tools.sensors.cloud import Cloud, CloudLidar
 from simulation_tools.sensors.range_finder import RangeFinder
-from simulation_tools.simulation.payload import PayloadSensor
+from simulation_tools.simulation.payload import PayloadError, PayloadSensor
 from simulation_tools_ros.conversions import stamp
 
 POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("ring", "<u2"), ("padding", "<u2")])
@@ -25,6 +25,9 @@ class PayloadOutput:
     """Publishes what the further sensors of a UAV measure; all calls come from the simulation's thread.
 
     advertise: (topic, message class) -> publisher. prefix: goes before the frames of the model.
+
+    Raises:
+        PayloadError: a sensor has no entry in MESSAGES.
     """
 
     def __init__(self, sensors: Sequence[PayloadSensor], advertise: Callable, prefix: str = "") -> None:
@@ -44,6 +47,11 @@ class PayloadOutput:
             image, info = advertise(f"{name}/image_raw", Image), advertise(f"{name}/camera_info", CameraInfo)
             points = advertise(f"{name}/points", PointCloud2) if device.depth else None
             return _camera(frame, image, info, points, device)
+        if type(device) not in MESSAGES:
+            raise PayloadError(
+                f"The sensor {name} has no message; enter its class {type(device).__name__} in MESSAGES of "
+                "simulation_tools_ros/gazebo/payload_output.py."
+            )
         message_class, make = MESSAGES[type(device)]
         topic = advertise(name, message_class)
         message: Any = None

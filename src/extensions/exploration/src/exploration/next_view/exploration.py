@@ -323,13 +323,13 @@ class Exploration:
             return
         if not decision.is_shut_in:
             self._shut_in_s = None
-        small = self._last_views.take(stamp_s, self.told.known_m3[-1][1], decision)
-        if small:
+        too_little = self._last_views.too_little_gain(stamp_s, self.told.known_m3[-1][1], decision)
+        if too_little:
             self._explored_at = stamp_s, here_m
-            self._end(End.EXPLORED, small)
+            self._end(End.EXPLORED, too_little)
             return
         if decision.goal_m is None:
-            if self._p.steep and self._steep.take(
+            if self._p.steep and self._steep.set_out(
                 stamp_s, here_m, lambda end_m: self._plan(here_m, end_m, stamp_s)
             ):
                 return

@@ -22,7 +22,7 @@ class LastViews:
         self._known_m3: deque[tuple[float, float]] = deque()
         """Time in s and known volume, since the last other view, or for a little more than the window."""
 
-    def take(self, stamp_s: float, known_m3: float, decision: Decision) -> str:
+    def too_little_gain(self, stamp_s: float, known_m3: float, decision: Decision) -> str:
         """Take a decision. Return why it is not worth its flight, in a sentence; empty: it is."""
         if decision.goal_m is not None and not decision.is_of_layers:
             self._known_m3.clear()

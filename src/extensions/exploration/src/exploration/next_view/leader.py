@@ -12,11 +12,11 @@ from exploration.next_view.exploration import Exploration
 from exploration.next_view.explorer import Explorer
 from exploration.next_view.parameters import ExplorationParameters
 from exploration.planning import PathPlanner
+from flight_basics.errand.forwarding import ForwardingLeader
 from flight_basics.errand.leader import Here, Outcome
-from flight_basics.pose.trust import Trust
 
 
-class ExplorationLeader:
+class ExplorationLeader(ForwardingLeader[Exploration]):
     """Explores. With a new goal it goes on with what is known.
 
     `Here.more` is the variance of the height as odometry tells it, m2.
@@ -24,9 +24,6 @@ class ExplorationLeader:
     Args:
         planner, explorer, parameters, energy, smaller: as those of `Exploration`. note_place: told each place
             (x, y, z) of the UAV. say: told what is wrong, in a sentence.
-
-    Attributes:
-        exploration: None: no goal has come.
     """
 
     is_busy = False
@@ -44,13 +41,13 @@ class ExplorationLeader:
         self._make = lambda: Exploration(planner, explorer, parameters, energy, smaller)
         self._planner, self._energy = planner, energy
         self._note_place, self._say = note_place, say
-        self.exploration: Exploration | None = None
+        super().__init__()
         self.kept: Mapping[str, Any] = {}
 
     @property
-    def _it(self) -> Exploration:
-        assert self.exploration is not None, "begin first"
-        return self.exploration
+    def exploration(self) -> Exploration | None:
+        """What flies the goal; None: no goal has come."""
+        return self.led
 
     @property
     def setpoint(self) -> np.ndarray | None:
@@ -67,11 +64,6 @@ class ExplorationLeader:
     def reason(self) -> str:
         """Why it has ended, in a sentence."""
         return self._it.told.reason
-
-    @property
-    def is_paused(self) -> bool:
-        """Whether it hovers by `pause`."""
-        return self._it.is_paused
 
     @property
     def has_map(self) -> bool:
@@ -91,7 +83,7 @@ class ExplorationLeader:
         """Begin. Raises ParameterError: the time makes no sense."""
         assert here is not None
         if self.exploration is None:
-            self.exploration = self._make()
+            self.led = self._make()
         if kept is None:
             self._it.begin(here.time_s, here.place_m, time_max_s=plan)
             self.kept = {"home": self._it.home_m.tolist(), "began": here.stamp_s}
@@ -121,26 +113,6 @@ class ExplorationLeader:
 
     def rest(self) -> None:
         """Nothing is to be done."""
-
-    def trust(self, trust: Trust, why: str, here: Here) -> None:
-        """Take what the pose is good for."""
-        self._it.trust(trust, why, here.place_m)
-
-    def pause(self, here: Here) -> None:
-        """Hover here."""
-        self._it.pause(here.place_m)
-
-    def resume(self) -> None:
-        """Go on."""
-        self._it.resume()
-
-    def abort(self, reason: str) -> None:
-        """Come home."""
-        self._it.abort(reason)
-
-    def give_way(self) -> None:
-        """Come home until the other goal begins."""
-        self._it.abort("Another goal came.")
 
     def stop_waiting(self) -> str:
         """Nothing goes on while nothing is flown."""

@@ -60,16 +60,16 @@ class SteepSteps:
         self._planner.settle(self._is_flown.tolist())
         self._step_m, self._is_flown = np.zeros((0, 3)), np.zeros(0, bool)
 
-    def take(self, stamp_s: float, here_m: np.ndarray, set_out: Callable[[np.ndarray], bool]) -> bool:
+    def set_out(self, stamp_s: float, here_m: np.ndarray, plan: Callable[[np.ndarray], bool]) -> bool:
         """Let the UAV set out for a step. Return whether it did, or more are to be tried at the next look.
 
-        set_out: for an end (x, y, z); returns whether there is a way.
+        plan: sets out for an end (x, y, z); returns whether there is a way.
         """
         for _ in range(STEPS):
             end_m = self.begin(stamp_s, here_m)
             if end_m is None:
                 return False
-            if set_out(end_m):
+            if plan(end_m):
                 return True
             self.settle()
         return True

@@ -181,8 +181,8 @@ class PathPlanner:
         space = self.space(stamp_s, points_m[0])
         return all(space.is_clear(*leg) for leg in zip(points_m, points_m[1:]))
 
-    def room_above_m(self, place_m: np.ndarray, wanted_m: float) -> float:
-        """Return how far a UAV that stands at a place (x, y, z) may rise, at most `wanted_m`.
+    def room_above_m(self, place_m: np.ndarray, rise_max_m: float) -> float:
+        """Return how far a UAV that stands at a place (x, y, z) may rise, at most `rise_max_m`.
 
         See `room_above.room_above_m`. The ceiling counts, too. Without a map nothing is in the way.
 
@@ -190,13 +190,13 @@ class PathPlanner:
             PoseError: the place is not finite.
         """
         place_m = _place("place", place_m)
-        wanted_m = max(min(wanted_m, self._limits.ceiling_m - place_m[2]), 0.0)
+        rise_max_m = max(min(rise_max_m, self._limits.ceiling_m - place_m[2]), 0.0)
         if self._map is None:
-            return wanted_m
+            return rise_max_m
         p = self._parameters
         clearance_m = p.radius + max(p.margin, OVERSHOOT_M)
         drift_m = max(p.radius + RISE_MARGIN_M - clearance_m, 0.0)
-        return room_above_m(self._map.grid, place_m, wanted_m, p.radius, clearance_m, drift_m)
+        return room_above_m(self._map.grid, place_m, rise_max_m, p.radius, clearance_m, drift_m)
 
     def _begin_on(self, grid: VoxelGrid) -> None:
         p = self._parameters

@@ -16,44 +16,44 @@ STEP_M = 0.05
 def room_above_m(
     grid: VoxelGrid,
     place_m: np.ndarray,
-    wanted_m: float,
+    rise_max_m: float,
     radius_m: float,
     clearance_m: float,
     drift_m: float,
 ) -> float:
-    """Return how far a UAV may rise straight up, at most `wanted_m`; see `rise_m`.
+    """Return how far a UAV may rise straight up, at most `rise_max_m`; see `rise_m`.
 
     What is unknown does not count: nothing is known yet above a first take-off.
 
     Args:
         grid: the map.
         place_m: (3,) x, y, z of the UAV, which stands.
-        wanted_m: how far it wants to rise.
+        rise_max_m: how far it is to rise.
         radius_m: of the UAV.
         clearance_m: that its centre keeps from the centres of occupied voxels above it.
         drift_m: so far to the side wind may carry it meanwhile.
     """
     reach_m = clearance_m + drift_m
-    away_m, above_m = _occupied(grid, place_m, wanted_m + reach_m, reach_m)
-    return rise_m(away_m, above_m, wanted_m, radius_m, clearance_m, drift_m)
+    away_m, above_m = _occupied(grid, place_m, rise_max_m + reach_m, reach_m)
+    return rise_m(away_m, above_m, rise_max_m, radius_m, clearance_m, drift_m)
 
 
 def rise_m(
     away_m: np.ndarray,
     above_m: np.ndarray,
-    wanted_m: float,
+    rise_max_m: float,
     radius_m: float,
     clearance_m: float,
     drift_m: float = 0.0,
 ) -> float:
-    """Return how far a UAV may rise among points, at most `wanted_m`.
+    """Return how far a UAV may rise among points, at most `rise_max_m`.
 
     Beside a wall it keeps what it has there, but never less than its radius.
 
     Args:
         away_m: (n,) how far points are to the side.
         above_m: (n,) how far they are above the UAV's origin.
-        wanted_m: how far it wants to rise.
+        rise_max_m: how far it is to rise.
         radius_m: of the UAV.
         clearance_m: that its centre keeps from what is above it.
         drift_m: so far to the side wind may carry it meanwhile.
@@ -63,10 +63,10 @@ def rise_m(
     kept_m = min(max(beside_m, radius_m), clearance_m + drift_m)
     clearance_m = min(kept_m, clearance_m)
     away_m, above_m = np.maximum(away_m[is_above] - (kept_m - clearance_m), 0.0), above_m[is_above]
-    for risen_m in np.arange(STEP_M, wanted_m + STEP_M, STEP_M):
+    for risen_m in np.arange(STEP_M, rise_max_m + STEP_M, STEP_M):
         if np.hypot(away_m, above_m - risen_m).min(initial=math.inf) < clearance_m - 1e-9:
             return float(risen_m - STEP_M)
-    return wanted_m
+    return rise_max_m
 
 
 def _occupied(

@@ -49,7 +49,7 @@ class Inspection:
 
     Call `follow` with every pose, fly to `setpoint_m`, turn to `front_rad`, tilt to `tilt_rad`. When `follow`
     says so, call `look`, from any one thread. When `shutter` gives a task, take its photograph, and call
-    `judge` with what the camera told.
+    `judge_quality` with what the camera told.
 
     Args:
         planner: knows the map, and the drawing if there is one. queue: the photographs.
@@ -253,8 +253,8 @@ class Inspection:
         lost: share of it, 0..1. bias_ev: exposure compensation that shows more. Return whether it is taken.
         """
         with self._lock:
-            tried = self.queue.exposures_of(task) + 1
-            if lost <= self._p.lost_max or tried >= self._p.exposures:
+            exposures = self.queue.exposures_of(task) + 1
+            if lost <= self._p.lost_max or exposures >= self._p.exposures:
                 return False
             self.queue.expose_again(task, bias_ev)
             if self.end is End.DONE:

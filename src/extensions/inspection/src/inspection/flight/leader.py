@@ -9,9 +9,9 @@ import numpy as np
 
 from exploration.energy import EnergyWatch
 from exploration.planning import PathPlanner
+from flight_basics.errand.forwarding import ForwardingLeader
 from flight_basics.errand.leader import Here, Outcome
 from flight_basics.errand.messages import Answer
-from flight_basics.pose.trust import Trust
 from inspection.flight.inspection import Inspection
 from inspection.flight.motion import Motion
 from inspection.flight.photograph_queue import Task
@@ -76,16 +76,13 @@ class Photographer(Protocol):
         """Note a pose for the records."""
 
 
-class SurveyLeader:
+class SurveyLeader(ForwardingLeader[Inspection]):
     """Leads from photograph to photograph. The same goal again goes on with what its folder lacks.
 
     Args:
         goals, photographer: see there. planner, energy: as those of the inspection. closer_mm: resolution of
             a closer look, mm per pixel. is_marking: whether a photograph is still to be marked. tell: logs a
             sentence.
-
-    Attributes:
-        inspection: None: no goal has come.
     """
 
     def __init__(
@@ -101,13 +98,13 @@ class SurveyLeader:
         self._goals, self._photographer = goals, photographer
         self._planner, self._energy, self._closer_mm = planner, energy, closer_mm
         self._is_marking, self._tell = is_marking, tell
-        self.inspection: Inspection | None = None
+        super().__init__()
         self.kept: Mapping[str, Any] = {}
 
     @property
-    def _it(self) -> Inspection:
-        assert self.inspection is not None, "begin first"
-        return self.inspection
+    def inspection(self) -> Inspection | None:
+        """What flies the goal; None: no goal has come."""
+        return self.led
 
     @property
     def setpoint(self) -> np.ndarray | None:
@@ -124,11 +121,6 @@ class SurveyLeader:
     def reason(self) -> str:
         """Why it has ended, in a sentence."""
         return self._it.reason
-
-    @property
-    def is_paused(self) -> bool:
-        """Whether it hovers by `pause`."""
-        return self._it.is_paused
 
     @property
     def is_busy(self) -> bool:
@@ -162,7 +154,7 @@ class SurveyLeader:
             inspection.begin(kept["began"], here.place_m, np.array(kept["home"]), plan.time_max_s)
             self.kept = {name: kept[name] for name in ("home", "began")}
         self._photographer.begin(inspection, self._goals.album)
-        self.inspection = inspection
+        self.led = inspection
         return f"The survey begins; photographs to take: {len(inspection.queue.open)}."
 
     def note(self, here: Here) -> None:
@@ -205,26 +197,6 @@ class SurveyLeader:
         task = inspection.look_closer(point_m, here_m, plan.camera.distance_m(self._closer_mm))
         words = "The UAV looks closer." if task else "No place near that point can be flown to."
         return Answer(task is not None, words)
-
-    def trust(self, trust: Trust, why: str, here: Here) -> None:
-        """Take what the pose is good for."""
-        self._it.trust(trust, why, here.place_m)
-
-    def pause(self, here: Here) -> None:
-        """Hover here."""
-        self._it.pause(here.place_m)
-
-    def resume(self) -> None:
-        """Go on."""
-        self._it.resume()
-
-    def abort(self, reason: str) -> None:
-        """Come home."""
-        self._it.abort(reason)
-
-    def give_way(self) -> None:
-        """Come home until the other goal begins."""
-        self._it.abort("Another goal came.")
 
     def stop_waiting(self) -> str:
         """Wait for no more photographs to take; a UAV that has landed stays on the ground."""

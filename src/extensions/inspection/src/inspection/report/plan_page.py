@@ -80,14 +80,15 @@ def _figures(plan: SurveyPlan, rows: list[dict[str, Any]], left_out: list[dict[s
     whole = "not computed" if reachable_m2 is None else f"of {reachable_m2:,.0f} m\u00b2 within reach"
     if "mesh_m2" in plan.figures:
         whole += f"; the drawing has {plan.figures['mesh_m2']:,.0f} m\u00b2"
-    beyond_m2 = sum(row["area_m2"] for row in left_out)
+    unreachable_m2 = sum(row["area_m2"] for row in left_out)
     flights = counted(len(rows), "flight") + ("; more are planned during it" if plan.draft else "")
-    beyond = (NONE, "not known yet") if plan.draft else (f"{beyond_m2:,.0f} m\u00b2", "reasons below")
+    area = f"{unreachable_m2:,.0f} m\u00b2"
+    unreachable = (NONE, "not known yet") if plan.draft else (area, "reasons below")
     time_min = sum(row["time_min"] for row in rows)
     return [
         {"name": "Photographs", "value": str(len(plan.views)), "more": f"in {flights}"},
         {"name": "Surface to be seen", "value": seen, "more": whole},
-        {"name": "Cannot be photographed", "value": beyond[0], "more": beyond[1]},
+        {"name": "Cannot be photographed", "value": unreachable[0], "more": unreachable[1]},
         {"name": "Time in the air", "value": f"{time_min:.0f} min", "more": "without changes of battery"},
         {
             "name": "Energy",

@@ -180,8 +180,8 @@ def unseen_tables(inspection: Inspection, ship: Ship) -> dict[str, Any]:
         )
     opened: list[dict[str, Any]] = []
     if surface is not None:
-        beyond_m2 = float((surface.areas_m2 * (1.0 - surface.reachable)).sum())
-        words.append(f"{beyond_m2:,.0f} m² of the surface are out of reach.")
+        unreachable_m2 = float((surface.areas_m2 * (1.0 - surface.reachable)).sum())
+        words.append(f"{unreachable_m2:,.0f} m² of the surface are out of reach.")
         if isinstance(coverage.get("mesh_m2"), (int, float)):
             words.append(
                 f"The surface is that of the room in which the UAV flies, {surface.areas_m2.sum():,.0f} m². "

@@ -64,8 +64,8 @@ def _sight(
         way = points_m[left[some]] - place_m
         apart = np.linalg.norm(way, axis=1)
         cosine = -(way * normals[left[some]]).sum(axis=1) / apart
-        tried = (cosine > 0.02) & ~(seen[some] & (cosine < least))
-        some, way, apart, cosine = some[tried], way[tried], apart[tried], cosine[tried]
+        candidates = (cosine > 0.02) & ~(seen[some] & (cosine < least))
+        some, way, apart, cosine = some[candidates], way[candidates], apart[candidates], cosine[candidates]
         if not len(some):
             continue
         origins = np.broadcast_to(place_m, way.shape)

@@ -38,13 +38,13 @@ class ShaftViews:
     """
 
     def __init__(self) -> None:
-        self._tried_m: list[np.ndarray] = []
+        self._attempts_m: list[np.ndarray] = []
         """Ends (x, y, z) of such views."""
 
     def note(self, looked: View) -> None:
         """The UAV is at the end of a view into a shaft, or has given it up."""
         if looked.column_m is not None:
-            self._tried_m.append(looked.place_m)
+            self._attempts_m.append(looked.place_m)
 
     def best(self, scene: Scene, roadmap: Roadmap) -> View | None:
         """Return the view into the nearest wide shaft; None: there is none."""
@@ -70,7 +70,7 @@ class ShaftViews:
 
     def _counts(self, space: Space, end_m: np.ndarray) -> bool:
         is_closed = any(math.dist(end_m, closure.place_m) < closure.radius_m for closure in space.closed)
-        tries = sum(math.dist(end_m, tried_m) < SAME_M for tried_m in self._tried_m)
+        tries = sum(math.dist(end_m, attempt_m) < SAME_M for attempt_m in self._attempts_m)
         return not is_closed and tries < TRIES
 
 

@@ -26,8 +26,8 @@ class PhotographLeg:
     Args:
         task: the photograph. place_m: of the UAV there. stamp_s: now. way_m: length of its way.
         tilt_rad: that the gimbal has to turn. parameters: see there. failures: of this photograph before;
-            the UAV rests more each time. beyond_m: where the UAV aims if it takes the photograph in passing;
-            None: it comes to rest.
+            the UAV rests more each time. overshoot_m: where the UAV aims if it takes the photograph in
+            passing; None: it comes to rest.
 
     Attributes:
         is_shot: the shutter has opened. aim_m: where to aim on the last stretch, (x, y, z); None: at the
@@ -43,14 +43,14 @@ class PhotographLeg:
         tilt_rad: float,
         parameters: InspectionParameters,
         failures: int = 0,
-        beyond_m: np.ndarray | None = None,
+        overshoot_m: np.ndarray | None = None,
     ) -> None:
         self.task, self.is_shot, self._place_m, self._p = task, False, place_m, parameters
         self.aim_m: np.ndarray | None = None
         self._passing, self._settle_s = None, parameters.settle
-        if beyond_m is not None:
+        if overshoot_m is not None:
             turned_rad = math.radians(parameters.turned)
-            self._passing = Passing(place_m, beyond_m, task.view.yaw_rad, parameters.near, turned_rad)
+            self._passing = Passing(place_m, overshoot_m, task.view.yaw_rad, parameters.near, turned_rad)
             self._settle_s = 0.0
         stricter = 1.0 + STRICTER * failures
         self._still_mm = parameters.still * parameters.most_blur_mm(task.number < 0) / stricter
@@ -78,7 +78,7 @@ class PhotographLeg:
         """Take a pose. Return why the photograph cannot be taken now; empty: it can, or may still."""
         p, stamp_s, off_m = self._p, motion.time_s, math.dist(motion.place_m, self._place_m)
         if self._passing is not None:
-            self.aim_m = self._passing.beyond_m if self._passing.goes_on(motion) else None
+            self.aim_m = self._passing.overshoot_m if self._passing.goes_on(motion) else None
         turn = abs(math.remainder(motion.yaw_rad - self.task.view.yaw_rad, 2.0 * math.pi))
         is_still = turn <= math.radians(p.turned) and self._rests(motion)
         if self._arrived_s is None and off_m <= p.far:

@@ -17,7 +17,7 @@ TURN_PER_M = math.radians(40.0)
 """For each metre to the place its front may still have to turn so much. Else the UAV slows down."""
 
 
-def beyond(places_m: np.ndarray, speed_m_s: float) -> np.ndarray | None:
+def overshoot(places_m: np.ndarray, speed_m_s: float) -> np.ndarray | None:
     """Return the place (x, y, z) straight ahead of a way (n, 3)'s end; None: the way has no direction."""
     last_m = places_m[-1]
     for place_m in places_m[-2::-1]:
@@ -31,17 +31,17 @@ def beyond(places_m: np.ndarray, speed_m_s: float) -> np.ndarray | None:
 class Passing:
     """Tells whether a UAV may fly past a place without slowing down.
 
-    place_m, beyond_m: (x, y, z) of the photograph, and of where the UAV aims behind it. yaw_rad: of the
+    place_m, overshoot_m: (x, y, z) of the photograph, and of where the UAV aims behind it. yaw_rad: of the
     photograph. near_m, turned_rad: so near to place and yaw the photograph is taken.
     """
 
     def __init__(
-        self, place_m: np.ndarray, beyond_m: np.ndarray, yaw_rad: float, near_m: float, turned_rad: float
+        self, place_m: np.ndarray, overshoot_m: np.ndarray, yaw_rad: float, near_m: float, turned_rad: float
     ) -> None:
         self._place_m, self._yaw_rad = place_m, yaw_rad
         self._near_m, self._turned_rad = near_m, turned_rad
-        self.beyond_m = beyond_m
-        self._ahead = (beyond_m - place_m) / np.linalg.norm(beyond_m - place_m)
+        self.overshoot_m = overshoot_m
+        self._ahead = (overshoot_m - place_m) / np.linalg.norm(overshoot_m - place_m)
 
     def goes_on(self, motion: Motion) -> bool:
         """Whether the UAV aims behind the place: its front points there in time, and it is not past it."""

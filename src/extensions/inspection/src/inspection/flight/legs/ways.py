@@ -10,7 +10,7 @@ from exploration.next_view.way import Way
 from exploration.planning import PathPlanner
 from flight_basics.errors import NoPathError
 from inspection.flight.legs.leg import PhotographLeg
-from inspection.flight.legs.passing import beyond
+from inspection.flight.legs.passing import overshoot
 from inspection.flight.parameters import InspectionParameters
 from inspection.flight.photograph_queue import Task
 from inspection.flight.places import body_place_m, place_nearby
@@ -44,7 +44,7 @@ class Legs:
         passes = self._p.passing_speed > 0.0 and task.number > 0 and failures == 0 and may_pass
         leg = PhotographLeg(
             task, way_m[-1], stamp_s, length_m, task.view.tilt_rad - tilt_rad, self._p, failures,
-            self._beyond(way_m, stamp_s) if passes else None,
+            self._overshoot(way_m, stamp_s) if passes else None,
         )  # fmt: skip
         return leg, self.along(list(way_m[1:]), stamp_s, here_m)
 
@@ -69,9 +69,9 @@ class Legs:
             except NoPathError:
                 raise error from None
 
-    def _beyond(self, way_m: np.ndarray, stamp_s: float) -> np.ndarray | None:
+    def _overshoot(self, way_m: np.ndarray, stamp_s: float) -> np.ndarray | None:
         """Return where the UAV aims if it flies past the way's end; None: there is no room."""
-        beyond_m = beyond(way_m, self._p.passing_speed)
-        if beyond_m is None or not self.is_clear(way_m[-1], [beyond_m], stamp_s):
+        overshoot_m = overshoot(way_m, self._p.passing_speed)
+        if overshoot_m is None or not self.is_clear(way_m[-1], [overshoot_m], stamp_s):
             return None
-        return beyond_m
+        return overshoot_m
