@@ -43,7 +43,7 @@ def constants_in(path: Path) -> list[Constant]:
             if not isinstance(node, (ast.Assign, ast.AnnAssign)) or node.value is None:
                 continue
             target = node.targets[0] if isinstance(node, ast.Assign) else node.target
-            name, value = ast.unparse(target), ast.unparse(node.value).replace("math.", "")
+            name, value = ast.unparse(target), ast.unparse(default_of(node.value)).replace("math.", "")
             is_text = isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant)
             text = " ".join(str(following.value.value).split()) if is_text else ""  # type: ignore[union-attr]
             told = FORM.fullmatch(text)
@@ -53,6 +53,12 @@ def constants_in(path: Path) -> list[Constant]:
                 )
             found.append(Constant(name, value, *told.group("unit", "meaning", "source", "greater")))
     return found
+
+
+def default_of(value: ast.expr) -> ast.expr:
+    """Return the default of a field that is `limited(default, ...)`, or what else a name is set to."""
+    is_limited = isinstance(value, ast.Call) and ast.unparse(value.func) == "limited"
+    return value.args[0] if is_limited else value  # type: ignore[attr-defined]
 
 
 def bodies_of(module: ast.Module) -> Iterator[list[ast.stmt]]:

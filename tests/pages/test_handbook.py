@@ -90,13 +90,13 @@ def test_what_a_launch_file_sets_is_on_the_nodes_page(parameters):
         (
             ("gridslam", "slam_gridslam"),
             "throttle_scans",
-            ("int", 1, None, None, ""),
+            ("int", 1, 1, None, ""),
         ),  # of a second class without a prefix
         (
             ("gridslam", "slam_octomap"),
             "sensor_model/hit",
-            ("float", 0.7, None, None, ""),
-        ),  # a dict of defaults
+            ("float", 0.7, "above 0.5", "below 1", ""),
+        ),  # of a class in another one
         (("simulation_tools", "gazebo"), "lockstep_timeout", ("float", 1.0, None, None, "s")),  # launch file
     ],
 )

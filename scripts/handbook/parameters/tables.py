@@ -48,6 +48,8 @@ def _of_node(
     classes += [(prefix.strip(), *_named(path, sources)) for prefix, path in own.get("classes", {}).items()]
     for prefix, home, filled in classes:
         for parameter in of_class(home, filled):
+            if f"{prefix}{parameter.name}/" in {inner for inner, *_ in classes}:
+                continue  # the fields of a class in this one have rows of their own
             found[prefix + parameter.name] = dataclasses.replace(parameter, name=prefix + parameter.name)
     for config in read.configs:
         for parameter in of_config(next(ROOT.glob(f"src/**/{config}.cfg"))):

@@ -183,8 +183,10 @@ def test_words_and_a_file_name_the_effects(tmp_path):
 
 @pytest.mark.parametrize(
     ("words", "said"),
-    [("rain", 'no effect "rain"'), ("dirt=2", "dirt is 2.0; give 0 to 1"), ("dirt=much", "has no number"),
-     ("dirt=nan", "give 0 to 1"), ("seed=-1", "seed is -1"), ("seed=0.5", "seed is 0.5")],
+    [("rain", 'no effect "rain"'), ("dirt=2", "effect dirt must be between 0 and 1, not 2.0"),
+     ("dirt=much", "has no number"),
+     ("dirt=nan", "dirt must be a finite number"),
+     ("seed=-1", "seed must be at least 0, not -1"), ("seed=0.5", "seed must be a whole number, not 0.5")],
 )  # fmt: skip
 def test_bad_effects_are_refused_with_a_sentence(tmp_path, words, said):
     with pytest.raises(PhotographError, match=said):

@@ -7,19 +7,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from flight_basics.checks import check_limits, limited
 from gridslam import ParameterError, SlamParameters
 
-NOT_NEGATIVE = ("map_update_interval", "transform_publish_period", "tf_delay")
 NAMES = ("base_frame", "map_frame", "odom_frame")
-YES_OR_NO = (
-    "levelling",
-    "localisation_only",
-    "loop_closure",
-    "continue_from_state",
-    "odometry_covariance",
-    "odometry_in_space",
-    "clouds",
-)
 PATHS = ("starting_map", "state_file")
 SAMPLED_LIKELIHOOD = ("llsamplerange", "llsamplestep", "lasamplerange", "lasamplestep")
 CLOSURE_PREFIX = "closure_"
@@ -38,13 +29,13 @@ class NodeParameters:
     """Frame of the map."""
     odom_frame: str = "odom"
     """Frame of the odometry."""
-    throttle_scans: int = 1
+    throttle_scans: int = limited(1, 1)
     """SLAM uses one of so many scans."""
-    map_update_interval: float = 5.0
+    map_update_interval: float = limited(5.0, 0.0)
     """Least time between two maps, by the stamps of the scans, s."""
-    transform_publish_period: float = 0.05
+    transform_publish_period: float = limited(0.05, 0.0)
     """Least time between two transforms map -> odom, s. 0: none is published."""
-    tf_delay: float | None = None
+    tf_delay: float | None = limited(None, 0.0)
     """The stamp of map -> odom is later than its scan by this, s. None: by transform_publish_period."""
     levelling: bool = True
     """Undo the lean of the base frame in the scans."""
@@ -70,15 +61,11 @@ class NodeParameters:
     """Begin with the state in state_file."""
 
     def __post_init__(self) -> None:
+        if self.loop_closure is None:
+            object.__setattr__(self, "loop_closure", not self.localisation_only)
+        true_or_false(self)
+        check_limits(self, ParameterError)
         self._check_types()
-        for name in NOT_NEGATIVE:
-            value = getattr(self, name)
-            if value is not None and not 0.0 <= value < math.inf:
-                raise ParameterError(f"{name} must be at least 0, not {value}.")
-        if not 1 <= self.throttle_scans < math.inf or self.throttle_scans % 1:
-            raise ParameterError(
-                f"throttle_scans must be a whole number and at least 1, not {self.throttle_scans}."
-            )
         object.__setattr__(self, "throttle_scans", int(self.throttle_scans))
         if len({getattr(self, name).lstrip("/") for name in NAMES}) < len(NAMES):
             raise ParameterError("base_frame, map_frame and odom_frame must be three different names.")
@@ -97,17 +84,8 @@ class NodeParameters:
                 raise ParameterError(f"{name} must be a frame's name, not {value!r}.")
         for name in PATHS:
             object.__setattr__(self, name, str(getattr(self, name)).strip())
-        for name in YES_OR_NO:
-            if name == "loop_closure" and self.loop_closure is None:
-                object.__setattr__(self, name, not self.localisation_only)
-            if not isinstance(getattr(self, name), (bool, int)):
-                raise ParameterError(f"{name} must be true or false, not {getattr(self, name)!r}.")
-        for name in (*NOT_NEGATIVE, "throttle_scans", "floor_z"):
-            value = getattr(self, name)
-            if value is None and name == "tf_delay":
-                continue
-            if isinstance(value, bool) or not isinstance(value, (int, float)):
-                raise ParameterError(f"{name} must be a number, not {value!r}.")
+        if isinstance(self.floor_z, bool) or not isinstance(self.floor_z, (int, float)):
+            raise ParameterError(f"floor_z must be a number, not {self.floor_z!r}.")
 
     @property
     def ahead_s(self) -> float:
@@ -118,6 +96,21 @@ class NodeParameters:
     def floor_z_m(self) -> float | None:
         """Height of the floor in odom_frame, or None."""
         return None if math.isnan(self.floor_z) else float(self.floor_z)
+
+
+def true_or_false(parameters: Any) -> None:
+    """Turn 1 and 0 in a dataclass's fields that are flags into True and False.
+
+    Raises:
+        ParameterError: a flag is something else.
+    """
+    for each in dataclasses.fields(parameters):
+        if each.type not in ("bool", "bool | None"):
+            continue
+        value = getattr(parameters, each.name)
+        if not isinstance(value, (bool, int)):
+            raise ParameterError(f"{each.name} must be true or false, not {value!r}.")
+        object.__setattr__(parameters, each.name, bool(value))
 
 
 def sort_parameters(given: dict) -> tuple[NodeParameters, SlamParameters, dict, list[str]]:

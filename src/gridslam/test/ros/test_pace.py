@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from gridslam_ros.volume.pace import Pace
-from gridslam_ros.volume.parameters import FLAGS, NUMBERS, TEXTS, OctomapParameters
+from gridslam_ros.volume.parameters import parameters_of
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -67,4 +67,4 @@ def test_each_change_is_told_within_a_period_and_the_next_cloud(steps, period_s)
 @pytest.mark.parametrize("period_s", [0.0, -1.0, float("nan")])
 def test_a_period_that_is_none_is_refused_by_its_name(name, period_s):
     with pytest.raises(ParameterError, match=name):
-        OctomapParameters({**NUMBERS, name: period_s}, TEXTS, FLAGS)
+        parameters_of({name: period_s})

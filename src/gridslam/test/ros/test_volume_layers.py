@@ -2,13 +2,13 @@
 
 import numpy as np
 from gridslam_ros.volume.layers import Layers
-from gridslam_ros.volume.parameters import FLAGS, NUMBERS, TEXTS, OctomapParameters
+from gridslam_ros.volume.parameters import OctomapParameters
 
 from gridslam.volume import OCCUPIED, CorrectedMap, Pose, ShownMap
 
 
 def test_a_service_between_two_publications_takes_no_change_away():
-    parameters = OctomapParameters(NUMBERS, TEXTS, FLAGS)
+    parameters = OctomapParameters()
     layers, corrected = Layers(parameters), CorrectedMap(parameters.volume)
     assert layers.distances is not None  # they are kept from now on
     corrected.add(0.0, np.array([(1.0, 0.5, 0.2)], np.float32), Pose.identity(), Pose.identity())

@@ -6,7 +6,7 @@ import enum
 from dataclasses import dataclass
 from typing import Sequence
 
-from flight_basics.checks import check_whole
+from flight_basics.checks import check_parameters, limited
 from flight_basics.errors import ParameterError
 
 
@@ -27,14 +27,13 @@ class ButtonParameters:
         ParameterError: a number out of range, or one button for two orders.
     """
 
-    button_pause: int = 0
-    button_resume: int = 3
-    button_home: int = 1
-    button_land: int = 2
+    button_pause: int = limited(0, -1, 31)
+    button_resume: int = limited(3, -1, 31)
+    button_home: int = limited(1, -1, 31)
+    button_land: int = limited(2, -1, 31)
 
     def __post_init__(self) -> None:
-        for name, button in vars(self).items():
-            check_whole(name, button, -1, 31)
+        check_parameters(self)
         used = [button for button in vars(self).values() if button >= 0]
         if len(set(used)) < len(used):
             raise ParameterError("Each order needs a button of its own.")

@@ -38,8 +38,8 @@ KEEP_M = 0.5
             "There is no pose_source 'slam'; choose pose_source:=ground_truth|odometry.",
         ),
         ({"seed": "abc"}, "'abc' is no seed; give a whole number from 0 to 2147483647."),
-        ({"hover_s": "two"}, "hover_s is two; it must be a positive number of seconds."),
-        ({"hover_s": -1}, "hover_s is -1; it must be a positive number of seconds."),
+        ({"hover_s": "two"}, "hover_s must be a finite number, not 'two'."),
+        ({"hover_s": -1}, "hover_s must be greater than 0, not -1."),
     ],
     ids=str,
 )

@@ -96,10 +96,10 @@ class TestGazebo(GazeboTestCase):
     def test_the_lidar_nods_by_a_service_that_refuses_nonsense(self):
         nod = rospy.ServiceProxy("/gazebo/nod_lidar", NodLidar)
         for values, words in (
-            ((math.nan, 4.0, 0), "amplitude of a nod"),
-            ((-0.5, 4.0, 0), "amplitude of a nod"),
-            ((0.5, -4.0, 0), "period of a nod"),
-            ((0.5, math.nan, 0), "period of a nod"),
+            ((math.nan, 4.0, 0), "amplitude_rad of a nod"),
+            ((-0.5, 4.0, 0), "amplitude_rad of a nod"),
+            ((0.5, -4.0, 0), "period_s of a nod"),
+            ((0.5, math.nan, 0), "period_s of a nod"),
             ((1.5, 4.0, 0), "too wide"),
             ((0.7, 0.1, 0), "longer period"),
         ):

@@ -82,7 +82,7 @@ def test_px4s_wind_plugin_is_read(tmp_path):
     ("changes", "saying"),
     [
         ({"mean": "strong"}, "<windVelocityMean> must be a number, got 'strong'"),
-        ({"mean": "-1"}, "must be finite and not negative"),
+        ({"mean": "-1"}, "The wind's mean_m_s must be at least 0, not -1.0"),
         ({"gust": "0 0 0"}, "needs a direction"),
         ({"gust": "0 1"}, "<windGustDirectionMean> must be three numbers"),
     ],

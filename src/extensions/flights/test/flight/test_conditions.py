@@ -67,10 +67,10 @@ def test_the_wind_has_its_mean_and_a_direction_of_the_seed():
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"scan_loss": 1.0}, "scan_loss must be from 0 to 0.95, not 1.0"),
-        ({"odometry_delay_s": -0.1}, "odometry_delay_s must be from 0 to 2, not -0.1"),
-        ({"lidar_noise_factor": float("nan")}, "lidar_noise_factor must be from 0 to 20, not nan"),
-        ({"wind_m_s": 90.0}, "wind_m_s must be from 0 to 20"),
+        ({"scan_loss": 1.0}, "scan_loss must be between 0 and 0.95, not 1.0"),
+        ({"odometry_delay_s": -0.1}, "odometry_delay_s must be between 0 and 2, not -0.1"),
+        ({"lidar_noise_factor": float("nan")}, "lidar_noise_factor must be a finite number, not nan"),
+        ({"wind_m_s": 90.0}, "wind_m_s must be between 0 and 20"),
     ],
 )
 def test_conditions_beyond_sense_are_refused(changes, sentence):

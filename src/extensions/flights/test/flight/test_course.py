@@ -221,7 +221,7 @@ def test_an_interruption_ends_the_run_with_its_sentence(run):
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf"), "two", None, True, [2.0]])
 def test_absurd_limits_are_refused(value):
-    with pytest.raises(FlightError, match=r"hover_s is .* it must be a positive number of seconds"):
+    with pytest.raises(FlightError, match=r"hover_s must be (a finite number|greater than 0), not "):
         PhaseLimits(hover_s=value)
 
 

@@ -113,5 +113,5 @@ def test_the_panes_of_a_drawn_world_are_found(tmp_path):
 
 @pytest.mark.parametrize("name", ["rain", "lost_view", "glass_deg"])
 def test_faults_beyond_sense_are_refused(name):
-    with pytest.raises(FlightError, match=f"{name} must be from 0 to"):
+    with pytest.raises(FlightError, match=f"{name} must be between 0 and"):
         Conditions(**{name: -1.0})

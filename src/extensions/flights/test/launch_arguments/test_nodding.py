@@ -38,7 +38,7 @@ def test_the_defaults_and_a_flight_that_does_not_nod_pass():
         ({"nod_amplitude": "wide"}, "nod_amplitude"),
         ({"nod_amplitude": "nan"}, "nod_amplitude"),
         ({"nod_amplitude": "1.2"}, "the gimbal turns by 0.8 rad at most."),
-        ({"nod_period": "0"}, "The period of a nod must be above 0 s"),
+        ({"nod_period": "0"}, "The period_s of a nod must be greater than 0"),
         ({"nod_period": "0.2"}, "give a longer period."),
         ({"nod_sweeps": "0"}, "'0' is no nod_sweeps; give a whole number from 1 to 100."),
     ],

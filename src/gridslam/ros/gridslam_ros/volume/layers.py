@@ -13,7 +13,7 @@ class Layers:
 
     def __init__(self, parameters: OctomapParameters):
         self._resolution_m = parameters.volume.resolution_m
-        self._greatest_m = parameters.numbers["greatest_distance"]
+        self._greatest_m = parameters.greatest_distance
         self.shown = ShownMap(self._resolution_m)
         self._distances: DistanceField | None = None
         self._frontiers: Frontiers | None = None

@@ -30,19 +30,18 @@ class MapInService:
 
     def __init__(self, parameters: OctomapParameters, lock: Any) -> None:
         self._parameters, self._lock = parameters, lock
-        self._kept = KeptMap(parameters.numbers["keep_period"])
+        self._kept = KeptMap(parameters.keep_period)
         self.corrected, self.history, self.time = self._first()
         self.is_begun = bool(self.corrected.events or self.corrected.base)
         """Whether it held something from the start."""
 
     def _first(self) -> Restored:
-        texts = self._parameters.texts
         if self._kept.found:
             rospy.logwarn("This node died. It goes on with the map that it had kept.")
             return self._read(self._kept.found)
-        if self._parameters.flags["continue_from_state"]:
-            return self._read(texts["state_file"].strip())
-        path, base = texts["map_file"].strip(), None
+        if self._parameters.continue_from_state:
+            return self._read(self._parameters.state_file.strip())
+        path, base = self._parameters.map_file.strip(), None
         if path:
             base = read_octree(path, self._parameters.volume)
             self._require_resolution(path, base.parameters.resolution_m)

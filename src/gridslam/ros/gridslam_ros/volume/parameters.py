@@ -3,42 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, Mapping, Sequence
 
+from flight_basics.checks import check_limits, limited
 from gridslam import ParameterError
 from gridslam.volume import NodeSpacing, VolumeParameters
+from gridslam.volume.parameters import RESOLUTIONS_M
+from gridslam_ros.parameters import true_or_false
 
 RANGES = tuple(f"pointcloud_{end}_{axis}" for axis in "xyz" for end in ("min", "max"))
-NUMBERS = {
-    "resolution": VolumeParameters.resolution_m,
-    "sensor_model/max_range": VolumeParameters.max_range_m,
-    "sensor_model/min_range": -1.0,
-    "sensor_model/hit": VolumeParameters.hit,
-    "sensor_model/miss": VolumeParameters.miss,
-    "sensor_model/min": VolumeParameters.least,
-    "sensor_model/max": VolumeParameters.greatest,
-    "occupancy_min_z": -math.inf,
-    "occupancy_max_z": math.inf,
-    "publish_period": 1.0,
-    "updates_period": 0.2,
-    "cloud_period": 0.0,
-    "keep_period": 0.0,
-    "node_distance": NodeSpacing.distance_m,
-    "node_angle": NodeSpacing.angle_rad,
-    "node_period": NodeSpacing.period_s,
-    "greatest_distance": 3.0,
-    **{name: -math.inf if "_min_" in name else math.inf for name in RANGES},
-}
-"""m, s, rad and probabilities."""
-TEXTS = {
-    "frame_id": "map",
-    "base_frame_id": "base_link",
-    "odom_frame": "odom",
-    "map_file": "",
-    "state_file": "",
-}
-FLAGS = {"publish_free_space": False, "continue_from_state": False}
+FRAMES = ("frame_id", "base_frame_id", "odom_frame")
 WITHOUT_EFFECT = {
     "latch": "topics are always latched, and made only while somebody listens",
     "compress_map": "the map is always pruned",
@@ -53,54 +29,136 @@ WITHOUT_EFFECT = {
 
 
 @dataclass(frozen=True)
-class OctomapParameters:
-    """What the node is started with.
+class SensorModel:
+    """The parameters in the namespace sensor_model: what a ray tells of the voxels on its way.
 
     Raises:
         ParameterError: a value makes no sense.
     """
 
-    numbers: dict[str, float]
-    texts: dict[str, str]
-    flags: dict[str, bool]
-    volume: VolumeParameters = field(init=False)
-    spacing: NodeSpacing = field(init=False)
+    max_range: float = limited(VolumeParameters.max_range_m, -math.inf, math.inf)
+    """A longer ray counts as free up to here, m. -1 means no limit."""
+    min_range: float = limited(-1.0, -math.inf, math.inf)
+    """A nearer point is left out, m. -1 means no limit."""
+    hit: float = limited(VolumeParameters.hit, above=0.5, below=1.0)
+    """Probability by which a hit makes a voxel occupied, above 0.5."""
+    miss: float = limited(VolumeParameters.miss, above=0.0, below=0.5)
+    """Probability by which a ray through a voxel makes it free, below 0.5."""
+    min: float = limited(VolumeParameters.least, above=0.0, below=0.5)
+    """Least probability of a voxel. Further rays do not lower it."""
+    max: float = limited(VolumeParameters.greatest, above=0.5, below=1.0)
+    """Greatest probability of a voxel. Further hits do not raise it."""
 
     def __post_init__(self) -> None:
-        given = self.numbers
-        for name, value in given.items():
-            if not isinstance(value, (int, float)) or isinstance(value, bool) or math.isnan(value):
-                raise ParameterError(f"{name} must be a number, not {value}.")
-        for name in ("publish_period", "updates_period"):
-            if given[name] <= 0.0:
-                raise ParameterError(f"{name} must be above 0 s, not {given[name]}.")
-        for name in ("cloud_period", "keep_period"):
-            if not 0.0 <= given[name] < math.inf:
-                raise ParameterError(f"{name} must be 0 s or more, not {given[name]}.")
-        for name in ("frame_id", "base_frame_id", "odom_frame"):
-            if not self.texts[name].strip("/ "):
+        check_limits(self, ParameterError, "sensor_model/{}")
+
+
+@dataclass(frozen=True)
+class OctomapParameters:
+    """What the node is started with, beside the sensor's model.
+
+    Raises:
+        ParameterError: a value makes no sense.
+    """
+
+    resolution: float = limited(VolumeParameters.resolution_m, RESOLUTIONS_M[0], RESOLUTIONS_M[1])
+    """Side of a voxel, m."""
+    frame_id: str = "map"
+    """Frame of the map."""
+    base_frame_id: str = "base_link"
+    """Frame of the UAV. Its pose at each cloud is kept, so that the map follows when a loop closes."""
+    odom_frame: str = "odom"
+    """Frame of the odometry. If TF does not know it, clouds are placed in `frame_id` directly."""
+    sensor_model: SensorModel = SensorModel()
+    """What a ray tells of the voxels on its way."""
+    occupancy_min_z: float = limited(-math.inf, -math.inf, math.inf)
+    """Lowest height that is shown, m."""
+    occupancy_max_z: float = limited(math.inf, -math.inf, math.inf)
+    """Greatest height that is shown, m."""
+    pointcloud_min_x: float = limited(-math.inf, -math.inf, math.inf)
+    """Points with a smaller x in the map's frame are left out, m."""
+    pointcloud_max_x: float = limited(math.inf, -math.inf, math.inf)
+    """Points with a greater x in the map's frame are left out, m."""
+    pointcloud_min_y: float = limited(-math.inf, -math.inf, math.inf)
+    """Points with a smaller y in the map's frame are left out, m."""
+    pointcloud_max_y: float = limited(math.inf, -math.inf, math.inf)
+    """Points with a greater y in the map's frame are left out, m."""
+    pointcloud_min_z: float = limited(-math.inf, -math.inf, math.inf)
+    """Points with a smaller z in the map's frame are left out, m."""
+    pointcloud_max_z: float = limited(math.inf, -math.inf, math.inf)
+    """Points with a greater z in the map's frame are left out, m."""
+    publish_period: float = limited(1.0, above=0.0, most=math.inf)
+    """Least time between two whole maps, s."""
+    updates_period: float = limited(0.2, above=0.0, most=math.inf)
+    """Least time between two messages on `~updates`, s."""
+    cloud_period: float = limited(0.0, 0.0)
+    """The map takes a cloud at most so often, s. 0 means every one."""
+    keep_period: float = limited(0.0, 0.0)
+    """A copy of the state is kept so often for a node that dies and starts again, s. 0 means never."""
+    node_distance: float = limited(NodeSpacing.distance_m, above=0.0, most=math.inf)
+    """A cloud is kept for loops after this much way, m."""
+    node_angle: float = limited(NodeSpacing.angle_rad, above=0.0, most=math.inf)
+    """A cloud is kept for loops after this much turning, rad."""
+    node_period: float = limited(NodeSpacing.period_s, above=0.0, most=math.inf)
+    """A cloud is kept for loops after this time, s."""
+    greatest_distance: float = limited(3.0, -math.inf, math.inf)
+    """The distance field ends at this distance from what is occupied, m."""
+    publish_free_space: bool = False
+    """Publish the centres of free voxels too."""
+    map_file: str = ""
+    """File (.bt or .ot) to begin with. No loop moves it."""
+    state_file: str = ""
+    """Path of the file for `~save_state` and `~load_state`."""
+    continue_from_state: bool = False
+    """Begin with the state in `state_file`."""
+
+    def __post_init__(self) -> None:
+        true_or_false(self)
+        check_limits(self, ParameterError)
+        for name in FRAMES:
+            if not getattr(self, name).strip("/ "):
                 raise ParameterError(f"{name} must be a frame's name, and not empty.")
-        if self.flags["continue_from_state"] and not self.texts["state_file"].strip():
+        if self.continue_from_state and not self.state_file.strip():
             raise ParameterError("continue_from_state needs state_file, the path of a saved state.")
-        volume = VolumeParameters(
-            given["resolution"],
-            given["sensor_model/max_range"],
-            given["sensor_model/hit"],
-            given["sensor_model/miss"],
-            given["sensor_model/min"],
-            given["sensor_model/max"],
-        )
-        spacing = NodeSpacing(given["node_distance"], given["node_angle"], given["node_period"])
-        object.__setattr__(self, "volume", volume)
-        object.__setattr__(self, "spacing", spacing)
+        _ = self.volume, self.spacing  # which check themselves
+
+    @cached_property
+    def volume(self) -> VolumeParameters:
+        """The map's."""
+        model = self.sensor_model
+        return VolumeParameters(self.resolution, model.max_range, model.hit, model.miss, model.min, model.max)
+
+    @cached_property
+    def spacing(self) -> NodeSpacing:
+        """Which clouds are kept."""
+        return NodeSpacing(self.node_distance, self.node_angle, self.node_period)
 
     def frame(self, name: str) -> str:
         """Return a frame's name without the slash of tf's first version."""
-        return self.texts[name].strip().lstrip("/")
+        return str(getattr(self, name)).strip().lstrip("/")
 
 
-def with_map_argument(texts: dict[str, str], arguments: Sequence[str]) -> dict[str, str]:
-    """Return the texts with the map that the command line names, as octomap_server's does.
+_IN_MODEL = {f"sensor_model/{each.name}": each.name for each in fields(SensorModel)}
+DEFAULTS: dict[str, Any] = {
+    **{each.name: each.default for each in fields(OctomapParameters) if each.name != "sensor_model"},
+    **{name: getattr(SensorModel(), field) for name, field in _IN_MODEL.items()},
+}
+"""By the names on the parameter server."""
+
+
+def parameters_of(given: Mapping[str, Any]) -> OctomapParameters:
+    """Return the parameters of values by their names on the parameter server.
+
+    Raises:
+        ParameterError: a value makes no sense.
+    """
+    model = {field: given[name] for name, field in _IN_MODEL.items() if name in given}
+    others = {name: value for name, value in given.items() if name not in _IN_MODEL}
+    return OctomapParameters(**others, sensor_model=SensorModel(**model))
+
+
+def with_map_argument(values: Mapping[str, Any], arguments: Sequence[str]) -> dict[str, Any]:
+    """Return the values with the map that the command line names, as octomap_server's does.
 
     arguments: of the command line, without ROS's.
 
@@ -108,17 +166,17 @@ def with_map_argument(texts: dict[str, str], arguments: Sequence[str]) -> dict[s
         ParameterError: there is more than one, or the parameter `map_file` names another one.
     """
     if not arguments:
-        return texts
+        return {**values}
     if len(arguments) > 1:
         raise ParameterError(
             f"slam_octomap takes one map file, not {len(arguments)}: {', '.join(arguments)}."
         )
-    if texts["map_file"].strip() not in ("", arguments[0]):
+    if values["map_file"].strip() not in ("", arguments[0]):
         raise ParameterError(
-            f"The command line names the map {arguments[0]}, and map_file names {texts['map_file']}; "
+            f"The command line names the map {arguments[0]}, and map_file names {values['map_file']}; "
             "give one of them."
         )
-    return {**texts, "map_file": arguments[0]}
+    return {**values, "map_file": arguments[0]}
 
 
 def without_effect(given: dict) -> list[str]:

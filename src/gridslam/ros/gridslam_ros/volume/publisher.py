@@ -36,7 +36,7 @@ class OctomapPublisher(rospy.SubscribeListener):
     def __init__(self, parameters: OctomapParameters, wake: Callable[[], None]):
         super().__init__()
         self._parameters, self._wake = parameters, wake
-        self._z_range_m = (parameters.numbers["occupancy_min_z"], parameters.numbers["occupancy_max_z"])
+        self._z_range_m = (parameters.occupancy_min_z, parameters.occupancy_max_z)
         self._resolution_m = parameters.volume.resolution_m
         self._asked: set[str] = set()
         self._topics = {
@@ -104,7 +104,7 @@ class OctomapPublisher(rospy.SubscribeListener):
         if name == "occupied_cells_vis_array":
             return messages.markers_of(shown, OCCUPIED, header, self._z_range_m)
         if name == "free_cells_vis_array":
-            kind = FREE if self._parameters.flags["publish_free_space"] else 255  # of which there is none
+            kind = FREE if self._parameters.publish_free_space else 255  # of which there is none
             return messages.markers_of(shown, kind, header, self._z_range_m)
         if name == "octomap_point_cloud_centers":
             centres, half = shown.centres(OCCUPIED), self._resolution_m / 2.0

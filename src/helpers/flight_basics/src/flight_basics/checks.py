@@ -44,7 +44,7 @@ def limited(
     `most`; `check_limits` takes any.
 
     Args:
-        default: the value unless told otherwise.
+        default: the value unless told otherwise; `dataclasses.MISSING`: it must be given.
         least: the value may be as small as this; or the name of the field that is the limit.
         most: the value may be as large as this; or the name of the field that is the limit.
         above: the value must be greater than this.

@@ -11,6 +11,7 @@ from enum import Enum
 from typing import Sequence
 
 from cepa import LaserScan2D
+from flight_basics.checks import check_limits, limited
 from flights.errors import FlightError
 from flights.flight.flight_log import FlightLog
 from flights.flight.judging.contacts import touched_by
@@ -36,14 +37,12 @@ class TrialParameters:
     the release to the end.
     """
 
-    ready_timeout_s: float = 60.0
-    settle_s: float = 3.0
-    observe_s: float = 15.0
+    ready_timeout_s: float = limited(60.0, above=0.0, below=1e6)
+    settle_s: float = limited(3.0, above=0.0, below=1e6)
+    observe_s: float = limited(15.0, above=0.0, below=1e6)
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not 0.0 < value < 1e6:
-                raise FlightError(f"{name} is {value}; it must be a positive number of seconds.")
+        check_limits(self, FlightError)
 
 
 @dataclass(frozen=True)

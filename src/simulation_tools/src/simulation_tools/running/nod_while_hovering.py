@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from enum import Enum
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.values import ParameterError
 
 FASTEST_M_S, PUSHED_M_S = 0.1, 0.3
@@ -26,14 +27,11 @@ class NodTiming:
         ParameterError: a time is not above 0.
     """
 
-    duration_s: float
-    settle_s: float = 0.3
+    duration_s: float = limited(MISSING, above=0.0)
+    settle_s: float = limited(0.3, above=0.0)
 
     def __post_init__(self) -> None:
-        if not (self.settle_s > 0.0 and 0.0 < self.duration_s < float("inf")):
-            raise ParameterError(
-                f"A nod needs times above 0 s, not {self.settle_s} to settle and {self.duration_s} to last."
-            )
+        check_limits(self, ParameterError, "The {} of a nod")
 
 
 class NodWhileHovering:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.errors import SimulationToolsError
 
 
@@ -22,17 +23,12 @@ class Nod:
         NodError: a value is not finite, the amplitude or the number negative, or the period not above 0.
     """
 
-    amplitude_rad: float
-    period_s: float
-    sweeps: int = 0
+    amplitude_rad: float = limited(MISSING, 0.0)
+    period_s: float = limited(MISSING, above=0.0)
+    sweeps: int = limited(0, 0)
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.amplitude_rad < math.inf:
-            raise NodError(f"The amplitude of a nod must be 0 rad or more, not {self.amplitude_rad}.")
-        if not 0.0 < self.period_s < math.inf:
-            raise NodError(f"The period of a nod must be above 0 s, not {self.period_s}.")
-        if self.sweeps < 0:
-            raise NodError(f"The number of sweeps must be 0 or more, not {self.sweeps}.")
+        check_limits(self, NodError, "The {} of a nod")
 
     @property
     def greatest_rate_rad_s(self) -> float:

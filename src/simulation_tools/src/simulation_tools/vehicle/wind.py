@@ -9,11 +9,12 @@ ends.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from typing import Sequence
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import ORIGIN, Vector3
 from simulation_tools.sdf.elements import World
@@ -40,29 +41,20 @@ class AirStream:
     zero.
     """
 
-    mean_m_s: float
-    deviation_m_s: float = 0.0
-    max_m_s: float = 100.0
+    mean_m_s: float = limited(MISSING, 0.0)
+    deviation_m_s: float = limited(0.0, 0.0)
+    max_m_s: float = limited(100.0, 0.0)
     direction: Vector3 = (1.0, 0.0, 0.0)
-    direction_deviation: float = 0.0
-    start_s: float = 0.0
+    direction_deviation: float = limited(0.0, 0.0)
+    start_s: float = limited(0.0, 0.0)
     end_s: float = math.inf
-    correlation_s: float = 0.5
-    ramp_s: float = 0.0
+    correlation_s: float = limited(0.5, above=0.0)
+    ramp_s: float = limited(0.0, 0.0)
 
     def __post_init__(self) -> None:
-        not_negative = (
-            self.mean_m_s,
-            self.deviation_m_s,
-            self.max_m_s,
-            self.direction_deviation,
-            self.start_s,
-            self.ramp_s,
-        )
-        if not all(0.0 <= value < math.inf for value in not_negative):
-            raise WindError("The speeds, deviations and times of a wind must be finite and not negative.")
-        if not (0.0 < self.correlation_s < math.inf and self.start_s <= self.end_s):
-            raise WindError("A wind needs a positive correlation time, and must not end before it begins.")
+        check_limits(self, WindError, "The wind's {}")
+        if not self.start_s <= self.end_s:
+            raise WindError(f"A wind must not end, at {self.end_s} s, before it begins, at {self.start_s} s.")
         if not 0.0 < math.hypot(*self.direction) < math.inf:
             raise WindError(f"A wind needs a direction, not {self.direction}.")
 

@@ -77,7 +77,7 @@ def test_a_model_without_a_battery_has_none():
     ("parameters", "more", "sentence"),
     [
         ("<voltage>12</voltage>", "", "m.sdf:2: plugin 'battery': <capacity> is missing"),
-        ("<voltage>12</voltage><capacity>-1</capacity>", "", "capacity must be positive, but is -1.0 Ah."),
+        ("<voltage>12</voltage><capacity>-1</capacity>", "", "capacity_ah must be greater than 0, not -1.0."),
         (
             "<voltage>12</voltage><capacity>5</capacity><rotor_k2>0</rotor_k2>",
             "",

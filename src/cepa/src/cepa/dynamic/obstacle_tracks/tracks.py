@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
 from cepa.dynamic.constants.obstacle_tracks import SPREAD_MOST_M
 from cepa.errors import ParameterError
+from flight_basics.checks import check_limits, limited
 
 NO_VECTORS, NO_RADII, NO_COVARIANCES = np.empty((0, 2)), np.empty(0), np.empty((0, 2, 2))
 
@@ -17,54 +18,51 @@ NO_VECTORS, NO_RADII, NO_COVARIANCES = np.empty((0, 2)), np.empty(0), np.empty((
 class TrackerParameters:
     """What counts as moving. Raises ParameterError for a value that is not above 0."""
 
-    cluster_gap_m: float = 0.3
+    cluster_gap_m: float = limited(0.3, above=0.0)
     """m: Points that are farther apart belong to different things. Source: chosen. Greater: things beside
     each other are one."""
-    least_points: int = 3
+    least_points: int = limited(3, above=0.0)
     """points: A thing with fewer is not tracked. Source: chosen. Greater: small things are found later."""
-    greatest_radius_m: float = 2.6
+    greatest_radius_m: float = limited(2.6, above=0.0)
     """m: A larger thing, such as a wall, is taken as standing. Source: chosen. Greater: pieces of walls are
     tracked."""
-    deviation_m: float = 0.05
+    deviation_m: float = limited(0.05, above=0.0)
     """m: Standard deviation of a thing's middle, with that of the odometry from scan to scan. Source: chosen.
     Greater: velocities come later."""
-    deviation_hidden_m: float = 0.3
+    deviation_hidden_m: float = limited(0.3, above=0.0)
     """m: The same where something hides a part of it. Source: chosen. Greater: velocities come later."""
-    acceleration_m_s2: float = 0.6
+    acceleration_m_s2: float = limited(0.6, above=0.0)
     """m/s²: How much a velocity changes within 1 s, standard deviation. Source: chosen. Greater: velocities
     follow faster."""
-    speed_first_m_s: float = 1.0
+    speed_first_m_s: float = limited(1.0, above=0.0)
     """m/s: Standard deviation of the velocity of what appears. Source: chosen. Greater: what appears has a
     velocity sooner."""
-    gate_m: float = 0.3
+    gate_m: float = limited(0.3, above=0.0)
     """m: How far from its predicted place a thing is looked for, beyond three standard deviations. Source:
     chosen. Greater: tracks jump to neighbours."""
-    free_gap_m: float = 0.2
+    free_gap_m: float = limited(0.2, above=0.0)
     """m: A place was free if a beam went so much farther. Source: chosen. Greater: less evidence."""
-    share: float = 0.2
+    share: float = limited(0.2, above=0.0)
     """1: Share of a thing's points that must be where it was free. Source: chosen. Greater: less evidence."""
-    speed_min_m_s: float = 0.35
+    speed_min_m_s: float = limited(0.35, above=0.0)
     """m/s: Slower things stand. Source: chosen. Greater: slow walkers count as standing."""
-    significance: float = 2.0
+    significance: float = limited(2.0, above=0.0)
     """1: A velocity counts if it is so many times its standard deviation. Source: chosen. Greater: motion is
     found later."""
-    evidence_s: float = 0.07
+    evidence_s: float = limited(0.07, above=0.0)
     """s: How long the evidence must last. Source: chosen. Greater: motion is found later."""
-    floor_gap_m: float = 0.3
+    floor_gap_m: float = limited(0.3, above=0.0)
     """m: What is so near to floor or ceiling is not tracked: both seem to move when the lidar tilts. Source:
     chosen. Greater: less is tracked."""
-    floor_gap_share: float = 0.03
+    floor_gap_share: float = limited(0.03, above=0.0)
     """m/m: Added to that for each metre of distance, for the errors of the attitude. Source: chosen. Greater:
     less is tracked."""
-    forget_s: float = 1.0
+    forget_s: float = limited(1.0, above=0.0)
     """s: What moves is predicted so long where nobody sees it. Source: chosen. Greater: it evades what has
     gone."""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            if not getattr(self, field.name) > 0.0:
-                value = getattr(self, field.name)
-                raise ParameterError(f"The tracker's {field.name} must be above 0, not {value!r}.")
+        check_limits(self, ParameterError, "The tracker's {}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from flights.errors import FlightError
 from flights.flight.lidar.faults import ALL_ANGLES_DEG, LidarFaults, Pane, panes_of
 from simulation_tools.publisher import PublisherParameters
@@ -17,16 +18,6 @@ from simulation_tools.sensors.odometry import OdometrySample
 from simulation_tools.simulation import SimulationParameters
 from simulation_tools.vehicle.wind import AirStream
 
-BOUNDS = {
-    "lidar_noise_factor": (0.0, 20.0),
-    "scan_loss": (0.0, 0.95),
-    "odometry_delay_s": (0.0, 2.0),
-    "wind_m_s": (0.0, 20.0),
-    "rain": (0.0, 0.5),
-    "lost_view": (0.0, 0.5),
-    "glass_deg": (0.0, ALL_ANGLES_DEG),
-}
-"""Least and greatest value of each condition."""
 _RESTLESS_M, _RESTLESS_M_S = 0.1, 0.06
 """Three standard deviations of PX4's place and speed in hover, for each m/s of such a wind (measured)."""
 _WIND, _LOSS, _FAULTS = 1, 2, 3  # random streams beside those of the simulation
@@ -41,18 +32,16 @@ class Conditions:
     of the simulation draws its direction. rain, lost_view, glass_deg: see `LidarFaults`.
     """
 
-    lidar_noise_factor: float = 1.0
-    scan_loss: float = 0.0
-    odometry_delay_s: float = 0.0
-    wind_m_s: float = 0.0
-    rain: float = 0.0
-    lost_view: float = 0.0
-    glass_deg: float = ALL_ANGLES_DEG
+    lidar_noise_factor: float = limited(1.0, 0.0, 20.0)
+    scan_loss: float = limited(0.0, 0.0, 0.95)
+    odometry_delay_s: float = limited(0.0, 0.0, 2.0)
+    wind_m_s: float = limited(0.0, 0.0, 20.0)
+    rain: float = limited(0.0, 0.0, 0.5)
+    lost_view: float = limited(0.0, 0.0, 0.5)
+    glass_deg: float = limited(ALL_ANGLES_DEG, 0.0, ALL_ANGLES_DEG)
 
     def __post_init__(self) -> None:
-        for name, (low, high) in BOUNDS.items():
-            if not low <= getattr(self, name) <= high:
-                raise FlightError(f"{name} must be from {low:g} to {high:g}, not {getattr(self, name)}.")
+        check_limits(self, FlightError)
 
     def applied_to(self, simulation: SimulationParameters) -> SimulationParameters:
         """Return the simulation with this noise and wind."""
@@ -81,6 +70,10 @@ class Conditions:
             ready_distance_m=publisher.ready_distance_m + _RESTLESS_M * self.wind_m_s,
             ready_speed_m_s=publisher.ready_speed_m_s + _RESTLESS_M_S * self.wind_m_s,
         )
+
+
+BOUNDS = {each.name: (each.metadata["least"], each.metadata["most"]) for each in fields(Conditions)}
+"""Least and greatest value of each condition."""
 
 
 class Delivery:

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, replace
 from enum import Enum
 
+from flight_basics.checks import check_limits, limited
 from flights.errors import FlightError
 from flights.flight.flight_log import Series
 from flights.flight.judging.contacts import GROUND, Contacts, UavParts
@@ -52,18 +53,14 @@ class PhaseLimits:
     run. Else `mavros_publisher` may let it take off again.
     """
 
-    hover_s: float = 2.0
-    ready_timeout_s: float = 60.0
-    flight_timeout_s: float = 120.0
-    landing_timeout_s: float = 60.0
+    hover_s: float = limited(2.0, above=0.0, below=1e6)
+    ready_timeout_s: float = limited(60.0, above=0.0, below=1e6)
+    flight_timeout_s: float = limited(120.0, above=0.0, below=1e6)
+    landing_timeout_s: float = limited(60.0, above=0.0, below=1e6)
     takes_off_once: bool = False
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if name == "takes_off_once":
-                continue
-            if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0.0 < value < 1e6:
-                raise FlightError(f"{name} is {value}; it must be a positive number of seconds.")
+        check_limits(self, FlightError)
 
     def for_way(self, way_m: float, speed_m_s: float, hold_s: float = 0.0) -> PhaseLimits:
         """Return the same limits with enough time for a path of this length at this speed (above 0).

@@ -8,7 +8,7 @@ from typing import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
-from flight_basics.checks import check_number
+from flight_basics.checks import check_parameters, limited
 from inspection.findings.findings_file import DISMISSED
 from inspection.findings.kinds import FINDING_KINDS, kind_of
 from inspection.findings.merging import Finding
@@ -31,24 +31,23 @@ class GradeRules:
         ParameterError: a value out of range.
     """
 
-    good_area: float = 0.03
+    good_area: float = limited(0.03, 0.0, 1.0)
     """Below this rusted share of the area it is GOOD."""
-    poor_area: float = 0.20
+    poor_area: float = limited(0.20, 0.0, 1.0)
     """Above this rusted share of the area it is POOR."""
-    good_edges: float = 0.20
+    good_edges: float = limited(0.20, 0.0, 1.0)
     """Below this rusted share of edges and welds it is GOOD."""
-    poor_edges: float = 0.50
+    poor_edges: float = limited(0.50, 0.0, 1.0)
     """Above this rusted share of edges and welds it is POOR."""
-    pitting: float = 0.15
+    pitting: float = limited(0.15, 0.0, 1.0)
     """Rusted share of a plate from which thickness measurements are proposed."""
-    least_seen: float = 0.5
+    least_seen: float = limited(0.5, 0.0, 1.0)
     """Seen share of an area that a grade needs."""
-    error: float = 0.15
+    error: float = limited(0.15, 0.0, 1.0)
     """Photographs tell a share wrong by so much of it. Where that may change the grade, both are told."""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            check_number(name, value, 0.0, 1.0)
+        check_parameters(self)
 
     def grade(self, area_share: float, edge_share: float) -> str:
         """Return the lower of the grades by the area and by edges and welds."""

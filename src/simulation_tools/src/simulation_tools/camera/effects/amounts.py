@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, fields
 from typing import Any, Mapping
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.camera.errors import PhotographError
 
 MOST_SEED = 2**31 - 1
@@ -24,24 +25,20 @@ class Effects:
         PhotographError: an amount is out of range.
     """
 
-    welds: float = 0.0
-    waviness: float = 0.0
-    scale: float = 0.0
-    dirt: float = 0.0
-    patches: float = 0.0
-    runs: float = 0.0
-    pitting: float = 0.0
-    coatings: float = 0.0
-    wet: float = 0.0
-    condensation: float = 0.0
-    seed: int = 0
+    welds: float = limited(0.0, 0.0, 1.0)
+    waviness: float = limited(0.0, 0.0, 1.0)
+    scale: float = limited(0.0, 0.0, 1.0)
+    dirt: float = limited(0.0, 0.0, 1.0)
+    patches: float = limited(0.0, 0.0, 1.0)
+    runs: float = limited(0.0, 0.0, 1.0)
+    pitting: float = limited(0.0, 0.0, 1.0)
+    coatings: float = limited(0.0, 0.0, 1.0)
+    wet: float = limited(0.0, 0.0, 1.0)
+    condensation: float = limited(0.0, 0.0, 1.0)
+    seed: int = limited(0, 0, MOST_SEED)
 
     def __post_init__(self) -> None:
-        for name in EFFECTS:
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise PhotographError(f"The effect {name} is {getattr(self, name)}; give 0 to 1.")
-        if not float(self.seed).is_integer() or not 0 <= self.seed <= MOST_SEED:
-            raise PhotographError(f"The effects' seed is {self.seed}; give a whole number, 0 or more.")
+        check_limits(self, PhotographError, "The effect {}")
 
     @property
     def is_any(self) -> bool:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from kernel_cache.compiler import njit
 from simulation_tools.autopilot import VehicleState
 from simulation_tools.geometry import Quaternion, Vector3
@@ -50,17 +51,15 @@ class EstimatorNoise:
     position_*_m: white noise of each measured position. `estimated_*`: of the filter's output.
     """
 
-    position_xy_m: float = 0.106
-    position_z_m: float = 0.026
-    attitude_rad: float = 0.0006
-    attitude_time_s: float = 2.0
-    rate_rad_s: float = 0.001
-    acceleration_m_s2: float = 0.05
+    position_xy_m: float = limited(0.106, 0.0)
+    position_z_m: float = limited(0.026, 0.0)
+    attitude_rad: float = limited(0.0006, 0.0)
+    attitude_time_s: float = limited(2.0, above=0.0)
+    rate_rad_s: float = limited(0.001, 0.0)
+    acceleration_m_s2: float = limited(0.05, 0.0)
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (math.isfinite(value) and value >= 0.0) or (name.endswith("_time_s") and value == 0.0):
-                raise ValueError(f"{name} must be finite and not negative (a time: positive), got {value}")
+        check_limits(self, ValueError, "The estimator's {}")
 
     @property
     def estimated_position_m(self) -> Vector3:

@@ -8,9 +8,10 @@ of Gazebo's LinearBatteryPlugin if the model gives its coefficients.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from typing import NamedTuple
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.errors import SimulationToolsError
 
 S_PER_H = 3600.0
@@ -30,35 +31,25 @@ class BatteryParameters:
     """A battery, named as in Gazebo's LinearBatteryPlugin.
 
     capacity_ah: when warm. initial_charge_ah: at the start. resistance_ohm: of all cells together. cells: in
-    series. smooth_current_tau_s: time constant of the current that is told. linear_voltage_v: voltage E0 of
-    the full battery and E1, what is added when it is empty (negative); None: the curve of a LiPo cell.
-    power_load_w: what everything but the rotors draws.
+    series, 1 to 10, as MAVLink tells them. smooth_current_tau_s: time constant of the current that is told.
+    linear_voltage_v: voltage E0 of the full battery and E1, what is added when it is empty (negative); None:
+    the curve of a LiPo cell. power_load_w: what everything but the rotors draws.
     """
 
-    capacity_ah: float
-    initial_charge_ah: float
-    resistance_ohm: float = 0.0
-    cells: int = 3
-    smooth_current_tau_s: float = 1.0
+    capacity_ah: float = limited(MISSING, above=0.0)
+    initial_charge_ah: float = limited(MISSING, 0.0)
+    resistance_ohm: float = limited(0.0, 0.0)
+    cells: int = limited(3, 1, 10)
+    smooth_current_tau_s: float = limited(1.0, 0.0)
     linear_voltage_v: tuple[float, float] | None = None
-    power_load_w: float = 0.0
+    power_load_w: float = limited(0.0, 0.0)
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.capacity_ah < math.inf:
-            raise BatteryError(f"The battery's capacity must be positive, but is {self.capacity_ah} Ah.")
-        if not 0.0 <= self.initial_charge_ah <= self.capacity_ah:
+        check_limits(self, BatteryError, "The battery's {}")
+        if self.initial_charge_ah > self.capacity_ah:
             raise BatteryError(
                 f"The battery's initial_charge must be from 0 to its capacity of {self.capacity_ah:g} Ah, "
                 f"but is {self.initial_charge_ah} Ah."
-            )
-        for name in ("resistance_ohm", "smooth_current_tau_s", "power_load_w"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise BatteryError(
-                    f"The battery's {name} must not be negative, but is {getattr(self, name)}."
-                )
-        if not 1 <= self.cells <= 10:
-            raise BatteryError(
-                f"The battery must have 1 to 10 cells, as MAVLink tells them, not {self.cells}."
             )
         if (
             self.linear_voltage_v is not None
@@ -83,17 +74,11 @@ class BatteryStart:
     charge: 0..1 of what it can give; None: the model's initial_charge. temperature_c: of the battery.
     """
 
-    charge: float | None = None
-    temperature_c: float = WARM_C
+    charge: float | None = limited(None, 0.0, 1.0)
+    temperature_c: float = limited(WARM_C, COLDEST_C, 60.0)
 
     def __post_init__(self) -> None:
-        if self.charge is not None and not 0.0 <= self.charge <= 1.0:
-            raise BatteryError(f"The battery's charge must be from 0 to 1, but is {self.charge}.")
-        if not COLDEST_C <= self.temperature_c <= 60.0:
-            raise BatteryError(
-                f"The battery's temperature must be from {COLDEST_C:g} to 60 degrees, "
-                f"but is {self.temperature_c}."
-            )
+        check_limits(self, BatteryError, "The battery's {}")
 
     @property
     def capacity_share(self) -> float:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from kernel_cache.compiler import njit
 from simulation_tools.vehicle.energy.battery import BatteryError
 
@@ -27,16 +28,12 @@ class RotorPower:
     k1: without unit. k2: sqrt(kg/m). c2: sqrt(m/kg). Smaller rotors: k2 grows with their radius, c2 falls.
     """
 
-    k1: float = 0.8554
-    k2: float = 0.3051
-    c2: float = 0.3177
+    k1: float = limited(0.8554, above=0.0)
+    k2: float = limited(0.3051, above=0.0)
+    c2: float = limited(0.3177, 0.0)
 
     def __post_init__(self) -> None:
-        if not (0.0 < self.k1 < math.inf and 0.0 < self.k2 < math.inf and 0.0 <= self.c2 < math.inf):
-            raise BatteryError(
-                "The rotors' power needs positive rotor_k1 and rotor_k2 and no negative rotor_c2, "
-                f"got {self.k1}, {self.k2} and {self.c2}."
-            )
+        check_limits(self, BatteryError, "The rotors' power: rotor_{}")
 
     def hover_power_w(self, thrust_n: float) -> float:
         """Return the power of all rotors in hover, closed form, W. thrust_n: of all rotors."""
