@@ -272,6 +272,8 @@ def test_the_handbook_is_built(tmp_path):
     assert done.returncode == 0, done.stderr
     page = (tmp_path / "site/index.html").read_text(encoding="utf-8")
     assert not re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="https?:', page)
+    assert '<div class="language-sh ' in page  # handbook.css lets a long command go on in the next line
+    assert '<p class="caption">' in page
     assert "r_lb" in (tmp_path / "site/parameters/cepa.html").read_text(encoding="utf-8")
     assert (tmp_path / "site/search/search_index.js").is_file()
 

@@ -127,6 +127,7 @@ def test_the_folder_holds_figures_series_and_pictures(flown, tmp_path):
     said = summary.headline(content)
     assert "wall_three_columns, improved CEPA, K = 50 m/rad" in said
     assert "nothing" in said
+    assert "got away" in said  # not "left", which is a direction, too
 
 
 def test_a_run_that_never_hovered_is_reported_too(flown, tmp_path):

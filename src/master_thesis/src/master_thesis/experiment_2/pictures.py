@@ -130,7 +130,7 @@ def _what_happened(content: dict) -> str:
     if content["collision"]:
         name, after_s = min(content["touched"].items(), key=lambda item: item[1])
         return f"touched {name.split('::')[0].replace('_', ' ')} after {after_s:.1f} s"
-    end = f"left after {content['left_after_s']:.1f} s" if content["left"] else "did not leave"
+    end = f"got away after {content['left_after_s']:.1f} s" if content["left"] else "did not get away"
     return f"{end}, least clearance {content['min_clearance_m']:.2f} m"
 
 

@@ -81,7 +81,8 @@ def headline(content: dict) -> str:
         rows["touched"] = "nothing"
     if content["min_clearance_m"] is not None:
         rows["least clearance"] = f"{max(content['min_clearance_m'], 0.0):.3f} m"
-        rows["left"] = f"after {content['left_after_s']:.1f} s" if content["left"] else "no"
+        away = f"after {content['left_after_s']:.1f} s; no emergency since"
+        rows["got away"] = away if content["left"] else "no: the emergency lasted until the end"
     if content["failure"]:
         rows["failure"] = content["failure"]
     return "\n".join(f"  {name:<22} {value}" for name, value in rows.items())
