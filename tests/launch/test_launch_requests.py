@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import socket
 import subprocess
 from pathlib import Path
@@ -69,6 +68,16 @@ REFUSED = {
         "explore",
         ["autopilot:=ardupilot", "ardupilot:=/no/arducopter"],
         "ArduPilot's program /no/arducopter is not there;",
+    ),
+    "arducopter without ArduPilot": (
+        "experiment_1",
+        ["ardupilot:=/opt/arducopter"],
+        "of no use with autopilot:=standin; add autopilot:=ardupilot, or leave ardupilot out.",
+    ),
+    "battery of ours": (
+        "fly_to_goal",
+        [FOREST, "goal:=40 0 2", "autopilot:=px4", "battery:=0.3"],
+        "is of no use with autopilot:=px4: PX4",
     ),
     "sensors": ("experiment_1", ["sensors:=nose"], "nose"),
     "survey plan": ("inspection", ["plan:=/no/plan.yaml"], "The plan /no/plan.yaml cannot be read: No such"),
@@ -311,7 +320,9 @@ def dumped(name: str, autopilot: str) -> dict:
     from launch_files import load
 
     path = str(LAUNCH[name])
-    words = [f"autopilot:={autopilot}", f"ardupilot:={shutil.which('true')}", *free_mavlink_ports()]
+    words = [f"autopilot:={autopilot}", *free_mavlink_ports()]
+    if autopilot == "ardupilot":
+        words.append(f"ardupilot:={ROOT}/src/simulation_tools/test/ardupilot_sitl/fake_arducopter.py")
     words.append(f"simulator_port:={free_ports(1)[0]}")
     assert checked([path, *words]) == 0
     found = load(path, *words).params
