@@ -45,6 +45,12 @@ def test_what_is_not_used_is_not_loaded(imports, unused):
     assert not loaded_by(imports) & set(unused)
 
 
+def test_a_replay_without_clouds_loads_none_of_scipys_parts():
+    code = "import gridslam_ros.replay, gridslam.loop_closure.closer, gridslam.loop_closure.warm_up, sys"
+    unused = {"scipy.sparse", "scipy.spatial", "scipy.ndimage"}
+    loaded_by(f"{code}\nassert not {unused!r} & {{*sys.modules}}")
+
+
 LIGHT_NODES = (
     "simulation_tools/mavros",
     "simulation_tools/mavros_publisher",

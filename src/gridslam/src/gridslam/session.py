@@ -196,8 +196,9 @@ class SlamSession:
             if closer.found.agreed and correction is None:
                 checked = checked.recognised()
             checked = checked.left_open(closer.found.open_m)
-            spread = closer.found.spread
-            slam.tracking.check(checked.spread_over(spread.since_recognised_m, spread.in_map_m))
+            told = closer.found.spread
+            checked = checked.spread_over(told.since_recognised_m, told.in_map_m, told.error_share)
+            slam.tracking.check(checked)
 
     def _correct(self, correction: Correction | None) -> None:
         """Let the filter take over a correction, if there is one."""
@@ -323,8 +324,8 @@ class SlamSession:
     def covariance(self) -> np.ndarray:
         """(3, 3) of the base in the map: x, y in m and yaw in rad. It grows until a loop is closed.
 
-        It is an upper bound, by the shortest way over steps and closures to where the map began. Without loop
-        closure it is 0.
+        It is what all steps and closures together tell, from where the map began on. Without loop closure it
+        is 0.
         """
         return np.zeros((3, 3)) if self._closer is None else self._closer.spread.in_map
 

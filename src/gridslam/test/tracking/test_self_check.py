@@ -68,16 +68,18 @@ def test_a_spread_is_drift_until_a_place_is_recognised():
     assert check.spread_over(0.4, 0.4).is_drifting
     assert not check.spread_over(0.2, 0.2).is_drifting
     assert "may have drifted by 0.6 m" in check.spread_over(0.6, 0.6).reason_of_drift
-    # a place that was recognised is as good as the map there: 2 m over a building is good, 3 m is not
-    assert not check.spread_over(0.6, 1.4).recognised().is_drifting
-    displaced = SelfCheck().spread_over(0.0, 3.0).recognised()
+    # a place that was recognised is as good as the map there, by the size that errors had so far
+    assert not check.spread_over(0.6, 1.4, error_share=0.2).recognised().is_drifting
+    displaced = SelfCheck().spread_over(0.0, 1.4, error_share=0.5).recognised()
     assert displaced.is_drifting
-    assert "this part of the map" in displaced.reason_of_drift
+    assert "this part of the map is; it may be off by 0.7 m" in displaced.reason_of_drift
 
 
 def test_all_of_the_maps_spread_counts_where_the_pose_was_seen_to_drift_fast():
     # given a map whose place is known to 0.8 m, and a place that was recognised in it
-    usual, slipped = (SelfCheck().recognised(drift).spread_over(0.0, 0.8) for drift in (0.03, 0.2))
+    usual, slipped = (
+        SelfCheck().recognised(drift).spread_over(0.0, 0.8, error_share=0.2) for drift in (0.03, 0.2)
+    )
     assert not usual.is_drifting
     assert slipped.is_drifting
     assert "it may be off by 0.8 m" in slipped.reason_of_drift
@@ -119,7 +121,7 @@ def test_a_pose_that_may_have_drifted_is_drifting_though_all_beams_agree():
     monitor = TrackingMonitor()
     monitor.accepts(agreeing())
     # when scans and odometry have let the pose drift by up to 0.8 m, also for a vehicle that waits
-    monitor.check(monitor.self_check.spread_over(0.8, 0.8))
+    monitor.check(monitor.self_check.spread_over(0.8, 0.8, error_share=0.2))
     assert (monitor.state, monitor.reason) == (DRIFTING, monitor.self_check.reason_of_drift)
     # then its scans are used, and what contradicts the pose counts more
     assert monitor.accepts(agreeing())

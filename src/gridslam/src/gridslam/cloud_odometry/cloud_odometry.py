@@ -14,12 +14,12 @@ from dataclasses import replace
 from typing import Callable, Sequence
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from gridslam.cloud_odometry.levelling import Levelling
 from gridslam.cloud_odometry.matching import CloudMatch, PoseInSpace, match
 from gridslam.cloud_odometry.parameters import CloudOdometryParameters
 from gridslam.cloud_odometry.plane_map import PlaneMap, thinned
+from gridslam.cloud_odometry.rotations import matrix_of, vector_of
 from gridslam.errors import ScanError
 from gridslam.inputs.attitude import matrix_of_lean, matrix_of_quaternion, roll_pitch_yaw_of
 from gridslam.odometry.body_sensors import LEVEL, BodySensedOdometry
@@ -75,7 +75,7 @@ class CloudOdometry(BodySensedOdometry):
         self.planes = PlaneMap(self._p)
         self._levelling = Levelling(self._p.level_time_s)
         x, y, yaw = self._start.tolist()
-        self._pose = PoseInSpace(np.array((x, y, 0.0)), Rotation.from_rotvec((0.0, 0.0, yaw)).as_matrix())
+        self._pose = PoseInSpace(np.array((x, y, 0.0)), matrix_of((0.0, 0.0, yaw)))
         self._velocity, self._velocity_covariance = np.zeros(3), 0.01 * np.eye(3)
         self._rates = np.zeros(3)
         """(3,) rad/s in the base frame, from the cloud before to the last one that matched."""
@@ -141,7 +141,7 @@ class CloudOdometry(BodySensedOdometry):
         dt_s = 0.0 if self._stamp_s is None else stamp_s - self._stamp_s
         rotation, place = self._pose.rotation, self._pose.place
         if lean is None:
-            rotation = rotation @ Rotation.from_rotvec(dt_s * self._rates).as_matrix()
+            rotation = rotation @ matrix_of(dt_s * self._rates)
             self._covariance[TURN, TURN] += SILENT_TURN**2 * dt_s**3 * np.eye(3)
         roll, pitch, yaw = roll_pitch_yaw_of(rotation)
         if lean is not None:
@@ -233,8 +233,7 @@ class CloudOdometry(BodySensedOdometry):
             dt_s = stamp_s - self._stamp_s
             if found:
                 self._velocity = (pose.place - self._pose.place) / dt_s
-                turned = Rotation.from_matrix(self._pose.rotation.T @ pose.rotation)
-                self._rates = turned.as_rotvec() / dt_s
+                self._rates = vector_of(self._pose.rotation.T @ pose.rotation) / dt_s
                 if self._is_by_range(stamp_s):
                     self._velocity[2] = self.height.at(stamp_s)[1]
                 self._velocity_covariance = 2.0 * self._covariance[PLACE, PLACE] / dt_s**2
@@ -313,8 +312,7 @@ class CloudOdometry(BodySensedOdometry):
 
 
 def _attitude(roll: float, pitch: float, yaw: float) -> np.ndarray:
-    heading: np.ndarray = Rotation.from_rotvec((0.0, 0.0, yaw)).as_matrix()
-    return heading @ matrix_of_lean(roll, pitch)
+    return matrix_of((0.0, 0.0, yaw)) @ matrix_of_lean(roll, pitch)
 
 
 def _level(directions: np.ndarray) -> np.ndarray:

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from gridslam.cloud_odometry.matching import PoseInSpace
+from gridslam.cloud_odometry.rotations import matrix_of, vector_of
 
 UPRIGHT = np.array((1.0, 1.0, 0.0))
 """Only roll and pitch are corrected."""
@@ -38,9 +38,9 @@ class Levelling:
 
     def learn(self, by_imu: np.ndarray, matched: np.ndarray, dt_s: float) -> None:
         """Take an attitude (3, 3) in the level frame by the IMU, and the same in the map by a match."""
-        off = Rotation.from_matrix(by_imu @ (self.rotation @ matched).T).as_rotvec()
+        off = vector_of(by_imu @ (self.rotation @ matched).T)
         self._turn = self._turn + (1.0 - math.exp(-dt_s / self._time_s)) * UPRIGHT * off
-        self.rotation = Rotation.from_rotvec(self._turn).as_matrix()
+        self.rotation = matrix_of(self._turn)
 
     def levelled(self, pose: PoseInSpace) -> PoseInSpace:
         """Return a pose of the map in the level frame."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from gridslam.cloud_odometry.kernels.planes import normal_equations
 from gridslam.cloud_odometry.parameters import CloudOdometryParameters
 from gridslam.cloud_odometry.plane_map import PlaneMap
+from gridslam.cloud_odometry.rotations import matrix_of, vector_of
 
 STEPS_MAX = 12
 SHRINKS = 0.6
@@ -29,12 +29,12 @@ class PoseInSpace:
 
     def difference(self, other: PoseInSpace) -> np.ndarray:
         """Return (6,): the move and the turn, in the map's axes, from the other pose to this one."""
-        turn = Rotation.from_matrix(self.rotation @ other.rotation.T).as_rotvec()
+        turn = vector_of(self.rotation @ other.rotation.T)
         return np.concatenate((self.place - other.place, turn))
 
     def moved(self, step: np.ndarray) -> PoseInSpace:
         """Return the pose after a move and a turn (6,), in the map's axes."""
-        return PoseInSpace(self.place + step[:3], Rotation.from_rotvec(step[3:]).as_matrix() @ self.rotation)
+        return PoseInSpace(self.place + step[:3], matrix_of(step[3:]) @ self.rotation)
 
 
 @dataclass(frozen=True)

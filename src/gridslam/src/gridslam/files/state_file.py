@@ -15,7 +15,7 @@ from gridslam.errors import SlamError, StateError, reason_of
 from gridslam.files.replacing import replace_file
 from gridslam.files.serialiser import TREE, pack, unpack
 
-FORMAT = 19
+FORMAT = 20
 """It counts up whenever a class that is saved gets other fields, or one of them another meaning."""
 VERSION = "format"
 OF_OLDER_FORMATS = ("filter", "header.npy")

@@ -321,6 +321,36 @@ def optimise_graph(
 
 
 @njit(cache=True, nogil=True)
+def covariance_of(
+    poses: np.ndarray,
+    older: np.ndarray,
+    newer: np.ndarray,
+    measured: np.ndarray,
+    covariances: np.ndarray,
+    node: int,
+) -> np.ndarray:
+    """Return the covariance (3, 3) of a node's pose, in its own frame, if the first node is known.
+
+    The graph must join all nodes. Edges that contradict the poses (n, 3) count less, as in `cost_of`.
+    """
+    count, information = len(poses), np.empty_like(covariances)
+    for i in range(older.size):
+        information[i] = inverse(covariances[i])
+    pattern, gradient = pattern_of(count, older, newer), np.empty((count, 3))
+    matrix = Matrix(np.empty((count, 3, 3)), np.empty((pattern.rows.size, 3, 3)))
+    edges = Edges(older, newer, measured, information)
+    linearise_graph(edges, poses, 1.0, pattern, matrix, gradient)
+    factorise(pattern, matrix, 0.0)
+    found, position = np.empty((3, 3)), pattern.positions[node]
+    for k in range(3):
+        gradient[:] = 0.0
+        gradient[position, k] = 1.0
+        solve_factored(pattern, matrix, gradient)
+        found[:, k] = gradient[position]
+    return found
+
+
+@njit(cache=True, nogil=True)
 def shortest_ways(
     count: int, older: np.ndarray, newer: np.ndarray, lengths: np.ndarray, node: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

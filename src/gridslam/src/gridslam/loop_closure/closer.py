@@ -62,6 +62,7 @@ class CloserState:
     spread_since_m: float
     spread_in_map: np.ndarray
     """(3, 3) see `PoseSpread`."""
+    error_share: float
 
 
 class LoopCloser:
@@ -228,6 +229,7 @@ class LoopCloser:
             self.has_agreed,
             self.spread.since_recognised_m,
             self.spread.in_map,
+            self.spread.error_share,
         )
 
     @classmethod
@@ -242,7 +244,8 @@ class LoopCloser:
         closer._nodes, closer._base_in_odom = nodes, odometry[-1] if nodes else None
         closer._way_m, closer._searched_m = float(state.way_m), float(state.searched_m)
         closer.has_agreed = bool(state.has_agreed)
-        closer.spread = PoseSpread(float(state.spread_since_m), np.array(state.spread_in_map, float))
+        in_map = np.array(state.spread_in_map, float)
+        closer.spread = PoseSpread(float(state.spread_since_m), in_map, float(state.error_share))
         closer._newest_s, closer._decided_nodes = float(state.newest_s), int(state.decided_nodes)
         for doubtful in (state.doubtful.unmatched, state.doubtful.guessed, state.doubtful.contradicted):
             require_indices(np.array(doubtful, int), nodes, "the doubtful nodes")

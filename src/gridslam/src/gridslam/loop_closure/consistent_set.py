@@ -69,10 +69,13 @@ class UncorrectedPath:
         in_map = carried(step_covariances, self.poses[1:])
         self._summed = np.concatenate([np.zeros((1, 3, 3)), np.cumsum(in_map, axis=0)])
 
-    def covariances(self, node: int, others: np.ndarray) -> np.ndarray:
-        """Return the covariances (n, 3, 3) of the path from a node to others (n,), in the node's frame."""
+    def covariances(self, node: int | np.ndarray, others: np.ndarray) -> np.ndarray:
+        """Return the covariances (n, 3, 3) of the path from a node to others (n,), in the node's frame.
+
+        node: may be one for each of the others (n,).
+        """
         between = self._summed[np.maximum(node, others)] - self._summed[np.minimum(node, others)]
-        return carried(between, se2.inverse(self.poses[node])[None])
+        return carried(between, se2.inverse(self.poses[node]).reshape(-1, 3))
 
     def height_variance_m2(self, node: int, others: np.ndarray) -> np.ndarray:
         """Return the variances (n,) of the climbs along the path from a node to others (n,), m2."""

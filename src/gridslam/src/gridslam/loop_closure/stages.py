@@ -18,6 +18,7 @@ from gridslam.loop_closure.local_maps.stretches import LocalMaps
 from gridslam.loop_closure.matches import match
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.alternatives import Alternatives, ScansAround, contradicting_steps
+from gridslam.loop_closure.path.error_share import error_share
 from gridslam.loop_closure.path.loose_parts import loose_parts
 from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.path.pose_spread import NO_SPREAD, PoseSpread, pose_spread
@@ -56,6 +57,7 @@ class StagesState:
     spread_since_m: float
     spread_in_map: np.ndarray
     """(3, 3) see `PoseSpread`."""
+    error_share: float
 
 
 class Stages:
@@ -171,6 +173,7 @@ class Stages:
             self._recognised,
             self.spread.since_recognised_m,
             self.spread.in_map,
+            self.spread.error_share,
         )
 
     def restore(self, state: StagesState, scans: int) -> None:
@@ -191,7 +194,8 @@ class Stages:
         self.open_m = float(state.open_m)
         self._recognised = int(state.recognised)
         require_indices(np.array(self._recognised), max(nodes, 1) - 1, "the node that was recognised")
-        self.spread = PoseSpread(float(state.spread_since_m), np.array(state.spread_in_map, float))
+        in_map = np.array(state.spread_in_map, float)
+        self.spread = PoseSpread(float(state.spread_since_m), in_map, float(state.error_share))
 
     def _follow(self, snapshot: Snapshot) -> None:
         """Measure the path's new steps, and link its new scans."""
@@ -370,7 +374,9 @@ class Stages:
         self._recognised = newest if is_recognised else proved
         steps = self._way_uncertainty(doubtful).covariances
         closures = [self._matches.matches[index] for index in self._counted]
-        self.spread = pose_spread(self._path, steps, closures, self._recognised)
+        links, support_m = self._links.stacked_back(), self._parameters.support_m
+        share = error_share(self._path, steps, links, closures, support_m)
+        self.spread = pose_spread(self._path, steps, closures, self._recognised, share)
 
     def _moved_m(self, corrected: MeasuredPath) -> float:
         """Return by how much a pose of the path moves at most, or a height."""

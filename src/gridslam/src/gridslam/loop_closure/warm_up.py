@@ -9,7 +9,7 @@ import numpy as np
 
 from gridslam.kernels.least_squares import inverses
 from gridslam.kernels.links import nearest_earlier
-from gridslam.kernels.pose_graph import shortest_ways
+from gridslam.kernels.pose_graph import covariance_of, shortest_ways
 from gridslam.loop_closure.edges import Edge, Edges
 from gridslam.loop_closure.links.scan_pairs import link_pairs
 from gridslam.loop_closure.local_maps.correlation import Correlation, Window
@@ -39,6 +39,7 @@ def warm_up_loop_closure() -> float:
     inverses(np.eye(3)[None])
     nodes = np.arange(2)
     shortest_ways(3, nodes, nodes + 1, np.ones(2), 0)
+    covariance_of(np.zeros((3, 3)), nodes, nodes + 1, np.zeros((2, 3)), np.tile(np.eye(3), (2, 1, 1)), 2)
     nearest_earlier(np.zeros((1, 3)), np.zeros(1), 0, 1.0, 1.0, 1)
     surfaces = ScanSurfaces([surfaces_of(scan, 10.0)] * 2)
     link_pairs(np.array([(0, 1)]), surfaces, np.zeros((1, 1, 3)), LoopClosureParameters(), is_pass=True)

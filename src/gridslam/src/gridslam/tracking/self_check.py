@@ -19,13 +19,9 @@ UNCERTAIN_FROM_M, CERTAIN_BELOW_M = 0.5, 0.3
 """m: the pose is doubted if it may be off by more than the first, until it is less than the second."""
 WAY_MIN_M = 10.0
 """m: an error that was found after a shorter way has grown on this way at least."""
-MAP_SHARE = 0.2
-"""In a place that was recognised, the pose is as good as the map there. So this share of the map's own spread
-counts: 0.5 m over a whole building is usual, but several metres tell that a part of the map is displaced.
-"""
 DRIFT_MUCH = 0.1
-"""m per m: where closures have told that the pose drifts faster, as after a wheel that slipped, all of the
-map's spread counts. Odometry and scans promise too much there. Usual is 0.03 at most.
+"""m per m: where closures have told that the pose drifts faster, as after a wheel that slipped, the map's
+spread counts wholly, whatever its errors were before. Usual is 0.03 at most.
 """
 HALF_LIFE_M = 50.0
 """m: a drift counts half after this much travel on which places were found where they should be."""
@@ -49,20 +45,25 @@ class SelfCheck:
     spread_m: float = 0.0
     """How far the pose may have drifted since a place was found again, by what scans and odometry measure."""
     map_spread_m: float = 0.0
-    """How far the place in the map may be off from where the map began."""
+    """How far the place in the map may be off from where the map began, by what scans and odometry tell."""
+    error_share: float = 1.0
+    """How large errors were so far, as a share of what scans and odometry tell."""
     is_bridged: bool = False
     """Whether the map goes on after a gap where odometry alone says, and no place was found again since."""
     is_drifting: bool = False
     """Whether that is too far, though nothing says that the pose is wrong."""
 
     def __post_init__(self) -> None:
-        numbers = (self.drift, self.way_m, self.open_m, self.spread_m, self.map_spread_m)
+        numbers = (self.drift, self.way_m, self.open_m, self.spread_m, self.map_spread_m, self.error_share)
         if not all(0.0 <= value < math.inf for value in numbers):
             raise StateError("The numbers of the pose's own check make no sense.")
 
     @property
     def _counted_map_spread_m(self) -> float:
-        return self.map_spread_m * (1.0 if self.drift > DRIFT_MUCH else MAP_SHARE)
+        """In a place that was recognised, the pose is as good as the map there."""
+        return self.map_spread_m * (
+            max(1.0, self.error_share) if self.drift > DRIFT_MUCH else self.error_share
+        )
 
     @property
     def expected_m(self) -> float:
@@ -93,7 +94,7 @@ class SelfCheck:
         if self._counted_map_spread_m > self.spread_m:
             return (
                 "the scans agree with the map, but no closure tells where this part of the map is; it may be "
-                f"off by {self.map_spread_m:.1f} m"
+                f"off by {self._counted_map_spread_m:.1f} m"
             )
         return (
             f"the scans agree with the map, but no place was recognised for {self.way_m:.0f} m; the pose may "
@@ -117,9 +118,9 @@ class SelfCheck:
         """The pose may be off by this much, as long as nothing decides it."""
         return replace(self, open_m=open_m)._judged()
 
-    def spread_over(self, spread_m: float, map_spread_m: float) -> SelfCheck:
+    def spread_over(self, spread_m: float, map_spread_m: float, error_share: float = 1.0) -> SelfCheck:
         """The pose may have drifted by this much since a place was found again, and in the map."""
-        return replace(self, spread_m=spread_m, map_spread_m=map_spread_m)._judged()
+        return replace(self, spread_m=spread_m, map_spread_m=map_spread_m, error_share=error_share)._judged()
 
     def bridged(self) -> SelfCheck:
         """Scans were missing, and what came after them is mapped where odometry alone says."""

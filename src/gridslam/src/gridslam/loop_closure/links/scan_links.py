@@ -78,8 +78,12 @@ class ScanLinks:
 
     def stacked(self) -> Edges:
         """Return all links as arrays."""
+        return Edges.joined([self.stacked_back(), Edges.of(list(self._passes.values()))])
+
+    def stacked_back(self) -> Edges:
+        """Return the links with scans just before as arrays."""
         self._stack()
-        return Edges.joined([self._stacked, Edges.of(list(self._passes.values()))])
+        return self._stacked
 
     def odometry_scale(self, odometry: np.ndarray) -> float:
         """Return by what the ways of odometry (k, 3) are to be multiplied."""

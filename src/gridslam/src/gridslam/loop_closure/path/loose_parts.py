@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import Sequence
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from gridslam.loop_closure.edges import Edge
 
@@ -21,6 +19,9 @@ def loose_parts(open_nodes: Sequence[int], edges: Sequence[Edge], nodes: int) ->
         edges: links and closures.
         nodes: number of all nodes.
     """
+    from scipy.sparse import coo_array  # 25 MB, and most paths have no open step
+    from scipy.sparse.csgraph import connected_components
+
     begins = np.unique([0, *(node for node in open_nodes if 0 < node < nodes)])
     ends = np.array([(edge.older, edge.newer) for edge in edges], int).reshape(-1, 2)
     older, newer = np.searchsorted(begins, ends, side="right").T - 1

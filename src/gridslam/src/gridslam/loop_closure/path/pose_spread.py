@@ -7,7 +7,9 @@ from typing import NamedTuple, Sequence
 
 import numpy as np
 
-from gridslam.loop_closure.edges import Match
+from gridslam import se2
+from gridslam.kernels.pose_graph import covariance_of
+from gridslam.loop_closure.edges import Edges, Match
 from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.path.way_uncertainty import way_covariances
 
@@ -19,6 +21,8 @@ class PoseSpread(NamedTuple):
     """Greatest standard deviation of its place, seen from the node at which a place was recognised last."""
     in_map: np.ndarray
     """(3, 3) covariance of x, y and yaw in the map, which begins at the first node: m2, m rad, rad2."""
+    error_share: float = 1.0
+    """How large errors were so far, as a share of what covariances tell; see `error_share`."""
 
     @property
     def in_map_m(self) -> float:
@@ -30,23 +34,42 @@ NO_SPREAD = PoseSpread(0.0, np.zeros((3, 3)))
 
 
 def pose_spread(
-    path: MeasuredPath, step_covariances: np.ndarray, closures: Sequence[Match], recognised: int
+    path: MeasuredPath,
+    step_covariances: np.ndarray,
+    closures: Sequence[Match],
+    recognised: int,
+    error_share: float = 1.0,
 ) -> PoseSpread:
-    """Return how uncertain the newest pose of a path is, by the shortest way over steps and closures.
+    """Return how uncertain the newest pose of a path is, by steps and closures.
+
+    Since a place was recognised, the shortest way over them counts: an upper bound. In the map all of them
+    count together, for many loops hold a building.
 
     Args:
         path: k nodes, at least one.
         step_covariances: (k - 1, 3, 3) of its steps.
         closures: those that count.
         recognised: the newest node at which a place was found again, and the path was right; 0: none.
+        error_share: see `PoseSpread`.
     """
     newest = len(path) - 1
     # drift_share is an allowance for searches; without it these deviations are upper bounds already
-    covariances = way_covariances(path, step_covariances, closures, newest, drift_share=0.0)
+    since = way_covariances(path, step_covariances, closures, newest, drift_share=0.0)[recognised]
     cos, sin = math.cos(path.poses[newest, 2]), math.sin(path.poses[newest, 2])
     turn = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
-    in_map = turn @ covariances[0] @ turn.T
-    return PoseSpread(widest_m(covariances[recognised]), in_map)
+    in_map = turn @ _in_map(path, step_covariances, closures) @ turn.T
+    return PoseSpread(widest_m(since), in_map, error_share)
+
+
+def _in_map(path: MeasuredPath, step_covariances: np.ndarray, closures: Sequence[Match]) -> np.ndarray:
+    """Return the covariance (3, 3) of the newest node in the first one, in the newest one's frame."""
+    found, nodes = Edges.of(closures), np.arange(len(path))
+    older = np.concatenate([nodes[:-1], found.older])
+    newer = np.concatenate([nodes[1:], found.newer])
+    covariances = np.concatenate([step_covariances, found.covariance])
+    # as the path has them: what contradicts it, the correction has weighed already
+    measured = se2.between(path.poses[older], path.poses[newer])
+    return covariance_of(path.poses, older, newer, measured, covariances, len(path) - 1)
 
 
 def widest_m(covariance: np.ndarray) -> float:

@@ -10,8 +10,6 @@ import math
 from typing import Sequence
 
 import numpy as np
-from scipy.sparse import csc_matrix
-from scipy.sparse.linalg import spsolve
 
 from gridslam.kernels.pose_graph import shortest_ways
 from gridslam.loop_closure.edges import Match
@@ -85,6 +83,9 @@ def _solved(
     closures: tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray],
 ) -> np.ndarray:
     """Return the heights (k,) that fit the steps and weighed closures: nodes, climbs and weights (m,)."""
+    from scipy.sparse import csc_matrix  # 25 MB, and level scans alone measure no climb
+    from scipy.sparse.linalg import spsolve
+
     nodes = np.arange(len(path))
     older = np.concatenate([nodes[:-1], closures[0]])
     newer = np.concatenate([nodes[1:], closures[1]])

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Callable, Sequence
 
 import numpy as np
-from scipy import ndimage
 
 from gridslam.volume.board import Board
 from gridslam.volume.clouds import Pose
@@ -162,6 +161,8 @@ def _tiles_around(
         x, y, z = each.low - low
         depth, height, width = each.shape
         are_open[z : z + depth, y : y + height, x : x + width] |= each.unpacked()
+    from scipy import ndimage  # 10 MB, and a replay without clouds needs none
+
     return low, ndimage.maximum_filter(are_open, 2 * margin + 1, mode="constant")
 
 
