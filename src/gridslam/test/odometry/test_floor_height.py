@@ -290,3 +290,23 @@ def test_over_a_slope_clouds_tell_the_height_and_the_range_finder_the_floor():
             assert floor.at(t)[0] == pytest.approx(2.0 + risen_m, abs=0.04)
             assert floor.floor_m == pytest.approx(risen_m, abs=0.06)
     assert floor.at(12.0)[0] == pytest.approx(3.6, abs=0.02)
+
+
+def test_the_edge_of_a_deck_that_passed_for_a_slope_ends_it():
+    """A UAV hovers at 10.1 m, from 4 s on over a deck. From 7.6 s on the map takes its rim for a slope.
+
+    There clouds see walls alone: they tell the height that was predicted, and sink a little each time. At 8 s
+    the deck is left behind.
+    """
+    floor = FloorHeight(LidarOdometryParameters())
+    for k in range(1200):
+        t = 0.01 * k
+        floor.on_acceleration(t, 0.0)
+        if k in (760, 900):
+            floor.on_slope(t, k == 760)
+        if k % 5 == 0:
+            floor.on_range(t, 1.9 if 400 <= k < 800 else 10.1)
+            floor.on_height(t, floor.at(t)[0] + floor.map_m - 0.02 * floor.is_sloping, 1e-3)
+        if t > 8.5:
+            assert floor.at(t)[0] == pytest.approx(10.1, abs=0.05)
+            assert floor.floor_m == pytest.approx(0.0, abs=0.01)

@@ -46,6 +46,9 @@ JUMP_M, JUMP_S = 0.07, 3.0
 EDGE_JUMP_M, EDGE_READING_SIGMA_M = 0.05, 0.3
 """A reading that differs from the one before it by more than the first, beside the climb, may be an edge that
 enters the range finder's cone. Its standard deviation is the second; the readings that follow tell more."""
+OFF_SLOPE_M, ALONG_SLOPE_M_S = 0.5, 4.0
+"""A reading that differs from the one before it by more, beside the climb, is no longer of the same slope: so
+much, and so much a second, as above a floor of 45 degrees at this speed."""
 SILENT_S = 1.0
 """If the last reading that counted is older, the height is not known any more; the next one begins anew."""
 HELD_S = 0.05
@@ -130,11 +133,14 @@ class FloorHeight:
         """
         self._advance(stamp_s)
         variance_m2 = self._p.range_noise_m**2 + sigma_m**2
+        jump_m, past_s = height_m - self._range_m, stamp_s - self._range_s
+        slid_m = abs(jump_m - past_s * self._alive[0].state[CLIMB])
+        if self.is_sloping and slid_m > OFF_SLOPE_M + past_s * ALONG_SLOPE_M_S:
+            self.on_slope(stamp_s, False)  # the edge of a deck: the floors that were seen tell the height
         if self.is_sloping:
             self._alive = [self._alive[0].over_slope(height_m, variance_m2)]
             self._range_m, self._range_s, self._counted_s = height_m, stamp_s, stamp_s
             return
-        jump_m, past_s = height_m - self._range_m, stamp_s - self._range_s
         self._range_m, self._range_s = height_m, stamp_s
         last_s = max(self._told_s, -math.inf if self._counted_s is None else self._counted_s)
         if stamp_s - last_s > SILENT_S:
