@@ -34,7 +34,7 @@ def halves_of(answers: Mapping[Path, bool], seed: int) -> Halves:
 
 def groups_alike(paths: Sequence[Path]) -> list[list[Path]]:
     """Return the pictures in groups: each holds a picture and the later ones that are like it."""
-    copies = np.array([_copy(path) for path in paths]).reshape(len(paths), -1)
+    copies = np.array([_copy(path) for path in paths]).reshape(len(paths), SIDE_PX**2)
     alike = copies @ copies.T / SIDE_PX**2 > ALIKE
     left, groups = list(range(len(paths))), []
     while left:

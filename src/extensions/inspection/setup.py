@@ -29,6 +29,9 @@ setup(
             "inspection_ros",
         ],
         package_dir={"": "src", "inspection_ros": "ros/inspection_ros"},
-        package_data={"inspection.report": ["page.html", "plan.html", "page.css", "viewer.js"]},
+        package_data={
+            "inspection.findings.picture": ["rust_cells.npz"],
+            "inspection.report": ["page.html", "plan.html", "page.css", "viewer.js"],
+        },
     )
 )

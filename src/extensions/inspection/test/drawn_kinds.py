@@ -112,6 +112,35 @@ def leaves(seed):
     return np.clip(picture + rng.normal(0, 3, picture.shape), 0, 255).astype(np.uint8)
 
 
+def leather(seed):
+    """A brown bag with the grain of its skin."""
+    rng = np.random.default_rng(seed)
+    grain = np.minimum(noise(rng, 2.0), 0.3)
+    return tinted((120, 70, 42), np.exp(0.12 * grain + 0.1 * noise(rng, 40)), rng=rng)
+
+
+def tomatoes(seed):
+    """Three tomatoes with their shine and stalks on a white plate."""
+    rng = np.random.default_rng(seed)
+    picture = tinted((225, 222, 215), np.exp(0.03 * noise(rng, 20)), rng=rng)
+    for x, y, radius in ((70, 80, 50), (160, 100, 55), (110, 180, 45)):
+        far = np.hypot(X - x, Y - y)
+        light = 0.8 * np.sqrt(np.clip(1.0 - (far / radius) ** 2, 0, 1)) + 0.25
+        picture = over(picture, tinted((205, 45, 28), light, rng=rng), (far < radius) * 1.0)
+        shine = np.exp(-0.5 * (np.hypot(X - x + 15, Y - y + 18) / 5.0) ** 2)
+        picture = over(picture, np.full_like(picture, 250), 0.8 * shine)
+        picture = over(picture, tinted((60, 110, 40), rng=rng), (far < 9) * 1.0)
+    return picture
+
+
+def tiles(seed):
+    """A roof of terracotta."""
+    rng = np.random.default_rng(seed)
+    light = (0.6 + 0.5 * np.sin(np.pi * (X % 40) / 40.0)) * np.where(Y % 30 < 4, 0.5, 1.0)
+    tone = rng.normal(0.0, 0.1, (9, 7))[(Y // 30).astype(int), (X // 40).astype(int)]
+    return tinted((190, 98, 66), light * np.exp(tone + 0.05 * noise(rng, 1.0)), rng=rng)
+
+
 def sunset(seed):
     """A sky from orange to violet over dark water."""
     rng = np.random.default_rng(seed)
@@ -204,5 +233,25 @@ def pitting(seed):
     return rusted(seed, share + 0.05 * noise(rng, 2.0), coated(seed, (170, 170, 165)))
 
 
-NO_RUST = (boot_top, car_paint, gold, grass, brick, wood, skin, leaves, sunset, containers, life_ring)
-RUST = (on_grey, on_white, on_green, on_red, runs, scale, pitting)
+def wet(seed):
+    """Rust that is darker, and shines in places."""
+    rng = np.random.default_rng(seed)
+    dark = (on_grey(seed) * np.array((0.6, 0.55, 0.55))).astype(np.uint8)
+    shine = np.exp(-0.5 * ((X - 80 + 10 * noise(rng, 20)) / 4.0) ** 2) * (noise(rng, 6) > 0)
+    return over(dark, np.full_like(dark, 235), 0.7 * shine)
+
+
+def in_shadow(seed):
+    """Rust half in the shadow of a frame."""
+    return (on_grey(seed) * np.where(X + 0.3 * Y > 150, 0.3, 1.0)[..., None]).astype(np.uint8)
+
+
+def under_blue_light(seed):
+    return np.clip(on_grey(seed) * np.array((0.8, 0.95, 1.15)), 0, 255).astype(np.uint8)
+
+
+NO_RUST = (
+    boot_top, car_paint, gold, grass, brick, wood, skin, leaves, leather, tomatoes, tiles, sunset, containers,
+    life_ring,
+)  # fmt: skip
+RUST = (on_grey, on_white, on_green, on_red, runs, scale, pitting, wet, in_shadow, under_blue_light)

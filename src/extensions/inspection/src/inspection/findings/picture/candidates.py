@@ -71,27 +71,42 @@ def candidates_in(
     detail_mm: that a pixel covers. If it is fine, wide cracks are looked for in a smaller picture, too; how
         close the places of rust are told goes by it.
     """
-    block_mm = BLOCK_PX * float(np.clip(detail_mm, 0.1, 2.0 * COARSE_MM))
-    least = max(LEAST_BLOCKS, (1e3 * parameters.rust_size / block_mm) ** 2)
-    blocks = block_light(picture, _linear(), BLOCK_PX)
+    block_mm = _block_mm(detail_mm)
+    least = _least_blocks(parameters, block_mm)
+    blocks = block_light(picture, linear_light(), BLOCK_PX)
     writing = writing_in(picture)
     red = _rust_blocks(blocks, parameters, least, math.ceil(RIM_MM / block_mm))
     red = without_writing(red, writing, BLOCK_PX)
-    rust = rust_among(red, picture, _linear()) if parameters.rust_texture else red
+    rust = rust_among(red, picture, linear_light()) if parameters.rust_texture else red
     most_apart = max(1, int(RUST_APART_MM / block_mm))
     found = []
     if not parameters.coatings and is_all_red(red, blocks.sum(axis=2) > 3.0 * LEAST_LIGHT):
         found += _of_blocks(RED, rust, most_apart)
         red = _large(unlike_the_most(blocks, red), least)
-        rust = rust_among(red, picture, _linear()) if parameters.rust_texture else red
+        rust = rust_among(red, picture, linear_light()) if parameters.rust_texture else red
     found += _of_blocks(RUST.name, rust, most_apart)
     near = ndimage.binary_dilation(red, iterations=3)  # rust has dark pits and borders
     near = ~without_writing(~near, writing, BLOCK_PX)
     for times in sorted({1, max(1, round(COARSE_MM / max(detail_mm, 0.1)))}):
-        light = _smaller(light_of(picture[..., 1], _linear()), times)  # green has the least noise
+        light = _smaller(light_of(picture[..., 1], linear_light()), times)  # green has the least noise
         light = smoothed(light, SMOOTH_PX, SMOOTH_REACH)
         found += _cracks(light, times, near, parameters, looked_at)
     return found
+
+
+def red_blocks(picture: np.ndarray, parameters: FindingParameters) -> np.ndarray:
+    """Return (rows, columns) bool: the blocks that have the colour of rust, in a picture without a mesh."""
+    blocks, block_mm = block_light(picture, linear_light(), BLOCK_PX), _block_mm(COARSE_MM)
+    least = _least_blocks(parameters, block_mm)
+    return _rust_blocks(blocks, parameters, least, math.ceil(RIM_MM / block_mm))
+
+
+def _block_mm(detail_mm: float) -> float:
+    return BLOCK_PX * float(np.clip(detail_mm, 0.1, 2.0 * COARSE_MM))
+
+
+def _least_blocks(parameters: FindingParameters, block_mm: float) -> float:
+    return max(LEAST_BLOCKS, (1e3 * parameters.rust_size / block_mm) ** 2)
 
 
 def _of_blocks(kind: str, marked: np.ndarray, most_apart: int) -> list[Candidate]:
@@ -207,7 +222,7 @@ def _rust_blocks(light: np.ndarray, parameters: FindingParameters, least: float,
     coloured = (red - blue > parameters.rust_colour * total) & (total > 3.0 * LEAST_LIGHT)
     is_coating = np.zeros(total.shape, bool)
     if parameters.coatings:
-        coatings = [_linear()[np.array(each)] for each in parameters.coatings]
+        coatings = [linear_light()[np.array(each)] for each in parameters.coatings]
         unlike = unlike_coatings(light, coloured, coatings)
         is_coating, coloured = coloured & ~unlike, unlike
     red_near, green_near = (
@@ -249,7 +264,7 @@ def _means_around(which: np.ndarray, values: tuple[np.ndarray, ...], window: int
     return tuple(np.where(share > 1e-4, each / np.maximum(share, 1e-4), 0.0) for each in sums)
 
 
-def _linear() -> np.ndarray:
+def linear_light() -> np.ndarray:
     """Return (256,), float32: the light of sRGB values (IEC 61966-2-1)."""
     value = np.arange(256) / 255.0
     return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4).astype(np.float32)

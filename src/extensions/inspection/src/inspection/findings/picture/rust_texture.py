@@ -13,6 +13,7 @@ import numpy as np
 from scipy import ndimage
 
 from inspection.findings.picture.kernels import block_light, block_texture
+from inspection.findings.picture.rust_cells import learnt_weights, likely_cells, red_cells
 
 SIDE_PX = 4
 """Of the blocks, in the copy that is judged."""
@@ -30,6 +31,8 @@ AROUND_BLOCKS = 7
 """Blocks along the sides of the square in which red blocks are judged together."""
 LEAST_TOGETHER, LEAST_SHARE = 60, 0.1
 """A group of red blocks is rust if so many that touch, and such a share of it, look like rust."""
+LEAST_LIKELY, CELLS = 0.7, 12
+"""And if a network that has learnt holds so many of its cells that touch for rust, by such a probability."""
 SPOT, SPOT_SHARE = -3.6, 0.5
 """Or if such a share of it looks like rust by such a sum, and it lies on an even surface."""
 MOST_UNEVEN, BESIDE_BLOCKS = 0.3, 8
@@ -52,12 +55,33 @@ def rust_among(red: np.ndarray, picture: np.ndarray, linear: np.ndarray) -> np.n
     light = np.log(block_light(picture, linear, times).mean(axis=2) + np.float32(DARK))
     sums = likeness(colours, light, copied)
     is_rust = _mottled(copied & (sums > LEAST), copied)
+    if is_rust.any():
+        is_rust = _touched(is_rust, _in_copy(_likely(picture, red, linear), times))
     is_rust |= _spots(copied & (sums > SPOT), copied, np.log(colours.mean(axis=2) + DARK))
     kept = np.kron(is_rust, np.ones((times, times), bool))
     rows, columns = (min(a, b) for a, b in zip(kept.shape, red.shape))
     rust = np.zeros_like(red)
     rust[:rows, :columns] = red[:rows, :columns] & kept[:rows, :columns]
     return rust
+
+
+def _likely(picture: np.ndarray, red: np.ndarray, linear: np.ndarray) -> np.ndarray:
+    """Return (rows, columns) bool of the blocks: where enough cells that touch are likely rust."""
+    cells = red_cells(picture, red, SIDE_PX, linear)
+    numbers, _ = ndimage.label(likely_cells(cells, learnt_weights(), LEAST_LIKELY), ALSO_CORNERS)
+    enough = np.bincount(numbers.ravel()) >= CELLS
+    enough[0] = False
+    wide = cells.side_px // SIDE_PX
+    likely, of_cells = np.zeros_like(red), np.kron(enough[numbers], np.ones((wide, wide), bool))
+    rows, columns = (min(a, b) for a, b in zip(likely.shape, of_cells.shape))
+    likely[:rows, :columns] = of_cells[:rows, :columns]
+    return likely
+
+
+def _touched(marked: np.ndarray, by: np.ndarray) -> np.ndarray:
+    """Return the groups of marked blocks of which one is marked by the other, too."""
+    touched: np.ndarray = ndimage.binary_propagation(marked & by, ALSO_CORNERS, marked)
+    return touched
 
 
 def likeness(colours: np.ndarray, light: np.ndarray, red: np.ndarray) -> np.ndarray:
