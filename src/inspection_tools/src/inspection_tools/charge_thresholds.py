@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
-from flight_basics.checks import check_number, check_parameters, limited
+from flight_basics.checks import check_parameters, limited
 from flight_basics.errors import ParameterError
 
 
@@ -33,18 +33,16 @@ class ThresholdParameters:
         ParameterError: a value out of range, or thresholds that do not fall.
     """
 
-    low: float = 0.15
+    low: float = limited(0.15, 0.0, 1.0)
     """Charge that counts as low, 0..1: PX4's BAT_LOW_THR."""
-    critical: float = 0.07
+    critical: float = limited(0.07, 0.0, 1.0)
     """Charge that counts as critical, 0..1: PX4's BAT_CRIT_THR."""
-    empty: float = 0.05
+    empty: float = limited(0.05, 0.0, 1.0)
     """Charge at which the UAV lands by itself, 0..1: PX4's BAT_EMERGEN_THR."""
     confirmed: int = limited(2, 1, 100)
     """So many readings in a row must agree. A single wrong one lands no UAV."""
 
     def __post_init__(self) -> None:
-        for name in ("low", "critical", "empty"):
-            check_number(name, getattr(self, name), 0.0, 1.0)
         check_parameters(self)
         if not self.low >= self.critical >= self.empty:
             raise ParameterError(

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import Sequence
 
-from flight_basics.checks import check_parameters, check_whole, limited
+from flight_basics.checks import check_parameters, limited
 from flight_basics.errors import ParameterError
 
 HOVER = (0.0, 0.0, 0.0)
@@ -53,21 +53,18 @@ class TeleopParameters:
     """A key counts as pressed for this long, s. This must be longer than the keyboard's delay before it
     repeats a held key. A joystick that is silent for longer counts as released.
     """
-    axis_ahead: int = 1
+    axis_ahead: int = limited(1, 0, 31)
     """Axis of the joystick, positive ahead."""
-    axis_left: int = 0
+    axis_left: int = limited(0, 0, 31)
     """Axis of the joystick, positive to the left."""
-    axis_up: int = 4
+    axis_up: int = limited(4, 0, 31)
     """Axis of the joystick, positive up."""
     dead_zone: float = limited(0.1, 0.0, 0.9)
     """A stick moved by less than this share counts as released."""
 
     def __post_init__(self) -> None:
         check_parameters(self)
-        axes = {name: getattr(self, name) for name in ("axis_ahead", "axis_left", "axis_up")}
-        for name, axis in axes.items():
-            check_whole(name, axis, 0, 31)
-        if len(set(axes.values())) < len(axes):
+        if len({self.axis_ahead, self.axis_left, self.axis_up}) < 3:
             raise ParameterError("axis_ahead, axis_left and axis_up must be three different axes.")
 
 

@@ -21,8 +21,7 @@ from exploration.next_view.last_views import LastViews
 from exploration.next_view.outcome import End, Explored
 from exploration.next_view.parameters import ExplorationParameters
 from exploration.next_view.steep import SteepSteps
-from exploration.next_view.unknown.leftovers import Why, behind_openings
-from exploration.next_view.unknown.openings import narrow_openings
+from exploration.next_view.unknown.account import TRIES, UnknownAccount
 from exploration.next_view.way import Stay, Way
 from exploration.planning import PathPlanner
 from flight_basics.errors import MapError, NoPathError
@@ -34,8 +33,6 @@ BEEN_M = 0.05
 """Between the places where the UAV was, around which its own radius is free."""
 RISEN_M = 0.15
 """A UAV that has risen so far has taken off."""
-TRIES = 3
-"""A way that CEPA refused so often is left, when nothing else is to be seen."""
 HELD_OFF = 5.0
 """A UAV that CEPA keeps from its home lands so many times `arrived` away from it at most."""
 FIRST_WAY_S = 10.0
@@ -67,7 +64,7 @@ class Exploration:
         energy: EnergyWatch | None = None,
         smaller: Mapping[str, float] | None = None,
     ) -> None:
-        self._planner, self._explorer, self._smaller = planner, explorer, smaller or {}
+        self._planner, self._explorer = planner, explorer
         self._p = self._given = parameters or ExplorationParameters()
         self._back = WayBack(planner, energy, self._p)
         self._steep = SteepSteps(planner, explorer.steep_steps, explorer.parameters.spacing)
@@ -83,8 +80,7 @@ class Exploration:
         self.is_home = self.must_land = self._is_in_doubt = False
         self._shut_in_s: float | None = None
         """Since when; None: it is not."""
-        self._explored_at: tuple[float, np.ndarray] | None = None
-        """When and where it found nothing more to see or turned home, until it has told what is left."""
+        self._unknown = UnknownAccount(planner, explorer, smaller or {})
         self._turned_home = False
         """For want of time or energy."""
         self.told = Explored()
@@ -111,7 +107,8 @@ class Exploration:
         if is_first:
             hover_z_m = here_m[2] if home_m is None else home_m[2] + self._p.first_sink
             self._planner.lower_ceiling(hover_z_m + self._p.climb_max)
-        self.told.end, self.told.reason, self._explored_at = None, "", None
+        self.told.end, self.told.reason = None, ""
+        self._unknown.begin()
         self.told.leftovers, self._turned_home = (), False
         self._last_views = LastViews()
         self._guide.begin(self.home_m if home_m is None else here_m)
@@ -227,7 +224,8 @@ class Exploration:
         if not self._planner.has_map:
             self._wait_for_map(stamp_s, here_m)
             return
-        self._tell_leftovers()  # of the decision before: the UAV is on its way home
+        # Of the decision before: the UAV is on its way home, and nobody waits for it.
+        self._unknown.add_to(self.told, self._turned_home)
         if self._goes_on(stamp_s, here_m):
             return
         if not self._must_sweep(stamp_s):
@@ -325,7 +323,7 @@ class Exploration:
             self._shut_in_s = None
         too_little = self._last_views.too_little_gain(stamp_s, self.told.known_m3[-1][1], decision)
         if too_little:
-            self._explored_at = stamp_s, here_m
+            self._unknown.ask(stamp_s, here_m)
             self._end(End.EXPLORED, too_little)
             return
         if decision.goal_m is None:
@@ -353,27 +351,8 @@ class Exploration:
             why = self._why_no_way(stamp_s, here_m) or "no place around it keeps the clearance."
             self._end(End.SHUT_IN, f"The UAV fits nowhere: {why}")
             return
-        self._explored_at = stamp_s, here_m
+        self._unknown.ask(stamp_s, here_m)
         self._end(End.EXPLORED, "No place that the UAV can reach shows anything unknown.")
-
-    def _tell_leftovers(self) -> None:
-        """Tell what stays unknown, once. It takes as long as a decision, but nobody waits for it."""
-        if self._explored_at is None:
-            return
-        (stamp_s, place_m), self._explored_at = self._explored_at, None
-        space, opened, anywhere = (
-            self._planner.space(stamp_s, place_m, *wider)
-            for wider in ((True, True), (False, True), (False, False))
-        )
-        leftovers = self._explorer.left_over(space, opened, anywhere, place_m, ended_early=self._turned_home)
-        nodes = self._explorer.places(space, place_m)
-        behind = narrow_openings(opened, nodes, self._planner.parameters, self._smaller)
-        self.told.leftovers = behind_openings(leftovers, behind, opened)
-        if behind.openings:
-            named = "; ".join(map(str, behind.openings))
-            self.told.reason += f" What lies behind a narrow opening stays unknown: {named}."
-        if self.told.left_m2(Why.REFUSED) > 0.0:
-            self.told.reason += f" CEPA refused {TRIES} times to fly to more."
 
     def _backs_out(self, stamp_s: float) -> bool:
         """Fly back the way it came, for a while. CEPA may have evaded to where the planner lets nobody be."""
@@ -386,11 +365,12 @@ class Exploration:
         if self.is_paused:  # since this look began
             return
         if self.told.end in (End.TIME, End.BATTERY) and not self._turned_home and self._planner.has_map:
-            self._turned_home, self._explored_at = True, (stamp_s, here_m)
+            self._turned_home = True
+            self._unknown.ask(stamp_s, here_m)
         self._stay.note(stamp_s, here_m)
         is_near = math.dist(here_m, self.home_m) < HELD_OFF * self._p.arrived
         if self._back.may_land(stamp_s, here_m) or (self._is_held_off and is_near):
-            self._tell_leftovers()
+            self._unknown.add_to(self.told, self._turned_home)
             self.is_home = True
         elif self._stay.lasts(stamp_s, self._p.stranded) and not self.must_land:
             why = f"On its way home it stood still for {self._p.stranded:g} s."

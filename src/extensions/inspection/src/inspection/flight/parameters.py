@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from flight_basics.checks import check_number, check_parameters, limited
+from flight_basics.checks import check_parameters, limited
 from inspection.survey.plan import SurveyPlan
 
 
@@ -100,11 +100,11 @@ class InspectionParameters:
     """Mean speed on the way home, m/s."""
     track_spacing: float = limited(0.5, 0.05, 10.0)
     """Distance between the places that it remembers, to come back the way it came, m."""
-    camera_x: float = 0.1
+    camera_x: float = limited(0.1, -5.0, 5.0)
     """Place of the camera in the UAV's frame, forward, m."""
-    camera_y: float = 0.0
+    camera_y: float = limited(0.0, -5.0, 5.0)
     """Place of the camera in the UAV's frame, to the left, m."""
-    camera_z: float = -0.05
+    camera_z: float = limited(-0.05, -5.0, 5.0)
     """Place of the camera in the UAV's frame, up, m."""
 
     @property
@@ -143,5 +143,3 @@ class InspectionParameters:
 
     def __post_init__(self) -> None:
         check_parameters(self)
-        for axis in ("camera_x", "camera_y", "camera_z"):
-            check_number(axis, getattr(self, axis), -5.0, 5.0)
