@@ -20,6 +20,7 @@ setup(
             "cepa.dynamic.obstacle_tracks.kernels",
             "cepa.dynamic.remembered",
             "cepa.dynamic.remembered.kernels",
+            "cepa.dynamic.ways_out",
             "cepa.identification",
             "cepa.kernels",
             "cepa.steering",

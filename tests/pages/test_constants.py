@@ -20,7 +20,17 @@ ELSEWHERE = [
 ]
 LAYOUT = {
     *("ANGLE_ERROR_RAD", "LEAST_M", "LEAST_HORIZONTAL_M", "FIXED"),  # what arithmetic needs
-    *("POSITION", "ACCELERATION_MAX", "NOT_CUT", "BITS", "BY_REACH", "NOBODY", "REMOVED", "GIVEN_UP_UNTIL"),
+    *(
+        "POSITION",
+        "ACCELERATION_MAX",
+        "NOT_CUT",
+        "BITS",
+        "LANES",
+        "BY_REACH",
+        "NOBODY",
+        "REMOVED",
+        "GIVEN_UP_UNTIL",
+    ),
 }
 """Numbers that may stand elsewhere: places in rows, bits and marks, which nobody tunes."""
 

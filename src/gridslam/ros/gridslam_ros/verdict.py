@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from typing import Callable, Sequence
 
+import numpy as np
+
 from gridslam.tracking.monitor import STATES, TRACKING
 
 NAMED_MAX = 5
@@ -49,7 +51,7 @@ class LoosePartsWatch:
     def __init__(self) -> None:
         self._parts_s: list[float] = []
 
-    def follow(self, parts_s: Sequence[float], stamps_s: Callable[[], Sequence[float]]) -> str:
+    def follow(self, parts_s: Sequence[float], stamps_s: Callable[[], np.ndarray]) -> str:
         """Return a sentence if the number has changed, else nothing.
 
         Args:

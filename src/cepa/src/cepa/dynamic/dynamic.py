@@ -25,7 +25,6 @@ from cepa.dynamic.cost_to_go.course import Course, Reference, course_of, referen
 from cepa.dynamic.cost_to_go.hold_up import HoldUp
 from cepa.dynamic.cost_to_go.search import CostToGoSearch
 from cepa.dynamic.destination import Destination
-from cepa.dynamic.emergency import Emergency
 from cepa.dynamic.free_space.slab import Slab
 from cepa.dynamic.heading import Heading
 from cepa.dynamic.kernels.rollout import DISCOMFORT, LOSS, PROGRESS
@@ -41,7 +40,8 @@ from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.dynamic.space_knowledge import SpaceKnowledge
 from cepa.dynamic.threats import is_within, threats
 from cepa.dynamic.timing import ScanTiming
-from cepa.dynamic.way_aside import WayAside
+from cepa.dynamic.ways_out.emergency import Emergency
+from cepa.dynamic.ways_out.way_aside import WayAside
 from cepa.keep_out import KeepOut, at_heights
 from cepa.motion import LEVEL, Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters

@@ -6,8 +6,8 @@ from typing import Callable
 
 import rospy
 
-from node_tools.listeners import wait_for_listener
 from simulation_tools.errors import SimulationToolsError
+from simulation_tools_ros.gazebo.listeners import wait_for_listener
 
 ShouldStop = Callable[[], bool]
 

@@ -157,7 +157,9 @@ def opened(path: Path) -> Iterator[Image.Image]:
 def is_converted(path: Path) -> bool:
     """Return whether a picture's colours are not RGB of 8 bits: inks, a palette, 16 bits and others."""
     with opened(path) as image:
-        return image.mode not in AS_STORED or any(SIXTEEN_BITS in str(tile) for tile in image.tile)
+        return image.mode not in AS_STORED or any(
+            SIXTEEN_BITS in str(tile) for tile in getattr(image, "tile", ())
+        )
 
 
 def size_of(path: Path) -> tuple[int, int]:

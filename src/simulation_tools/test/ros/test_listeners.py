@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("rospy", reason="needs ROS")
 
-from node_tools import listeners
+from simulation_tools_ros.gazebo import listeners
 
 
 @pytest.fixture

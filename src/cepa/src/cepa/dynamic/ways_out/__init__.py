@@ -1,0 +1,1 @@
+"""The ways out of an emergency, and from under what sinks."""
