@@ -136,8 +136,13 @@ def test_without_a_cloud_it_stays_level():
     ("changes", "sentence"),
     [
         ({"alpha_deg": 7.0}, "divide 180, not 7"),
-        ({"voxel_m": 1.0}, "0 < voxel_m < enlargement_m"),
-        ({"low": 2.0}, "0 < low <= high"),
+        ({"voxel_m": 1.0}, "voxel_m < enlargement_m"),
+        ({"low": 2.0}, "low <= high"),
+        ({"low": 0.0}, r"^3DVFH\+'s low must be greater than 0, not 0.0.$"),
+        ({"alpha_deg": 20.0}, "between 2 and 15, not 20.0"),
+        ({"window_m": 101.0}, "at most 100"),
+        ({"memory_s": -1.0}, "at least 0"),
+        ({"mu": (5.0, -2.0, 2.0)}, "no negative mu"),
         ({"opening": 2}, "opening of 1, 3, 5 or 7"),
     ],
 )

@@ -139,10 +139,10 @@ def test_a_manhole_is_0_6_x_0_8_m_and_lies_to_port_and_starboard_by_turns(worlds
 @pytest.mark.parametrize(
     ("make", "values", "complaint"),
     [
-        (Hold3DParameters, {"height_m": 0.0}, "height_m is 0"),
+        (Hold3DParameters, {"height_m": 0.0}, "hold_3d: height_m must be greater than 0, not 0.0"),
         (Hold3DParameters, {"hatch_length_m": 29.0}, "hatch does not fit"),
         (Hold3DParameters, {"frame_spacing_m": 20.0}, "less than half"),
-        (BallastTankParameters, {"breadth_m": float("nan")}, "breadth_m is nan"),
+        (BallastTankParameters, {"breadth_m": float("nan")}, "breadth_m must be a finite number, not nan"),
         (BallastTankParameters, {"compartments": 2.5}, "whole number"),
         (BallastTankParameters, {"manhole_breadth_m": 2.0}, "manholes do not fit"),
     ],

@@ -15,6 +15,7 @@ from cepa import CepaParameters, Decision, LaserScan2D, Reason
 from cepa.algorithm import Algorithm, hover
 from cepa.decision import Vector2
 from cepa.motion import Cloud, Motion
+from flight_basics.checks import check_limits, limited
 from flights.baselines.sectors import Sectors
 from flights.errors import FlightError
 
@@ -31,21 +32,17 @@ class CollisionPreventionParameters:
     MPC_ACC_HOR, m/s2; MPC_JERK_MAX, m/s3: how the UAV brakes. bins: of the turn, of 10 degrees each.
     """
 
-    CP_DIST: float = 0.5
-    CP_DELAY: float = 0.4
-    CP_GUIDE_ANG: float = 30.0
+    CP_DIST: float = limited(0.5, above=0.0)
+    CP_DELAY: float = limited(0.4, 0.0, 1.0)
+    CP_GUIDE_ANG: float = limited(30.0, 0.0, 90.0)
     CP_GO_NO_DAT: bool = False
-    MPC_XY_P: float = 0.95
-    MPC_ACC_HOR: float = 3.0
-    MPC_JERK_MAX: float = 8.0
-    bins: int = 36
+    MPC_XY_P: float = limited(0.95, above=0.0)
+    MPC_ACC_HOR: float = limited(3.0, above=0.0)
+    MPC_JERK_MAX: float = limited(8.0, above=0.0)
+    bins: int = limited(36, 12, 360)
 
     def __post_init__(self) -> None:
-        for name in ("CP_DIST", "MPC_XY_P", "MPC_ACC_HOR", "MPC_JERK_MAX"):
-            if not 0.0 < getattr(self, name) < math.inf:
-                raise FlightError(f"{name} must be positive, not {getattr(self, name)}.")
-        if not (0.0 <= self.CP_DELAY <= 1.0 and 0.0 <= self.CP_GUIDE_ANG <= 90.0 and 12 <= self.bins <= 360):
-            raise FlightError("CP_DELAY must be 0 to 1 s, CP_GUIDE_ANG 0 to 90 degrees and bins 12 to 360.")
+        check_limits(self, FlightError)
 
 
 class CollisionPrevention(Algorithm):

@@ -18,6 +18,7 @@ from cepa.algorithm import Algorithm, hover
 from cepa.decision import Vector2
 from cepa.motion import Cloud, Motion
 from cepa.scan import Beams
+from flight_basics.checks import check_limits, limited
 from flights.baselines.sectors import Sectors, angle_between
 from flights.errors import FlightError
 
@@ -33,21 +34,20 @@ class VfhPlusParameters:
     travel, and to the last choice; mu_1 > mu_2 + mu_3 makes it goal-directed.
     """
 
-    sectors: int = 72
-    window_m: float = 4.0
-    enlargement_m: float = 0.8
-    low: float = 0.05
-    high: float = 0.15
-    wide: int = 16
+    sectors: int = limited(72, 12, 360)
+    window_m: float = limited(4.0, above=0.0)
+    enlargement_m: float = limited(0.8, above=0.0)
+    low: float = limited(0.05, above=0.0)
+    high: float = limited(0.15, above=0.0)
+    wide: int = limited(16, 2)
     mu: tuple[float, float, float] = (5.0, 2.0, 2.0)
 
     def __post_init__(self) -> None:
-        if not 12 <= self.sectors <= 360:
-            raise FlightError(f"VFH+ needs 12 to 360 sectors, not {self.sectors}.")
-        if not 0.0 < self.enlargement_m < self.window_m < math.inf:
-            raise FlightError("VFH+ needs 0 < enlargement_m < window_m.")
-        if not (0.0 < self.low <= self.high and self.wide >= 2 and min(self.mu) >= 0.0):
-            raise FlightError("VFH+ needs 0 < low <= high, wide of 2 sectors or more, and no negative mu.")
+        check_limits(self, FlightError, "VFH+'s {}")
+        if self.enlargement_m >= self.window_m:
+            raise FlightError("VFH+ needs enlargement_m < window_m.")
+        if self.low > self.high or not min(self.mu) >= 0.0:
+            raise FlightError("VFH+ needs low <= high, and no negative mu.")
 
 
 class VfhPlus(Algorithm):

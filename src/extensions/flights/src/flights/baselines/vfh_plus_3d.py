@@ -20,6 +20,7 @@ from cepa import CepaParameters, Decision, LaserScan2D, Motion, Reason
 from cepa.algorithm import Algorithm
 from cepa.decision import Vector2
 from cepa.motion import Cloud
+from flight_basics.checks import check_limits, limited
 from flights.errors import FlightError
 
 HOVER = (0.0, 0.0)
@@ -39,31 +40,30 @@ class VfhPlus3dParameters:
     odometry's origin; what is below the lidar's view is not known.
     """
 
-    alpha_deg: float = 6.0
-    window_m: float = 4.0
-    voxel_m: float = 0.2
-    memory_s: float = 3.0
-    enlargement_m: float = 0.8
-    near_weight: float = 5.0
-    low: float = 1.0
-    high: float = 1.5
+    alpha_deg: float = limited(6.0, 2.0, 15.0)
+    window_m: float = limited(4.0, above=0.0, most=100.0)
+    voxel_m: float = limited(0.2, above=0.0)
+    memory_s: float = limited(3.0, 0.0)
+    enlargement_m: float = limited(0.8, above=0.0)
+    near_weight: float = limited(5.0, 1.0)
+    low: float = limited(1.0, above=0.0)
+    high: float = limited(1.5, above=0.0)
     opening: int = 3
     mu: tuple[float, float, float] = (5.0, 2.0, 2.0)
-    climb_m_s: float = 3.0
-    sink_m_s: float = 1.0
-    lowest_m: float = 0.8
+    climb_m_s: float = limited(3.0, 0.0)
+    sink_m_s: float = limited(1.0, 0.0)
+    lowest_m: float = limited(0.8)
 
     def __post_init__(self) -> None:
-        if not (2.0 <= self.alpha_deg <= 15.0 and 180.0 % self.alpha_deg == 0.0):
-            raise FlightError(
-                f"3DVFH+ needs bins of 2 to 15 degrees that divide 180, not {self.alpha_deg:g}."
-            )
-        if not (0.0 < self.voxel_m < self.enlargement_m < self.window_m <= 100.0):
-            raise FlightError("3DVFH+ needs 0 < voxel_m < enlargement_m < window_m <= 100.")
-        if not (0.0 < self.low <= self.high and self.near_weight >= 1.0 and min(self.mu) >= 0.0):
-            raise FlightError("3DVFH+ needs 0 < low <= high, near_weight of 1 or more, and no negative mu.")
-        if not (self.opening in (1, 3, 5, 7) and min(self.climb_m_s, self.sink_m_s, self.memory_s) >= 0.0):
-            raise FlightError("3DVFH+ needs an opening of 1, 3, 5 or 7 bins, and no negative rate or memory.")
+        check_limits(self, FlightError, "3DVFH+'s {}")
+        if 180.0 % self.alpha_deg:
+            raise FlightError(f"3DVFH+ needs bins whose degrees divide 180, not {self.alpha_deg:g}.")
+        if not self.voxel_m < self.enlargement_m < self.window_m:
+            raise FlightError("3DVFH+ needs voxel_m < enlargement_m < window_m.")
+        if self.low > self.high or not min(self.mu) >= 0.0:
+            raise FlightError("3DVFH+ needs low <= high, and no negative mu.")
+        if self.opening not in (1, 3, 5, 7):
+            raise FlightError(f"3DVFH+ needs an opening of 1, 3, 5 or 7 bins, not {self.opening}.")
 
 
 class VfhPlus3d(Algorithm):

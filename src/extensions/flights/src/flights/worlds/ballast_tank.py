@@ -7,8 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from flight_basics.checks import check_limits, limited
 from flights.errors import ScenarioError
 from flights.worlds.steel import FRAME, SHELL, Opening, box, closed_box, places, transverse_plate
 from flights.worlds.writer import Colour, Part, Prop, Surroundings, write_world
@@ -26,26 +25,22 @@ class BallastTankParameters:
         ScenarioError: a size is not positive, or the manholes do not fit.
     """
 
-    compartments: int = 5
-    compartment_m: float = 4.0
+    compartments: int = limited(5, above=0.0)
+    compartment_m: float = limited(4.0, above=0.0)
     """Length of one, from plate to plate."""
-    breadth_m: float = 3.0
-    height_m: float = 5.0
-    manhole_breadth_m: float = 0.6
-    manhole_height_m: float = 0.8
-    sill_m: float = 0.8
+    breadth_m: float = limited(3.0, above=0.0)
+    height_m: float = limited(5.0, above=0.0)
+    manhole_breadth_m: float = limited(0.6, above=0.0)
+    manhole_height_m: float = limited(0.8, above=0.0)
+    sill_m: float = limited(0.8, above=0.0)
     """Height of a manhole's lower edge."""
-    off_centre_m: float = 0.7
+    off_centre_m: float = limited(0.7, above=0.0)
     """Distance of a manhole's middle from the tank's."""
-    stiffener_m: float = 0.15
-    stiffener_spacing_m: float = 0.75
+    stiffener_m: float = limited(0.15, above=0.0)
+    stiffener_spacing_m: float = limited(0.75, above=0.0)
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (np.isfinite(value) and value > 0.0):
-                raise ScenarioError(f"ballast_tank: {name} is {value:g}. Give a number above 0.")
-        if self.compartments != int(self.compartments):
-            raise ScenarioError(f"ballast_tank: compartments is {self.compartments:g}. Give a whole number.")
+        check_limits(self, ScenarioError, "ballast_tank: {}")
         beyond = self.off_centre_m + self.manhole_breadth_m / 2 + self.stiffener_m
         if beyond > self.breadth_m / 2 or self.sill_m + self.manhole_height_m > self.height_m:
             raise ScenarioError("ballast_tank: the manholes do not fit the bulkheads. Make them smaller.")

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from flights.errors import ScenarioError
 from flights.worlds.cargo import cargo
 from flights.worlds.steel import FITTING, FRAME, SHELL, box, places
@@ -31,21 +32,19 @@ class Hold3DParameters:
         ScenarioError: a size is not positive, or the hatch or the frames do not fit.
     """
 
-    length_m: float = 30.0
-    breadth_m: float = 20.0
-    height_m: float = 10.0
-    frame_spacing_m: float = 3.0
-    frame_depth_m: float = 0.5
-    beam_depth_m: float = 0.6
-    hatch_length_m: float = 12.0
-    hatch_breadth_m: float = 8.0
-    coaming_m: float = 1.0
+    length_m: float = limited(30.0, above=0.0)
+    breadth_m: float = limited(20.0, above=0.0)
+    height_m: float = limited(10.0, above=0.0)
+    frame_spacing_m: float = limited(3.0, above=0.0)
+    frame_depth_m: float = limited(0.5, above=0.0)
+    beam_depth_m: float = limited(0.6, above=0.0)
+    hatch_length_m: float = limited(12.0, above=0.0)
+    hatch_breadth_m: float = limited(8.0, above=0.0)
+    coaming_m: float = limited(1.0, above=0.0)
     """How far the hatch's coaming stands above the deck. Half as much hangs below it."""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not (np.isfinite(value) and value > 0.0):
-                raise ScenarioError(f"hold_3d: {name} is {value:g}. Give a length above 0 m.")
+        check_limits(self, ScenarioError, "hold_3d: {}")
         room = min(self.length_m - self.hatch_length_m, self.breadth_m - self.hatch_breadth_m)
         if room < 4.0 * self.frame_depth_m:
             raise ScenarioError("hold_3d: the hatch does not fit between the frames. Make it smaller.")
