@@ -163,22 +163,22 @@ def fly(row: str, seed: int, time_s: float, algorithm: str = ALGORITHMS[0]) -> d
     place = replace(place, uav=replace(place.uav, algorithm=algorithm))
     with tempfile.TemporaryDirectory() as folder:
         flown = fly_and_judge(place, place.written_to(Path(folder)), seed, time_s, 2.0 * TIME_S)
-    told, judged = flown.told, flown.judged
+    explored, judged = flown.explored, flown.judged
     return {
-        "ended": told.end.value if told.end else "",
+        "ended": explored.end.value if explored.end else "",
         "contact": flown.outcome.collision,
         "landed_home": flown.is_home,
-        "time_99_s": told.time_of(0.99) - flown.began_s,
-        "end_s": told.ended_s - flown.began_s,
+        "time_99_s": explored.time_of(0.99) - flown.began_s,
+        "end_s": explored.ended_s - flown.began_s,
         "home_s": flown.home_s,
         "known_share": judged.known_share,
         "mapped_share": judged.mapped_share,
         "reachable_m3": judged.reachable_m3,
         "visible_m2": judged.visible_m2,
-        "views": told.views,
-        "decision_ms": float(1e3 * np.median(told.cpu_s)),
-        "decision_max_ms": float(1e3 * max(told.cpu_s)),
-        "left": {why.value: told.left_m2(why) for why in Why},
+        "views": explored.views,
+        "decision_ms": float(1e3 * np.median(explored.cpu_s)),
+        "decision_max_ms": float(1e3 * max(explored.cpu_s)),
+        "left": {why.value: explored.left_m2(why) for why in Why},
     }
 
 

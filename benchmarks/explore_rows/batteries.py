@@ -60,7 +60,7 @@ def fly(seed: int) -> dict:
             flight = ExploringFlight(
                 loop, place.planner, place.explorer, place.volume, asked, EnergyWatch(ENERGY), swaps, drift
             )
-            flight.run()
+            known_m3 = flight.run().known_m3
             outcome = loop.outcome
     landings = flight.landings
     return {
@@ -76,7 +76,7 @@ def fly(seed: int) -> dict:
         "landed_at": [each.charge for each in landings],
         "off_home_m": [math.dist(each.place_m[:2], place.start_m[:2]) for each in landings],
         "reasons": [each.reason for each in landings],
-        "known_m3": flight.exploration.told.known_m3[-1][1] if flight.exploration.told.known_m3 else 0.0,
+        "known_m3": known_m3[-1][1] if known_m3 else 0.0,
     }
 
 

@@ -59,30 +59,31 @@ def fly(name: str, seed: int) -> dict:
             flight = ExploringFlight(
                 loop, place.planner, place.explorer, place.volume, place.asked(time_s), EnergyWatch(ENERGY)
             )
-            told, outcome, log = flight.run(), loop.outcome, loop.log
+            explored, outcome, log = flight.run(), loop.outcome, loop.log
             flown = {
                 "name": name,
                 "seed": seed,
-                "ended": told.end.value if told.end else "",
-                "reason": told.reason,
-                "end_s": told.ended_s - outcome.times_s.get(Phase.FLYING, math.nan),
-                "home_s": outcome.times_s.get(Phase.HOVERING, math.nan) - told.ended_s,
-                "home_reckoned_s": told.way_home.time_s if told.way_home else math.nan,
-                "home_reckoned_m": told.way_home.length_m if told.way_home else math.nan,
+                "ended": explored.end.value if explored.end else "",
+                "reason": explored.reason,
+                "end_s": explored.ended_s - outcome.times_s.get(Phase.FLYING, math.nan),
+                "home_s": outcome.times_s.get(Phase.HOVERING, math.nan) - explored.ended_s,
+                "home_reckoned_s": explored.way_home.time_s if explored.way_home else math.nan,
+                "home_reckoned_m": explored.way_home.length_m if explored.way_home else math.nan,
                 "contact": outcome.collision,
                 "failure": outcome.failure or "",
-                "known_m3": told.known_m3[-1][1] if told.known_m3 else 0.0,
-                "views": told.views,
-                "decision_ms": float(1e3 * np.median(told.cpu_s)) if told.cpu_s else math.nan,
-                "decision_max_ms": float(1e3 * max(told.cpu_s)) if told.cpu_s else math.nan,
+                "known_m3": explored.known_m3[-1][1] if explored.known_m3 else 0.0,
+                "views": explored.views,
+                "decision_ms": float(1e3 * np.median(explored.cpu_s)) if explored.cpu_s else math.nan,
+                "decision_max_ms": float(1e3 * max(explored.cpu_s)) if explored.cpu_s else math.nan,
                 "flight_cpu_s": time.process_time() - began_cpu_s,
             }
             truth = log.truth.array("t_s", "x_m", "y_m", "z_m")
             odometry = log.odometry.array("t_s", "z_m")
             poses = log.between(*_flight_s(outcome, truth))
-        flown["home_m"] = _way_m(truth, told.ended_s, outcome.times_s.get(Phase.HOVERING, told.ended_s))
+        home_s = outcome.times_s.get(Phase.HOVERING, explored.ended_s)
+        flown["home_m"] = _way_m(truth, explored.ended_s, home_s)
         flown["height_error_m"] = height_error_m(odometry, truth[:, (0, 3)])
-        flown["height_uncertain_m"] = told.height_uncertain_m
+        flown["height_uncertain_m"] = explored.height_uncertain_m
         flown["doubled_share"] = doubled_share(flight.volume.corrected.voxels)
         is_home = outcome.landed and math.hypot(*truth[-1, 1:3]) < HOME_M
         box_m3 = float(np.prod(np.subtract(drawn.high_m, drawn.low_m)))

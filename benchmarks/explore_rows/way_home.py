@@ -74,33 +74,33 @@ def fly(seed: int) -> dict:
             flight = ExploringFlight(
                 loop, place.planner, place.explorer, place.volume, asked, EnergyWatch(ENERGY)
             )
-            told = flight.run()
+            explored = flight.run()
             outcome = loop.outcome
             return {
                 "place": kind,
-                "ended": told.end.value if told.end else "",
+                "ended": explored.end.value if explored.end else "",
                 "landed": outcome.landed,
                 "contact": outcome.collision,
-                **compared(told, loop, outcome.times_s),
+                **compared(explored, loop, outcome.times_s),
             }
 
 
-def compared(told: Explored, loop: MeteredLoop, times_s: dict[Phase, float]) -> dict:
+def compared(explored: Explored, loop: MeteredLoop, times_s: dict[Phase, float]) -> dict:
     """Return the way home as it was reckoned when the UAV turned back, beside what it took.
 
     A time that never came is NaN.
     """
-    way, nan, home_s = told.way_home, math.nan, times_s.get(Phase.HOVERING, math.nan)
-    (turned_wh, turned), (home_wh, _) = loop.given_at(told.ended_s), loop.given_at(home_s)
+    way, nan, home_s = explored.way_home, math.nan, times_s.get(Phase.HOVERING, math.nan)
+    (turned_wh, turned), (home_wh, _) = loop.given_at(explored.ended_s), loop.given_at(home_s)
     full_wh = turned_wh / (1.0 - turned)
     return {
         "reckoned_m": way.length_m if way else nan,
         "up_m": way.up_m if way else nan,
         "down_m": way.down_m if way else nan,
         "reckoned_s": way.time_s if way else nan,
-        "flown_s": home_s - told.ended_s,
+        "flown_s": home_s - explored.ended_s,
         "landing_s": times_s.get(Phase.DONE, nan) - home_s,
-        "reckoned_wh": full_wh * told.way_home_charge,
+        "reckoned_wh": full_wh * explored.way_home_charge,
         "flown_wh": home_wh - turned_wh,
         "full_wh": full_wh,
     }

@@ -99,9 +99,9 @@ def _flown_row(
     """Judge a flight of a plan by the true poses."""
     planned = [Taken.of_view(each) for each in part.views]
     shown, by_plan = judge_on(surface, (photographed.true, planned), part.camera, FLYING)
-    off = [a.axes @ b.axes.T for a, b in zip(photographed.true, photographed.told)]
+    off = [a.axes @ b.axes.T for a, b in zip(photographed.true, photographed.estimated)]
     turned_deg = [math.degrees(math.acos(min(1.0, 0.5 * (np.trace(each) - 1.0)))) for each in off]
-    off_m = [np.linalg.norm(a.place_m - b.place_m) for a, b in zip(photographed.true, photographed.told)]
+    off_m = [np.linalg.norm(a.place_m - b.place_m) for a, b in zip(photographed.true, photographed.estimated)]
     return {
         "asked": len(part.views),
         "taken": len(photographed.true),

@@ -102,7 +102,7 @@ def next_places(exploration, flight, step_m):
     for stamp_s in np.arange(0.0, 900.0, 0.5):
         if exploration.follow(float(stamp_s), flight.place_m):
             exploration.look(float(stamp_s), flight.place_m)
-        if exploration.told.end is not None:
+        if exploration.explored.end is not None:
             return
         away_m = exploration.setpoint_m - flight.place_m
         yield flight.place_m + away_m * min(1.0, step_m / max(math.hypot(*away_m), 1e-9))

@@ -25,7 +25,7 @@ def phase_of(exploration: Exploration, has_map: bool) -> str:
     """Return what an exploration does, in words."""
     if not has_map:
         return "waiting for the map"
-    if exploration.told.end is not None:
+    if exploration.explored.end is not None:
         return "coming home"
     if exploration.is_paused:
         return "paused"
@@ -36,9 +36,9 @@ def feedback_of(
     exploration: Exploration, battery: BatteryState | None, rate_per_s: float, has_map: bool
 ) -> ExploreFeedback:
     """Return the feedback. rate_per_s: share of the charge that a second takes."""
-    told, way = exploration.told, exploration.way_home
+    explored, way = exploration.explored, exploration.way_home
     feedback = ExploreFeedback(phase=phase_of(exploration, has_map))
-    feedback.known = told.known_m3[-1][1] if told.known_m3 else 0.0
+    feedback.known = explored.known_m3[-1][1] if explored.known_m3 else 0.0
     watts = math.nan if battery is None else abs(battery.voltage * battery.current)
     feedback.charge = math.nan if battery is None else battery.percentage
     feedback.energy_left = watts * feedback.charge / rate_per_s / WH
@@ -53,16 +53,16 @@ def feedback_of(
 
 def result_of(exploration: Exploration) -> ExploreResult:
     """Return the result."""
-    told = exploration.told
+    explored = exploration.explored
     return ExploreResult(
-        end="" if told.end is None else told.end.value,
-        reason=" ".join(filter(None, (told.reason, told.height_words))),
+        end="" if explored.end is None else explored.end.value,
+        reason=" ".join(filter(None, (explored.reason, explored.height_words))),
         is_home=exploration.is_home,
-        known=told.known_m3[-1][1] if told.known_m3 else 0.0,
-        views=told.views,
-        unknown_places=[Point(*leftover.place_m) for leftover in told.leftovers],
-        unknown_areas=[leftover.area_m2 for leftover in told.leftovers],
-        unknown_reasons=[leftover.words for leftover in told.leftovers],
+        known=explored.known_m3[-1][1] if explored.known_m3 else 0.0,
+        views=explored.views,
+        unknown_places=[Point(*leftover.place_m) for leftover in explored.leftovers],
+        unknown_areas=[leftover.area_m2 for leftover in explored.leftovers],
+        unknown_reasons=[leftover.words for leftover in explored.leftovers],
     )
 
 
@@ -80,7 +80,7 @@ def markers_of(
         if math.isfinite(feedback.home_energy):
             words += f", {feedback.home_energy:.1f} of {feedback.energy_left:.1f} Wh"
         shown.append(_words(header, "home_words", here_m + ABOVE_M, f"{feedback.phase}\n{words}", 0))
-    left = exploration.told.leftovers
+    left = exploration.explored.leftovers
     cubes = _marker(header, "unknown", Marker.CUBE_LIST, LEFT, 0.3, np.zeros(3))
     cubes.points = [Point(*leftover.place_m) for leftover in left]
     if left:

@@ -43,8 +43,8 @@ class Led:
         self.nearest_m = math.inf
 
     @property
-    def told(self):
-        return self.exploration.told
+    def explored(self):
+        return self.exploration.explored
 
     def step(self):
         """Fly on for half a second."""
@@ -69,7 +69,7 @@ class Led:
         """Fly until something is true."""
         end_s = self.now_s + seconds
         while not until():
-            assert self.now_s < end_s, f"not within {seconds} s: {self.told.end}, {self.told.reason}"
+            assert self.now_s < end_s, f"not within {seconds} s: {self.explored.end}, {self.explored.reason}"
             self.step()
 
     def fly_home(self):
@@ -98,27 +98,27 @@ def test_over_an_empty_map_it_comes_down_for_want_of_energy_or_time_or_when_it_i
             exploration.abort("It was aborted.")
         if exploration.follow(stamp_s, HOVER_M):
             exploration.look(stamp_s, HOVER_M)
-        assert exploration.told.views == 0
+        assert exploration.explored.views == 0
         if exploration.is_home:
             break
-    assert exploration.told.end is End(why)
+    assert exploration.explored.end is End(why)
     assert exploration.is_home
-    assert exploration.told.reason
+    assert exploration.explored.reason
 
 
 @pytest.mark.parametrize("jump_m", [(0.4, -0.2, 0.0), (1.6, 0.8, 0.0), (-0.8, 2.4, 0.0)])
 def test_after_the_map_and_the_uav_in_it_jumped_it_explores_on_and_lands(jump_m):
     # Given a UAV that has seen half of two rooms; the map jumps by metres, as SLAM closes a loop
     led = Led(shifted_room((0, 0, 0)), HOVER_M + np.array((1.6, 1.6, 0.0)))
-    led.fly(lambda: led.told.views > 2)
+    led.fly(lambda: led.explored.views > 2)
     voxels = np.round(np.array(jump_m) / SIDE_M).astype(int)
     led.flight.filled = shifted_room(voxels)
     led.flight.kinds = np.roll(led.flight.kinds, voxels[::-1], (0, 1, 2))
     led.flight.place_m = led.flight.place_m + voxels * SIDE_M
     led.flight.look()
     # When it goes on, then it never flies into what is filled, knows both rooms in the end, and lands
-    led.fly(lambda: led.told.end is not None)
-    assert led.told.end is End.EXPLORED
+    led.fly(lambda: led.explored.end is not None)
+    assert led.explored.end is End.EXPLORED
     assert (led.flight.kinds[~led.flight.filled] != UNKNOWN).mean() > 0.98
     led.fly_home()
 
@@ -141,8 +141,8 @@ def test_a_uav_in_an_obstacle_says_so_and_lands_where_it_is_home():
     led.flight.planner.update_map(SIDE_M, TILE, np.zeros((1, 3), int), led.flight.kinds.reshape(1, -1))
     led.flight.look = lambda: None
     led.fly_home()
-    assert led.told.end is End.SHUT_IN
-    assert "is in an obstacle" in led.told.reason
+    assert led.explored.end is End.SHUT_IN
+    assert "is in an obstacle" in led.explored.reason
     assert led.exploration.is_home
 
 
@@ -150,8 +150,8 @@ def test_a_keep_out_box_around_the_uav_is_named_and_it_lands_where_it_is_home():
     box = {"name": "hatch", "low": [0.5, 0.5, 0.5], "high": [2.0, 2.0, 2.0]}
     led = Led(room((5.0, 4.0, 2.4)), limits={"keep_out": [box]})
     led.fly_home()
-    assert led.told.end is End.SHUT_IN
-    assert "is in the keep-out box hatch" in led.told.reason
+    assert led.explored.end is End.SHUT_IN
+    assert "is in the keep-out box hatch" in led.explored.reason
     assert led.exploration.is_home
 
 
@@ -159,12 +159,12 @@ def test_what_lies_behind_glass_is_seen_but_not_reached_and_named():
     # Given a pane in the door that no beam tells, so that the map shows a way through it
     led = Led(room((6.2, 4.6, 2.4), DOOR), patience=4.0)
     led.may_go = lambda place_m: place_m[0] < 2.7
-    led.fly(lambda: led.told.end is not None)
-    assert led.told.end is End.EXPLORED
+    led.fly(lambda: led.explored.end is not None)
+    assert led.explored.end is End.EXPLORED
     led.fly_home()
     assert led.exploration.is_home
-    assert led.told.left_m2(Why.REFUSED) > 0.3
-    assert "CEPA refused" in led.told.reason
+    assert led.explored.left_m2(Why.REFUSED) > 0.3
+    assert "CEPA refused" in led.explored.reason
 
 
 def test_a_door_that_closes_behind_it_strands_it_and_the_sentence_says_what_blocks_the_way():
@@ -173,22 +173,22 @@ def test_a_door_that_closes_behind_it_strands_it_and_the_sentence_says_what_bloc
     fill(led, SHUT)
     led.fly_home()
     assert led.exploration.must_land
-    assert led.told.end is End.CUT_OFF
+    assert led.explored.end is End.CUT_OFF
     assert led.flight.place_m[0] > 3.2
-    assert "stood still for 20 s" in led.told.reason
-    assert "(1.3, 1.3, 1.2)" in led.told.reason  # the planner's sentence: no way leads home
+    assert "stood still for 20 s" in led.explored.reason
+    assert "(1.3, 1.3, 1.2)" in led.explored.reason  # the planner's sentence: no way leads home
 
 
 def test_a_battery_that_gets_empty_on_the_way_home_ends_as_battery():
     # Given a UAV that has explored, and flies home
     led = Led(room((5.0, 4.0, 2.4)), energy=EnergyWatch(EnergyParameters(endurance=1e4)))
-    led.fly(lambda: led.told.end is not None)
-    assert led.told.end is End.EXPLORED
+    led.fly(lambda: led.explored.end is not None)
+    assert led.explored.end is End.EXPLORED
     # When its battery is nearly empty, told twice, then it lands, and says so
     led.charge = 0.04
     led.fly(lambda: led.exploration.must_land, seconds=20.0)
-    assert led.told.end is End.BATTERY
-    assert led.told.reason.endswith("The battery is at 4%: land here.")
+    assert led.explored.end is End.BATTERY
+    assert led.explored.reason.endswith("The battery is at 4%: land here.")
 
 
 def test_a_door_that_opens_again_lets_it_home():
@@ -230,10 +230,10 @@ def test_a_person_who_follows_it_holds_it_up_for_a_while_only(view_choice):
         return led.exploration.is_home or led.exploration.must_land
 
     led.fly(flown)
-    assert led.told.end is not None
+    assert led.explored.end is not None
     # Then it knows both rooms, and is home, or has landed with a sentence
     assert (led.flight.kinds[1:11, 1:22, 17:30] != UNKNOWN).mean() > 0.9
-    assert led.exploration.is_home or "stood still" in led.told.reason
+    assert led.exploration.is_home or "stood still" in led.explored.reason
 
 
 @settings(max_examples=5, deadline=None)
@@ -255,12 +255,12 @@ def test_it_tells_explored_only_when_a_flood_fill_finds_nothing_or_cepa_refused(
         return led.now_s >= held_until_s
 
     led.may_go = may_go
-    led.fly(lambda: led.told.end is not None, seconds=1500.0)
-    assert led.told.end is End.EXPLORED
+    led.fly(lambda: led.explored.end is not None, seconds=1500.0)
+    assert led.explored.end is End.EXPLORED
     unknown = reachable(led.flight) & (led.flight.kinds == UNKNOWN)
     led.fly_home()
     assert led.exploration.is_home
-    assert not unknown.any() or led.told.left_m2(Why.REFUSED) > 0.0
+    assert not unknown.any() or led.explored.left_m2(Why.REFUSED) > 0.0
 
 
 # the pose
@@ -270,17 +270,17 @@ def test_it_tells_explored_only_when_a_flood_fill_finds_nothing_or_cepa_refused(
 def test_a_uav_that_is_lost_hovers_until_it_is_found_or_comes_home(end):
     led = Led(room((6.2, 4.6, 2.4), DOOR))
     led.fly(lambda: led.flight.place_m[0] > 4.0)
-    here_m, views = led.flight.place_m, led.told.views
+    here_m, views = led.flight.place_m, led.explored.views
     led.exploration.trust(Trust.HOVER, "SLAM is lost.", here_m)
     for _ in range(20):
         led.step()
     assert led.exploration.is_in_doubt
     assert math.dist(led.flight.place_m, here_m) < STEP_M
-    assert led.told.views == views
+    assert led.explored.views == views
     last = Trust.SURE if end is End.EXPLORED else Trust.COME_HOME
     led.exploration.trust(last, "SLAM is lost.", led.flight.place_m)
     led.fly_home()
-    assert led.told.end is end
+    assert led.explored.end is end
     assert led.exploration.is_home
 
 
@@ -292,7 +292,7 @@ def test_a_uav_that_is_lost_minds_its_battery():
     led.exploration.trust(Trust.HOVER, "SLAM is lost.", led.flight.place_m)
     led.charge = 0.15
     led.fly_home()
-    assert (led.told.end, led.exploration.is_home) == (End.BATTERY, True)
+    assert (led.explored.end, led.exploration.is_home) == (End.BATTERY, True)
 
 
 # the battery
@@ -303,8 +303,8 @@ def test_a_battery_that_stops_brings_it_home_with_a_sentence():
     led.fly(lambda: led.flight.place_m[0] > 4.0)
     led.energy.offer = lambda *_: ""  # nothing comes any more
     led.fly_home()
-    assert led.told.end is End.BATTERY
-    assert "told nothing to believe" in led.told.reason
+    assert led.explored.end is End.BATTERY
+    assert "told nothing to believe" in led.explored.reason
     assert led.exploration.is_home
 
 
@@ -317,7 +317,7 @@ def test_nan_counts_as_silence_and_a_charge_that_jumps_up_does_not_count(reading
     led.charge = reading
     assert energy.offer(led.now_s, reading)
     led.fly_home()
-    assert led.told.end is end or (end is End.EXPLORED and led.told.end is End.BATTERY)
+    assert led.explored.end is end or (end is End.EXPLORED and led.explored.end is End.BATTERY)
     assert led.exploration.is_home
 
 
@@ -328,5 +328,5 @@ def test_what_the_time_did_not_suffice_for_is_told_with_this_reason():
         led.step()
         if led.exploration.is_home:
             break
-    assert (led.told.end, led.exploration.is_home) == (End.TIME, True)
-    assert led.told.left_m2(Why.NOT_YET) > 1.0
+    assert (led.explored.end, led.exploration.is_home) == (End.TIME, True)
+    assert led.explored.left_m2(Why.NOT_YET) > 1.0

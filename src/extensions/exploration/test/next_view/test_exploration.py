@@ -32,8 +32,8 @@ def test_without_a_map_it_stays_over_its_home_and_decides_nothing():
         if exploration.follow(float(stamp_s), HOVER_M):
             exploration.look(float(stamp_s), HOVER_M)
         np.testing.assert_allclose(exploration.setpoint_m, HOVER_M - (0.0, 0.0, 0.7))
-    assert exploration.told.views == 0
-    assert exploration.told.end is None
+    assert exploration.explored.views == 0
+    assert exploration.explored.end is None
     assert not exploration.is_home
 
 
@@ -55,28 +55,28 @@ def test_a_uav_that_was_pushed_over_a_limit_flies_back_the_way_it_came_and_goes_
         exploration.follow(0.0, np.array((x, 2.0, 2.3)))
     here_m = np.array((4.5, 2.0, 2.3))
     exploration._guide.hover(here_m)
-    exploration.told.views = 1
+    exploration.explored.views = 1
     # When it decides, then it turns back, and the exploration has not ended
     exploration.look(1.0, here_m)
-    assert exploration.told.end is None
+    assert exploration.explored.end is None
     assert exploration.rest_m[-1][0] == 1.0
     # When it is back, then it goes on
     exploration.look(3.0, np.array((3.0, 2.0, 2.3)))
-    assert exploration.told.end is not End.SHUT_IN
+    assert exploration.explored.end is not End.SHUT_IN
     # When it cannot come back, then that is told in the end
     lost = Exploration(open_box(), Explorer(), ExplorationParameters())
     lost.begin(0.0, here_m)
-    lost.told.views = 1
+    lost.explored.views = 1
     for stamp_s in range(1, 60):
         lost.look(float(stamp_s), here_m)
-    assert lost.told.end is End.SHUT_IN
+    assert lost.explored.end is End.SHUT_IN
     assert not lost.must_land
     # And when it does not move on its way home, then it must land where it is
     for stamp_s in range(60, 140):
         lost.look(float(stamp_s), here_m)
     assert lost.must_land
     assert not lost.is_home
-    assert lost.told.reason.count("stood still for 60 s") == 1
+    assert lost.explored.reason.count("stood still for 60 s") == 1
 
 
 def test_a_home_too_far_from_all_walls_is_reached_the_way_the_uav_came():
@@ -94,7 +94,7 @@ def test_a_home_too_far_from_all_walls_is_reached_the_way_the_uav_came():
         flight.place_m = flight.place_m + away_m * min(1.0, 0.5 / max(math.hypot(*away_m), 1e-9))
         flight.places_m.append(flight.place_m)
         flight.look()
-    assert exploration.told.end is End.EXPLORED
+    assert exploration.explored.end is End.EXPLORED
     assert exploration.is_home
     assert math.dist(flight.place_m, exploration.home_m) < asked.arrived
     assert max(math.dist(place_m, exploration.home_m) for place_m in flight.places_m) > 3.0
@@ -117,9 +117,9 @@ def test_a_uav_that_cannot_reach_the_first_place_explores_from_where_it_is():
     exploration = Exploration(open_box(), Explorer(), ExplorationParameters(first_sink=0.7))
     exploration.begin(0.0, HOVER_M)
     exploration.look(5.0, HOVER_M)
-    assert exploration.told.views == 0
+    assert exploration.explored.views == 0
     exploration.look(12.0, HOVER_M)
-    assert exploration.told.views == 1
+    assert exploration.explored.views == 1
 
 
 def test_a_lidar_that_sees_only_where_the_uav_hovers_gets_its_time_before_each_decision():
@@ -130,12 +130,12 @@ def test_a_lidar_that_sees_only_where_the_uav_hovers_gets_its_time_before_each_d
     exploration.begin(0.0, flight.place_m)
     hovers_since_s, decided = 0.0, []
     for stamp_s in np.arange(0.0, 200.0, 0.5):
-        views = exploration.told.views
+        views = exploration.explored.views
         if exploration.follow(float(stamp_s), flight.place_m):
             exploration.look(float(stamp_s), flight.place_m)
-        if exploration.told.end is not None:
+        if exploration.explored.end is not None:
             break
-        if exploration.told.views > views:
+        if exploration.explored.views > views:
             decided.append(stamp_s - hovers_since_s)
         # When the UAV flies, then nothing is decided until it has hovered so long
         away_m = exploration.setpoint_m - flight.place_m
@@ -148,7 +148,7 @@ def test_a_lidar_that_sees_only_where_the_uav_hovers_gets_its_time_before_each_d
     assert len(decided) > 2
     assert min(decided) >= 9.5
     # And the way home needs no sweeps
-    assert exploration.told.end is End.EXPLORED
+    assert exploration.explored.end is End.EXPLORED
     exploration.look(float(stamp_s) + 0.5, flight.place_m)
     assert exploration.is_home or exploration.rest_m
 
@@ -183,11 +183,11 @@ def test_what_lies_behind_a_door_that_cepa_does_not_fly_is_named_in_the_end():
             flight.place_m = there_m
             flight.look()
     # Then it tries again, but not for ever, and says why the rest is unknown
-    assert exploration.told.end is End.EXPLORED
+    assert exploration.explored.end is End.EXPLORED
     assert refusals >= 3
     exploration.look(900.0, flight.place_m)  # on the way home, which CEPA may hold up for long
-    assert exploration.told.left_m2(Why.REFUSED) > 0.5
-    assert "CEPA refused" in exploration.told.reason
+    assert exploration.explored.left_m2(Why.REFUSED) > 0.5
+    assert "CEPA refused" in exploration.explored.reason
 
 
 def test_on_the_way_home_what_is_closed_is_tried_again_when_there_is_no_other_way():
@@ -279,10 +279,10 @@ def test_it_lands_over_its_home_or_where_it_is_held_off_for_some_seconds(off_m, 
 def test_for_want_of_energy_it_does_not_fly_home_by_short_steps():
     energy = EnergyWatch()
     exploration, here_m = coming_home(energy)
-    exploration.told.end = None
+    exploration.explored.end = None
     energy.offer(0.5, 0.13)
     exploration.look(1.0, here_m)
-    assert exploration.told.end is End.BATTERY
+    assert exploration.explored.end is End.BATTERY
     assert longest_step_m(here_m, exploration.rest_m) > 1.0
 
 
@@ -318,11 +318,11 @@ def test_each_goal_has_its_own_time():
     ends_s = []
     for begin_s, given_s in ((0.0, 20.0), (1000.0, 40.0), (2000.0, None)):
         exploration.begin(begin_s, HOVER_M, time_max_s=given_s)
-        exploration.told.views = 1
+        exploration.explored.views = 1
         stamp_s = begin_s
-        while exploration.told.end is not End.TIME and stamp_s < begin_s + 100.0:
+        while exploration.explored.end is not End.TIME and stamp_s < begin_s + 100.0:
             stamp_s += 1.0
-            exploration.told.end = None  # it has nothing else to do here
+            exploration.explored.end = None  # it has nothing else to do here
             exploration.look(stamp_s, HOVER_M)
         ends_s.append(stamp_s - begin_s)
     assert ends_s == [21.0, 41.0, 100.0]

@@ -52,7 +52,7 @@ def test_a_pause_while_the_way_home_is_planned_holds():
 def test_a_pause_while_the_last_view_is_decided_holds():
     # Given a space with nothing more to see, which is noticed in the moment of the pause
     exploration = begun()
-    exploration.told.views = 1
+    exploration.explored.views = 1
     exploration._guide.hover(FAR_M)
     exploration.follow(0.9, FAR_M)
     exploration._explorer.decide = pausing(exploration, exploration._explorer.decide)
@@ -63,7 +63,7 @@ def test_a_pause_while_the_last_view_is_decided_holds():
     # When it goes on, then it comes home
     exploration.resume()
     exploration.look(61.0, FAR_M)
-    assert exploration.told.end is not None
+    assert exploration.explored.end is not None
     assert not np.allclose(exploration.setpoint_m, FAR_M)
 
 
@@ -93,7 +93,7 @@ def test_a_pause_ends_when_the_energy_begins_to_say_come_home(has_ended):
         if not exploration.is_paused:
             break
     assert not exploration.is_paused
-    assert exploration.told.end is (End.TIME if has_ended else End.BATTERY)
+    assert exploration.explored.end is (End.TIME if has_ended else End.BATTERY)
     # A pause after that holds
     exploration.pause(FAR_M)
     exploration.look(stamp_s + 1.0, FAR_M)

@@ -58,6 +58,6 @@ def test_an_exploration_whose_last_views_show_nothing_comes_home_and_says_so():
     exploration.begin(0.0, flight.place_m)
     for place_m in next_places(exploration, flight, step_m=0.4):
         flight.place_m = place_m
-    assert exploration.told.end is End.EXPLORED
-    assert "both are less than 0.1% of the" in exploration.told.reason
-    assert exploration.told.ended_s < 60.0
+    assert exploration.explored.end is End.EXPLORED
+    assert "both are less than 0.1% of the" in exploration.explored.reason
+    assert exploration.explored.ended_s < 60.0

@@ -104,10 +104,10 @@ def test_an_exploration_tells_the_opening_with_its_end():
     for here_m in next_places(exploration, flight, 0.5):
         flight.place_m = here_m
     exploration.look(900.0, flight.place_m)
-    assert exploration.told.end is End.EXPLORED
-    assert "1.0 m wide" in exploration.told.reason
-    assert "model:=small_quad" in exploration.told.reason
-    assert exploration.told.left_m2(Why.NARROW) > 5.0
+    assert exploration.explored.end is End.EXPLORED
+    assert "1.0 m wide" in exploration.explored.reason
+    assert "model:=small_quad" in exploration.explored.reason
+    assert exploration.explored.left_m2(Why.NARROW) > 5.0
 
 
 def test_two_openings_are_named_each():

@@ -45,7 +45,7 @@ def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_all
         flight.place_m = there_m
         flight.look()
         nearest_m = min(nearest_m, float(np.linalg.norm(occupied_m - flight.place_m, axis=1).min()))
-    assert exploration.told.end is End.EXPLORED
+    assert exploration.explored.end is End.EXPLORED
     above = flight.kinds[12:21, 1:16, 1:24]
     known = np.count_nonzero(above != UNKNOWN) / above.size
     assert (known > 0.95) if steep else (known < 0.5)
@@ -72,7 +72,7 @@ def test_a_high_narrow_room_is_climbed_straight_where_a_range_finder_looks(has_r
     straight = np.array([(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)])
     directions = np.concatenate((beams(around=60), straight)) if has_range_finders else beams(around=60)
     flight, exploration = explored(room((4.4, 3.6, 5.6)), directions, "volume")
-    assert exploration.told.end is End.EXPLORED
+    assert exploration.explored.end is End.EXPLORED
     known = (flight.kinds[~flight.filled] != UNKNOWN).mean()
     # Then some climbs suffice; crossings of the room take 60 m. Without range finders it ends, too
     if has_range_finders:
@@ -85,7 +85,7 @@ def test_what_is_under_a_ceiling_where_no_level_view_leads_is_seen_from_close_be
     straight = np.array([(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)])
     directions = np.concatenate((beams(around=180), straight))
     flight, exploration = explored(room((3.6, 3.6, 3.8)), directions, "border", is_steep)
-    assert exploration.told.end is End.EXPLORED
+    assert exploration.explored.end is End.EXPLORED
     ceiling, below = flight.kinds[18, 1:17, 1:17], flight.kinds[17, 1:17, 1:17]
     assert known[0] <= ((ceiling != UNKNOWN) | (below != UNKNOWN)).mean() <= known[1]
 

@@ -90,12 +90,12 @@ def test_it_photographs_from_its_place_then_what_that_did_not_show_and_lands_at_
     assert (flown.inspection.end, outcome.landed, outcome.collision) == (End.DONE, True, False)
     assert math.dist(truth[0], truth[-1]) < 0.8
     first, *more = photographed.true
-    told = photographed.told[0]
+    estimated = photographed.estimated[0]
     assert np.linalg.norm(first.place_m - view.place_m) < 0.5
-    assert np.linalg.norm(first.place_m - told.place_m) < 0.1
+    assert np.linalg.norm(first.place_m - estimated.place_m) < 0.1
     ahead = (0.0, math.cos(0.2), math.sin(0.2))
     assert first.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
-    assert told.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
+    assert estimated.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
     assert len(more) == len(flown.inspection.queue.tasks) - 1 > 0
     before, after = judge_on(surface, ([first], photographed.true), plan.camera, asked)
     assert before.share() < asked.share <= after.share()

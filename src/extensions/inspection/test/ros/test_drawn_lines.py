@@ -34,6 +34,7 @@ def test_an_exploration_draws_no_line_of_one_point(home_m):
 
     from exploration.msg import ExploreFeedback
 
-    exploration = SimpleNamespace(rest_m=[], home_way_m=np.array(home_m), told=SimpleNamespace(leftovers=[]))
+    explored = SimpleNamespace(leftovers=[])
+    exploration = SimpleNamespace(rest_m=[], home_way_m=np.array(home_m), explored=explored)
     message = markers_of(exploration, ExploreFeedback(), HERE_M, Header())
     assert shown(message) == ({"home": 2} if len(home_m) > 1 else {})

@@ -52,20 +52,20 @@ def make(place: str, time_s: float) -> dict:
     drawn = place_of(place, SEED)
     with tempfile.TemporaryDirectory() as folder:
         flown = fly_and_judge(drawn, drawn.written_to(Path(folder)), SEED, time_s, 2.0 * TIME_S)
-    told, judged = flown.told, flown.judged
+    explored, judged = flown.explored, flown.judged
     figure = explored_figure(flown.voxels, flown.path_m, flown.known)
-    is_ended, is_back = math.isfinite(told.ended_s), math.isfinite(flown.home_s)
+    is_ended, is_back = math.isfinite(explored.ended_s), math.isfinite(flown.home_s)
     return {
-        "end": told.end.value if told.end else "",
-        "time_99_s": told.time_of(0.99) - flown.began_s if told.known_m3 else None,
-        "end_s": told.ended_s - flown.began_s if is_ended else None,
+        "end": explored.end.value if explored.end else "",
+        "time_99_s": explored.time_of(0.99) - flown.began_s if explored.known_m3 else None,
+        "end_s": explored.ended_s - flown.began_s if is_ended else None,
         "home_s": flown.home_s if is_back else None,
         "is_home": flown.is_home,
         "contact": flown.outcome.collision,
         "known_share": judged.known_share,
         "mapped_share": judged.mapped_share,
         "reachable_m3": judged.reachable_m3,
-        "views": told.views,
-        "left_m2": {why.value: told.left_m2(why) for why in Why},
+        "views": explored.views,
+        "left_m2": {why.value: explored.left_m2(why) for why in Why},
         "pictures": {PICTURE: svg(figure)},
     }

@@ -52,7 +52,7 @@ class Exploration:
         smaller: radii of other UAVs by name, m. One that fits through an opening is named.
 
     Attributes:
-        told: what it did so far. is_home: it has ended, and the UAV is where it may land.
+        explored: what it did so far. is_home: it has ended, and the UAV is where it may land.
         must_land: the energy does not take the UAV home, or CEPA holds it, so it must land where it is.
     """
 
@@ -83,7 +83,7 @@ class Exploration:
         self._unknown = UnknownAccount(planner, explorer, smaller or {})
         self._turned_home = False
         """For want of time or energy."""
-        self.told = Explored()
+        self.explored = Explored()
 
     def begin(
         self,
@@ -107,9 +107,9 @@ class Exploration:
         if is_first:
             hover_z_m = here_m[2] if home_m is None else home_m[2] + self._p.first_sink
             self._planner.lower_ceiling(hover_z_m + self._p.climb_max)
-        self.told.end, self.told.reason = None, ""
+        self.explored.end, self.explored.reason = None, ""
         self._unknown.begin()
-        self.told.leftovers, self._turned_home = (), False
+        self.explored.leftovers, self._turned_home = (), False
         self._last_views = LastViews()
         self._guide.begin(self.home_m if home_m is None else here_m)
         self._stay = Stay()
@@ -140,7 +140,7 @@ class Exploration:
         was_in_doubt, self._is_in_doubt = self._is_in_doubt, trust >= Trust.HOVER
         if trust is Trust.COME_HOME:
             self._end(End.ABORTED, f"{why} That lasted too long.")
-        elif self.told.end is None and self._is_in_doubt and not was_in_doubt:
+        elif self.explored.end is None and self._is_in_doubt and not was_in_doubt:
             self._guide.hover(here_m)
         elif was_in_doubt and not self._is_in_doubt:
             self._look_s = -math.inf
@@ -158,7 +158,7 @@ class Exploration:
     @property
     def is_in_doubt(self) -> bool:
         """Whether it hovers because the pose is not sure."""
-        return self._is_in_doubt and self.told.end is None
+        return self._is_in_doubt and self.explored.end is None
 
     @property
     def way_home(self) -> WayHome | None:
@@ -225,7 +225,7 @@ class Exploration:
             self._wait_for_map(stamp_s, here_m)
             return
         # Of the decision before: the UAV is on its way home, and nobody waits for it.
-        self._unknown.add_to(self.told, self._turned_home)
+        self._unknown.add_to(self.explored, self._turned_home)
         if self._goes_on(stamp_s, here_m):
             return
         if not self._must_sweep(stamp_s):
@@ -236,7 +236,7 @@ class Exploration:
     def _wait_for_map(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Hover until a cloud has come. Come home the way it came if that lasts too long."""
         self._mind_the_time(stamp_s)
-        if self.told.end is not None and not self.is_paused:
+        if self.explored.end is not None and not self.is_paused:
             self._go_home(stamp_s, here_m)
 
     def _mind_the_time(self, stamp_s: float) -> None:
@@ -245,7 +245,7 @@ class Exploration:
 
     def _must_sweep(self, stamp_s: float) -> bool:
         """Return whether the lidar needs more time to see all around, before the next view is decided."""
-        if self._p.sweep == 0.0 or self.told.end is not None:
+        if self._p.sweep == 0.0 or self.explored.end is not None:
             return False
         return not self._guide.has_swept(stamp_s)
 
@@ -263,16 +263,16 @@ class Exploration:
     def _must_land_instead_of_home(self, end: End, reason: str) -> None:
         """Land where it is. Who has explored and does not come home has another end."""
         self.must_land = True
-        if self.told.end is End.EXPLORED:
-            self.told.end = end
-        if self.told.end is not None:
-            self.told.reason += f" {reason}"
+        if self.explored.end is End.EXPLORED:
+            self.explored.end = end
+        if self.explored.end is not None:
+            self.explored.reason += f" {reason}"
 
     def _end(self, end: End, reason: str) -> None:
         """Come home, unless it does already. If it is paused, then after the pause."""
-        if self.told.end is None:
-            self.told.end, self.told.reason = end, reason
-            self.told.way_home, self.told.way_home_charge = self._back.way, self._back.way_charge
+        if self.explored.end is None:
+            self.explored.end, self.explored.reason = end, reason
+            self.explored.way_home, self.explored.way_home_charge = self._back.way, self._back.way_charge
             self._guide.stop()
             self._look_s = -math.inf
 
@@ -283,12 +283,12 @@ class Exploration:
         rest_m = self._guide.way.rest_m
         if not rest_m:
             return False
-        if not self.told.views and self.told.end is None:  # on the first way down, which no beam has seen
+        if not self.explored.views and self.explored.end is None:  # on the first way down, which no beam saw
             is_young = stamp_s < self._began_s + FIRST_WAY_S
             return is_young and math.dist(here_m, rest_m[-1]) > self._p.arrived
         if self._is_held_off:
             self._planner.close(rest_m[0], stamp_s)  # CEPA does not let it go there
-            self._explorer.give_up_goal(is_refused=self.told.end is None)
+            self._explorer.give_up_goal(is_refused=self.explored.end is None)
             self._guide.forgive()
             return False
         if not self._guide.mind_the_pace(stamp_s, here_m, rest_m):
@@ -297,31 +297,31 @@ class Exploration:
             self._stay.note(stamp_s, here_m)
             return not self._stay.lasts(stamp_s, self._p.stranded)
         way = self._guide.way
-        is_decided = self.told.end is not None or self._p.sweep > 0.0 or not way.is_on_last_leg
+        is_decided = self.explored.end is not None or self._p.sweep > 0.0 or not way.is_on_last_leg
         return is_decided and self._planner.is_clear(np.array([here_m, *way.rest_m]), stamp_s)
 
     def _decide(self, stamp_s: float, here_m: np.ndarray) -> None:
-        self.told.known_m3.append((stamp_s, self._planner.known_m3()))
+        self.explored.known_m3.append((stamp_s, self._planner.known_m3()))
         self._steep.settle()
-        if self.told.end is None:
+        if self.explored.end is None:
             started = time.thread_time()
             self._next_view(stamp_s, here_m)
-            self.told.cpu_s.append(time.thread_time() - started)
-            self.told.ended_s = stamp_s
-        if self.told.end is not None:
+            self.explored.cpu_s.append(time.thread_time() - started)
+            self.explored.ended_s = stamp_s
+        if self.explored.end is not None:
             self._go_home(stamp_s, here_m)
 
     def _next_view(self, stamp_s: float, here_m: np.ndarray) -> None:
         self._mind_the_time(stamp_s)
-        if self.told.end is not None:
+        if self.explored.end is not None:
             return
         decision = self._explorer.decide(self._planner.space(stamp_s, here_m), here_m)
-        self.told.views += 1
+        self.explored.views += 1
         if decision.is_shut_in and self._backs_out(stamp_s):
             return
         if not decision.is_shut_in:
             self._shut_in_s = None
-        too_little = self._last_views.too_little_gain(stamp_s, self.told.known_m3[-1][1], decision)
+        too_little = self._last_views.too_little_gain(stamp_s, self.explored.known_m3[-1][1], decision)
         if too_little:
             self._unknown.ask(stamp_s, here_m)
             self._end(End.EXPLORED, too_little)
@@ -364,13 +364,13 @@ class Exploration:
     def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
         if self.is_paused:  # since this look began
             return
-        if self.told.end in (End.TIME, End.BATTERY) and not self._turned_home and self._planner.has_map:
+        if self.explored.end in (End.TIME, End.BATTERY) and not self._turned_home and self._planner.has_map:
             self._turned_home = True
             self._unknown.ask(stamp_s, here_m)
         self._stay.note(stamp_s, here_m)
         is_near = math.dist(here_m, self.home_m) < HELD_OFF * self._p.arrived
         if self._back.may_land(stamp_s, here_m) or (self._is_held_off and is_near):
-            self._unknown.add_to(self.told, self._turned_home)
+            self._unknown.add_to(self.explored, self._turned_home)
             self.is_home = True
         elif self._stay.lasts(stamp_s, self._p.stranded) and not self.must_land:
             why = f"On its way home it stood still for {self._p.stranded:g} s."

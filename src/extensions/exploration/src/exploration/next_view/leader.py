@@ -57,13 +57,13 @@ class ExplorationLeader(ForwardingLeader[Exploration]):
     @property
     def end(self) -> str:
         """Why it has ended, in a word; empty: it has not."""
-        end = None if self.exploration is None else self.exploration.told.end
+        end = None if self.exploration is None else self.exploration.explored.end
         return "" if end is None else end.value
 
     @property
     def reason(self) -> str:
         """Why it has ended, in a sentence."""
-        return self._it.told.reason
+        return self._it.explored.reason
 
     @property
     def has_map(self) -> bool:
@@ -99,7 +99,7 @@ class ExplorationLeader(ForwardingLeader[Exploration]):
 
     def follow(self, here: Here) -> bool:
         """Follow the way."""
-        sentence = self._it.told.note_height(math.sqrt(here.more) if here.more >= 0.0 else math.nan)
+        sentence = self._it.explored.note_height(math.sqrt(here.more) if here.more >= 0.0 else math.nan)
         if sentence:
             self._say(sentence)
         return self._it.follow(here.time_s, here.place_m)
@@ -123,6 +123,6 @@ class ExplorationLeader(ForwardingLeader[Exploration]):
         it = self._it
         if not (it.is_home or it.must_land):
             return None
-        words = " ".join(filter(None, (it.told.reason, it.told.height_words)))
+        words = " ".join(filter(None, (it.explored.reason, it.explored.height_words)))
         log = f"The UAV {'is home' if it.is_home else 'is not home'}. {words}"
         return Outcome(words, must_land=it.must_land, log=log)

@@ -102,7 +102,7 @@ class ExploringFlight:
                 self._lead(self._clouds.newest, loop.monitor.course.phase is Phase.FLYING)
         if loop.outcome.landed:
             self._note_landing()
-        return self.exploration.told
+        return self.exploration.explored
 
     def _in_map(self, stamp_s: float, pose: Pose) -> tuple[Vector3, float]:
         assert self._drift is not None
@@ -124,7 +124,7 @@ class ExploringFlight:
         is_due = self.exploration.follow(now_s, here_m)
         if not (self._is_active and is_flying):
             return
-        self.exploration.told.note_height(estimate.height_uncertain_m)
+        self.exploration.explored.note_height(estimate.height_uncertain_m)
         if self._energy is not None and self._battery_is_due(round(1e6 * now_s)):
             self._energy.offer(now_s, self._loop.charge)
         if is_due:
@@ -145,11 +145,12 @@ class ExploringFlight:
 
     def _end(self) -> None:
         """Land: for a full battery, or for good."""
-        told = self.exploration.told
-        follows = self._itinerary.after("" if told.end is None else told.end.value, self.exploration.is_home)
+        explored = self.exploration.explored
+        end = "" if explored.end is None else explored.end.value
+        follows = self._itinerary.after(end, self.exploration.is_home)
         self._is_active, self._has_ended = False, follows is not Next.AGAIN
         if follows is Next.LOST:
-            self._loop.monitor.land_here(f"The UAV did not come home: {told.reason}")
+            self._loop.monitor.land_here(f"The UAV did not come home: {explored.reason}")
         elif follows is Next.OVER:
             self._loop.monitor.on_goal_reached(True)
         else:
@@ -160,9 +161,9 @@ class ExploringFlight:
         return self._itinerary.take_battery()
 
     def _note_landing(self) -> None:
-        told = self.exploration.told
-        end = "" if told.end is None else told.end.value
+        explored = self.exploration.explored
+        end = "" if explored.end is None else explored.end.value
         _, x, y, z, *_ = self._loop.log.truth.rows[-1]
         power = self._loop.simulation.power
         charge = self._loop.charge if power is None else power.battery.remaining
-        self.landings.append(Landing(self._loop.time_s, end, told.reason, charge, (x, y, z)))
+        self.landings.append(Landing(self._loop.time_s, end, explored.reason, charge, (x, y, z)))

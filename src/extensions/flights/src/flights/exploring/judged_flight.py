@@ -29,7 +29,7 @@ class JudgedFlight:
     began_s: when the exploration began. path_m: (n, 3) of the UAV, true. is_home: it stands at its start.
     """
 
-    told: Explored
+    explored: Explored
     outcome: Outcome
     began_s: float
     path_m: np.ndarray
@@ -45,7 +45,7 @@ class JudgedFlight:
     @property
     def known(self) -> np.ndarray:
         """Rows (n, 2): time from the begin, s, and the volume that was known, m3."""
-        return np.array(self.told.known_m3).reshape(-1, 2) - (self.began_s, 0.0)
+        return np.array(self.explored.known_m3).reshape(-1, 2) - (self.began_s, 0.0)
 
 
 def fly_and_judge(place: Place, world: Path, seed: int, time_s: float, longest_s: float) -> JudgedFlight:
@@ -53,7 +53,7 @@ def fly_and_judge(place: Place, world: Path, seed: int, time_s: float, longest_s
     given = place.loop_parameters(world, seed, longest_s)
     with ClosedLoop(given) as loop:
         flight = ExploringFlight(loop, place.planner, place.explorer, place.volume, place.asked(time_s))
-        told = flight.run()
+        explored = flight.run()
         outcome, path_m = loop.outcome, loop.log.truth.array("x_m", "y_m", "z_m")
     begin_z_m = place.start_m[2] + min(JUDGED_M, given.publisher.hover_height_m)
     rng, hover_m = np.random.default_rng(seed), np.array((*place.start_m[:2], begin_z_m))
@@ -61,4 +61,4 @@ def fly_and_judge(place: Place, world: Path, seed: int, time_s: float, longest_s
     judged = judge_map(flight.volume.shown, world, place.box_m, hover_m, place.clearance_m, view, rng)
     is_home = outcome.landed and math.dist(path_m[-1, :2], place.start_m[:2]) < HOME_M
     began_s = outcome.times_s[Phase.FLYING]
-    return JudgedFlight(told, outcome, began_s, path_m, is_home, judged, flight.volume.corrected.voxels)
+    return JudgedFlight(explored, outcome, began_s, path_m, is_home, judged, flight.volume.corrected.voxels)

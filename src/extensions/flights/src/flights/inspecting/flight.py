@@ -77,13 +77,13 @@ class FlightOnBattery:
 
 @dataclass
 class Photographed:
-    """Good photographs of an inspection: where the camera truly was, and where the odometry says it was.
+    """Good photographs of an inspection: `true` where the camera was, `estimated` where odometry says it was.
 
     shots: of the shutter, bad ones too. flights: on one battery each.
     """
 
     true: list[Taken] = field(default_factory=list)
-    told: list[Taken] = field(default_factory=list)
+    estimated: list[Taken] = field(default_factory=list)
     shots: int = 0
     flights: list[FlightOnBattery] = field(default_factory=list)
 
@@ -204,9 +204,9 @@ class InspectingFlight:
         lead, more = self.inspection, None
         if self._rounds:
             self._rounds -= 1
-            for taken in self.photographed.told[self._supplemented :]:
+            for taken in self.photographed.estimated[self._supplemented :]:
                 self._supplement.take(taken)
-            self._supplemented = len(self.photographed.told)
+            self._supplemented = len(self.photographed.estimated)
             left_out_m = [view.place_m for view in lead.queue.views_left_out]
             more = self._supplement.plan_more(left_out_m, np.random.default_rng(self._rounds))
         if more is None:
@@ -218,7 +218,7 @@ class InspectingFlight:
         lead, shot = self.inspection, self._shoot(task, estimate)
         if not lead.judge_quality(task, shot) and task.number in lead.queue.done:
             self.photographed.true.append(self._true().moved(shot.shift_m, shot.turn_rad))
-            self.photographed.told.append(self._told(estimate).moved(shot.shift_m, shot.turn_rad))
+            self.photographed.estimated.append(self._estimated(estimate).moved(shot.shift_m, shot.turn_rad))
             self.on_photograph()
 
     def _end_flight(self, now_s: float) -> None:
@@ -261,7 +261,7 @@ class InspectingFlight:
         assert self._camera is not None
         return Taken(np.array(self._camera.pose.position_m), self._camera.pose.rotation)
 
-    def _told(self, estimate: OdometryEstimate) -> Taken:
+    def _estimated(self, estimate: OdometryEstimate) -> Taken:
         assert self._camera is not None
         turn = matrix_of_quaternion(quaternion_from_rpy(*estimate.roll_pitch_yaw))
         in_body = self._camera.in_body

@@ -36,8 +36,8 @@ class UnknownAccount:
         """Let `add_to` tell what stays unknown from a place (x, y, z), by what is known at a time."""
         self._explored_at = stamp_s, here_m
 
-    def add_to(self, told: Explored, ended_early: bool) -> None:
-        """Add what stays unknown to what is told, once. It takes as long as a decision.
+    def add_to(self, explored: Explored, ended_early: bool) -> None:
+        """Add what stays unknown to the outcome, once. It takes as long as a decision.
 
         ended_early: there was more to see, but the time or the battery was over.
         """
@@ -51,9 +51,9 @@ class UnknownAccount:
         leftovers = self._explorer.left_over(space, opened, anywhere, place_m, ended_early=ended_early)
         nodes = self._explorer.places(space, place_m)
         behind = narrow_openings(opened, nodes, self._planner.parameters, self._smaller)
-        told.leftovers = behind_openings(leftovers, behind, opened)
+        explored.leftovers = behind_openings(leftovers, behind, opened)
         if behind.openings:
             named = "; ".join(map(str, behind.openings))
-            told.reason += f" What lies behind a narrow opening stays unknown: {named}."
-        if told.left_m2(Why.REFUSED) > 0.0:
-            told.reason += f" CEPA refused {TRIES} times to fly to more."
+            explored.reason += f" What lies behind a narrow opening stays unknown: {named}."
+        if explored.left_m2(Why.REFUSED) > 0.0:
+            explored.reason += f" CEPA refused {TRIES} times to fly to more."
