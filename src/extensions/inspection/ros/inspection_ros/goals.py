@@ -10,7 +10,7 @@ from exploration_ros.map_feed import MapFeed
 from exploration.energy import EnergyWatch
 from exploration.planning import PathPlanner
 from flight_basics.errors import FlightBasicsError
-from inspection.findings.background import BackgroundSearch, Wanted
+from inspection.findings.background import BackgroundSearch, SearchTargets
 from inspection.flight import Inspection, InspectionParameters
 from inspection.flight.second_look import SearchState, SecondLook
 from inspection.flight.taken import done_in
@@ -71,10 +71,10 @@ class SurveyGoals:
         self._inspection = inspection
         self.close()
         is_fine = files.plan.asked.resolution <= FINE_MM
-        wanted = Wanted(goal.supplement and not goal.photographs, goal.second_look and not is_fine)
+        targets = SearchTargets(goal.supplement and not goal.photographs, goal.second_look and not is_fine)
         is_draft = files.plan.draft is not None and not goal.photographs
-        if any(wanted) or is_draft:
-            search = BackgroundSearch(Path(goal.plan), files.folder.folder / "closer.yaml", wanted)
+        if any(targets) or is_draft:
+            search = BackgroundSearch(Path(goal.plan), files.folder.folder / "closer.yaml", targets)
             self.second_look = SecondLook(inspection, search, is_draft)
         self.album = Album(files.folder, self._taker(files.plan.source), asked_for(files.plan))
         for path, _ in records_in(files.folder.folder)[0]:

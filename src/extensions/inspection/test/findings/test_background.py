@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 from flight_basics.errors import SurveyError
 from inspection.camera.survey_camera import SurveyCamera, optical_axes
 from inspection.findings import search as searching
-from inspection.findings.background import BackgroundSearch, Wanted
+from inspection.findings.background import BackgroundSearch, SearchTargets
 from inspection.findings.follower import follow
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.search import find
@@ -56,7 +56,7 @@ def survey(tmp_path):
     return tmp_path
 
 
-CRACKS = Wanted(open=False, cracks=True)
+CRACKS = SearchTargets(open=False, cracks=True)
 
 
 def answered(search, longest_s=60.0):
@@ -86,14 +86,16 @@ def test_a_photograph_is_searched_in_another_process(survey):
 def test_what_no_photograph_shows_is_asked_for_first(survey):
     (path,) = photographs_in(survey / "shots")
     lines = [f"{path}\n", "[]\n", "[]\n", "[]\n"]
-    answers = list(follow(survey / "plan.yaml", survey / "closer.yaml", Wanted(), lines))
+    answers = list(follow(survey / "plan.yaml", survey / "closer.yaml", SearchTargets(), lines))
     assert [each["is_last"] for each in answers] == [False, False, True]
     assert len(answers[0]["views"]) > 3
     assert "1 rust spots and 1 cracks" in answers[-1]["says"]
     # When the UAV could not go anywhere near a place, none is asked for there
     x, y, z, *_ = answers[0]["views"][0]
     again = list(
-        follow(survey / "plan.yaml", survey / "closer.yaml", Wanted(), [lines[0], f"[[{x}, {y}, {z}]]"])
+        follow(
+            survey / "plan.yaml", survey / "closer.yaml", SearchTargets(), [lines[0], f"[[{x}, {y}, {z}]]"]
+        )
     )
     assert all(np.linalg.norm(np.subtract(each[:3], (x, y, z))) > 0.5 for each in again[0]["views"])
 
@@ -101,7 +103,7 @@ def test_what_no_photograph_shows_is_asked_for_first(survey):
 def test_a_draft_is_completed_before_its_photographs_are_searched(survey):
     drafted = replace(read_plan(survey / "plan.yaml"), draft=Draft(seed=1, search_s=0.0))
     write_plan(survey / "plan.yaml", drafted)
-    search = BackgroundSearch(survey / "plan.yaml", survey / "closer.yaml", Wanted(False, False))
+    search = BackgroundSearch(survey / "plan.yaml", survey / "closer.yaml", SearchTargets(False, False))
     answer = answered(search)  # nobody has asked
     assert not answer.is_last
     assert "The plan is complete" in answer.says
@@ -112,7 +114,7 @@ def test_a_draft_is_completed_before_its_photographs_are_searched(survey):
     np.testing.assert_allclose(answer.views[0].place_m, whole.views[1].place_m, atol=1e-3)
     paths = [f"{path}\n" for path in photographs_in(survey / "shots")]
     write_plan(survey / "plan.yaml", drafted)
-    given = survey / "plan.yaml", survey / "closer.yaml", Wanted(False, True)
+    given = survey / "plan.yaml", survey / "closer.yaml", SearchTargets(False, True)
     answers = list(follow(*given, [*paths, "[]\n"]))
     assert [each["is_last"] for each in answers] == [False, True]
     assert "1 cracks" in answers[-1]["says"]
@@ -122,7 +124,7 @@ def test_a_draft_that_cannot_be_completed_is_told_and_stays(survey):
     flying = FlightParameters(endurance=30.0, landing_time=14.0)
     drafted = replace(read_plan(survey / "plan.yaml"), flying=flying, draft=Draft(1, 0.0))
     write_plan(survey / "plan.yaml", drafted)
-    (answer,) = follow(survey / "plan.yaml", survey / "closer.yaml", Wanted(False, False), ["[]\n"])
+    (answer,) = follow(survey / "plan.yaml", survey / "closer.yaml", SearchTargets(False, False), ["[]\n"])
     assert (answer["views"], answer["is_last"]) == ([], True)
     assert "too far from home for one battery" in answer["says"]
     assert read_plan(survey / "plan.yaml").draft is not None
@@ -171,8 +173,8 @@ def test_the_process_ends_when_its_parent_does(survey):
     code = (
         "import sys, time\n"
         "from pathlib import Path\n"
-        "from inspection.findings.background import BackgroundSearch, Wanted\n"
-        "search = BackgroundSearch(*map(Path, sys.argv[1:]), Wanted())\n"
+        "from inspection.findings.background import BackgroundSearch, SearchTargets\n"
+        "search = BackgroundSearch(*map(Path, sys.argv[1:]), SearchTargets())\n"
         "print(search._process.pid, flush=True)\n"
         "time.sleep(600)\n"
     )

@@ -19,7 +19,7 @@ ENDING_S = 10.0
 """Wall time in which a search that answers no more has ended."""
 
 
-class Wanted(NamedTuple):
+class SearchTargets(NamedTuple):
     """What the photographs of a survey are searched for while it is flown.
 
     open: photographs of what no photograph shows well enough. cracks: nearer ones of cracks.
@@ -42,15 +42,15 @@ class BackgroundSearch:
 
     Args:
         plan: file of the plan that is flown; its mesh is searched. closer: file for the plan of nearer ones.
-        wanted: what the answers ask for.
+        targets: what the answers ask for.
     """
 
-    def __init__(self, plan: Path, closer: Path, wanted: Wanted) -> None:
+    def __init__(self, plan: Path, closer: Path, targets: SearchTargets) -> None:
         known = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         self._process = subprocess.Popen(
             [
                 sys.executable, "-m", "inspection.findings.follower", str(plan), str(closer),
-                json.dumps(wanted), str(os.getpid()),
+                json.dumps(targets), str(os.getpid()),
             ],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=known,
         )  # fmt: skip

@@ -22,7 +22,7 @@ from typing import Iterable, Iterator
 import numpy as np
 
 from flight_basics.errors import FlightBasicsError, SurveyError
-from inspection.findings.background import Wanted
+from inspection.findings.background import SearchTargets
 from inspection.findings.kinds import FINDING_KINDS
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.search import PhotographSearch, plan_nearer
@@ -45,19 +45,19 @@ class Follower:
     """Looks at the photographs of one plan.
 
     Args:
-        plan_file: that is flown. closer_file: gets the plan of nearer photographs, if there is one. wanted:
+        plan_file: that is flown. closer_file: gets the plan of nearer photographs, if there is one. targets:
             see there.
 
     Raises:
         FlightBasicsError: the plan or its mesh cannot be read.
     """
 
-    def __init__(self, plan_file: Path, closer_file: Path, wanted: Wanted) -> None:
+    def __init__(self, plan_file: Path, closer_file: Path, targets: SearchTargets) -> None:
         self._plan, self._plan_file, self._closer_file = read_plan(plan_file), plan_file, closer_file
         self._surface: Surface = read_surface(Path(self._plan.source), self._plan.asked, self._plan.home_m)
-        self._supplement = Supplement(self._plan, self._surface) if wanted.open else None
+        self._supplement = Supplement(self._plan, self._surface) if targets.open else None
         self._search: PhotographSearch | None = None
-        if wanted.cracks:
+        if targets.cracks:
             self._search = PhotographSearch(self._surface.mesh, FindingParameters(), closer_file.parent)
         self._left_out, self._rounds, self._rng = 0, ROUNDS, np.random.default_rng(SEED)
 
@@ -131,7 +131,9 @@ def _rows(plan: SurveyPlan) -> list[list[float]]:
     return [[*view.place_m, view.yaw_rad, view.tilt_rad] for view in plan.views]
 
 
-def follow(plan_file: Path, closer_file: Path, wanted: Wanted, lines: Iterable[str]) -> Iterator[dict]:
+def follow(
+    plan_file: Path, closer_file: Path, targets: SearchTargets, lines: Iterable[str]
+) -> Iterator[dict]:
     """Look at the photographs whose paths come. Yield an answer each time that one is asked for.
 
     Before, yield one that completes the plan, if it is a draft.
@@ -139,7 +141,7 @@ def follow(plan_file: Path, closer_file: Path, wanted: Wanted, lines: Iterable[s
     Raises:
         FlightBasicsError: the plan or its mesh cannot be read.
     """
-    follower = Follower(plan_file, closer_file, wanted)
+    follower = Follower(plan_file, closer_file, targets)
     if (rest := follower.complete()) is not None:
         yield rest
         if rest["is_last"]:
@@ -165,7 +167,7 @@ def main() -> int:
     """Run the process: PLAN CLOSER WANTED PARENT, the number of who starts it. Return its exit code."""
     os.nice(NICE)
     threading.Thread(target=_end_with, args=(int(sys.argv[4]),), daemon=True).start()
-    given = Path(sys.argv[1]), Path(sys.argv[2]), Wanted(*json.loads(sys.argv[3]))
+    given = Path(sys.argv[1]), Path(sys.argv[2]), SearchTargets(*json.loads(sys.argv[3]))
     try:
         for answer in follow(*given, sys.stdin):
             print(json.dumps(answer), flush=True)
