@@ -16,7 +16,7 @@ from flights.flight.parameters import LED_CEPA, ClosedLoopParameters
 from flights.inspecting.flight import InspectingFlight, Photographed, controller_of, regulator
 from gridslam.volume import VolumeParameters
 from inspection.flight import InspectionParameters, PriorMap
-from inspection.survey.coverage import judge_on
+from inspection.survey.coverage import coverages_on
 from inspection.survey.parameters import FlightParameters
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.planner import SurveyPlanner
@@ -98,7 +98,7 @@ def _flown_row(
 ) -> dict:
     """Judge a flight of a plan by the true poses."""
     planned = [Taken.of_view(each) for each in part.views]
-    shown, by_plan = judge_on(surface, (photographed.true, planned), part.camera, FLYING)
+    shown, by_plan = coverages_on(surface, (photographed.true, planned), part.camera, FLYING)
     off = [a.axes @ b.axes.T for a, b in zip(photographed.true, photographed.estimated)]
     turned_deg = [math.degrees(math.acos(min(1.0, 0.5 * (np.trace(each) - 1.0)))) for each in off]
     off_m = [np.linalg.norm(a.place_m - b.place_m) for a, b in zip(photographed.true, photographed.estimated)]

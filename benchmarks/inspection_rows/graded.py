@@ -22,7 +22,7 @@ from inspection.findings.search import find
 from inspection.report.grades import AreaGrade, GradeRules, areas_graded
 from inspection.ship.ship import Ship
 from inspection.ship.ship_file import parse_ship
-from inspection.survey.coverage import judge_on
+from inspection.survey.coverage import coverages_on
 from inspection.survey.planner import SurveyPlanner
 from inspection.survey.surface.edges import edge_places
 from inspection.survey.surface.reading import read_surface
@@ -62,7 +62,7 @@ def grade(seed: int, most: int) -> dict:
         part = only(plan, plan.views[:most])
         taken = shoot(world, part, folder / "photographs", marks, seed, rng)
         found = find([folder / "photographs"], surface.mesh, FindingParameters())
-        (coverage,) = judge_on(surface, (taken,), part.camera, asked)
+        (coverage,) = coverages_on(surface, (taken,), part.camera, asked)
         record = coverage.record()
         edges_m = edge_places(surface.mesh.triangles_m, surface.mesh.part)
         whole = replace(record, shown=record.reachable)  # the truth counts what was not seen, too

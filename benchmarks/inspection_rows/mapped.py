@@ -13,7 +13,7 @@ from flights.exploring.places import HOLD, place_of
 from flights.flight.closed_loop import ClosedLoop
 from flights.photographing.map_mesh import scene_of, surfaces_of_map
 from gridslam.volume import stream_of, write_octree
-from inspection.survey.coverage import judge_on
+from inspection.survey.coverage import coverages_on
 from inspection.survey.planner import SurveyPlanner
 from inspection.survey.poses import Taken
 from inspection.survey.surface.reading import read_surface
@@ -44,7 +44,7 @@ def fly(seed: int, time_s: float, search_s: float) -> dict:
     *_, made = (each.plan for each in planner.improve(seed, search_s, bound=False))
     cpu_s = time.process_time() - began_s
     drawing = read_surface(WORLD, FLYING, HOME_M)
-    (shown,) = judge_on(drawing, ([Taken.of_view(each) for each in made.views],), made.camera, FLYING)
+    (shown,) = coverages_on(drawing, ([Taken.of_view(each) for each in made.views],), made.camera, FLYING)
     return {
         "photographs": len(made.views),
         "share": shown.share(),

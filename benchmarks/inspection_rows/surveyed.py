@@ -23,7 +23,7 @@ from inspection.findings.search import search_folders
 from inspection.photographs.searched import countable
 from inspection.report.grades import AreaGrade, GradeRules, areas_graded
 from inspection.ship.ship_file import read_ship
-from inspection.survey.coverage import Coverage, judge_on
+from inspection.survey.coverage import Coverage, coverages_on
 from inspection.survey.parameters import SurveyParameters
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.planner import SurveyPlanner
@@ -74,7 +74,7 @@ def survey(name: str, seed: int, most: int) -> dict:
         true = [replace(each, name=path.name, path=path) for each, (path, _) in zip(true, listing.whole)]
         found = list(search_folders([folder], surface.mesh, FindingParameters()).findings)
         told, camera = taken_in(folder, listing, plan.camera)
-        by_told, by_true = judge_on(surface, (told, true), camera, place.asked)
+        by_told, by_true = coverages_on(surface, (told, true), camera, place.asked)
         judged = _judged(found, world, true, plan, surface)
     grades = _grades(name, world, surface, by_told, found)
     return {

@@ -17,7 +17,7 @@ from flights.mapping.mapping_flight import parameters_of
 from gridslam.volume import VolumeParameters
 from inspection.flight import End, InspectionParameters, PriorMap
 from inspection.survey import FlightParameters, SurveyCamera, SurveyParameters
-from inspection.survey.coverage import judge_on
+from inspection.survey.coverage import coverages_on
 from inspection.survey.plan import Flight, PlannedView, SurveyPlan
 from inspection.survey.supplement import Supplement
 from inspection.survey.surface.reading import read_surface
@@ -97,5 +97,5 @@ def test_it_photographs_from_its_place_then_what_that_did_not_show_and_lands_at_
     assert first.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
     assert estimated.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
     assert len(more) == len(flown.inspection.queue.tasks) - 1 > 0
-    before, after = judge_on(surface, ([first], photographed.true), plan.camera, asked)
+    before, after = coverages_on(surface, ([first], photographed.true), plan.camera, asked)
     assert before.share() < asked.share <= after.share()

@@ -10,7 +10,7 @@ from flight_basics.errors import SurveyError
 from inspection.camera.taken import Taken
 from inspection.survey import SurveyParameters
 from inspection.survey.checking import check_plan
-from inspection.survey.coverage import judge_on
+from inspection.survey.coverage import coverages_on
 from inspection.survey.plan import Draft
 from inspection.survey.plan_file import read_plan, write_plan
 from inspection.survey.planner import SurveyPlanner, completed
@@ -70,7 +70,7 @@ def test_the_whole_plan_begins_with_the_draft_and_shows_as_much_as_one_without_i
     )  # the lattice is too coarse for what is asked
     # An independent judge: Embree's rays through the pixels of each photograph
     taken = [[Taken.of_view(view) for view in plan.views] for plan in (draft, whole, other)]
-    by_draft, by_whole, by_other = judge_on(surface, taken, whole.camera, ASKED)
+    by_draft, by_whole, by_other = coverages_on(surface, taken, whole.camera, ASKED)
     assert by_draft.share() < 0.5 * by_whole.share()
     assert by_whole.share() > by_other.share() - 0.02
     assert completed(other, surface) is other

@@ -14,7 +14,7 @@ from inspection.findings.placing import MeshSurface
 from inspection.report.command import main as report
 from inspection.survey import SurveyCamera, SurveyParameters
 from inspection.survey.command import main as survey
-from inspection.survey.coverage import judge
+from inspection.survey.coverage import coverage_of_file
 from inspection.survey.surface.mesh_file import Mesh, read_mesh
 from inspection.survey.surface.of_mesh import room_of_mesh
 from inspection.survey.surface.samples import normals_of, samples_within
@@ -131,7 +131,7 @@ def test_a_drawing_far_from_the_origin_loses_nothing(tmp_path):
     for offset_m in (np.zeros(3), FAR_M):
         mesh = room_file(tmp_path / "room.obj", offset_m)
         taken = [Taken.of_view(View((offset_m[0] + 1.0, *offset_m[1:]), 0.0, 0.0))]
-        coverage = judge(mesh, taken, camera, asked, offset_m)
+        coverage = coverage_of_file(mesh, taken, camera, asked, offset_m)
         found.append((coverage.points.areas_m2.sum(), coverage.reachable_m2, coverage.shown_m2))
         write_surface_record(tmp_path / "record.npz", coverage.record())
         back = read_surface_record(tmp_path / "record.npz")

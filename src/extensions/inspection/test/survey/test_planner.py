@@ -11,7 +11,7 @@ from flight_basics.errors import SurveyError
 from inspection.survey import FlightParameters, SurveyCamera, SurveyParameters, optical_axes
 from inspection.survey.checking import check_plan
 from inspection.survey.closer import closer_plan
-from inspection.survey.coverage import judge_on
+from inspection.survey.coverage import coverages_on
 from inspection.survey.kernels.tours import (
     length_of,
     nearest_neighbour,
@@ -135,8 +135,8 @@ def test_a_plan_with_a_reserve_shows_more_finely_than_asked_and_is_judged_by_wha
     found = shown(plan, surface, camera, replace(asked, resolution=1.6))
     areas_m2 = surface.patches.areas_m2
     assert areas_m2[found].sum() >= plan.figures["share"] * plan.figures["reachable_m2"] - 1e-6
-    (with_it,) = judge_on(surface, ((),), camera, asked)
-    (without,) = judge_on(surface, ((),), camera, replace(asked, finer=0.0))
+    (with_it,) = coverages_on(surface, ((),), camera, asked)
+    (without,) = coverages_on(surface, ((),), camera, replace(asked, finer=0.0))
     assert (with_it.reachable == without.reachable).all()
 
 

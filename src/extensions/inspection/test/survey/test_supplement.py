@@ -9,7 +9,7 @@ import trimesh
 from flight_basics.errors import SurveyError
 from inspection.camera.taken import Taken
 from inspection.survey import FlightParameters, SurveyCamera, SurveyParameters
-from inspection.survey.coverage import judge_on
+from inspection.survey.coverage import coverages_on
 from inspection.survey.plan import Flight, PlannedView, SurveyPlan
 from inspection.survey.planner import SurveyPlanner
 from inspection.survey.supplement import Supplement
@@ -44,7 +44,9 @@ def test_with_more_photographs_the_share_is_reached_that_was_missed(surface):
         supplement.take(each)
     more = supplement.plan_more((), np.random.default_rng(1))
     assert more is not None
-    before, after = judge_on(surface, (taken, [*taken, *map(Taken.of_view, more.views)]), plan.camera, ASKED)
+    before, after = coverages_on(
+        surface, (taken, [*taken, *map(Taken.of_view, more.views)]), plan.camera, ASKED
+    )
     assert before.share() < 0.8
     assert after.share() >= ASKED.share
     assert len(more.views) <= len(plan.views)

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from inspection.camera.taken import Taken
 from inspection.photographs.searched import countable
-from inspection.survey.coverage import judge_each, write_coverage
+from inspection.survey.coverage import coverages_of_file, write_coverage
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.poses import read_taken, taken_in
 
@@ -74,10 +74,10 @@ def judge_photographs(
         true.append(taken.moved(record.shift_m, record.turn_rad))
     planned = read_taken(plan_file, plan.camera)[0][:views]
     source = Path(plan.source)
-    by_slam, by_plan, *more = judge_each(
+    by_slam, by_plan, *more = coverages_of_file(
         source, (told, planned, *((true,) if source == world else ())), camera, plan.asked, plan.home_m
     )
-    (by_truth,) = more or judge_each(world, (true,), camera, plan.asked, plan.home_m)
+    (by_truth,) = more or coverages_of_file(world, (true,), camera, plan.asked, plan.home_m)
     write_coverage(
         folder.parent / "coverage.json", by_slam, plan.source, str(folder), told, plan.asked, listing.left_out
     )

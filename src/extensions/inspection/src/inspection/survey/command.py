@@ -226,7 +226,7 @@ def _warn(sentence: str) -> None:
 def _coverage(given: argparse.Namespace) -> None:
     from inspection.camera.survey_camera import SurveyCamera
     from inspection.photographs.searched import countable
-    from inspection.survey.coverage import judge, write_coverage
+    from inspection.survey.coverage import coverage_of_file, write_coverage
     from inspection.survey.parameters import SurveyParameters
     from inspection.survey.poses import read_taken, taken_in
     from inspection.survey.surface.mesh_file import NOT_SURVEYED
@@ -241,7 +241,7 @@ def _coverage(given: argparse.Namespace) -> None:
         taken, camera = taken_in(given.poses, listing, camera)
     else:
         taken, camera = read_taken(given.poses, camera)
-    coverage = judge(given.mesh, taken, camera, asked, given.home)
+    coverage = coverage_of_file(given.mesh, taken, camera, asked, given.home)
     record = write_coverage(
         given.out, coverage, str(given.mesh), str(given.poses), taken, asked, listing.left_out
     )

@@ -71,7 +71,7 @@ class Coverage:
         )
 
 
-def judge(
+def coverage_of_file(
     mesh_file: Path,
     taken: Sequence[Taken],
     camera: SurveyCamera,
@@ -85,21 +85,21 @@ def judge(
     Raises:
         SurveyError: the file cannot be used, or the UAV fits nowhere in it.
     """
-    return judge_each(mesh_file, (taken,), camera, asked, home_m)[0]
+    return coverages_of_file(mesh_file, (taken,), camera, asked, home_m)[0]
 
 
-def judge_each(
+def coverages_of_file(
     mesh_file: Path,
     several: Sequence[Sequence[Taken]],
     camera: SurveyCamera,
     asked: SurveyParameters,
     home_m: Sequence[float] | None = None,
 ) -> list[Coverage]:
-    """Return the coverage of several sets of photographs, as `judge` does of one."""
-    return judge_on(read_surface(mesh_file, asked, home_m), several, camera, asked)
+    """Return the coverage of several sets of photographs, as `coverage_of_file` does of one."""
+    return coverages_on(read_surface(mesh_file, asked, home_m), several, camera, asked)
 
 
-def judge_on(
+def coverages_on(
     surface: Surface, several: Sequence[Sequence[Taken]], camera: SurveyCamera, asked: SurveyParameters
 ) -> list[Coverage]:
     """Return the coverage of several sets of photographs on a surface that is read already.
