@@ -30,7 +30,7 @@ def measure(voxel_m: float) -> dict:
     decisions_s, home_s, way_m = [], [], 0.0
     for number in range(DECISIONS):
         here_m = BEGIN_M + number * STEP_M
-        planner.take_as_free(here_m, 1.5)
+        planner.assume_free(here_m, 1.5)
         planner.space(float(number), here_m)  # what has changed is not the decision's
         began_s = time.thread_time()
         decision = explorer.decide(planner.space(float(number), here_m), here_m)

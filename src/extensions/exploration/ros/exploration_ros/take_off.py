@@ -34,4 +34,4 @@ class TakeOffPlace:
     def mark_free(self, planner: PathPlanner) -> None:
         """Tell the planner."""
         if self.place_m is not None and self._radius_m > 0.0:
-            planner.take_as_free(self.place_m, self._radius_m)
+            planner.assume_free(self.place_m, self._radius_m)

@@ -295,7 +295,7 @@ def test_letters_draw_what_they_say():
     assert kinds_of("?.# ...").tolist() == [[[0, 1, 2], [1, 1, 1]]]
 
 
-def test_what_is_taken_as_free_opens_the_unknown_but_no_obstacle():
+def test_what_is_assumed_free_opens_the_unknown_but_no_obstacle():
     kinds = block(12, 12, 24)
     kinds[:, :, :8] = 0
     kinds[6, 6, 5] = 2
@@ -303,8 +303,8 @@ def test_what_is_taken_as_free_opens_the_unknown_but_no_obstacle():
     ends = (3.5, 3.5, 6.5), (15.5, 3.5, 6.5)
     with pytest.raises(NoPathError, match=r"start .* is in unknown space"):
         planner.plan(*ends)
-    planner.take_as_free((3.5, 3.5, 6.5), 3.4)
-    planner.take_as_free((6.5, 3.5, 6.5), 3.4)
+    planner.assume_free((3.5, 3.5, 6.5), 3.4)
+    planner.assume_free((6.5, 3.5, 6.5), 3.4)
     assert planner.plan(*ends).length_m == pytest.approx(12.0)
     with pytest.raises(NoPathError, match=r"goal .* is in an obstacle"):
         planner.plan(ends[0], (5.5, 6.5, 6.5))
@@ -329,8 +329,8 @@ def test_a_venture_is_free_only_where_the_uav_has_been():
     assert planner.plan(start, above).length_m == pytest.approx(7.0)
 
 
-def test_a_ball_that_is_taken_as_free_may_lie_beyond_the_map():
+def test_a_ball_that_is_assumed_free_may_lie_beyond_the_map():
     planner = planner_on(block(8, 8, 8), SLIM)
-    planner.take_as_free((-6.0, 4.0, 4.0), 4.0)
-    planner.take_as_free((-2.0, 4.0, 4.0), 4.0)
+    planner.assume_free((-6.0, 4.0, 4.0), 4.0)
+    planner.assume_free((-2.0, 4.0, 4.0), 4.0)
     assert planner.plan((-6.5, 3.5, 3.5), (5.5, 3.5, 3.5)).length_m == pytest.approx(12.0)

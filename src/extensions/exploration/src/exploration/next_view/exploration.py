@@ -210,7 +210,7 @@ class Exploration:
         been_m, self._been_m = self._been_m, []
         for place_m in (*been_m, here_m):
             with suppress(MapError):  # no map reaches so far
-                self._planner.take_as_free(place_m, self._planner.parameters.radius)
+                self._planner.assume_free(place_m, self._planner.parameters.radius)
             self._steep.note(place_m)
         way = self._guide.way
         self._back.note_pace(stamp_s, here_m, way.rest_m if way.is_left else ())

@@ -7,7 +7,7 @@ from typing import Sequence
 import numpy as np
 
 from exploration.planning.kernels.distances import squared_clearances
-from exploration.planning.voxel_grid import UNKNOWN, Taken, VoxelGrid, placed
+from exploration.planning.voxel_grid import UNKNOWN, AssumedFree, VoxelGrid, placed
 from flight_limits import KeepOutBox
 
 BLOCK = 64
@@ -36,21 +36,21 @@ class ClearanceMap:
         side = self.grid.side
         self._changed += [(tile * side, (tile + 1) * side) for tile in np.asarray(tiles, np.int64)]
 
-    def take_as_free(self, place_m: np.ndarray, radius_m: float) -> Taken | None:
-        """See `VoxelGrid.take_as_free`."""
-        taken = self.grid.take_as_free(place_m, radius_m)
-        if taken is not None and self._was_unknown(taken):
-            self._changed.append((taken.low, taken.high))
-        return taken
+    def assume_free(self, place_m: np.ndarray, radius_m: float) -> AssumedFree | None:
+        """See `VoxelGrid.assume_free`."""
+        assumed = self.grid.assume_free(place_m, radius_m)
+        if assumed is not None and self._was_unknown(assumed):
+            self._changed.append((assumed.low, assumed.high))
+        return assumed
 
-    def take_back(self, taken: Taken) -> None:
-        """See `VoxelGrid.take_back`."""
-        self.grid.take_back(taken)
-        self._changed.append((taken.low, taken.high))
+    def withdraw(self, assumed: AssumedFree) -> None:
+        """See `VoxelGrid.withdraw`."""
+        self.grid.withdraw(assumed)
+        self._changed.append((assumed.low, assumed.high))
 
-    def _was_unknown(self, taken: Taken) -> bool:
-        part = self.grid.kinds[placed(taken.low - self.grid.corner, taken.is_new.shape)]
-        return bool((taken.is_new & (part == UNKNOWN)).any())
+    def _was_unknown(self, assumed: AssumedFree) -> bool:
+        part = self.grid.kinds[placed(assumed.low - self.grid.corner, assumed.is_new.shape)]
+        return bool((assumed.is_new & (part == UNKNOWN)).any())
 
     def squares(self) -> np.ndarray:
         """Return the squared distances (d, h, w), z first, uint16, at most reach**2; 0: blocked."""

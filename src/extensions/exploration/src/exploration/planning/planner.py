@@ -19,7 +19,7 @@ from exploration.planning.landmarks import Landmarks
 from exploration.planning.parameters import PlannerParameters
 from exploration.planning.room_above import room_above_m
 from exploration.planning.space import Space
-from exploration.planning.voxel_grid import Taken, VoxelGrid
+from exploration.planning.voxel_grid import AssumedFree, VoxelGrid
 from flight_basics.errors import NoPathError, PoseError
 from flight_limits import Limits
 
@@ -66,7 +66,7 @@ class PathPlanner:
         self._map: ClearanceMap | None = None
         self._landmarks: Landmarks | None = None
         self._closures = Closures()
-        self._ventured: list[Taken | None] = []
+        self._ventured: list[AssumedFree | None] = []
 
     @property
     def parameters(self) -> PlannerParameters:
@@ -111,7 +111,7 @@ class PathPlanner:
         self._begin_on(grid)
         self._ventured = []
 
-    def take_as_free(self, place_m: np.ndarray, radius_m: float) -> None:
+    def assume_free(self, place_m: np.ndarray, radius_m: float) -> None:
         """Let what is unknown around a place (x, y, z) count as free: where the UAV is, or takes off.
 
         A level lidar does not see what is above and below it. Occupied voxels stay occupied.
@@ -121,24 +121,24 @@ class PathPlanner:
             MapError: the place is too far from the map.
         """
         if self._map is not None:
-            self._map.take_as_free(_place("place", place_m), radius_m)
+            self._map.assume_free(_place("place", place_m), radius_m)
 
     def venture(self, places_m: np.ndarray, radius_m: float) -> None:
         """Take what is unknown around places (n, 3) as free, until `settle` tells where the UAV has been.
 
         Raises:
-            PoseError, MapError: as `take_as_free`.
+            PoseError, MapError: as `assume_free`.
         """
         if self._map is not None:
             grid = self._map
-            self._ventured = [grid.take_as_free(_place("place", place_m), radius_m) for place_m in places_m]
+            self._ventured = [grid.assume_free(_place("place", place_m), radius_m) for place_m in places_m]
 
     def settle(self, is_flown: Sequence[bool]) -> None:
         """Take nothing more as free around those places of `venture` that were not flown to."""
         ventured, self._ventured = self._ventured, []
-        for taken, was_there in zip(ventured, is_flown):
-            if self._map is not None and taken is not None and not was_there:
-                self._map.take_back(taken)
+        for assumed, was_there in zip(ventured, is_flown):
+            if self._map is not None and assumed is not None and not was_there:
+                self._map.withdraw(assumed)
 
     def clear_map(self) -> None:
         """Forget the map, but not what is closed."""

@@ -15,8 +15,8 @@ FARTHEST_TILE = 1_000_000
 
 
 @dataclass(frozen=True)
-class Taken:
-    """Voxels that were taken as free.
+class AssumedFree:
+    """Voxels that were assumed to be free.
 
     low, high: (3,) x, y, z, from and before. is_new: (d, h, w), z first.
     """
@@ -34,7 +34,7 @@ class VoxelGrid:
     Attributes:
         resolution_m: side of a voxel. side: voxels along a tile.
         corner: (3,) x, y, z of the first voxel. kinds: (d, h, w), z first: UNKNOWN, FREE or OCCUPIED.
-        is_taken_as_free: (d, h, w) where UNKNOWN counts as FREE.
+        is_assumed_free: (d, h, w) where UNKNOWN counts as FREE.
         versions: (d, h, w) of tiles, z first: how often each has changed. known: voxels that are not UNKNOWN.
 
     Raises:
@@ -47,7 +47,7 @@ class VoxelGrid:
         self.resolution_m, self.side = resolution_m, side
         self.corner = np.zeros(3, np.int64)
         self.kinds = np.zeros((0, 0, 0), np.uint8)
-        self.is_taken_as_free = np.zeros((0, 0, 0), bool)
+        self.is_assumed_free = np.zeros((0, 0, 0), bool)
         self.versions = np.zeros((0, 0, 0), np.int64)
         self.known = 0
 
@@ -99,13 +99,13 @@ class VoxelGrid:
                 f"The tiles span {' x '.join(map(str, size.tolist()))} voxels, too many for a plan."
             )
         old = placed(self.corner - low, self.kinds.shape)
-        kinds, is_taken_as_free = np.zeros(size[::-1], np.uint8), np.zeros(size[::-1], bool)
-        kinds[old], is_taken_as_free[old] = self.kinds, self.is_taken_as_free
+        kinds, is_assumed_free = np.zeros(size[::-1], np.uint8), np.zeros(size[::-1], bool)
+        kinds[old], is_assumed_free[old] = self.kinds, self.is_assumed_free
         versions = np.zeros(size[::-1] // self.side, np.int64)
         versions[placed((self.corner - low) // self.side, self.versions.shape)] = self.versions
-        self.corner, self.kinds, self.is_taken_as_free, self.versions = low, kinds, is_taken_as_free, versions
+        self.corner, self.kinds, self.is_assumed_free, self.versions = low, kinds, is_assumed_free, versions
 
-    def take_as_free(self, place_m: np.ndarray, radius_m: float) -> Taken | None:
+    def assume_free(self, place_m: np.ndarray, radius_m: float) -> AssumedFree | None:
         """Let unknown voxels count as free whose centres are in a ball around a place (x, y, z).
 
         Returns:
@@ -118,20 +118,20 @@ class VoxelGrid:
         part = placed(low - self.corner, tuple((high - low)[::-1]))
         axes = [(np.arange(a, b) + 0.5 - c) ** 2 for a, b, c in zip(low, high, centre)][::-1]
         is_inside = axes[0][:, None, None] + axes[1][:, None] + axes[2] <= reach**2
-        is_new = is_inside & ~self.is_taken_as_free[part]
+        is_new = is_inside & ~self.is_assumed_free[part]
         if not is_new.any():
             return None
-        self.is_taken_as_free[part] |= is_new
-        return Taken(low, high, is_new)
+        self.is_assumed_free[part] |= is_new
+        return AssumedFree(low, high, is_new)
 
-    def take_back(self, taken: Taken) -> None:
-        """Let voxels that were taken as free count as what they are."""
-        self.is_taken_as_free[placed(taken.low - self.corner, taken.is_new.shape)] &= ~taken.is_new
+    def withdraw(self, assumed: AssumedFree) -> None:
+        """Let voxels that were assumed to be free count as what they are."""
+        self.is_assumed_free[placed(assumed.low - self.corner, assumed.is_new.shape)] &= ~assumed.is_new
 
     def is_free(self, part: tuple[slice, ...] | tuple[int, int, int]) -> np.ndarray:
-        """Return which voxels of a part (z, y, x) are free, or taken as free."""
+        """Return which voxels of a part (z, y, x) are free, or assumed to be free."""
         kinds = self.kinds[part]
-        return (kinds == FREE) | ((kinds == UNKNOWN) & self.is_taken_as_free[part])
+        return (kinds == FREE) | ((kinds == UNKNOWN) & self.is_assumed_free[part])
 
     @property
     def shape_xyz(self) -> np.ndarray:

@@ -304,7 +304,7 @@ class Inspection:
             self._homing.close_ahead(stamp_s, *held_off)
         for place_m in (*been_m, here_m):
             with suppress(MapError):  # no map reaches so far
-                self._planner.take_as_free(place_m, self._planner.parameters.radius)
+                self._planner.assume_free(place_m, self._planner.parameters.radius)
         decision = self._homing.decide(stamp_s, here_m)
         if decision is not None and decision.verdict is not Verdict.GO_ON:
             self.must_land = self.must_land or decision.verdict is Verdict.LAND

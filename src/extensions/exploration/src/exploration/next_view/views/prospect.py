@@ -49,7 +49,7 @@ class Prospect:
         self._voxel_m = grid.resolution_m
         self._side = max(1, round(CELL_M / self._voxel_m))
         self._pad = math.ceil(INTO_M / self._voxel_m)
-        kinds = np.where(grid.is_taken_as_free & (grid.kinds == UNKNOWN), FREE, grid.kinds)
+        kinds = np.where(grid.is_assumed_free & (grid.kinds == UNKNOWN), FREE, grid.kinds)
         self._kinds = np.pad(kinds, self._pad)
         self._is_wall = self._walls()
         is_gate = np.zeros(self._kinds.shape, bool)
