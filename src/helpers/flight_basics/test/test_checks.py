@@ -20,6 +20,7 @@ class Parameters:
     is_on: bool = False
     rest: float | None = limited(None, 2.0, 3.0)
     free: float = 7.0
+    time: float = limited(math.inf, above=0.0, most=math.inf)
 
     def __post_init__(self) -> None:
         check_parameters(self)
@@ -35,6 +36,7 @@ class Parameters:
         {"is_on": True},
         {"rest": 2.5},
         {"free": -1e9},
+        {"time": 0.1},
     ],
 )
 def test_what_is_within_the_limits_is_taken(given):
@@ -52,6 +54,7 @@ def test_what_is_within_the_limits_is_taken(given):
         ({"times": 2.0}, "times is 2.0; it must be a whole number from 1 to 5."),
         ({"times": True}, "times is True; it must be a whole number from 1 to 5."),
         ({"is_on": 1}, "is_on is 1; it must be true or false."),
+        ({"time": 0.0}, "time is 0.0; it must be greater than 0."),
         ({"rest": 1.0}, "rest is 1.0; it must be a number from 2 to 3."),
         ({"far": None}, "far is None; it must be a number from 1 to 10."),
     ],

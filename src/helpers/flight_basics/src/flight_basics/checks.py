@@ -40,8 +40,7 @@ def limited(
 ) -> Any:
     """Return a field of a dataclass of parameters, whose limits are checked when an object is made.
 
-    Where the default is None, the value may be None, too. `check_parameters` takes fields with `least` and
-    `most`; `check_limits` takes any.
+    Where the default is None, the value may be None, too.
 
     Args:
         default: the value unless told otherwise; `dataclasses.MISSING`: it must be given.
@@ -71,6 +70,10 @@ def check_parameters(parameters: Any) -> None:
             least, most = each.metadata["least"], each.metadata["most"]
             if isinstance(least, str) or isinstance(most, str):
                 limits_by_others.append((each.name, value, least, most))
+            elif least is None or most is None:
+                must_be = _demand(each, value)
+                if must_be:
+                    raise ParameterError(f"{each.name} is {value!r}; it must be {must_be}.")
             else:
                 (check_whole if each.type == "int" else check_number)(each.name, value, least, most)
     for name, value, *limits in limits_by_others:  # those are known to be numbers now

@@ -83,7 +83,7 @@ class ExplorationParameters:
         ParameterError: a value out of range.
     """
 
-    time_max: float = math.inf
+    time_max: float = limited(math.inf, above=0.0, most=math.inf)
     """After this time the UAV flies home, s."""
     look_period: float = limited(1.0, 0.1, 60.0)
     """The way is checked, and the next view is decided anew, so often, s."""
@@ -118,7 +118,7 @@ class ExplorationParameters:
     volume, up to 2 m whenever that is worth it. It needs range finders up and down, and CEPA that flies only
     into what they have seen.
     """
-    climb_max: float = math.inf
+    climb_max: float = limited(math.inf, 0.0, math.inf)
     """The UAV stays lower than its first hover plus this, m. A planar lidar knows its place only near the
     height of its map.
     """
@@ -129,7 +129,3 @@ class ExplorationParameters:
 
     def __post_init__(self) -> None:
         check_parameters(self)
-        if not self.time_max > 0.0:
-            raise ParameterError(f"time_max is {self.time_max}; it must be a positive number of seconds.")
-        if not self.climb_max >= 0.0:
-            raise ParameterError(f"climb_max is {self.climb_max}; it must be a height in metres, 0 or more.")
