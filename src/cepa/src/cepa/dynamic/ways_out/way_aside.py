@@ -13,6 +13,7 @@ from cepa.dynamic.constants.choice import (
     HURRIED_BY_CLOUDS_S,
     HURRIED_EVASION_M_S,
     HURRIED_S,
+    LATE_S,
     SINK_ALONG_S,
 )
 from cepa.dynamic.constants.response import CLIMB_LAG_S
@@ -78,7 +79,7 @@ class WayAside:
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
         command = commands[best].copy()
         above_s, below_s = arrives_in_s(observed.columns, p.body_radius)
-        if above_s <= SINK_ALONG_S < below_s and _stops_at_m(snapshot) > p.height_min:
+        if -LATE_S <= above_s <= SINK_ALONG_S < below_s and _stops_at_m(snapshot) > p.height_min:
             sinking = np.array((*command[:2], -p.climb_max))
             seen = self._rollouts.assess(sinking[None], state, around, nowhere, commit_s, True)
             command = sinking if seen.is_admissible[0] else command
@@ -87,7 +88,7 @@ class WayAside:
     def _evasion_m_s(self, observed: Observation, shown: np.ndarray) -> float:
         """Return how fast the UAV leaves: in no hurry from what clouds show to come slowly."""
         falls_s, _ = arrives_in_s(shown, self._p.body_radius)
-        is_slow = observed.cloud is not None and falls_s > HURRIED_BY_CLOUDS_S
+        is_slow = observed.cloud is not None and not -LATE_S <= falls_s <= HURRIED_BY_CLOUDS_S
         return EVASION_M_S if is_slow else HURRIED_EVASION_M_S
 
 
