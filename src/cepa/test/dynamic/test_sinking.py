@@ -294,7 +294,7 @@ def test_a_uav_that_sinks_out_of_the_way_of_a_load_stops_in_time_over_the_floor(
 
 @pytest.mark.parametrize(("arrives_s", "sinks"), [(0.3, True), (-0.3, True), (-0.6, False), (-5.0, False)])
 def test_the_uav_does_not_sink_for_what_should_have_come_and_has_not(monkeypatch, arrives_s, sinks):
-    """A disc of 2 m over the UAV, of which it is told when something arrives in it; it is not seen any more."""
+    """A disc of 2 m over the UAV; it is told when something arrives in it, which is not seen any more."""
     disc = np.array([[-0.5, 0.0, 0.0, 0.0, 2.0, 0.0, arrives_s, 1.0]])
     monkeypatch.setattr(Sinking, "take_in", lambda *_: disc)
     steering = Dynamic()
@@ -303,4 +303,18 @@ def test_the_uav_does_not_sink_for_what_should_have_come_and_has_not(monkeypatch
     motion = Motion(0.0, (0.0, 0.0, HEIGHT_M), LEVEL, (0.0, 0.0, 0.0))
     decision = steering.steer(scan, (0.0, 0.0), (0.0, 0.0), motion)
     assert math.hypot(*decision.velocity_xy) > 0.5  # it leaves the disc
+    assert (decision.climb_m_s < 0.0) == sinks
+
+
+@pytest.mark.parametrize(("below_m", "sinks"), [(HEIGHT_M, True), (0.25, False), (-math.inf, False)])
+def test_the_uav_does_not_sink_onto_what_its_range_finder_sees_below(monkeypatch, below_m, sinks):
+    """The floor of its start is 2 m below; a box may be nearer."""
+    disc = np.array([[-0.5, 0.0, 0.0, 0.0, 2.0, 0.0, 0.3, 1.0]])
+    monkeypatch.setattr(Sinking, "take_in", lambda *_: disc)
+    steering = Dynamic()
+    scan = LaserScan2D(np.full(BEAMS, math.inf), -math.pi, 2 * math.pi / BEAMS, 0.06, 10.0)
+    steering.take_ranges([Ranging((0.0, 0.0, 0.0), DOWN, below_m, 0.05, RANGE_MAX_M)])
+    decision = steering.steer(
+        scan, (0.0, 0.0), (0.0, 0.0), Motion(0.0, (0.0, 0.0, HEIGHT_M), LEVEL, (0.0, 0.0, 0.0))
+    )
     assert (decision.climb_m_s < 0.0) == sinks

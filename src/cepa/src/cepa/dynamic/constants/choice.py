@@ -20,7 +20,7 @@ Greater: it leaves faster, and farther."""
 SINK_ALONG_S = 1.5
 """s: If it arrives even sooner, the UAV also sinks while it leaves: its lean lifts it, and the rotors behind.
 Source: flown. Greater: it sinks where it need not."""
-LATE_S = 0.5
+NOT_COME_S = 0.5
 """s: What should have arrived so long ago has not come: the UAV no longer sinks for it, nor leaves fast for
 clouds. Source: chosen. Greater: it gives way longer to what was no load."""
 HURRIED_BY_CLOUDS_S = 1.0

@@ -13,9 +13,10 @@ from cepa.dynamic.constants.choice import (
     HURRIED_BY_CLOUDS_S,
     HURRIED_EVASION_M_S,
     HURRIED_S,
-    LATE_S,
+    NOT_COME_S,
     SINK_ALONG_S,
 )
+from cepa.dynamic.constants.obstacle_tracks import UPRIGHT_COSINE
 from cepa.dynamic.constants.response import CLIMB_LAG_S
 from cepa.dynamic.cost import Cost
 from cepa.dynamic.cost_to_go.course import Reference
@@ -24,6 +25,7 @@ from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, Surroundings
 from cepa.dynamic.knowledge import Observation, Snapshot
 from cepa.dynamic.rollouts import Rollouts
 from cepa.dynamic.threats import are_within, arrives_in_s
+from cepa.motion import Ranging
 from cepa.parameters import CepaParameters
 
 
@@ -79,7 +81,7 @@ class WayAside:
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
         command = commands[best].copy()
         above_s, below_s = arrives_in_s(observed.columns, p.body_radius)
-        if -LATE_S <= above_s <= SINK_ALONG_S < below_s and _stops_at_m(snapshot) > p.height_min:
+        if -NOT_COME_S <= above_s <= SINK_ALONG_S < below_s and _can_sink(snapshot, p):
             sinking = np.array((*command[:2], -p.climb_max))
             seen = self._rollouts.assess(sinking[None], state, around, nowhere, commit_s, True)
             command = sinking if seen.is_admissible[0] else command
@@ -88,11 +90,23 @@ class WayAside:
     def _evasion_m_s(self, observed: Observation, shown: np.ndarray) -> float:
         """Return how fast the UAV leaves: in no hurry from what clouds show to come slowly."""
         falls_s, _ = arrives_in_s(shown, self._p.body_radius)
-        is_slow = observed.cloud is not None and not -LATE_S <= falls_s <= HURRIED_BY_CLOUDS_S
+        is_slow = observed.cloud is not None and not -NOT_COME_S <= falls_s <= HURRIED_BY_CLOUDS_S
         return EVASION_M_S if is_slow else HURRIED_EVASION_M_S
 
 
-def _stops_at_m(snapshot: Snapshot) -> float:
-    """Return the z at which a UAV that sinks now has stopped, also if it leans and takes longer."""
-    sinks_m_s = min(0.0, float(snapshot.state[2, 1]))
-    return snapshot.observed.motion.position_m[2] + 2.0 * CLIMB_LAG_S * sinks_m_s
+def _can_sink(snapshot: Snapshot, p: CepaParameters) -> bool:
+    """Return whether a UAV that sinks now stops in time over the floor, also if it leans and takes longer.
+
+    It stops above `height_min`, and `r_lb` over what a range finder sees below: the floor may rise, or have
+    a box on it.
+    """
+    observed, further_m = snapshot.observed, 2.0 * CLIMB_LAG_S * min(0.0, float(snapshot.state[2, 1]))
+    below_m = [
+        -r.origin_m[2] - max(r.range_m, 0.0) * r.direction[2] for r in observed.rangings if _is_down(r)
+    ]
+    above_floor = observed.motion.position_m[2] + further_m > p.height_min
+    return above_floor and min(below_m, default=math.inf) + further_m > p.r_lb
+
+
+def _is_down(ranging: Ranging) -> bool:
+    return ranging.direction[2] < -UPRIGHT_COSINE and not math.isnan(ranging.range_m)
