@@ -116,5 +116,5 @@ def test_a_clock_that_jumps_back_ends_the_run(trial):
 
 
 def test_limits_that_make_no_sense_are_refused():
-    with pytest.raises(FlightError, match="observe_s is -1"):
+    with pytest.raises(FlightError, match="observe_s must be greater than 0, not -1"):
         TrialParameters(observe_s=-1.0)
