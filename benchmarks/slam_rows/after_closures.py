@@ -19,6 +19,7 @@ from gridslam_ros.replay import Replay, Topics
 from sensor_msgs.msg import LaserScan
 
 from benchmarks.slam_rows.logs import LOGS, by_poses
+from gridslam.saved_sessions import load_session, save_session
 from gridslam.session import SlamSession
 from gridslam.trajectory import Trajectory
 
@@ -57,8 +58,8 @@ class WatchedReplay(Replay):
 def _finished(session: SlamSession) -> SlamSession:
     """Return a copy of a session, after the end of its log."""
     with tempfile.TemporaryDirectory() as folder:
-        session.save(Path(folder, "state"))
-        copy = SlamSession.load(Path(folder, "state"))
+        save_session(session, Path(folder, "state"))
+        copy = load_session(Path(folder, "state"))
     copy.finish()
     return copy
 

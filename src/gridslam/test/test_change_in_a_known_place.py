@@ -6,6 +6,7 @@ import pytest
 from sessions_in_the_hold import LIDAR, PARAMETERS
 
 from gridslam.evaluation import Walls
+from gridslam.saved_sessions import load_session, save_session
 from gridslam.session import SlamSession, closure_parameters
 
 CLOSURE = closure_parameters(
@@ -51,8 +52,8 @@ def test_what_comes_into_a_known_place_is_seen_in_the_map(changed):
 
 def test_what_came_into_a_known_place_stays_when_the_map_is_drawn_anew(changed, tmp_path):
     # given the session, and the same one from its state
-    changed.save(tmp_path / "state")
-    saved = SlamSession.load(tmp_path / "state")
+    save_session(changed, tmp_path / "state")
+    saved = load_session(tmp_path / "state")
     # when a correction draws the map anew
     saved.finish()
     poses = changed.slam.node_poses()

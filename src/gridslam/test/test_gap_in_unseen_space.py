@@ -8,6 +8,7 @@ from planar_world import URG, along, drive, rectangle_route, scattered_boxes
 from sessions_in_the_hold import base_in_map, error_m
 
 from gridslam import SlamParameters
+from gridslam.saved_sessions import load_session, save_session
 from gridslam.session import SlamSession
 
 TRUTH = along(rectangle_route(12.0, 7.0, laps=1.4), 0.5)
@@ -29,7 +30,7 @@ def test_odometry_bridges_it(log, tmp_path):
         session.process(log.scans[index], log.odometry[index])
         states.append(session.tracking.state)
         if index == LAST + 10:
-            session.save(tmp_path / "state")
+            save_session(session, tmp_path / "state")
             assert session.loose_parts_s == [log.scans[LAST].stamp_s]  # it is known on the way
     session.finish()
     # then the pose is uncertain at first, never lost, and one map goes on, in which the loop is closed
@@ -44,7 +45,7 @@ def test_odometry_bridges_it(log, tmp_path):
     assert error_m(base_in_map(session, log.odometry[-1]), TRUTH[-1]) < 0.2
     # and the loop joins both parts of the map, which only odometry did before
     assert session.loose_parts_s == []
-    begun = SlamSession.load(tmp_path / "state")
+    begun = load_session(tmp_path / "state")
     assert begun.loose_parts_s == [log.scans[LAST].stamp_s]
     begun.finish()
     assert begun.loose_parts_s == [log.scans[LAST].stamp_s]

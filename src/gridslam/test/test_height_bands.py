@@ -14,6 +14,7 @@ import pytest
 from sessions_in_the_hold import LIDAR, PARAMETERS, base_in_map, error_m
 
 from gridslam import se2
+from gridslam.saved_sessions import load_session, save_session
 from gridslam.session import SlamSession, closure_parameters
 
 LOW_M, HIGH_M = 2.0, 4.0
@@ -89,7 +90,7 @@ def mapped(log, tmp_path_factory):
         go(session, log, number * once, (number + 1) * once)
         seen.append(slices(session))
         if number == 1:
-            session.save(state)
+            save_session(session, state)
     poses, cells = session.particle_poses.copy(), session.grid().cells.copy()
     off_m = error_m(base_in_map(session, log.odometry[-1]), log.truth.poses_in_map[-1])
     said = list(said)
@@ -116,7 +117,7 @@ def test_loops_are_closed_within_a_height(log, mapped):
 
 def test_a_saved_session_goes_on_with_the_map_of_its_height(log, mapped):
     log, once = log
-    continued = SlamSession.load(mapped.state, say=lambda words: None)
+    continued = load_session(mapped.state, say=lambda words: None)
     assert slices(continued) == (NO, YES)
     go(continued, log, 2 * once, 3 * once)
     np.testing.assert_array_equal(continued.particle_poses, mapped.poses)

@@ -5,6 +5,7 @@ import planar_world
 import pytest
 from sessions_in_the_hold import LIDAR, PARAMETERS, base_in_map, error_m, run
 
+from gridslam.saved_sessions import load_session, save_session
 from gridslam.session import SlamSession, closure_parameters
 
 CLOSURE = closure_parameters(
@@ -57,8 +58,8 @@ def test_a_run_saved_in_a_known_place_goes_on_as_if_never_interrupted(driven, lo
     )
     begun = SlamSession(PARAMETERS, CLOSURE)
     run(begun, log, last=last + 1)
-    begun.save(tmp_path / "state")
-    continued = SlamSession.load(tmp_path / "state")
+    save_session(begun, tmp_path / "state")
+    continued = load_session(tmp_path / "state")
     run(continued, log, first=last + 1)
     assert continued.map_to_odom == whole.map_to_odom
     np.testing.assert_array_equal(continued.trajectory().stamps_s, whole.trajectory().stamps_s)

@@ -10,6 +10,7 @@ from sessions_in_the_hold import LIDAR, PARAMETERS, base_in_map, error_m, run, w
 
 from gridslam import StateError, se2
 from gridslam.files import state_file
+from gridslam.saved_sessions import load_session, save_session
 from gridslam.session import SlamSession, closure_parameters
 
 
@@ -28,8 +29,8 @@ def test_a_run_continued_from_its_state_equals_an_uninterrupted_one(tmp_path):
     run(whole, log)
     run(begun, log, last=-12)
     assert len(begun.closures) > 0
-    begun.save(tmp_path / "state")
-    continued = SlamSession.load(tmp_path / "state")
+    save_session(begun, tmp_path / "state")
+    continued = load_session(tmp_path / "state")
     assert [path.name for path in tmp_path.iterdir()] == ["state"]
     assert continued.closures == begun.closures
     run(continued, log, first=-12)
@@ -55,9 +56,9 @@ def test_a_run_with_told_covariances_goes_on_as_if_never_interrupted(log, tmp_pa
     whole, begun = SlamSession(PARAMETERS), SlamSession(PARAMETERS)
     go(whole, 0, len(log.scans))
     go(begun, 0, scans)
-    begun.save(tmp_path / "state")
+    save_session(begun, tmp_path / "state")
     # When it goes on from the state
-    continued = SlamSession.load(tmp_path / "state")
+    continued = load_session(tmp_path / "state")
     go(continued, scans, len(log.scans))
     # Then it is the run that was never interrupted, bit for bit
     np.testing.assert_array_equal(continued.particle_poses, whole.particle_poses)
@@ -68,9 +69,9 @@ def test_a_run_with_told_covariances_goes_on_as_if_never_interrupted(log, tmp_pa
 def test_localisation_on_a_saved_state_leaves_its_map_as_it_is(log, tmp_path):
     mapped = SlamSession(PARAMETERS)
     run(mapped, log)
-    mapped.save(tmp_path / "state")
+    save_session(mapped, tmp_path / "state")
     # Given the saved state, a clock and odometry of their own, and people about, 1 m off the lidar
-    session = SlamSession.load(
+    session = load_session(
         tmp_path / "state", localisation_only=True, starting_pose=tuple(log.truth.poses_in_map[0]), threads=2
     )
     assert session.localisation_only
@@ -87,8 +88,8 @@ def test_localisation_on_a_saved_state_leaves_its_map_as_it_is(log, tmp_path):
     assert session.trajectory().stamps_s[0] == 0.0
     np.testing.assert_array_equal(session.grid().cells, mapped.grid().cells)
     # And so it goes on from a state of its own
-    session.save(tmp_path / "again")
-    again = SlamSession.load(tmp_path / "again", localisation_only=True)
+    save_session(session, tmp_path / "again")
+    again = load_session(tmp_path / "again", localisation_only=True)
     assert again.localisation_only
     assert again.map_to_odom == session.map_to_odom
 
@@ -96,8 +97,8 @@ def test_localisation_on_a_saved_state_leaves_its_map_as_it_is(log, tmp_path):
 def test_localisation_begins_where_the_state_ended(log, tmp_path):
     mapped = SlamSession(PARAMETERS)
     run(mapped, log)
-    mapped.save(tmp_path / "state")
-    session = SlamSession.load(tmp_path / "state", localisation_only=True)
+    save_session(mapped, tmp_path / "state")
+    session = load_session(tmp_path / "state", localisation_only=True)
     session.process(dataclasses.replace(log.scans[-1], stamp_s=0.0), (0.0, 0.0, 0.0))
     assert error_m(base_in_map(session, (0.0, 0.0, 0.0)), log.truth.poses_in_map[-1]) < 0.1
 
@@ -106,13 +107,13 @@ def test_states_that_cannot_be_written_or_read(log, tmp_path):
     session = SlamSession(PARAMETERS)
     run(session, log, last=1)
     with pytest.raises(StateError, match="cannot be written"):
-        session.save(tmp_path / "no/folder/state")
+        save_session(session, tmp_path / "no/folder/state")
     (tmp_path / "junk").write_text("junk")
     with zipfile.ZipFile(tmp_path / "other.zip", "w") as other:
         other.writestr("a", "b")
     for name in ("nothing", "junk", "other.zip"):
         with pytest.raises(StateError, match=name):
-            SlamSession.load(tmp_path / name)
+            load_session(tmp_path / name)
 
 
 def test_a_state_of_an_earlier_version_is_refused_in_one_sentence(log, tmp_path, monkeypatch):
@@ -120,11 +121,11 @@ def test_a_state_of_an_earlier_version_is_refused_in_one_sentence(log, tmp_path,
     run(session, log, last=5)
     with monkeypatch.context() as earlier:
         earlier.setattr(state_file, "FORMAT", state_file.FORMAT - 1)
-        session.save(tmp_path / "old")
+        save_session(session, tmp_path / "old")
     with pytest.raises(
         StateError, match=r"old is of another version \(\d+\) of gridslam.* as starting_map\.$"
     ):
-        SlamSession.load(tmp_path / "old")
+        load_session(tmp_path / "old")
 
 
 @pytest.mark.parametrize(
@@ -136,8 +137,8 @@ def test_another_clock_or_odometry_after_a_saved_state_is_a_new_flight(
 ):
     session = SlamSession(PARAMETERS)
     run(session, log, last=8)
-    session.save(tmp_path / "state")
-    session = SlamSession.load(tmp_path / "state", say=lambda sentence: None)
+    save_session(session, tmp_path / "state")
+    session = load_session(tmp_path / "state", say=lambda sentence: None)
     scan = dataclasses.replace(log.scans[8], stamp_s=log.scans[8].stamp_s + later_s)
     session.process(scan, log.odometry[8] + (moved_m, 0.0, 0.0))
     assert session.tracking.state == state
@@ -148,13 +149,13 @@ def test_states_of_formats_up_to_9_are_refused_likewise(tmp_path):
         for name in ("filter", "odometry.json", "judgement.json", "supervisor.npz"):
             old.writestr(name, "content")
     with pytest.raises(StateError, match=r"old is of another version \(9 or older\).* as starting_map\.$"):
-        SlamSession.load(tmp_path / "old")
+        load_session(tmp_path / "old")
 
 
 def test_a_saved_session_with_damaged_parts_is_refused_by_its_own_name(log, tmp_path):
     session = SlamSession(PARAMETERS)
     run(session, log, last=5)
-    session.save(tmp_path / "whole")
+    save_session(session, tmp_path / "whole")
     state = state_file.read(tmp_path / "whole", lambda state: state)
     path = tmp_path / "damaged"
     for name, nonsense in (
@@ -166,14 +167,14 @@ def test_a_saved_session_with_damaged_parts_is_refused_by_its_own_name(log, tmp_
     ):
         state_file.write(dataclasses.replace(state, **{name: nonsense}), path)
         with pytest.raises(StateError) as told:
-            SlamSession.load(path)
+            load_session(path)
         assert str(told.value).startswith(f"{path} cannot be read as a saved state")
     # And cut off anywhere
     whole = (tmp_path / "whole").read_bytes()
     for share in (0.0, 0.3, 0.9, 0.999):
         path.write_bytes(whole[: int(share * len(whole))])
         with pytest.raises(StateError, match="cannot be read as a saved state"):
-            SlamSession.load(path)
+            load_session(path)
 
 
 def test_a_filter_alone_is_no_session(log, tmp_path):
@@ -181,4 +182,4 @@ def test_a_filter_alone_is_no_session(log, tmp_path):
     run(session, log, last=5)
     state_file.write(session.slam.state(), tmp_path / "state")
     with pytest.raises(StateError, match="cannot be read as a saved state"):
-        SlamSession.load(tmp_path / "state")
+        load_session(tmp_path / "state")

@@ -11,6 +11,7 @@ from gridslam.filter.grid_slam import GridSlam
 from gridslam.localisation.relocaliser import Relocaliser
 from gridslam.loop_closure.background import BackgroundWork
 from gridslam.loop_closure.correction import Correction
+from gridslam.saved_sessions import save_session
 from gridslam.session import SlamSession, closure_parameters
 
 
@@ -170,7 +171,7 @@ def test_before_the_first_scan_there_is_nothing(tmp_path):
     assert session.trajectory().poses_in_map.shape == (0, 3)
     assert session.particle_poses.shape == (0, 3)
     assert (session.entropy, session.closures) == (0.0, [])
-    for ask in (session.grid, lambda: session.save(tmp_path / "state")):
+    for ask in (session.grid, lambda: save_session(session, tmp_path / "state")):
         with pytest.raises(StateError, match="before the first scan"):
             ask()
 

@@ -7,6 +7,7 @@ from typing import Callable
 
 from gridslam import SlamParameters
 from gridslam.files.map_file import read_map
+from gridslam.saved_sessions import load_session
 from gridslam.session import SlamSession, closure_parameters
 from gridslam_ros.parameters import CLOSURE_PREFIX, sort_parameters
 
@@ -51,7 +52,7 @@ class Sessions:
 
     def saved(self, path: str, starting_pose: tuple = ()) -> SlamSession:
         """Return the session saved in a file. Report given parameters without effect."""
-        session = SlamSession.load(
+        session = load_session(
             path,
             self._say,
             localisation_only=bool(self._settings.localisation_only),

@@ -7,14 +7,12 @@ from __future__ import annotations
 
 import math
 import warnings
-from pathlib import Path
 from typing import TYPE_CHECKING, Callable, Sequence
 
 import numpy as np
 
 from gridslam import se2
 from gridslam.errors import SlamError, StateError
-from gridslam.files import state_file
 from gridslam.filter.grid_slam import GridSlam
 from gridslam.filter.motion_model import is_told
 from gridslam.filter.particle_filter import START_DEVIATION
@@ -48,7 +46,7 @@ class SlamSession:
     Args:
         parameters: of the filter.
         loop_closure: whether loops are closed, or the parameters for it. Localisation alone closes none.
-        starting_map: the first map; None: an empty one.
+        starting_map: the first map; None: an empty one. A filter: its map, which this session goes on to use.
         starting_pose: of the base in the map at the first scan; None: that of odometry. Map and odometry
             then begin as one frame.
         localisation_only: the starting map stays as it is.
@@ -63,12 +61,16 @@ class SlamSession:
         self,
         parameters: SlamParameters,
         loop_closure: LoopClosureParameters | bool | None = True,
-        starting_map: OccupancyGrid | None = None,
+        starting_map: OccupancyGrid | GridSlam | None = None,
         starting_pose: tuple[float, float, float] | None = None,
         localisation_only: bool = False,
         say: Callable[[str], None] = warnings.warn,
         odometry_in_space: bool = False,
     ):
+        self._mapped = starting_map if isinstance(starting_map, GridSlam) else None
+        """Its map is taken over at the first scan."""
+        if isinstance(starting_map, GridSlam):
+            starting_map = starting_map.grid()
         if starting_map is not None:
             check(starting_map, parameters.delta)
         self.parameters = parameters
@@ -87,7 +89,6 @@ class SlamSession:
             self._slices = SliceWatch(self._closer.parameters.height_band_m)
         self.slam: GridSlam | None = None
         """The filter; None before the first scan."""
-        self._mapped: GridSlam | None = None  # its map is taken over at the first scan
 
     def process(
         self,
@@ -273,8 +274,7 @@ class SlamSession:
         Raises:
             PoseError: pose or covariance make no sense, or the pose is outside the map, or there is no map.
         """
-        source = self.slam or self._mapped
-        grid = self._starting_map if source is None else source.grid()
+        grid = self._starting_map if self.slam is None else self.slam.grid()
         check_given_pose(pose, covariance, grid)
         if self.slam is None:
             self._starting_pose = (float(pose[0]), float(pose[1]), float(pose[2]))
@@ -374,17 +374,15 @@ class SlamSession:
             raise StateError("There is no map before the first scan.")
         return self.slam.grid()
 
-    # Saved states
-
-    def save(self, path: str | Path) -> None:
-        """Write the complete state. A run from this state equals one that was never interrupted.
+    def state(self) -> SessionState:
+        """Return the complete state. A session that is made from it goes on exactly as this one.
 
         Raises:
-            StateError: there is nothing to save yet, or the file cannot be written.
+            StateError: there is none before the first scan.
         """
         if self.slam is None:
             raise StateError("There is nothing to save before the first scan.")
-        state = SessionState(
+        return SessionState(
             self.slam.state(),
             self._odometry.state(),
             self.slam.tracking.state_to_save(),
@@ -392,49 +390,19 @@ class SlamSession:
             self._slices.state(),
             None if self._closer is None else self._closer.state(),
         )
-        state_file.write(state, path)
 
     @classmethod
-    def load(
+    def from_state(
         cls,
-        path: str | Path,
+        state: SessionState,
         say: Callable[[str], None] = warnings.warn,
-        localisation_only: bool = False,
-        starting_pose: tuple[float, float, float] | None = None,
         threads: int | None = None,
         odometry_in_space: bool = False,
     ) -> SlamSession:
-        """Return a saved session with its saved parameters.
-
-        Args:
-            path: of the state.
-            say: as for a new session.
-            localisation_only: use the saved map for localisation only and do not change it. The path begins
-                anew.
-            starting_pose: with localisation_only, the vehicle's pose at the first scan; None: the saved
-                pose.
-            threads: for this run; None: the saved number.
-            odometry_in_space: of this run; see `GridSlam.odometry_in_space`.
-
-        Raises:
-            StateError: the file cannot be read, or holds no state.
-        """
-
-        def build(state: SessionState) -> SlamSession:
-            slam = GridSlam.from_state(state.filter, threads)
-            if localisation_only and not slam.localisation_only:
-                return cls._localising_on(slam, starting_pose, say)
-            session = cls._going_on(slam, state, say)
-            slam.odometry_in_space = odometry_in_space and session._closer is not None
-            return session
-
-        return state_file.read(path, build)
-
-    @classmethod
-    def _going_on(cls, slam: GridSlam, state: SessionState, say: Callable[[str], None]) -> SlamSession:
-        session = cls(slam.parameters, None, say=say)
+        """Return the session that goes on from a state. See `GridSlam.from_state` and the class."""
+        slam = GridSlam.from_state(state.filter, threads)
+        session = cls(slam.parameters, None, localisation_only=slam.localisation_only, say=say)
         session.slam, session._is_resumed = slam, True
-        session.localisation_only = slam.localisation_only
         session._odometry.restore(state.odometry)
         slam.tracking.restore(state.tracking)
         session._supervisor.restore(state.supervisor)
@@ -442,15 +410,7 @@ class SlamSession:
             session._closer = _closer_class().from_state(state.closer, slam.snapshot().odometry)
             session._slices = SliceWatch(session._closer.parameters.height_band_m)
         session._slices.restore(state.slices)
-        return session
-
-    @classmethod
-    def _localising_on(
-        cls, mapped: GridSlam, starting_pose: tuple[float, float, float] | None, say: Callable[[str], None]
-    ) -> SlamSession:
-        pose = mapped.base_in_map if starting_pose is None else starting_pose
-        session = cls(mapped.parameters, None, mapped.grid(), pose, localisation_only=True, say=say)
-        session._mapped = mapped
+        slam.odometry_in_space = odometry_in_space and session._closer is not None
         return session
 
 

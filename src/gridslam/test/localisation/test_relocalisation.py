@@ -10,6 +10,7 @@ from rooms import WALLS
 from gridslam import PoseError, SlamParameters, se2
 from gridslam.evaluation import Walls
 from gridslam.localisation import relocaliser
+from gridslam.saved_sessions import load_session, save_session
 from gridslam.session import SlamSession
 
 LIDAR = dataclasses.replace(UST, beams=91)
@@ -200,8 +201,8 @@ def test_where_a_search_is_in_vain_a_map_of_its_own_begins(loop_closure, tmp_pat
         if again is not None:
             again.process(*pair)
         if index == len(scans) - 20:
-            session.save(tmp_path / "state")
-            again = SlamSession.load(tmp_path / "state", say=lambda sentence: None)
+            save_session(session, tmp_path / "state")
+            again = load_session(tmp_path / "state", say=lambda sentence: None)
             assert session.slam.earlier is not None
     # Then it says so, and no place counts as tracked, however well the scans agree with the new map
     assert sum("not found on the map" in sentence for sentence in said) == 1
@@ -252,11 +253,11 @@ def test_a_search_goes_on_from_a_saved_state(room, tmp_path):
         states.append(whole.tracking.state)
         if states[-1] == "lost":  # while scans are gathered, and while a found place is being confirmed
             saved.append((len(states), tmp_path / str(len(states))))
-            whole.save(saved[-1][1])
+            save_session(whole, saved[-1][1])
     assert len(saved) > 2
     # When it goes on from any state in which it is lost
     for count, path in saved:
-        continued = SlamSession.load(path, say=lambda sentence: None)
+        continued = load_session(path, say=lambda sentence: None)
         for pair, state in zip(pairs[count:], states[count:]):
             continued.process(*pair)
             # Then it is found at the same scan, and at the same place, as if it was never interrupted
@@ -270,11 +271,11 @@ def test_a_new_flight_goes_on_with_a_saved_map_from_elsewhere(tmp_path):
     session = SlamSession(PARAMETERS)
     for pair in zip(flight.scans, flight.odometry):
         session.process(*pair)
-    session.save(tmp_path / "state")
+    save_session(session, tmp_path / "state")
     before = session.grid()
     # And a new flight, with a clock and odometry of its own, that starts at another place on that map
     said = []
-    session = SlamSession.load(tmp_path / "state", said.append)
+    session = load_session(tmp_path / "state", said.append)
     log = drive(WALLS, along(ROOM_WAY[1:], 0.25), LIDAR, 1)
     own = se2.between(log.odometry[0], log.odometry)
     for scan, base in zip(log.scans, own):

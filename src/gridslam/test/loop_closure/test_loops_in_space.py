@@ -18,6 +18,7 @@ from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.space.path_clouds import PathClouds
 from gridslam.loop_closure.space.space_match import CLIMB_SIGMA_MAX_M, match_in_space
 from gridslam.parameters import SlamParameters
+from gridslam.saved_sessions import load_session, save_session
 from gridslam.scan import PlanarScan
 from gridslam.session import SlamSession
 
@@ -61,7 +62,7 @@ def with_clouds(tmp_path_factory):
     """A session to its end, its true nodes, and where it was saved before that."""
     mapped, state = session(), tmp_path_factory.mktemp("saved") / "state"
     nodes = flown(mapped)
-    mapped.save(state)
+    save_session(mapped, state)
     mapped.finish()
     return mapped, nodes, state
 
@@ -93,7 +94,7 @@ def test_without_clouds_heights_stay_as_odometry_tells_them():
 
 def test_a_saved_session_goes_on_at_its_heights(with_clouds):
     mapped, _, state = with_clouds
-    again = SlamSession.load(state, odometry_in_space=True)
+    again = load_session(state, odometry_in_space=True)
     again.finish()
     assert again.rise_m == mapped.rise_m != 0.0
     np.testing.assert_array_equal(again.trajectory().heights_m, mapped.trajectory().heights_m)

@@ -7,6 +7,7 @@ import pytest
 
 from gridslam import MapError, PlanarScan, SlamParameters
 from gridslam.files.map_file import write_map
+from gridslam.saved_sessions import save_session
 from gridslam.session import SlamSession, closure_parameters
 
 sessions = pytest.importorskip("gridslam_ros.sessions", reason="the workspace is not built, or not sourced")
@@ -28,7 +29,7 @@ def state(tmp_path):
 def saved(path, closure=None, **changes):
     session = SlamSession(SlamParameters(**{**SMALL, **changes}), closure)
     session.process(square_room_scan(100.0), (0.0, 0.0, 0.0))
-    session.save(path)
+    save_session(session, path)
     return {"continue_from_state": True, "state_file": str(path)}
 
 
@@ -91,7 +92,7 @@ def test_a_state_that_localises_keeps_its_pose(state, tmp_path):
     localising, said, _ = first({**state, "localisation_only": True, "starting_pose": "0.1 0 0"})
     assert said == []
     localising.process(square_room_scan(5.0), (0.0, 0.0, 0.0))
-    localising.save(tmp_path / "localising")
+    save_session(localising, tmp_path / "localising")
     again = {**state, "state_file": str(tmp_path / "localising"), "localisation_only": True}
     assert first(again)[1] == []
     _, said, _ = first({**again, "starting_pose": "0.1 0 0"})
