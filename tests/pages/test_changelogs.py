@@ -18,6 +18,10 @@ def version(package: Path) -> str:
     return re.search(r"<version>(.*)</version>", (package / "package.xml").read_text()).group(1)
 
 
+def changelog(package: Path) -> str:
+    return (package / "CHANGELOG.rst").read_text(encoding="utf-8")
+
+
 def releases() -> dict[str, str]:
     """Return the releases of the page for users: what stands under each heading."""
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
@@ -26,7 +30,7 @@ def releases() -> dict[str, str]:
 
 @pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
 def test_a_changelog_has_sections_of_bullets(package):
-    lines = (package / "CHANGELOG.rst").read_text(encoding="utf-8").splitlines()
+    lines = changelog(package).splitlines()
     title = f"Changelog for package {package.name}"
     assert lines[:3] == ["^" * len(title), title, "^" * len(title)]
     headings = [lines[i - 1] for i, line in enumerate(lines) if line and set(line) == {"-"}]
@@ -34,6 +38,13 @@ def test_a_changelog_has_sections_of_bullets(package):
     assert all(re.fullmatch(r"\d+\.\d+\.\d+ \(\d{4}-\d\d-\d\d\)", each) for each in headings[1:])
     rest = [line for line in lines[3:] if line and line not in headings and set(line) != {"-"}]
     assert all(re.match(r"\* \w|\* ``|  \S", line) for line in rest)
+
+
+def test_each_changelog_waits_for_the_next_release_or_none_does():
+    """`catkin_tag_changelog` gives the new version only to those that do, and a release needs all."""
+    waits = {package.name: "\nForthcoming\n---" in changelog(package) for package in PACKAGES}
+    waits["CHANGELOG.md"] = "Forthcoming" in releases()
+    assert len(set(waits.values())) == 1, waits
 
 
 def test_all_packages_have_one_version():
@@ -44,8 +55,7 @@ def test_the_page_for_users_tells_the_newest_release_of_every_package():
     newest = next(heading for heading in releases() if heading != "Forthcoming")
     assert newest.split(" ")[0] == version(PACKAGES[0])
     for package in PACKAGES:
-        text = (package / "CHANGELOG.rst").read_text(encoding="utf-8")
-        assert f"\n{newest}\n{'-' * len(newest)}\n" in text, package.name
+        assert f"\n{newest}\n{'-' * len(newest)}\n" in changelog(package), package.name
 
 
 def test_a_release_on_the_page_for_users_is_short():
@@ -62,7 +72,7 @@ def test_a_changelog_tells_of_its_own_nodes():
     lost = {
         (package.name, name): owners[name]
         for package in PACKAGES
-        for name in re.findall(r"(?m)^\* ``(\w+)``", (package / "CHANGELOG.rst").read_text(encoding="utf-8"))
+        for name in re.findall(r"(?m)^\* ``(\w+)``", changelog(package))
         if name not in shared and name in owners and package.name not in owners[name]
     }
     assert lost == {}

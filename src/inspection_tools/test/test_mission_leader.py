@@ -70,3 +70,17 @@ def test_another_goal_does_not_stop_the_uav_between(leader):
 def test_a_goal_without_waypoints_is_refused(leader):
     with pytest.raises(MissionError, match="no waypoints"):
         leader.prepare(())
+
+
+@pytest.mark.parametrize(
+    ("waypoints", "begins", "ends"),
+    [
+        ((FIRST,), "A mission of 1 waypoint begins.", "The waypoint is done."),
+        ((FIRST, SECOND), "A mission of 2 waypoints begins.", "All 2 waypoints are done."),
+    ],
+)
+def test_one_waypoint_is_told_as_one(leader, waypoints, begins, ends):
+    assert leader.begin(waypoints, None, None) == begins
+    for stamp_s, waypoint in enumerate(waypoints):
+        leader.follow(at(float(stamp_s), *waypoint.position_m))
+    assert leader.outcome().log == ends

@@ -302,6 +302,7 @@ def test_a_program_that_is_not_there_is_one_sentence(path, says):
             "it does not know the option --sim-port-out",
         ),  # built for a board
         (b"arducopter\n", "it is neither a program nor a script"),
+        (b"", "it is empty"),
         (b"#!/nowhere/sh\n", "its first line names a program that is not there"),
         (b"#!\n", "its first line names a program that is not there"),
         (b"\x7fELF and somewhere --sim-port-out", None),

@@ -78,6 +78,19 @@ def test_a_goal_that_was_cancelled_while_it_was_read_comes_home_at_once():
     assert hands.leader.end == "aborted"
 
 
+@pytest.mark.parametrize(
+    ("message", "who"),
+    [
+        (came.Command("abort"), "Somebody ended the test by the service ~abort."),
+        (came.Cancel("one"), "Somebody cancelled the goal of the test."),
+    ],
+)
+def test_a_flight_that_somebody_ends_says_how(message, who):
+    hands = flying()
+    hands.give(message)
+    assert (hands.leader.end, hands.leader.reason) == ("aborted", who)
+
+
 def test_an_older_goal_of_another_sender_does_not_replace_the_newest_unless_the_clock_was_set_back():
     hands = flying()
     hands.give(goal("older", stamp_s=9.0))

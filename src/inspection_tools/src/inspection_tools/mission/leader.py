@@ -62,7 +62,7 @@ class MissionLeader:
         self._on_begin(plan)
         if reached:
             return f"The mission goes on after {reached} of {len(plan)} waypoints."
-        return f"A mission of {len(plan)} waypoints begins."
+        return f"A mission of {len(plan)} waypoint{'s' if len(plan) > 1 else ''} begins."
 
     def note(self, here: Here) -> None:
         """Nothing is noted while nothing is flown."""
@@ -88,7 +88,8 @@ class MissionLeader:
             self.setpoint = Target(status.target.position_m, status.target.yaw_rad)
         if status.done:
             self._mission = None
-            self._outcome = Outcome("", log=f"All {status.of} waypoints are done.")
+            log = f"All {status.of} waypoints are done." if status.of > 1 else "The waypoint is done."
+            self._outcome = Outcome("", log=log)
         return False
 
     def _stop_at(self, here: Here, end: str, words: str, log: str = "") -> None:

@@ -91,8 +91,9 @@ class Experiments34Node(FlightNode):
         if not self._flies_home:
             self._reached = told.reached
         phase = "Flying home" if self._flies_home else "Flying the mission"
+        ends = self._flight.time.told(self._flying_s, self._flies_home)
         self._progress.tell(
-            phase, f"{told.reached} of {told.of} waypoints, {told.distance:.0f} m to the next one"
+            phase, f"{told.reached} of {told.of} waypoints, {told.distance:.0f} m to the next one{ends}"
         )
 
     def _on_result(self, message: MissionActionResult) -> Iterable[Enum]:
@@ -122,16 +123,21 @@ class Experiments34Node(FlightNode):
         awaited = "SLAM, whose node says above why it has not begun" if self._uav_is_ready else "the hover"
         self._monitor.course.on_ready(self._uav_is_ready and self._slam.has_begun, awaited)
 
+    @property
+    def _flying_s(self) -> float:
+        """Since the mission began; 0 before."""
+        began_s = self._monitor.course.outcome.times_s.get(Phase.FLYING)
+        return 0.0 if began_s is None else self._monitor.now_s - began_s
+
     def _end_in_time(self) -> list[TimeIsOver]:
-        course = self._monitor.course
-        if course.phase is not Phase.FLYING:
+        if self._monitor.course.phase is not Phase.FLYING:
             return []
-        flying_s = self._monitor.now_s - course.outcome.times_s[Phase.FLYING]
-        over = self._flight.time.over(flying_s, self._flies_home)
+        over = self._flight.time.over(self._flying_s, self._flies_home)
         if over is TimeIsOver.FLY_HOME:
             self._flies_home = True
             return [over]
         if over is TimeIsOver.END_HERE:
+            rospy.loginfo("The mission's time is over.")
             self._cancel.publish(GoalID())
             self._monitor.on_goal_reached(True)
         return []

@@ -119,7 +119,7 @@ def _why_not_sitl(program: Path) -> str:
     except OSError:
         return ""
     if not begin.startswith(SCRIPT):
-        return "it is neither a program nor a script" if begin else ""
+        return "it is neither a program nor a script" if begin else "it is empty"
     interpreter = begin.removeprefix(SCRIPT).split(b"\n")[0].split()[:1]
     if not interpreter or not Path(os.fsdecode(interpreter[0])).is_file():
         return "its first line names a program that is not there"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from enum import Enum
 
@@ -25,3 +26,10 @@ class MissionTime:
         if flies_home or flying_s < self.duration_s:
             return None
         return TimeIsOver.FLY_HOME if self.returns else TimeIsOver.END_HERE
+
+    def told(self, flying_s: float, flies_home: bool) -> str:
+        """Return when the time will be over, as the end of a sentence; empty: nothing ends the flight."""
+        left_s = self.duration_s - flying_s
+        if flies_home or not math.isfinite(left_s):
+            return ""
+        return f"; its time is over in {max(left_s, 0.0):.0f} s"

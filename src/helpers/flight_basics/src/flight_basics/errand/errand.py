@@ -27,7 +27,8 @@ FIRST_S, BATTERY_S = 1.0, 15.0
 whose pose is known waits longer for its battery: PX4 tells it every 2 s of its time."""
 REST_S = 0.5
 """Wall time between two rests while nothing is flown."""
-ABORTED = "It was aborted."
+CALLED = "Somebody ended the {} by the service ~abort."
+CANCELLED = "Somebody cancelled the goal of the {}."
 
 
 class Errand:
@@ -120,7 +121,7 @@ class Errand:
 
     def _on_cancel(self, cancel: came.Cancel) -> None:
         if self._goals.cancel(cancel.name):
-            self._abort()
+            self._abort(CANCELLED)
 
     def _missing(self) -> str:
         """Return what a goal cannot begin without; empty: nothing."""
@@ -167,7 +168,7 @@ class Errand:
             return
         self._goals.begin()
         if self._goals.is_new_cancelled:
-            self._abort()
+            self._abort(CANCELLED)
 
     def _begin(self, prepared: came.Prepared) -> None:
         """Begin, or go on with what is known. A node that died comes home to the same place."""
@@ -309,13 +310,13 @@ class Errand:
         elif name == "resume":
             self._leader.resume()
         else:
-            self._abort()
+            self._abort(CALLED)
             return "The UAV comes home."
         self._send()
         return "The UAV hovers." if name == "pause" else f"The {self._p.name} goes on."
 
-    def _abort(self) -> None:
-        self._leader.abort(ABORTED)
+    def _abort(self, who: str) -> None:
+        self._leader.abort(who.format(self._p.name))
         self._send()
 
     def _on_question(self, question: came.Question) -> None:
