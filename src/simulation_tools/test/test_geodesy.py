@@ -45,7 +45,15 @@ def test_east_shrinks_with_the_latitude():
     assert ZURICH.to_local(ZURICH.latitude_deg, ZURICH.longitude_deg) == (0.0, 0.0)
 
 
-@pytest.mark.parametrize("bad", [(91.0, 0.0, 0.0), (0.0, 181.0, 0.0), (math.nan, 0.0, 0.0), (0.0, 0.0, 1e5)])
-def test_an_origin_off_the_earth_is_refused(bad):
-    with pytest.raises(Px4Error, match="latitude must lie"):
+@pytest.mark.parametrize(
+    ("bad", "said"),
+    [
+        ((91.0, 0.0, 0.0), "latitude_deg must be less than 90, not 91"),
+        ((0.0, 181.0, 0.0), "longitude_deg must be between -180 and 180, not 181"),
+        ((math.nan, 0.0, 0.0), "latitude_deg must be a finite number"),
+        ((0.0, 0.0, 1e5), "altitude_m must be between -10000 and 10000"),
+    ],
+)
+def test_an_origin_off_the_earth_is_refused(bad, said):
+    with pytest.raises(Px4Error, match=said):
         GeodeticOrigin(*bad)

@@ -21,6 +21,7 @@ class Parameters:
     rest: float | None = limited(None, 2.0, 3.0)
     free: float = 7.0
     time: float = limited(math.inf, above=0.0, most=math.inf)
+    called_m: float = limited(1.0, 0.0, 2.0, named="called")
 
     def __post_init__(self) -> None:
         check_parameters(self)
@@ -57,6 +58,7 @@ def test_what_is_within_the_limits_is_taken(given):
         ({"time": 0.0}, "time is 0.0; it must be greater than 0."),
         ({"rest": 1.0}, "rest is 1.0; it must be a number from 2 to 3."),
         ({"far": None}, "far is None; it must be a number from 1 to 10."),
+        ({"called_m": 3.0}, "called is 3.0; it must be a number from 0 to 2."),
     ],
 )
 def test_what_is_beyond_them_is_refused_in_one_sentence(given, said):

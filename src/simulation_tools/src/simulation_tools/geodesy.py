@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.autopilot import Px4Error
 from simulation_tools.geometry import Vector3
 
@@ -20,18 +21,12 @@ _ALTITUDE_MAX_M = 1e4
 class GeodeticOrigin:
     """Where the world's origin lies on earth; altitude above mean sea level. Default: PX4 SITL's, Zurich."""
 
-    latitude_deg: float = 47.397742
-    longitude_deg: float = 8.545594
-    altitude_m: float = 488.0
+    latitude_deg: float = limited(47.397742, above=-90.0, below=90.0)
+    longitude_deg: float = limited(8.545594, -180.0, 180.0)
+    altitude_m: float = limited(488.0, -_ALTITUDE_MAX_M, _ALTITUDE_MAX_M)
 
     def __post_init__(self) -> None:
-        inside = abs(self.latitude_deg) < 90.0 and abs(self.longitude_deg) <= 180.0
-        if not (inside and abs(self.altitude_m) <= _ALTITUDE_MAX_M):  # false for NaN, too
-            raise Px4Error(
-                "the origin's latitude must lie within -90..90 degrees, its longitude within -180..180 and "
-                "its altitude within -10..10 km, "
-                f"got {self.latitude_deg}, {self.longitude_deg}, {self.altitude_m}"
-            )
+        check_limits(self, Px4Error, "the world's origin: {}")
 
     def moved(self, position_enu_m: Vector3) -> GeodeticOrigin:
         """Return the origin of a frame whose zero is a place in this frame. Its altitude is at most 10 km."""

@@ -37,6 +37,7 @@ def limited(
     above: float | None = None,
     below: float | None = None,
     live: tuple[float, float] | None = None,
+    named: str = "",
 ) -> Any:
     """Return a field of a dataclass of parameters, whose limits are checked when an object is made.
 
@@ -50,8 +51,9 @@ def limited(
         below: the value must be less than this.
         live: least and greatest value in the .cfg file, which needs both, also where the parameter itself has
             no limit. None: least and most.
+        named: what sentences call it; empty: the field's name.
     """
-    limits = {"least": least, "most": most, "above": above, "below": below, "live": live}
+    limits = {"least": least, "most": most, "above": above, "below": below, "live": live, "named": named}
     return field(default=default, metadata=limits)
 
 
@@ -62,20 +64,20 @@ def check_parameters(parameters: Any) -> None:
         ParameterError: the first value that is out of range.
     """
     limits_by_others = []
-    for each in fields(parameters):
-        value = getattr(parameters, each.name)
+    for each in _to_check(parameters):
+        value, name = getattr(parameters, each.name), _name_of(each)
         if each.type == "bool":
-            check_flag(each.name, value)
-        elif each.metadata and not (value is None and each.default is None):
+            check_flag(name, value)
+        elif not (value is None and each.default is None):
             least, most = each.metadata["least"], each.metadata["most"]
             if isinstance(least, str) or isinstance(most, str):
-                limits_by_others.append((each.name, value, least, most))
+                limits_by_others.append((name, value, least, most))
             elif least is None or most is None:
                 must_be = _demand(each, value)
                 if must_be:
-                    raise ParameterError(f"{each.name} is {value!r}; it must be {must_be}.")
+                    raise ParameterError(f"{name} is {value!r}; it must be {must_be}.")
             else:
-                (check_whole if each.type == "int" else check_number)(each.name, value, least, most)
+                (check_whole if each.type == "int" else check_number)(name, value, least, most)
     for name, value, *limits in limits_by_others:  # those are known to be numbers now
         least, most = (getattr(parameters, each) if isinstance(each, str) else each for each in limits)
         check_number(name, value, least, most)
@@ -94,19 +96,26 @@ def check_limits(parameters: Any, error: type[Exception], called: str = "{}") ->
     Raises:
         error: the first value that is out of range, or not a finite number. inf may be `most`.
     """
-    for each in fields(parameters):
+    for each in _to_check(parameters):
         value = getattr(parameters, each.name)
         must_be = "" if value is None and each.default is None else _demand(each, value)
         if must_be:
-            raise error(f"{called.format(each.name)} must be {must_be}, not {value!r}.")
+            raise error(f"{called.replace('{}', _name_of(each))} must be {must_be}, not {value!r}.")
+
+
+def _to_check(parameters: Any) -> list[Field[Any]]:
+    return [each for each in fields(parameters) if each.metadata or each.type == "bool"]
+
+
+def _name_of(each: Field[Any]) -> str:
+    """Return what sentences call a field."""
+    return each.metadata.get("named") or each.name
 
 
 def _demand(each: Field[Any], value: Any) -> str:
     """Return what a field's value must be and is not; empty: nothing."""
     if each.type == "bool":
         return "" if isinstance(value, bool) else "true or false"
-    if not each.metadata:
-        return ""
     least, most, above, below = (each.metadata[name] for name in ("least", "most", "above", "below"))
     is_number = isinstance(value, numbers.Real) and not isinstance(value, bool)
     if not is_number or not (abs(value) <= sys.float_info.max or abs(value) == most):  # NaN fails both

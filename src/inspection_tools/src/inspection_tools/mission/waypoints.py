@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Sequence
 
 from flight_basics.bounds import FARTHEST_M
-from flight_basics.checks import check_number
+from flight_basics.checks import check_number, check_parameters, limited
 from flight_basics.errors import MissionError, PoseError
 from stamp_pairing.clock_steps import SteadyTime
 
@@ -31,17 +31,14 @@ class Waypoint:
     """
 
     position_m: tuple
-    yaw_rad: float | None = None
-    tolerance_m: float = 0.3
-    hold_s: float = 0.0
+    yaw_rad: float | None = limited(None, -100.0, 100.0, named="yaw")
+    tolerance_m: float = limited(0.3, 0.01, 100.0, named="tolerance")
+    hold_s: float = limited(0.0, 0.0, LONGEST_HOLD_S, named="hold")
 
     def __post_init__(self) -> None:
         for axis, value in zip("xyz", self.position_m):
             check_number(axis, value, -FARTHEST_M, FARTHEST_M)
-        if self.yaw_rad is not None:
-            check_number("yaw", self.yaw_rad, -100.0, 100.0)
-        check_number("tolerance", self.tolerance_m, 0.01, 100.0)
-        check_number("hold", self.hold_s, 0.0, LONGEST_HOLD_S)
+        check_parameters(self)
 
 
 def headings_shown(waypoints: Sequence[Waypoint]) -> list[float]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import yaml
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.camera.effects.amounts import Effects, effects_of
 from simulation_tools.camera.errors import PhotographError
 from simulation_tools.camera.surfaces import Surfaces
@@ -33,16 +34,17 @@ class Defect:
     position_m: tuple[float, float, float]
     normal: tuple[float, float, float]
     along: tuple[float, float, float]
-    length_m: float
-    width_m: float
+    length_m: float = limited(MISSING, above=0.0)
+    width_m: float = limited(MISSING, above=0.0)
     seed: int = 0
 
     def __post_init__(self) -> None:
         if self.kind not in KINDS:
             raise PhotographError(f'A defect is of the kind "{self.kind}"; give one of {", ".join(KINDS)}.')
-        numbers = (*self.position_m, *self.normal, *self.along, self.length_m, self.width_m)
-        if len(numbers) != 11 or not np.isfinite(numbers).all() or min(self.length_m, self.width_m) <= 0:
-            raise PhotographError(f"A {self.kind} needs three finite vectors, and a size above 0 m.")
+        check_limits(self, PhotographError, f"A {self.kind}'s {{}}")
+        numbers = (*self.position_m, *self.normal, *self.along)
+        if len(numbers) != 9 or not np.isfinite(numbers).all():
+            raise PhotographError(f"A {self.kind} needs three finite vectors.")
 
 
 @dataclass(frozen=True)

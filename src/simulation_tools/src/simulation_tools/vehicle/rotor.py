@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 
+from flight_basics.checks import check_limits, limited
 from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Vector3
 
@@ -27,25 +28,22 @@ class Rotor:
     direction: float
     idle: float
     top: float
-    time_constant_up_s: float
-    time_constant_down_s: float
-    thrust_quadratic: float
-    thrust_linear: float
-    moment_m: float
-    rotor_drag: float = 0.0
+    time_constant_up_s: float = limited(MISSING, above=0.0)
+    time_constant_down_s: float = limited(MISSING, above=0.0)
+    thrust_quadratic: float = limited(MISSING, 0.0)
+    thrust_linear: float = limited(MISSING, 0.0)
+    moment_m: float = limited(MISSING, 0.0)
+    rotor_drag: float = limited(0.0, 0.0)
     rolling_moment: float = 0.0
 
     def __post_init__(self) -> None:
-        positive = (self.top - self.idle, self.time_constant_up_s, self.time_constant_down_s)
-        if not all(0.0 < value < math.inf for value in positive):
+        check_limits(self, AirframeError, f"rotor {self.joint}: {{}}")
+        if not 0.0 < self.top - self.idle < math.inf:
             raise AirframeError(
-                f"rotor {self.joint}: top speed and time constants must be positive, got {positive}"
+                f"rotor {self.joint}: its top speed {self.top} must be greater than idle, {self.idle}."
             )
-        others = (self.thrust_quadratic, self.thrust_linear, self.moment_m, self.rotor_drag)
-        if not all(0.0 <= value < math.inf for value in others) or not any(others[:2]):
-            raise AirframeError(
-                f"rotor {self.joint}: its thrust must be positive, torque and drag not negative"
-            )
+        if not self.thrust_quadratic + self.thrust_linear:
+            raise AirframeError(f"rotor {self.joint}: its thrust is 0 at any speed.")
 
     def command_for_thrust(self, thrust_n: float) -> float:
         """Return the steady command in 0..1 that gives a thrust (closed form; clipped)."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 
 from exploration.energy.charge import Charge
 from exploration.energy.parameters import EnergyParameters
-from flight_basics.checks import check_number
+from flight_basics.checks import check_number, check_parameters, limited
 
 LONGEST_WAY_S = 86_400.0
 
@@ -27,14 +27,13 @@ class WayHome:
     time_s: of its flight. length_m: of its path, for the words. up_m, down_m: of this, the steep parts.
     """
 
-    time_s: float
-    length_m: float
+    time_s: float = limited(MISSING, 0.0, LONGEST_WAY_S)
+    length_m: float = limited(MISSING, 0.0, 1e6)
     up_m: float = 0.0
     down_m: float = 0.0
 
     def __post_init__(self) -> None:
-        check_number("time_s", self.time_s, 0.0, LONGEST_WAY_S)
-        check_number("length_m", self.length_m, 0.0, 1e6)
+        check_parameters(self)
 
 
 @dataclass(frozen=True)

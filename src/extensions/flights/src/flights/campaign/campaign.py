@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from flights.campaign.axes import Settings, Value, with_defaults
 from flights.errors import CampaignError
 from flights.trials.trial import digest
@@ -73,18 +74,15 @@ class Campaign:
 
     name: str
     kind: str
-    seed: int
-    seeds: int
+    seed: int = limited(MISSING, 0)
+    seeds: int = limited(MISSING, 1, SEEDS_MAX)
     blocks: tuple[Block, ...]
     tuning: Tuning | None = None
     combinations: tuple[Settings, ...] = field(init=False, compare=False, repr=False)
     repeats: tuple[int, ...] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        if not 1 <= self.seeds <= SEEDS_MAX:
-            raise CampaignError(f"seeds must be from 1 to {SEEDS_MAX}, not {self.seeds}.")
-        if self.seed < 0:
-            raise CampaignError(f"seed must not be negative, but is {self.seed}.")
+        check_limits(self, CampaignError)
         number = sum(map(len, self.blocks))
         if number > COMBINATIONS_MAX:
             raise CampaignError(f"trials has {number} combinations; at most {COMBINATIONS_MAX} can be flown.")

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 
 import numpy as np
 
-from flight_basics.checks import check_number
+from flight_basics.checks import check_parameters, limited
 from inspection.camera.survey_camera import optical_axes, rolled
 
 AXIS_M, FLATTENING = 6_378_137.0, 1.0 / 298.257223563
@@ -24,17 +24,13 @@ class WorldFrame:
         ParameterError: a value out of range.
     """
 
-    latitude_deg: float
-    longitude_deg: float
-    height_m: float | None = None
-    heading_deg: float = 90.0
+    latitude_deg: float = limited(MISSING, -90.0, 90.0, named="latitude")
+    longitude_deg: float = limited(MISSING, -180.0, 180.0, named="longitude")
+    height_m: float | None = limited(None, -12_000.0, 100_000.0, named="height")
+    heading_deg: float = limited(90.0, -360.0, 360.0, named="heading")
 
     def __post_init__(self) -> None:
-        check_number("latitude", self.latitude_deg, -90.0, 90.0)
-        check_number("longitude", self.longitude_deg, -180.0, 180.0)
-        check_number("heading", self.heading_deg, -360.0, 360.0)
-        if self.height_m is not None:
-            check_number("height", self.height_m, -12_000.0, 100_000.0)
+        check_parameters(self)
 
     @property
     def _turn(self) -> np.ndarray:

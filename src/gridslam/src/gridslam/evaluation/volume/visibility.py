@@ -8,6 +8,7 @@ from typing import Callable
 
 import numpy as np
 
+from flight_basics.checks import check_limits, limited
 from gridslam.errors import EvaluationError
 from gridslam.evaluation.volume.surface import Samples, Surface
 
@@ -29,22 +30,17 @@ class LidarView:
 
     elevation_deg: tuple[float, float] = (-90.0, 90.0)
     """Lowest and highest beam, from the lidar's plane."""
-    field_of_view_deg: float = 360.0
+    field_of_view_deg: float = limited(360.0, above=0.0, most=360.0)
     """In the lidar's plane, as much to the left as to the right."""
-    range_max_m: float = 30.0
-    incidence_max_deg: float = 80.0
+    range_max_m: float = limited(30.0, above=0.0)
+    incidence_max_deg: float = limited(80.0, above=0.0, most=90.0)
     """A surface that beams graze at a greater angle from its normal counts as one that could not be seen."""
 
     def __post_init__(self) -> None:
         low, high = self.elevation_deg
         if not -90.0 <= low < high <= 90.0:
             raise EvaluationError(f"Elevations of {low:g} to {high:g} deg: use -90 <= LOW < HIGH <= 90.")
-        if not 0.0 < self.field_of_view_deg <= 360.0:
-            raise EvaluationError(f"The field of view is {self.field_of_view_deg:g} deg. Use 0 to 360.")
-        if not 0.0 < self.range_max_m < math.inf:
-            raise EvaluationError(f"The greatest range is {self.range_max_m:g} m. Give a length above 0.")
-        if not 0.0 < self.incidence_max_deg <= 90.0:
-            raise EvaluationError(f"The greatest incidence is {self.incidence_max_deg:g} deg. Use 0 to 90.")
+        check_limits(self, EvaluationError, "The lidar's {}")
 
 
 @dataclass(frozen=True)
