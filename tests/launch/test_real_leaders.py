@@ -63,3 +63,11 @@ def test_a_model_brings_its_radius_its_margin_and_what_follows_from_them():
 def test_a_recorder_runs_on_request():
     assert "record" in loaded("real.launch", "record:=true")[0]
     assert "record" not in loaded("real.launch")[0]
+
+
+def test_keep_out_boxes_and_loop_closure_also_count_when_the_pilot_leads(tmp_path):
+    limits = tmp_path / "limits.yaml"
+    limits.write_text("ceiling: 3.0\n")
+    parameters = loaded("real.launch", "slam:=true", f"limits:={limits}", "loop_closure:=false")[1]
+    assert parameters["/cepa/limits/ceiling"] == 3.0
+    assert parameters["/gridslam/loop_closure"] is False

@@ -52,6 +52,7 @@ def check(asked: Mapping[str, Any]) -> None:
     if scenario.flag("record", asked["record"]):
         _check_bags(str(asked["bags"]))
     _check_leaders(asked)
+    _check_limits(asked)
     _check_uav(str(asked["model"]), str(asked["lidar"]), str(asked["sensors"]).split())
 
 
@@ -69,10 +70,23 @@ def _check_leaders(asked: Mapping[str, Any]) -> None:
         )
     for name, least in (("radius", 0.01), ("margin", 0.0), ("resolution", 0.01), ("time", 1.0)):
         values.number(name, asked[name], least)
-    check_limits(str(asked.get("limits", "")).strip())
     if "inspection" in names:
         _check_plan(str(asked.get("plan", "")).strip())
         _check_drawing(str(asked.get("drawing", "")).strip(), asked["drawing_home"])
+
+
+def _check_limits(asked: Mapping[str, Any]) -> None:
+    """Check the file of limits, and that somebody keeps it."""
+    path = str(asked.get("limits", "")).strip()
+    is_led = scenario.flag("explore", asked["explore"]) or scenario.flag("inspection", asked["inspection"])
+    if path and not is_led:
+        if not scenario.flag("slam", asked["slam"]):
+            raise ScenarioError(f"limits:={path} counts in the map of SLAM; add slam:=true.")
+        if asked["algorithm"] != "dynamic":
+            raise ScenarioError(
+                f"algorithm:={asked['algorithm']} keeps no limits; choose algorithm:=dynamic."
+            )
+    check_limits(path)
 
 
 def check_limits(path: str) -> None:
