@@ -58,6 +58,25 @@ def test_what_pilot_orders_can_do_without_is_no_finding(topic):
     assert graph.check(with_topic(topic, subscribers=("/pilot_orders",))) == []
 
 
+@pytest.mark.parametrize(
+    ("topic", "node"),
+    [
+        ("/initialpose", "/gridslam"),
+        ("/clicked_point", "/inspect"),
+        ("/gazebo/odometry_without_gnss", "/tf_publisher"),
+    ],
+)
+def test_what_only_a_click_sends_and_a_name_that_nobody_uses_are_no_finding(topic, node):
+    assert graph.check(with_topic(topic, subscribers=(node,))) == []
+
+
+@pytest.mark.parametrize("name", ["/rviz", "/two/rqt_reconfigure"])
+def test_a_window_that_has_ended_is_no_error(name):
+    (found,) = graph.check(replace(WELL, launched=(Launched(name, False),)))
+    assert (found.severity, found.where) == (NOTE, name)
+    assert exit_code([found]) == FINE
+
+
 @pytest.mark.parametrize("topic", ["/experiment/working", "/slam_octomap/working"])
 def test_in_lockstep_a_participant_need_not_say_that_it_still_works(topic):
     assert graph.check(with_topic(topic, subscribers=("/gazebo",))) == []

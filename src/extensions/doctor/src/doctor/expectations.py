@@ -46,9 +46,14 @@ OPTIONAL_INPUTS = re.compile(
     r"|/mavros/global_position/set_gp_origin$|/gazebo/set_model_(state|states)$"
     r"|/UAV/(pos_setpoint/final|use_pos_setpoint|vision_state|front)$"
     r"|/.*/working$"  # in lockstep the simulator hears it of each participant; only slow ones send it
-    r"|/joy$|/explore/explore/status$|/inspect/survey/status$"
+    r"|/joy$|/explore/explore/status$|/inspect/survey/status$"  # what `pilot_orders` hears
+    r"|/initialpose$|/clicked_point$"  # RViz's, when somebody clicks
+    r"|/gazebo/odometry_without_gnss$"  # `tools.launch` gives this name where lidar_odometry sends TF
 )
-"""Optional inputs for users. A publisher is not necessary. The last line is what `pilot_orders` hears."""
+"""Optional inputs for users. A publisher is not necessary."""
+
+VIEWERS = re.compile(r".*/(rviz|rqt\w*)$")
+"""Nodes that only show. They end without a screen, or when somebody closes the window."""
 
 _COMMANDS = re.compile(r".*(/vel_setpoint/|/pos_setpoint($|/)|/mavros/setpoint_|/cmd_vel)")
 

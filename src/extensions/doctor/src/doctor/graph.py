@@ -16,6 +16,7 @@ from doctor.expectations import (
     QUIET_TOPICS,
     RATES_HZ,
     SETPOINTS,
+    VIEWERS,
     is_command,
 )
 from doctor.snapshot import Graph, Recording, Topic
@@ -72,7 +73,11 @@ def nodes(graph: Graph) -> Iterator[Diagnosis]:
                 "rosnode cleanup, then start it again",
             )
     for launched in graph.launched:
-        if not launched.running:
+        if not launched.running and VIEWERS.match(launched.name):
+            what = "has ended, and nothing else needs it"
+            remedy = "Nothing, if there is no screen, or if you closed its window"
+            yield Diagnosis(NOTE, launched.name, what, remedy)
+        elif not launched.running:
             yield Diagnosis(
                 ERROR,
                 launched.name,
