@@ -122,6 +122,12 @@ def test_the_digest_is_of_what_is_computed_not_of_where(tmp_path):
     assert of("here") != of("there")
 
 
+def test_how_many_trials_there_are_is_told_before_the_first_one_is_done(tmp_path, capsys):
+    with Store(tmp_path / "t.jsonl") as store:
+        run_trials([trial(3), trial(4)], store, ThisProcess(), "test")
+    assert "0/2 done" in capsys.readouterr().err
+
+
 # -- versions -----------------------------------------------------------------------------------------------
 
 

@@ -55,6 +55,7 @@ def run_trials(
     progress = tqdm(
         total=sum(trial.cost_s for trial in missing), desc=what, bar_format=_BAR, disable=quiet or not missing
     )
+    progress.set_postfix_str(f"{done}/{len(trials)} done")  # the first one may take minutes
     failed: list[Failed] = []
     try:
         with progress:
