@@ -64,10 +64,17 @@ def test_what_pilot_orders_can_do_without_is_no_finding(topic):
         ("/initialpose", "/gridslam"),
         ("/clicked_point", "/inspect"),
         ("/gazebo/odometry_without_gnss", "/tf_publisher"),
+        ("/explore/explore/cancel", "/explore"),
+        ("/scan_in", "/slam_octomap"),
     ],
 )
-def test_what_only_a_click_sends_and_a_name_that_nobody_uses_are_no_finding(topic, node):
+def test_what_a_healthy_flight_lacks_is_no_finding(topic, node):
     assert graph.check(with_topic(topic, subscribers=(node,))) == []
+
+
+def test_cepa_cannot_do_without_the_scans_that_the_map_of_voxels_can():
+    (found,) = graph.check(with_topic("/scan_in", subscribers=("/slam_octomap", "/cepa")))
+    assert (found.severity, found.where) == (NOTE, "/scan_in")
 
 
 @pytest.mark.parametrize("name", ["/rviz", "/two/rqt_reconfigure"])

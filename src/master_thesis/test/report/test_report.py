@@ -11,6 +11,7 @@ import signal
 import sys
 from dataclasses import replace
 from html import escape
+from pathlib import Path
 
 import pytest
 
@@ -228,3 +229,10 @@ def test_without_a_browser_there_is_a_sentence_in_place_of_the_pdf(tmp_path, mon
     said = write_pdf(tmp_path / "index.html", tmp_path / "report.pdf")
     assert said.startswith("No PDF was made")
     assert not (tmp_path / "report.pdf").exists()
+
+
+def test_the_page_names_all_that_only_takes():
+    page = (Path(__file__).parents[2] / "doc/report.md").read_text(encoding="utf-8")
+    (line,) = re.findall(r"(?m)^- `--only`.*$", page)
+    between = {"experiment_2", "experiment_3"}  # "`experiment_1` to `experiment_4`"
+    assert set(re.findall(r"`(\w+)`", line)) | between == set(EXPERIMENTS)

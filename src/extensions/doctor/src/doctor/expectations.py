@@ -48,9 +48,13 @@ OPTIONAL_INPUTS = re.compile(
     r"|/.*/working$"  # in lockstep the simulator hears it of each participant; only slow ones send it
     r"|/joy$|/explore/explore/status$|/inspect/survey/status$"  # what `pilot_orders` hears
     r"|/initialpose$|/clicked_point$"  # RViz's, when somebody clicks
+    r"|/.*/cancel$"  # of an action: who sends goals need not cancel them
     r"|/gazebo/odometry_without_gnss$"  # `tools.launch` gives this name where lidar_odometry sends TF
 )
 """Optional inputs for users. A publisher is not necessary."""
+
+BESIDE_CLOUDS = {"/slam_octomap": ("/scan_in", "/range_down_in", "/range_up_in")}
+"""Inputs that a node can do without, by their names before a remap. Another node may need such a name."""
 
 VIEWERS = re.compile(r".*/(rviz|rqt\w*)$")
 """Nodes that only show. They end without a screen, or when somebody closes the window."""

@@ -8,6 +8,7 @@ from typing import Iterable, Iterator
 from doctor import clock, parameters, scans, transforms
 from doctor.diagnosis import ERROR, NOTE, WARNING, Diagnosis
 from doctor.expectations import (
+    BESIDE_CLOUDS,
     CHAIN,
     EXTERNAL_POSES,
     FOLLOWED_SHARE,
@@ -105,6 +106,8 @@ def unheard(graph: Graph) -> Iterator[Diagnosis]:
         if QUIET_TOPICS.match(topic.name) or OPTIONAL_INPUTS.match(topic.name) or topic.name == "/clock":
             continue
         if all(name.endswith("/mavros") for name in topic.subscribers):  # takes what anyone may send it
+            continue
+        if all(topic.name in BESIDE_CLOUDS.get(name, ()) for name in topic.subscribers):
             continue
         what = f"{_told(topic.subscribers)} subscribes, but nobody publishes"
         remedy = "Start who publishes it, or remap the listener to what is there (rostopic list)"
