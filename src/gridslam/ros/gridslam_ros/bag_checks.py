@@ -11,6 +11,8 @@ from gridslam.localisation.standstill import STILL_M, STILL_RAD, Standstill
 from gridslam_ros.bags import BagCount, BagError
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 
+WITHOUT_TF, WITHOUT_TF_SHARE = 3, 0.02
+"""More scans than both say may be left out because TF does not reach them, as at a bag's begin and end."""
 CHANGES = 3
 """So many times scans have changed while odometry stood still, and it has never moved: there is none."""
 
@@ -65,10 +67,19 @@ class BagChecks:
                 "odometry; play the bag to lidar_odometry, which makes odometry of scans."
             )
 
+    def what_is_left_out(self) -> str:
+        """Return a sentence if TF does not tell where many of the scans were; else nothing."""
+        count = self._count
+        if count.without_tf <= max(WITHOUT_TF, WITHOUT_TF_SHARE * count.read):
+            return ""
+        return f"{count.without_tf} of the {count.read} scans are not in the map: {self._why_without_tf()}."
+
+    def _why_without_tf(self) -> str:
+        return self._frames.what_lacks(self._count.lidar_frame) or (
+            "the transforms are of other times than the scans; check the clocks that stamp both"
+        )
+
     def _why_nothing(self) -> str:
         if self._count.without_tf:
-            lacks = self._frames.what_lacks(self._count.lidar_frame) or (
-                "the transforms are of other times than the scans; check the clocks that stamp both"
-            )
-            return f"None of the {self._count.read} scans could be used: {lacks}."
+            return f"None of the {self._count.read} scans could be used: {self._why_without_tf()}."
         return f"None of the {self._count.read} scans on {self._topic} could be used."

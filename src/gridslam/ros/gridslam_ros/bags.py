@@ -49,7 +49,7 @@ class BagCount:
     of_one_stamp: int = 0
     """Left out because the scan before, with other ranges, has the same stamp."""
     lidar_frame: str = ""
-    """Of the newest scan."""
+    """Of the newest scan; once scans were left out without TF, of the newest of these."""
 
 
 def open_bag(path: str, mode: str = "r") -> rosbag.Bag:
@@ -190,7 +190,8 @@ class BagScans:
         for name, message in self._messages(bag):
             if name == self._topic:
                 self._count.read += 1
-                self._count.lidar_frame = message.header.frame_id
+                if not self._count.without_tf:
+                    self._count.lidar_frame = message.header.frame_id
                 self._intake.add_scan(message)
             elif self._beside.covariances is not None and name == self._odometry_topic:
                 self._beside.covariances.add(message)
@@ -204,7 +205,7 @@ class BagScans:
         yield from self._ready(self._frames.know)  # whose odometry or cloud never came
         self._intake.drop_held()
         self._count.of_one_stamp = self._intake.of_one_stamp
-        self._count.without_tf += len(self._queue.clear())
+        self._leave_out(self._queue.clear())
 
     def _messages(self, bag: rosbag.Bag) -> Iterator[tuple]:
         """Yield (topic, message) of scans, TF, odometry and clouds."""
@@ -223,10 +224,15 @@ class BagScans:
     def _ready(self, is_ready: Callable[[LaserScan], bool]) -> Iterator:
         while len(self._queue):
             scan, _, without_tf = self._queue.take(is_ready)
-            self._count.without_tf += len(without_tf)
+            self._leave_out(without_tf)
             if scan is None:
                 return
             yield scan
+
+    def _leave_out(self, scans: list) -> None:
+        self._count.without_tf += len(scans)
+        if scans:
+            self._count.lidar_frame = scans[-1].header.frame_id
 
     def _skip(self, _scan: LaserScan) -> None:
         self._count.skipped += 1
@@ -235,5 +241,5 @@ class BagScans:
         self._count.begun_anew += 1
         if self._intake.is_out_of_order:
             raise BagError(f"{OUT_OF_ORDER} The bag cannot be mapped; sort it by the headers' stamps.")
-        self._count.without_tf += len(self._queue.clear())
+        self._leave_out(self._queue.clear())
         self._begin_again(seconds)

@@ -223,6 +223,8 @@ class Replay:
                 bar.update(self._count.read - bar.n)
         self._remarks.sum_up()
         self._checks.check(len(self._cpu_s))
+        if left_out := self._checks.what_is_left_out():
+            self._remarks.say(left_out)
         self._session.finish()
         wall_s = time.perf_counter() - start_s
         self._write(output, wall_s)

@@ -12,6 +12,8 @@ READY_MAX = 40
 """Greatest number of scans that wait for SLAM; of more, some are left out. Most scans take a millisecond. So
 SLAM catches up soon after a pause of one second at 40 Hz.
 """
+LIDARS_MAX = 4
+"""So many lidars may send scans in turns, of which TF knows the place of one only."""
 
 
 class Taken(NamedTuple):
@@ -22,7 +24,7 @@ class Taken(NamedTuple):
     too_late: list
     """Scans left out because SLAM was busy for too long."""
     without_tf: list
-    """Scans left out because their transforms never came, although those of the newest scan did."""
+    """Scans left out because their transforms never came, although those of a newer scan did."""
 
 
 class _Waiting(NamedTuple):
@@ -71,12 +73,15 @@ class ScanQueue:
         waiting, ready_max, too_late, without_tf = self._waiting, self._ready_max, [], []
         while ready_max is not None and len(waiting) > ready_max and is_ready(waiting[ready_max].scan):
             too_late.append(self._leave_out(ready_max))
-        while waiting and not is_ready(waiting[0].scan) and is_ready(waiting[-1].scan):
+        while waiting and not is_ready(waiting[0].scan) and self._is_newer_ready(is_ready):
             without_tf.append(waiting.popleft().scan)
         if not waiting or not is_ready(waiting[0].scan):
             return Taken(None, too_late, without_tf)
         self._before, scan = waiting.popleft()
         return Taken(scan, too_late, without_tf)
+
+    def _is_newer_ready(self, is_ready: Callable) -> bool:
+        return any(is_ready(each.scan) for each in islice(reversed(self._waiting), LIDARS_MAX))
 
     def _leave_out(self, last: int) -> object:
         """Leave out one of the scans before the one at this place: where the gap becomes smallest."""

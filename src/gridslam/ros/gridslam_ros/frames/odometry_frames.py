@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections import deque
 from typing import Callable, Sequence
 
@@ -27,6 +28,8 @@ HELD_MAX = 100
 """Greatest number of held messages."""
 UNIT_TOLERANCE = 4e-3
 """Error of a quaternion's norm; tf2 refuses a greater one."""
+SAME_M, SAME_RAD = 1e-3, 1e-3
+"""Two static transforms that differ by less are one that was rounded."""
 AUTHORITY = "gridslam"
 
 
@@ -57,6 +60,8 @@ class OdometryFrames:
         self._tree = TfTree(self.odom_frame)
         self._static: dict[str, dict[str, TransformStamped]] = {}
         """By child and parent."""
+        self._is_reversed = False
+        """Whether TF tells the odometry's frame below the base, and not the base below odometry."""
         self.resets = 0
         """Number of times that moving transforms were forgotten."""
         self._forget()
@@ -72,12 +77,15 @@ class OdometryFrames:
 
     def add(self, transforms: Sequence[TransformStamped], static: bool = False) -> int | None:
         """Take in a message of /tf or /tf_static. Return the stamp (ns) of an odometry's edge in it."""
+        above = (_names(edge)[0] for edge in transforms if _names(edge)[1] == self.odom_frame)
+        self._is_reversed = self._is_reversed or self.base_frame in above
         # map -> odom is never odometry
         edges = [edge for edge in transforms if _names(edge)[1] != self.odom_frame and self._is_sound(edge)]
         if static:
             for edge in edges:
                 parent, child = _names(edge)
-                self._static.setdefault(child, {})[parent] = edge
+                self._compare(edge, self._static.setdefault(child, {}).get(parent))
+                self._static[child][parent] = edge
         edges = [edge for edge in edges if self._counts(edge)]
         if static:
             for edge in edges:
@@ -94,6 +102,19 @@ class OdometryFrames:
                 self.go_back()
                 return stamp_ns
         return None
+
+    def _compare(self, edge: TransformStamped, before: TransformStamped | None) -> None:
+        """Say it if a static transform has other values than before."""
+        if before is None:
+            return
+        apart_m = math.dist(xyz(edge.transform.translation), xyz(before.transform.translation))
+        one, other = xyzw(edge.transform.rotation), xyzw(before.transform.rotation)
+        apart_rad = 2.0 * math.acos(min(1.0, abs(sum(map(operator.mul, one, other)))))
+        if apart_m > SAME_M or apart_rad > SAME_RAD:
+            self._say(
+                f"{_arrow(edge)} is told as static with two values, {apart_m:.3f} m and "
+                f"{math.degrees(apart_rad):.1f} degrees apart; the newer one counts from now on."
+            )
 
     def _counts(self, edge: TransformStamped) -> bool:
         """Whether an edge is of the parent that counts for its child."""
@@ -122,7 +143,13 @@ class OdometryFrames:
 
     def what_lacks(self, lidar_frame: str) -> str:
         """Return what lacks in TF between odometry, base and lidar, without a full stop; empty: nothing."""
-        return self._tree.what_lacks(self.base_frame, lidar_frame.lstrip("/"))
+        lacks = self._tree.what_lacks(self.base_frame, lidar_frame.lstrip("/"))
+        if lacks and self._is_reversed:
+            return (
+                f'odometry lacks: TF has "{self.odom_frame}" below "{self.base_frame}", but needs '
+                f'"{self.base_frame}" below "{self.odom_frame}"; send the inverse transform'
+            )
+        return lacks
 
     def go_back(self) -> None:
         """Forget all moving transforms but the held ones, as after a clock that jumped back."""
