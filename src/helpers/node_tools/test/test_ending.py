@@ -73,6 +73,29 @@ def test_before_anything_is_open_it_ends_on_the_spot(number):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_its_temporary_folders_go_and_those_of_others_stay(number, tmp_path):
+    other = tmp_path / f"meshes_of_process_{os.getpid()}_x"
+    other.mkdir()
+    body = """
+from mesh_files.scratch import scratch_folder
+ending.closes_by(lambda: None)
+folder = scratch_folder("meshes")
+open(folder.name + "/0.obj", "w").close()
+print("loading", flush=True)
+time.sleep(60)
+"""
+    begin = BEGIN.replace('print("begun", flush=True)', "")
+    code, output, _ = end(
+        [sys.executable, "-c", begin + body],
+        number,
+        line="loading",
+        env={**os.environ, "TMPDIR": str(tmp_path)},
+    )
+    assert (code, output) == (0, "")
+    assert list(tmp_path.iterdir()) == [other]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_what_is_open_is_closed_whatever_the_main_thread_does(number):
     body = """
 ending.closes_by(lambda: print("closed"))

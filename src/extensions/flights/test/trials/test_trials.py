@@ -8,8 +8,10 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,10 +20,12 @@ from flights.errors import FlightError, TrialsError
 from flights.files import plain, replace_file
 from flights.results.sources import commit
 from flights.trials import dask_workers, run
+from flights.trials.dask_workers import DaskWorkers
 from flights.trials.run import WORKER_DIED, run_trials
 from flights.trials.store import Store
 from flights.trials.trial import Row, Trial, file_digest, several_versions
 from flights.trials.workers import INTERRUPTED, ThisProcess, open_workers
+from mesh_files.scratch import scratch_folder
 
 ROOT = Path(__file__).resolve().parents[5]
 PATIENCE_S = 60.0
@@ -164,6 +168,20 @@ def test_order_and_number_of_workers_change_nothing(two_processes, tmp_path):
     assert failed is None
     results = [row.result for row in alone]
     assert [row.result for row in several] == [row.result for row in backwards[::-1]] == results
+
+
+def temporary_folder(_):
+    return tempfile.gettempdir()
+
+
+def test_what_killed_workers_leave_in_the_temporary_folder_goes_with_them(two_processes):
+    ((_, folder),) = two_processes.results(temporary_folder, ["any"])
+    assert f"_of_process_{os.getpid()}_" in folder
+    workers = DaskWorkers.__new__(DaskWorkers)
+    workers._cluster, workers._scratch = SimpleNamespace(workers={}), scratch_folder("test")
+    (Path(workers._scratch.name) / "left.world").touch()
+    workers.kill()
+    assert not Path(workers._scratch.name).exists()
 
 
 def die_once(folder):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import subprocess
 import sys
-import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from mesh_files.errors import MeshFileError
 from mesh_files.reading import Part, read_parts
+from mesh_files.scratch import scratch_folder
 
 WORLD_SUFFIXES = (".world", ".sdf")
 READING_S = 600.0
@@ -31,7 +31,7 @@ def read_surfaces(path: Path) -> list[Part]:
         raise MeshFileError("there is no such file. Give a mesh or an SDF world")
     if path.suffix.lower() not in WORLD_SUFFIXES:
         return read_parts(path)
-    with tempfile.TemporaryDirectory() as folder:
+    with scratch_folder("mesh_files") as folder:
         return read_parts(_mesh_of_world(path, Path(folder) / "world.glb"))
 
 

@@ -3,8 +3,8 @@
 Python raises KeyboardInterrupt even in the middle of an import. rospy's own handler closes topics in the
 main thread, and may wait for ever for a lock that this thread holds. The interpreter's own exit sometimes
 hangs while threads of rospy, numba or BLAS live. Therefore a separate thread waits for the signal, closes
-what is open, and ends the process without the interpreter's exit. This module is the first import of every
-node's executable, so it imports little itself.
+what is open, removes the process's temporary folders, and ends the process without the interpreter's exit.
+This module is the first import of every node's executable, so it imports little itself.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ STARTING = 50_000
 """Number of new objects after which Python collects garbage while a node starts: it imports, and loads
 machine code. With the usual 700 that takes long.
 """
+SCRATCH_TIMES = 3
 _UNSAID = "Inbound TCP/IP connection failed"
 
 
@@ -109,7 +110,27 @@ def leave(code: int, close: Callable[[], None] = lambda: None) -> None:
         close()
         _flush()
     finally:
-        os._exit(code)
+        _exit(code)
+
+
+def _exit(code: int) -> None:
+    remove_scratch()
+    os._exit(code)
+
+
+def remove_scratch() -> None:
+    """Remove this process's folders in the temporary folder. `mesh_files.scratch` names them.
+
+    Another thread may still write into them. So they are looked for more than once.
+    """
+    import glob
+    import shutil
+    import tempfile
+
+    for _ in range(SCRATCH_TIMES):
+        mine = f"*_of_process_{os.getpid()}_*"
+        for folder in glob.glob(os.path.join(glob.escape(tempfile.gettempdir()), mine)):
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 def silence_threads() -> None:
@@ -146,7 +167,7 @@ def tell_log_faults_once() -> None:
 
 def exit_later(code: int, after_s: float = CLOSING_S) -> None:
     """End the process after this wall time, even if its threads still wait."""
-    timer = threading.Timer(after_s, os._exit, (code,))
+    timer = threading.Timer(after_s, _exit, (code,))
     timer.daemon = True
     timer.start()
 

@@ -26,7 +26,8 @@ KEPT = "Interrupted; all finished pieces are kept; the next call goes on from he
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Compute missing pieces, write the page, and return the exit code."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell ignores it in the background
+    for number in (signal.SIGINT, signal.SIGTERM):  # a shell ignores the first in the background
+        signal.signal(number, signal.default_int_handler)
     given = _parser().parse_args(arguments)
     size = SMALLEST if given.smallest else QUICK if given.quick else FULL
     began_s = time.monotonic()

@@ -17,6 +17,7 @@ import dask
 from distributed import Client, LocalCluster, as_completed
 
 from flights.errors import TrialsError
+from mesh_files.scratch import scratch_folder
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -28,9 +29,9 @@ PACKAGE = "flights"
 CONNECT_TIMEOUT_S = 15
 CLOSE_TIMEOUT_S = 1
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+_ENVIRONMENT = {**ONE_THREAD, "NUMBA_NUM_THREADS": "1"}
 _SETTINGS = {
     "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
-    "distributed.nanny.pre-spawn-environ": {**ONE_THREAD, "NUMBA_NUM_THREADS": "1"},
     "distributed.comm.timeouts.connect": f"{CONNECT_TIMEOUT_S}s",
     "distributed.worker.memory.target": False,
     "distributed.worker.memory.spill": False,
@@ -47,7 +48,9 @@ class DaskWorkers:
             TrialsError: the scheduler cannot be reached, or one of its workers lacks this workspace.
         """
         self._cluster: LocalCluster | None = None
-        self._settings = dask.config.set(_SETTINGS)
+        self._scratch = scratch_folder("flights_workers")  # a worker that is killed leaves its files
+        environment = {**_ENVIRONMENT, "TMPDIR": self._scratch.name}
+        self._settings = dask.config.set({**_SETTINGS, "distributed.nanny.pre-spawn-environ": environment})
         logging.getLogger("distributed").setLevel(logging.CRITICAL)  # `run_trials` reports dead workers
         if scheduler is not None:
             self._client = _connected(scheduler)
@@ -97,7 +100,10 @@ class DaskWorkers:
             yield tasks_by_key[future.key], result[1] if future.status == "error" else result
 
     def kill(self) -> None:
-        """End local processes at once. Those of a cluster only stop working for this process."""
+        """End local processes at once, and remove their temporary files.
+
+        Those of a cluster only stop working for this process.
+        """
         if self._cluster is None:
             return
         for nanny in self._cluster.workers.values():
@@ -105,6 +111,7 @@ class DaskWorkers:
         for pid in self.pids:
             with contextlib.suppress(ProcessLookupError):  # it has ended already
                 os.kill(pid, signal.SIGKILL)
+        self._scratch.cleanup()
 
     def close(self) -> None:
         """Leave the scheduler; end the local cluster."""
@@ -114,6 +121,7 @@ class DaskWorkers:
                 with contextlib.suppress(asyncio.TimeoutError, TimeoutError):  # one class since Python 3.11
                     one.close(timeout=CLOSE_TIMEOUT_S)
         self._settings.__exit__(None, None, None)
+        self._scratch.cleanup()
 
     def __enter__(self) -> DaskWorkers:
         return self

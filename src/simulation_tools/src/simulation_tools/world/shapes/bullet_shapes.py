@@ -9,6 +9,7 @@ from typing import Callable, Hashable, Sequence
 
 import numpy as np
 
+from mesh_files.scratch import scratch_folder
 from simulation_tools.geometry import IDENTITY, Pose
 from simulation_tools.sdf.elements import (
     Box,
@@ -200,7 +201,7 @@ class ShapeFactory:
 
     def _new_file(self) -> Path:
         if self._mesh_folder is None:
-            self._mesh_folder = tempfile.TemporaryDirectory(prefix="simulation_tools_meshes_")
+            self._mesh_folder = scratch_folder("simulation_tools_meshes")
         folder = Path(self._mesh_folder.name)
         return folder / f"{len(list(folder.iterdir()))}.obj"
 
