@@ -1,5 +1,6 @@
 """The height over a floor that slopes: the range finder alone takes a ramp for a climb or a descent."""
 
+import itertools
 import math
 
 import numpy as np
@@ -9,6 +10,7 @@ from puck_in_a_room import errors, fly
 
 from gridslam.cloud_odometry import CloudOdometry, CloudOdometryParameters
 from gridslam.cloud_odometry.plane_map import PlaneMap
+from gridslam.cloud_odometry.rotations import matrix_of
 
 BACK_AT_THE_START_S = 33.0
 
@@ -22,6 +24,7 @@ def test_the_height_holds_up_a_ramp_and_down_again(slope_deg):
     off_m = np.abs(errors(flown)[:, 2])
     assert off_m.max() < 0.1
     assert off_m[-20:].max() < 0.05
+    assert odometry.height.wrong_m == 0.0
 
 
 @pytest.mark.parametrize("slope_deg", [0.0, 8.0, 30.0])
@@ -56,3 +59,22 @@ def test_a_plane_through_single_rings_on_floor_and_wall_is_no_slope():
     on_floor, on_wall = (np.column_stack((0 * y + at, y, 0 * y + up)) for at, up in rings)
     planes.add(np.vstack((on_floor, on_wall)), np.array((0.3, 0.5, 3.0)))
     assert planes.slope_at(np.array((0.4, 0.5, 0.2)), np.array((0.4, 0.5, 3.0))) is None
+
+
+def deck_with_rim(turn_rad):
+    """Points of a level deck from x = 0.01 on, at z = 8.2, and of the upper 0.1 m of its rim."""
+    y, z = (each.ravel() for each in np.meshgrid(np.arange(-1.5, 1.5, 0.2), np.arange(8.1, 8.2, 0.03)))
+    rim = np.column_stack((0.01 + 0.0 * y, y, z))
+    x, y = (each.ravel() for each in np.meshgrid(np.arange(0.06, 1.5, 0.08), np.arange(-1.5, 1.5, 0.08)))
+    deck = np.column_stack((x, y, 8.2 + 0.0 * x))
+    return np.vstack((rim, deck)) @ matrix_of((0.0, 0.0, turn_rad)).T
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 90.0, 180.0, 270.0])
+def test_the_rim_of_a_level_deck_is_no_slope(turn_deg):
+    """A plane through deck and rim leans by some degrees. It goes on to neither side."""
+    planes, turn = PlaneMap(CloudOdometryParameters()), matrix_of((0.0, 0.0, math.radians(turn_deg)))
+    planes.add(deck_with_rim(math.radians(turn_deg)), turn @ (-0.3, 0.0, 10.0))
+    for x, y, z in itertools.product(np.arange(0.01, 1.2, 0.06), np.arange(-1.0, 1.0, 0.2), (8.14, 8.2)):
+        slope = planes.slope_at(turn @ (x, y, z), turn @ (x, y, z + 2.0))
+        assert slope is None or np.linalg.norm(slope) < 0.05

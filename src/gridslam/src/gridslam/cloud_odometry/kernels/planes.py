@@ -182,6 +182,63 @@ def _slot_seen_from(
 
 
 @njit(cache=True)
+def _slope_in_level(
+    place: np.ndarray,
+    eye: np.ndarray,
+    level: int,
+    levels_m: np.ndarray,
+    keys: np.ndarray,
+    planes: np.ndarray,
+    slope: np.ndarray,
+) -> bool:
+    """Set the slope (2,) of a level's plane on which a place (3,) lies; return whether there is one."""
+    side = levels_m[level]
+    i, j, k = (
+        int(np.floor(place[0] / side)),
+        int(np.floor(place[1] / side)),
+        int(np.floor(place[2] / side)),
+    )
+    slot = _slot_seen_from(eye, level, i, j, k, keys, planes)
+    if slot < 0 or abs(planes[slot, NORMAL + 2]) < FLOOR_NORMAL:
+        return False
+    plane, off_m = planes[slot], 0.0
+    for axis in range(3):
+        off_m += plane[NORMAL + axis] * (place[axis] - plane[MIDDLE + axis])
+    slope[0], slope[1] = -plane[NORMAL] / plane[NORMAL + 2], -plane[NORMAL + 1] / plane[NORMAL + 2]
+    return abs(off_m) <= FLOOR_REACH_M
+
+
+@njit(cache=True)
+def _goes_on(
+    place: np.ndarray,
+    eye: np.ndarray,
+    level: int,
+    levels_m: np.ndarray,
+    keys: np.ndarray,
+    planes: np.ndarray,
+    slope: np.ndarray,
+) -> bool:
+    """Return whether a floor of this slope (2,) at a place (3,) goes on, up or down, in the next voxel.
+
+    Where it is level that is not asked. At the rim of a deck, or the edge of a hole, one plane fits the top
+    and the edge. On one side of it the deck is level, on the other there is nothing.
+    """
+    steep = np.hypot(slope[0], slope[1])
+    if steep <= SAME_SLOPE:
+        return True
+    beside, its_slope = np.empty(3), np.empty(2)
+    for sign in (-1.0, 1.0):
+        step_m = sign * levels_m[level]
+        beside[0] = place[0] + step_m * slope[0] / steep
+        beside[1] = place[1] + step_m * slope[1] / steep
+        beside[2] = place[2] + step_m * steep
+        is_floor = _slope_in_level(beside, eye, level, levels_m, keys, planes, its_slope)
+        if is_floor and np.hypot(its_slope[0] - slope[0], its_slope[1] - slope[1]) < SAME_SLOPE:
+            return True
+    return False
+
+
+@njit(cache=True)
 def floor_slope(
     place: np.ndarray,
     eye: np.ndarray,
@@ -192,31 +249,20 @@ def floor_slope(
 ) -> bool:
     """Set the rise per metre along x and y (2,) of the floor at a place (3,) that is seen from an eye (3,).
 
-    Return whether there is one: the planes of two levels on which the place lies agree. The coarsest ones up
-    to ``FLOOR_LEVEL`` count.
+    Return whether there is one: the planes of two levels on which the place lies agree, and in one of these
+    levels the floor goes on beside the place. The coarsest ones up to ``FLOOR_LEVEL`` count.
     """
-    has_other, along_x, along_y = False, 0.0, 0.0
+    other, along_x, along_y = -1, 0.0, 0.0
     for step in range(FLOOR_LEVEL + 1):
         level = FLOOR_LEVEL - step
-        side = levels_m[level]
-        i, j, k = (
-            int(np.floor(place[0] / side)),
-            int(np.floor(place[1] / side)),
-            int(np.floor(place[2] / side)),
-        )
-        slot = _slot_seen_from(eye, level, i, j, k, keys, planes)
-        if slot < 0 or abs(planes[slot, NORMAL + 2]) < FLOOR_NORMAL:
+        if not _slope_in_level(place, eye, level, levels_m, keys, planes, slope):
             continue
-        plane, off_m = planes[slot], 0.0
-        for axis in range(3):
-            off_m += plane[NORMAL + axis] * (place[axis] - plane[MIDDLE + axis])
-        if abs(off_m) > FLOOR_REACH_M:
-            continue
-        slope[0], slope[1] = -plane[NORMAL] / plane[NORMAL + 2], -plane[NORMAL + 1] / plane[NORMAL + 2]
-        if has_other and np.hypot(slope[0] - along_x, slope[1] - along_y) < SAME_SLOPE:
+        if other >= 0 and np.hypot(slope[0] - along_x, slope[1] - along_y) < SAME_SLOPE:
             slope[0], slope[1] = 0.5 * (slope[0] + along_x), 0.5 * (slope[1] + along_y)
-            return True
-        has_other, along_x, along_y = True, slope[0], slope[1]
+            return _goes_on(place, eye, level, levels_m, keys, planes, slope) or _goes_on(
+                place, eye, other, levels_m, keys, planes, slope
+            )
+        other, along_x, along_y = level, slope[0], slope[1]
     return False
 
 
