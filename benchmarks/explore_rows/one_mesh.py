@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.explore_rows.batteries import ENERGY
 from benchmarks.explore_rows.meshes import PLACES, MeshPlace
 from exploration.energy import EnergyWatch
+from flights.exploring.agreement import home_height_off_m
 from flights.exploring.flight import ExploringFlight
 from flights.exploring.judge import judge_map
 from flights.exploring.places import EXPLORER, TANK_ARRIVED_M, TANK_EXPLORER, TANK_PLANNER, TANK_UAV, Place
@@ -78,12 +79,13 @@ def fly(name: str, seed: int) -> dict:
                 "flight_cpu_s": time.process_time() - began_cpu_s,
             }
             truth = log.truth.array("t_s", "x_m", "y_m", "z_m")
-            odometry = log.odometry.array("t_s", "z_m")
+            odometry = log.odometry.array("t_s", "x_m", "y_m", "z_m")
             poses = log.between(*_flight_s(outcome, truth))
         home_s = outcome.times_s.get(Phase.HOVERING, explored.ended_s)
         flown["home_m"] = _way_m(truth, explored.ended_s, home_s)
-        flown["height_error_m"] = height_error_m(odometry, truth[:, (0, 3)])
+        flown["height_error_m"] = height_error_m(odometry[:, (0, 3)], truth[:, (0, 3)])
         flown["height_uncertain_m"] = explored.height_uncertain_m
+        flown["home_height_off_m"] = home_height_off_m(odometry) if outcome.landed else math.nan
         flown["doubled_share"] = doubled_share(flight.volume.corrected.voxels)
         is_home = outcome.landed and math.hypot(*truth[-1, 1:3]) < HOME_M
         box_m3 = float(np.prod(np.subtract(drawn.high_m, drawn.low_m)))

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gridslam.odometry.body_sensors import BodySensors
-from gridslam.odometry.floor_height import FloorHeight
+from gridslam.odometry.floor_height import RISEN_OFF_M, FloorHeight
 from gridslam.odometry.parameters import LidarOdometryParameters
 
 IMU_S, RANGE_EVERY = 0.01, 5
@@ -276,20 +276,49 @@ def test_a_cloud_whose_map_jumps_does_not_move_a_height_that_the_range_finder_te
 
 def test_over_a_slope_clouds_tell_the_height_and_the_range_finder_the_floor():
     """For 4 s the floor rises by 1.6 m, and the UAV 2 m above it. Then the range finder tells the height."""
-    floor = FloorHeight(LidarOdometryParameters())
+    floor, before_m = FloorHeight(LidarOdometryParameters()), 0.0
     for k in range(1200):
         t = 0.01 * k
         turn = 0.5 * math.pi * min(max(t - 3.0, 0.0), 4.0)
         risen_m = 1.6 * (turn - math.sin(turn)) / (2.0 * math.pi)
         floor.on_acceleration(t, 0.2 * math.pi * math.sin(turn))
         if k % 5 == 0:
-            floor.on_slope(t, 3.0 <= t < 7.0)
+            floor.on_slope(t, 3.0 <= t < 7.0, risen_m - before_m)
+            before_m = risen_m
             floor.on_range(t, 2.0)
             floor.on_height(t, 2.0 + risen_m, 1e-4)
         if t > 2.0:
             assert floor.at(t)[0] == pytest.approx(2.0 + risen_m, abs=0.04)
             assert floor.floor_m == pytest.approx(risen_m, abs=0.06)
+            assert floor.wrong_m == 0.0
     assert floor.at(12.0)[0] == pytest.approx(3.6, abs=0.02)
+
+
+def test_a_floor_that_rises_where_no_slope_was_flown_up_tells_that_the_height_is_wrong():
+    """A UAV hovers 2 m over the floor, from 4 to 12 s beside a rim that the map takes for a slope.
+
+    Clouds see walls alone: they tell the height that was predicted, and a little more each time.
+    """
+    floor = FloorHeight(LidarOdometryParameters())
+    for k in range(1200):
+        t = 0.01 * k
+        floor.on_acceleration(t, 0.0)
+        if k == 400:
+            floor.on_slope(t, True)
+        if k % 5 == 0:
+            floor.on_range(t, 2.0)
+            off_m = abs(floor.at(t)[0] - 2.0)
+            assert floor.wrong_m == pytest.approx(off_m if off_m > RISEN_OFF_M else 0.0, abs=0.06)
+            floor.on_height(t, floor.at(t)[0] + floor.map_m + 0.02 * floor.is_sloping, 1e-3)
+    assert floor.wrong_m > 1.0
+    floor.on_slope(12.0, False)
+    for k in range(40):  # a deck: nothing tells that the height is right
+        floor.on_range(12.0 + 0.05 * k, 1.2)
+    assert floor.wrong_m > 1.0
+    start_m = floor.at(14.0)[0]
+    for k in range(40):  # the floor of the start, as high as it was
+        floor.on_range(14.0 + 0.05 * k, start_m)
+    assert floor.wrong_m == 0.0
 
 
 def test_the_edge_of_a_deck_that_passed_for_a_slope_ends_it():
@@ -306,7 +335,7 @@ def test_the_edge_of_a_deck_that_passed_for_a_slope_ends_it():
             floor.on_slope(t, k == 760)
         if k % 5 == 0:
             floor.on_range(t, 1.9 if 400 <= k < 800 else 10.1)
-            floor.on_height(t, floor.at(t)[0] + floor.map_m - 0.02 * floor.is_sloping, 1e-3)
+            floor.on_height(t, floor.at(t)[0] + floor.map_m + 0.02 * floor.is_sloping, 1e-3)
         if t > 8.5:
             assert floor.at(t)[0] == pytest.approx(10.1, abs=0.05)
             assert floor.floor_m == pytest.approx(0.0, abs=0.01)

@@ -86,6 +86,7 @@ class CloudOdometry(BodySensedOdometry):
         """Of the lidar in the base frame, when it gave the newest cloud."""
         self._way_m = 0.0
         self._slope_s = -math.inf  # when the map has told the floor's slope
+        self._slope, self._floor = np.zeros(2), np.zeros(3)  # that slope, and the end of the range below
 
     def on_cloud(
         self, stamp_s: float, points: np.ndarray, lidar_in_base: tuple[Sequence[float], Sequence[float]]
@@ -250,12 +251,16 @@ class CloudOdometry(BodySensedOdometry):
         if below_m is None or not self.height.is_known_at(stamp_s):
             return
         here = self._pose.place
-        slope = self.planes.slope_at(here + self._pose.rotation @ below_m, here)
+        floor = here + self._pose.rotation @ below_m
+        slope, is_sloping = self.planes.slope_at(floor, here), self.height.is_sloping
         if slope is not None:
-            self._slope_s = stamp_s
-            self.height.on_slope(stamp_s, bool(np.linalg.norm(slope) > LEVEL_SLOPE))
+            self._slope, self._slope_s = slope, stamp_s
+            is_sloping = bool(np.linalg.norm(slope) > LEVEL_SLOPE)
         elif stamp_s - self._slope_s > SLOPE_UNKNOWN_S:
-            self.height.on_slope(stamp_s, False)
+            is_sloping = False
+        rise_m = float(self._slope @ (floor - self._floor)[:2])
+        self.height.on_slope(stamp_s, is_sloping, rise_m)
+        self._floor = floor
 
     def _is_by_range(self, stamp_s: float) -> bool:
         """Whether the range finder tells the height: it has counted lately, and the floor below is level."""
@@ -291,6 +296,7 @@ class CloudOdometry(BodySensedOdometry):
             covariance[2, 2] = max(covariance[2, 2], UNKNOWN_M2)  # the first range may put it elsewhere
         drifted = covariance.copy()
         drifted[PLACE, PLACE] += self._p.drift**2 * self._way_m * np.eye(3)
+        drifted[2, 2] += self.height.wrong_m**2
         velocity_covariance = np.zeros((6, 6))
         velocity_covariance[PLACE, PLACE] = rotation.T @ self._velocity_covariance @ rotation
         velocity_covariance[TURN, TURN] = self._p.lean_noise_rad**2 * np.eye(3)

@@ -49,6 +49,9 @@ enters the range finder's cone. Its standard deviation is the second; the readin
 OFF_SLOPE_M, ALONG_SLOPE_M_S = 0.5, 4.0
 """A reading that differs from the one before it by more, beside the climb, is no longer of the same slope: so
 much, and so much a second, as above a floor of 45 degrees at this speed."""
+RISEN_OFF_M = 0.5
+"""Over a slope the floor rises as the map's slope tells, along the way flown. A floor that is off by more is
+none of this slope, or the height is wrong."""
 SILENT_S = 1.0
 """If the last reading that counted is older, the height is not known any more; the next one begins anew."""
 HELD_S = 0.05
@@ -77,6 +80,18 @@ class FloorHeight:
         self._edge_s = -math.inf  # time of the newest reading that was off by a step
         self._jump_s = -math.inf  # time of the newest jump of the height by clouds
         self.is_sloping = False  # the floor below
+        self._slope_begins_m = 0.0  # the floor where the slope began
+        self._risen_m = 0.0  # since then, by the slope
+        self._levels_trusted = 1  # of the levels, those that were seen before a height that may be wrong
+        self._wrong_m = 0.0
+
+    @property
+    def wrong_m(self) -> float:
+        """By how much the height may be wrong, m: the floor rose by so much more than its slope tells.
+
+        0: floor and slope agree, within `RISEN_OFF_M`. It stays until a floor comes that was seen before.
+        """
+        return self._wrong_m
 
     @property
     def floor_m(self) -> float:
@@ -140,6 +155,9 @@ class FloorHeight:
         if self.is_sloping:
             self._alive = [self._alive[0].over_slope(height_m, variance_m2)]
             self._range_m, self._range_s, self._counted_s = height_m, stamp_s, stamp_s
+            off_m = self.floor_m - self._slope_begins_m - self._risen_m
+            if abs(off_m) > max(RISEN_OFF_M, self._wrong_m):
+                self._wrong_m = abs(off_m)
             return
         self._range_m, self._range_s = height_m, stamp_s
         last_s = max(self._told_s, -math.inf if self._counted_s is None else self._counted_s)
@@ -163,6 +181,8 @@ class FloorHeight:
         )
         if self._alive[0].has_counted:
             self._counted_s = stamp_s
+        if self._wrong_m and 0 <= self._alive[0].level < self._levels_trusted:
+            self._wrong_m = 0.0
         self._confirm_level()
 
     def on_height(self, stamp_s: float, height_m: float, variance_m2: float) -> None:
@@ -199,18 +219,25 @@ class FloorHeight:
         )
         self._off_m = height_m - float(model @ self._alive[0].state)
 
-    def on_slope(self, stamp_s: float, is_sloping: bool) -> None:
+    def on_slope(self, stamp_s: float, is_sloping: bool, rise_m: float = 0.0) -> None:
         """Take whether the floor below slopes from an instant on.
+
+        rise_m: by its slope, the floor below has risen by so much since the last time.
 
         Over a slope the range finder does not tell a climb from a floor that rises. So clouds alone tell the
         height, and what the map of the clouds is off by stays. Where the slope ends the floor is as high as
         clouds and range finder together tell.
         """
+        self._risen_m += rise_m
         if is_sloping == self.is_sloping:
             return
         self._advance(stamp_s)
         self.is_sloping = is_sloping
         best = self._alive[0]
+        if is_sloping:
+            self._slope_begins_m, self._risen_m = float(best.state[FLOOR]), 0.0
+            if not self._wrong_m:
+                self._levels_trusted = len(self._levels)
         level = SLOPING if is_sloping else self._level_at(float(best.state[FLOOR]))
         self._alive = [replace(best, log_chance=0.0, level=level, readings=0)]
         self._off_m, self._jump_s = 0.0, -math.inf
@@ -234,6 +261,7 @@ class FloorHeight:
         seen_m = float(best.state[FLOOR])
         if len(self._levels) == LEVELS_MAX:
             del self._levels[1]  # the oldest but that of the start
+            self._levels_trusted = max(self._levels_trusted - 1, 1)
             self._alive = [
                 replace(each, level=NEW if each.level == 1 else each.level - (each.level > 1))
                 for each in self._alive

@@ -60,12 +60,7 @@ class Explored:
     @property
     def height_words(self) -> str:
         """That the height was not known, in a sentence; empty: it was, or nothing was told of it."""
-        if not self.height_uncertain_m > HEIGHT_KNOWN_M:
-            return ""
-        return (
-            f"The height was not always known: its standard deviation reached "
-            f"{self.height_uncertain_m:.1f} m (at most {HEIGHT_KNOWN_M} m), so the map may be wrong."
-        )
+        return height_doubt(self.height_uncertain_m)
 
     def note_height(self, sigma_m: float) -> str:
         """Take the standard deviation of the UAV's height, m; NaN: it is not told.
@@ -87,3 +82,16 @@ class Explored:
         rows = np.array(self.known_m3).reshape(-1, 2)
         enough = rows[rows[:, 1] >= share * rows[-1:, 1]] if len(rows) else rows
         return float(enough[0, 0]) if len(enough) else math.nan
+
+
+def height_doubt(sigma_m: float) -> str:
+    """Return that the height was not known, in a sentence; empty: it was, or nothing was told of it.
+
+    sigma_m: its greatest standard deviation, m; NaN: none was told.
+    """
+    if not sigma_m > HEIGHT_KNOWN_M:
+        return ""
+    return (
+        f"The height was not always known: its standard deviation reached {sigma_m:.1f} m "
+        f"(at most {HEIGHT_KNOWN_M} m), so the map may be wrong."
+    )

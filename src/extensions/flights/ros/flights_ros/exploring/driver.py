@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import asdict
 
 import numpy as np
 import rospy
 
-from flights.exploring.agreement import with_agreement
+from flights.exploring.agreement import home_height_off_m, with_agreement
 from flights.exploring.itinerary import Itinerary
 from flights.exploring.request import ExploringRequest, read
 from flights.exploring.summary import headline
@@ -93,7 +94,9 @@ def with_judged_map(flown: FlownRun, content: dict) -> dict:
     explored = {**explored, "world": _world_share(flown, voxels)}
     if explored["world"] is None:
         del explored["world"]
-    judged = with_agreement({**content, "exploration": explored}, doubled_share(voxels))
+    _, _, log, outcome = flown
+    off_m = home_height_off_m(log.odometry.array("t_s", "x_m", "y_m", "z_m")) if outcome.landed else math.nan
+    judged = with_agreement({**content, "exploration": explored}, doubled_share(voxels), off_m)
     if judged["failure"] != content["failure"]:
         rospy.logwarn(judged["failure"])
     return judged

@@ -29,16 +29,20 @@ def rows_of(told: dict) -> dict[str, str]:
         **({"known of the world": _of_world(world)} if world else {}),
         "home": f"{'yes' if told['is_home'] else 'no'}, after {told['home_s']:.0f} s",
         "views, swaps": f"{told['views']}, {told['swaps']}",
-        **_of_the_map(told.get("height_uncertain_m"), told.get("doubled_share")),
+        **_of_the_map(
+            told.get("height_uncertain_m"), told.get("home_height_off_m"), told.get("doubled_share")
+        ),
         **{f"unknown border {n}": f"{area:.1f} m2: {why}" for n, (why, area) in enumerate(areas.items(), 1)},
     }
 
 
-def _of_the_map(sigma_m: float | None, doubled: float | None) -> dict[str, str]:
+def _of_the_map(sigma_m: float | None, off_m: float | None, doubled: float | None) -> dict[str, str]:
     """Return how well the height was known, and what of the map's floors lies doubled."""
     words = {}
     if sigma_m is not None:
         words["height"] = f"known with a standard deviation of {sigma_m:.2f} m, at its worst"
+    if off_m is not None:
+        words["height at home"] = f"off by {off_m:.2f} m after the landing"
     if doubled is not None:
         words["floors doubled"] = f"{100.0 * doubled:.0f} % of the map's floors and ceilings"
     return words
