@@ -68,11 +68,52 @@ def test_one_bad_model_is_left_out_and_named_first(world_of, tmp_path, bad, sayi
 
 
 @pytest.mark.parametrize(
+    ("bad", "saying"),
+    [
+        ("<gravity>x</gravity>", "<gravity> is left out: "),
+        ("<wind><linear_velocity>1 2</linear_velocity></wind>", "<linear_velocity> is left out: "),
+        ('<physics type="ode"><max_step_size>x</max_step_size></physics>', "<max_step_size> is left out: "),
+        ('<frame name="f"><pose>x</pose></frame>', '<frame name="f"> is left out: '),
+        ("<frame/>", '<frame> has no attribute "name"'),
+        ('<light type="point"/>', '<light> has no attribute "name"'),
+        ('<light name="s"/>', '<light> has no attribute "type"'),
+        ('<light name="s" type="point"><pose>x</pose></light>', '<light name="s"> is left out: '),
+        ('<light name="s" type="point"><diffuse>x</diffuse></light>', "3 finite numbers"),
+        ('<plugin name="q"/>', '<plugin> has no attribute "filename"'),
+        ('<plugin filename="a.so"/>', '<plugin> has no attribute "name"'),
+        ('<state><model name="good"><pose>x</pose></model></state>', 'The state of the model "good" is left'),
+        ('<state><model name="good"><link name="l"><pose>x</pose></link></model></state>', "is left out: "),
+        ("<state><model><pose>1 0 0 0 0 0</pose></model></state>", '<model> has no attribute "name"'),
+    ],
+)
+def test_a_bad_part_of_a_world_is_left_out_and_the_models_stand(world_of, bad, saying):
+    world = world_of(f"{GOOD}{bad}")
+    assert [model.name for model in world.models] == ["good"]
+    assert all(model.links and model.pose.position_m == (0.0, 0.0, 0.0) for model in world.models)
+    assert (world.gravity_m_s2, world.wind_m_s) == ((0.0, 0.0, -9.8), (0.0, 0.0, 0.0))
+    assert saying in world.warnings[0]
+    assert "w.world:2" in world.warnings[0]
+
+
+def test_a_bad_plugin_of_a_model_is_left_out_alone(world_of):
+    world = world_of(GOOD.replace("<link", '<plugin name="p"/><plugin name="q" filename="q.so"/><link'))
+    assert [plugin.name for plugin in world.models[0].plugins] == ["q"]
+    assert '<plugin name="p"> is left out: ' in world.warnings[0]
+
+
+def test_a_model_file_that_is_asked_for_as_a_world_is_named_as_such(tmp_path):
+    (tmp_path / "m.sdf").write_text(f'<sdf version="1.6">{GOOD}</sdf>')
+    with pytest.raises(SdfError, match="holds a <model>, but no <world>"):
+        load_world(tmp_path / "m.sdf", [])
+
+
+@pytest.mark.parametrize(
     ("part", "saying"),
     [
         (f'<collision name="d">{MESH}</collision>', 'no model "none"'),
         (f'<visual name="d">{MESH}</visual>', 'no model "none"'),
         ('<sensor name="s" type="ray"><ray/></sensor>', "has no <scan>"),
+        ('<sensor name="s"/>', 'no attribute "type"'),
     ],
 )
 def test_a_bad_part_of_a_model_is_left_out_alone(world_of, part, saying):

@@ -60,7 +60,10 @@ def read_model(
         static=static,
         links=tuple(links),
         joints=joints,
-        plugins=(*read_plugins(node), *(plugin for model in nested for plugin in flattened_plugins(model))),
+        plugins=(
+            *read_plugins(node, reading.omissions),
+            *(plugin for model in nested for plugin in flattened_plugins(model)),
+        ),
         source=node.document.name,
         warnings=tuple(warning for model in nested for warning in model.warnings),
         relative_to="" if relative_to == "world" else relative_to,
@@ -190,10 +193,9 @@ def _read_inertial(node: Node, static: bool, reading: Reading) -> Inertial:
 def _read_sensors(node: Node, frames: _Frames, pose: Pose, reading: Reading) -> tuple[Sensor, ...]:
     found = []
     for child in reading.omissions.unique(node.children_unmarked("sensor")).values():
-        if not is_supported(child):
-            continue
         try:
-            found.append(read_sensor(child.understood(), frames.in_link(child, pose)))
+            if is_supported(child):
+                found.append(read_sensor(child.understood(), frames.in_link(child, pose)))
         except SdfError as error:
             reading.omissions.leave_out(child, error)
     return tuple(found)

@@ -17,7 +17,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Sequence
 
-from simulation_tools.geometry import ORIGIN
+from simulation_tools.geometry import ORIGIN, Vector3
 from simulation_tools.sdf import uri
 from simulation_tools.sdf.actors import read_actor
 from simulation_tools.sdf.document import Document, Node
@@ -133,28 +133,40 @@ class _Reader:
 
     def world(self, document: Document, static: bool) -> World:
         root = _root(document)
+        if root.children_unmarked("model") and not root.children_unmarked("world"):
+            raise root.error("The file holds a <model>, but no <world>. Include it in a world file")
         node = root.required("world")
         node.accept("gui", "scene")
-        _lights(node)
+        self._lights(node)
         for physics in node.children("physics"):
             physics.accept(*SOLVERS)
             for number in physics.children(*PHYSICS_NUMBERS):
-                number.numbers(1)
+                self.omissions.read(number, lambda each: each.numbers(1), ())
         models = _with_unequal_names(node, self._models_in(node, static))
         states = node.children("state")
-        models = apply_state(states[0] if states else None, models, lambda n: self._models_in(n, static))
+        models = apply_state(
+            states[0] if states else None, models, lambda n: self._models_in(n, static), self.omissions
+        )
         wind, gravity = node.child("wind"), self._gravity_node(node)
         world = World(
             name=node.attribute("name", "default"),
             models=tuple(replace(model, warnings=()) for model in models),
-            gravity_m_s2=gravity.vector("gravity", (0.0, 0.0, -9.8)),
-            wind_m_s=(0.0, 0.0, 0.0) if wind is None else wind.vector("linear_velocity", (0.0, 0.0, 0.0)),
-            plugins=read_plugins(node),
+            gravity_m_s2=self._vector(gravity, "gravity", (0.0, 0.0, -9.8)),
+            wind_m_s=ORIGIN if wind is None else self._vector(wind, "linear_velocity", ORIGIN),
+            plugins=read_plugins(node, self.omissions),
             source=document.name,
         )
         included = [warning for model in models for warning in model.warnings]
         said = [*self.omissions.sentences, *document.unsupported(), *included]
         return replace(world, warnings=_without_repeats(said))
+
+    def _vector(self, node: Node, name: str, default: Vector3) -> Vector3:
+        """Return a vector of a world. A bad one is left out, and the default counts."""
+        try:
+            return node.vector(name, default)
+        except SdfError as error:
+            self.omissions.leave_out(node.children(name)[0], error)
+            return default
 
     @staticmethod
     def _gravity_node(node: Node) -> Node:
@@ -178,7 +190,9 @@ class _Reader:
                 self.omissions.leave_out(child, error)
                 continue
             found += [] if model is None else [(child, model)]
-        frames = WorldFrames(found, list(self.omissions.unique(node.children("frame")).values()))
+        named = self.omissions.unique(node.children("frame")).values()
+        usable = [frame for frame in named if self.omissions.read(frame, _has_pose, False)]
+        frames = WorldFrames(found, usable)
         placed: list[Model] = []
         for child, model in found:
             try:
@@ -212,7 +226,7 @@ class _Reader:
     ) -> list[Model]:
         """Read every model of a document. The first model gets the document's warning."""
         root = _root(document)
-        lights = _lights(root)
+        lights = self._lights(root)
         found = []
         for child in root.children("model"):
             model = read_model(child, self._reading, static, placement_frame)
@@ -224,6 +238,14 @@ class _Reader:
         if warnings and found:
             found[0] = replace(found[0], warnings=_without_repeats([*warnings, *found[0].warnings]))
         return found
+
+    def _lights(self, node: Node) -> list[Node]:
+        """Return the lights of a world or a file. They light nothing here. One that is bad is left out."""
+        node.accept("light")
+        lights = node.children("light")
+        for light in lights:
+            self.omissions.read(light, _read_light, None)
+        return lights
 
     def _include(self, node: Node, static: bool) -> Model | None:
         """Follow an ``<include>`` and apply what it overrides; None for a light."""
@@ -259,18 +281,18 @@ class _Reader:
         return model
 
 
-def _lights(node: Node) -> list[Node]:
-    """Return the lights of a world or a file. They light nothing here, but a malformed one is refused."""
-    node.accept("light")
-    lights = node.children("light")
-    for light in lights:
-        for name in ("name", "type"):
-            light.attribute(name)
-        light.pose()
-        light.vector("direction", ORIGIN)
-        for colour in light.children("diffuse", "specular"):
-            read_colour(colour)
-    return lights
+def _read_light(light: Node) -> None:
+    for name in ("name", "type"):
+        light.attribute(name)
+    light.pose()
+    light.vector("direction", ORIGIN)
+    for colour in light.children("diffuse", "specular"):
+        read_colour(colour)
+
+
+def _has_pose(frame: Node) -> bool:
+    frame.pose()
+    return True
 
 
 def _root(document: Document) -> Node:

@@ -8,6 +8,7 @@ from simulation_tools.errors import SimulationToolsError
 from simulation_tools.geometry import Vector3
 from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import Plugin
+from simulation_tools.sdf.reading import Omissions
 
 # Plugins, by the name of their library, whose work another part of the simulator does. Any other plugin is
 # kept too, but it has no effect, and the document's warning names it.
@@ -95,20 +96,24 @@ PARAMETERS: dict[str, frozenset[str]] = {
 """Parameters that are read, of plugins that change a flight. The warning names any other one."""
 
 
-def read_plugins(node: Node) -> tuple[Plugin, ...]:
-    """Return the plugins of an element. Unknown ones stay marked as not understood."""
-    known: list[Plugin] = []
-    unknown: list[Plugin] = []
-    for plugin in node.children_unmarked("plugin"):
-        filename = plugin.attribute("filename")
-        is_known = filename in KNOWN_LIBRARIES
-        parameters = plugin.flattened(understand=is_known and filename not in PARAMETERS)
-        if filename in PARAMETERS:
-            plugin.understood().accept(*PARAMETERS[filename], *WITHOUT_EFFECT)
-        (known if is_known else unknown).append(
-            Plugin(plugin.attribute("name"), filename, parameters, plugin.line)
-        )
-    return (*known, *unknown)
+def read_plugins(node: Node, omissions: Omissions | None = None) -> tuple[Plugin, ...]:
+    """Return the plugins of an element, the known ones first. Unknown ones stay marked as not understood.
+
+    omissions: of the request, for a plugin that is bad; None: it is refused.
+    """
+    omissions = omissions or Omissions(is_lenient=False)
+    read = [omissions.read(plugin, _read_plugin, None) for plugin in node.children_unmarked("plugin")]
+    found = [plugin for plugin in read if plugin is not None]
+    return tuple(sorted(found, key=lambda plugin: plugin.filename not in KNOWN_LIBRARIES))
+
+
+def _read_plugin(node: Node) -> Plugin | None:
+    filename, name = node.attribute("filename"), node.attribute("name")
+    is_known = filename in KNOWN_LIBRARIES
+    parameters = node.flattened(understand=is_known and filename not in PARAMETERS)
+    if filename in PARAMETERS:
+        node.understood().accept(*PARAMETERS[filename], *WITHOUT_EFFECT)
+    return Plugin(name, filename, parameters, node.line)
 
 
 class PluginReader:

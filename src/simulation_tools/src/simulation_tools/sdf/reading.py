@@ -6,12 +6,13 @@ import re
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
-from typing import Callable, Collection, Sequence
+from typing import Callable, Collection, Sequence, TypeVar
 
 from simulation_tools.sdf.document import Node, second_of_a_name
 from simulation_tools.sdf.elements import Model
 from simulation_tools.sdf.safe_xml import SdfError
 
+Part = TypeVar("Part")
 Include = Callable[[Node, bool], Model | None]
 """Follows an ``<include>`` inside a model that is static, or not; None for a light."""
 
@@ -29,20 +30,29 @@ class Omissions:
     _said: dict[str, list] = field(default_factory=dict)
     """Reason -> the first sentence with it, and how many there are."""
 
-    def leave_out(self, node: Node, error: SdfError) -> None:
-        """Note that an element is left out, or raise the error."""
+    def read(self, node: Node, reader: Callable[[Node], Part], instead: Part) -> Part:
+        """Return what a reader makes of an element, or ``instead`` if the element is bad and left out."""
+        try:
+            return reader(node)
+        except SdfError as error:
+            self.leave_out(node, error)
+            return instead
+
+    def leave_out(self, node: Node, error: SdfError, what: str = "") -> None:
+        """Note that an element is left out, or raise the error. what: it is called so, not by its tag."""
         if not self.is_lenient:
             raise error
         node.passed_over()
         reason = _SUFFIX.sub("", _PLACE.sub("", str(error)))
-        first = self._said.setdefault(reason, [f"{node.label} is left out: {error}", 0])
+        first = self._said.setdefault(reason, [f"{what or node.label} is left out: {error}", 0])
         first[1] += 1
 
     def unique(self, nodes: Sequence[Node]) -> dict[str, Node]:
-        """Return elements by their names. The second one of a name is left out."""
+        """Return elements by their names. One without a name, and the second one of a name, is left out."""
         by_name: dict[str, Node] = {}
         for node in nodes:
-            first = by_name.setdefault(node.attribute("name"), node)
+            name = self.read(node, _name, None)
+            first = node if name is None else by_name.setdefault(name, node)
             if first is not node:
                 self.leave_out(node, second_of_a_name(node, first))
         return by_name
@@ -79,6 +89,10 @@ class Reading:
     model_path: Sequence[Path]
     include: Include
     omissions: Omissions
+
+
+def _name(node: Node) -> str | None:
+    return node.attribute("name")
 
 
 def free_name(name: str, taken: Collection[str]) -> str:

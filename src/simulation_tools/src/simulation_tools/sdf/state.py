@@ -14,6 +14,8 @@ from simulation_tools.bounds import are_sane
 from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import Box, Cylinder, Geometry, Joint, Link, Mesh, Model, Sphere
+from simulation_tools.sdf.reading import Omissions
+from simulation_tools.sdf.safe_xml import SdfError
 
 RESULTS = ("sim_time", "real_time", "wall_time", "iterations", "light", "acceleration", "wrench")
 """Of the moment when the world was saved; they do not say where anything is."""
@@ -22,10 +24,13 @@ SPEED_AT_REST = 1e-2
 """A speed below it, m/s or rad/s, is a body at rest that trembles."""
 
 
-def apply_state(node: Node | None, models: list[Model], read: Callable[[Node], list[Model]]) -> list[Model]:
+def apply_state(
+    node: Node | None, models: list[Model], read: Callable[[Node], list[Model]], omissions: Omissions
+) -> list[Model]:
     """Return a world's models where a ``<state>`` has them; those it inserts added, those it deletes gone.
 
     node: the world's first ``<state>``, None if it has none. read: reads the models in ``<insertions>``.
+    omissions: of the request. A model whose state is bad stays where it is without one.
     """
     if node is None:
         return models
@@ -34,14 +39,21 @@ def apply_state(node: Node | None, models: list[Model], read: Callable[[Node], l
         insertions.accept("light")
         models = [*models, *read(insertions)]
     gone = {name.text for deletions in node.children("deletions") for name in deletions.children("name")}
-    states = {state.attribute("name"): state for state in node.children("model")}
+    states = omissions.unique(node.children("model"))
     for name in states.keys() - {model.name for model in models}:
         states[name].passed_over()  # of a model that is left out
-    return [
-        _placed(model, states[model.name]) if model.name in states else model
-        for model in models
-        if model.name not in gone
-    ]
+    placed = []
+    for model in models:
+        state = states.get(model.name)
+        if model.name in gone:
+            continue
+        try:
+            placed.append(model if state is None else _placed(model, state))
+        except SdfError as error:
+            assert state is not None
+            omissions.leave_out(state, error, f'The state of the model "{model.name}"')
+            placed.append(model)
+    return placed
 
 
 def _placed(model: Model, state: Node) -> Model:
