@@ -16,8 +16,8 @@ from benchmarks.inspection_rows.hold import ASKED, WORLD
 from flights.inspecting.findings_judge import count_found, disturbed, shows
 from flights.photographing.command import photograph
 from flights.worlds.defects import write_defects
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera, optical_axes
-from inspection.camera.taken import Taken
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.placing import MeshSurface
 from inspection.findings.search import find
@@ -96,9 +96,9 @@ def before_marks(
     camera: SurveyCamera,
     most: int,
     rng: np.random.Generator,
-) -> list[Taken]:
+) -> list[PhotographPose]:
     """Return poses of cameras that see a mark each, rust and cracks in turn: one before each, as drawn."""
-    taken = list[Taken]()
+    taken = list[PhotographPose]()
     by_kind = [[each for each in defects if each.kind == kind] for kind in ("rust", "crack")]
     for pair in zip(*by_kind):
         for defect in pair:
@@ -108,7 +108,7 @@ def before_marks(
     return taken
 
 
-def _before(defect: Defect, rng: np.random.Generator) -> Taken:
+def _before(defect: Defect, rng: np.random.Generator) -> PhotographPose:
     """Return a camera before a mark, turned aside, that looks at a place near it."""
     normal = np.array(defect.normal)
     aside = np.array(defect.along) * rng.uniform(-1.0, 1.0) + np.cross(normal, defect.along) * rng.uniform(
@@ -118,10 +118,10 @@ def _before(defect: Defect, rng: np.random.Generator) -> Taken:
     place_m = np.array(defect.position_m) + rng.uniform(*AWAY_M) * way / np.linalg.norm(way)
     ahead = np.array(defect.position_m) + rng.uniform(-0.3, 0.3, 3) - place_m
     tilt = np.arctan2(ahead[2], np.hypot(ahead[0], ahead[1]))
-    return Taken(place_m, optical_axes(float(np.arctan2(ahead[1], ahead[0])), float(tilt)))
+    return PhotographPose(place_m, optical_axes(float(np.arctan2(ahead[1], ahead[0])), float(tilt)))
 
 
-def shown_m2(taken: Taken, surface: MeshSurface, camera: SurveyCamera) -> float:
+def shown_m2(taken: PhotographPose, surface: MeshSurface, camera: SurveyCamera) -> float:
     """Return the area that a photograph shows as finely as it is asked for, m2."""
     across, down = ((np.arange(RAYS) + 0.5) / RAYS * size - 0.5 for size in (camera.width, camera.height))
     x, y = (each.ravel() for each in np.meshgrid(across, down))
@@ -138,7 +138,12 @@ def shown_m2(taken: Taken, surface: MeshSurface, camera: SurveyCamera) -> float:
 
 
 def _shoot(
-    taken: Sequence[Taken], camera: SurveyCamera, folder: Path, marks: Path, effects: Effects, seed: int
+    taken: Sequence[PhotographPose],
+    camera: SurveyCamera,
+    folder: Path,
+    marks: Path,
+    effects: Effects,
+    seed: int,
 ) -> None:
     """Store photographs from true poses. Their files tell disturbed ones, the same with each effect."""
     poses = [Pose.checked(tuple(each.place_m), quaternion_from_matrix(each.axes)) for each in taken]

@@ -20,7 +20,7 @@ from inspection.survey.coverage import coverages_on
 from inspection.survey.parameters import FlightParameters
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.planner import SurveyPlanner
-from inspection.survey.poses import Taken
+from inspection.survey.poses import PhotographPose
 from inspection.survey.supplement import Supplement
 from inspection.survey.surface.reading import Surface, read_surface
 from simulation_tools.camera.defects import decals_of
@@ -97,7 +97,7 @@ def _flown_row(
     flight: InspectingFlight, photographed: Photographed, outcome: Outcome, part: SurveyPlan, surface: Surface
 ) -> dict:
     """Judge a flight of a plan by the true poses."""
-    planned = [Taken.of_view(each) for each in part.views]
+    planned = [PhotographPose.of_view(each) for each in part.views]
     shown, by_plan = coverages_on(surface, (photographed.true, planned), part.camera, FLYING)
     off = [a.axes @ b.axes.T for a, b in zip(photographed.true, photographed.estimated)]
     turned_deg = [math.degrees(math.acos(min(1.0, 0.5 * (np.trace(each) - 1.0)))) for each in off]

@@ -24,7 +24,7 @@ from inspection.photographs.listing import photographs_in
 from inspection.survey.closer import closer_plan
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.planner import SurveyPlanner
-from inspection.survey.poses import Taken
+from inspection.survey.poses import PhotographPose
 from inspection.survey.surface.of_mesh import patches_of_mesh
 from inspection.survey.surface.reading import read_surface
 from inspection.survey.views.candidates import View
@@ -89,7 +89,7 @@ def _views_of(
     defects: Sequence[Defect], whole: SurveyPlan, surface: MeshSurface, rng: np.random.Generator
 ) -> list[View]:
     """Return photographs of a plan, drawn until each rust spot and wide crack that it shows is in one."""
-    taken = [Taken.of_view(each) for each in whole.views]
+    taken = [PhotographPose.of_view(each) for each in whole.views]
     chosen: list[int] = []
     for defect in defects:
         if defect.kind == "rust" or (defect.kind == "crack" and defect.width_m >= 0.001):
@@ -101,7 +101,7 @@ def _views_of(
 
 def shoot(
     world: Path, part: SurveyPlan, folder: Path, marks: Path, seed: int, rng: np.random.Generator
-) -> list[Taken]:
+) -> list[PhotographPose]:
     """Store photographs with disturbed poses. Return the true ones."""
     detail_m = 1e-3 * part.asked.resolution
     for _ in photograph(world, poses_of(part), folder, part.camera, seed, marks, detail_m):
@@ -109,7 +109,7 @@ def shoot(
     taken = []
     for path in photographs_in(folder):
         record = json.loads(path.with_suffix(".json").read_text())
-        true = Taken(
+        true = PhotographPose(
             np.array(record["position_m"]), Rotation.from_quat(record["orientation_xyzw"]).as_matrix()
         )
         told = disturbed(true, rng, OFF_M, OFF_DEG)

@@ -15,7 +15,7 @@ from flights.photographing.map_mesh import scene_of, surfaces_of_map
 from gridslam.volume import stream_of, write_octree
 from inspection.survey.coverage import coverages_on
 from inspection.survey.planner import SurveyPlanner
-from inspection.survey.poses import Taken
+from inspection.survey.poses import PhotographPose
 from inspection.survey.surface.reading import read_surface
 
 SEEDS = (53, 54)
@@ -44,7 +44,9 @@ def fly(seed: int, time_s: float, search_s: float) -> dict:
     *_, made = (each.plan for each in planner.improve(seed, search_s, bound=False))
     cpu_s = time.process_time() - began_s
     drawing = read_surface(WORLD, FLYING, HOME_M)
-    (shown,) = coverages_on(drawing, ([Taken.of_view(each) for each in made.views],), made.camera, FLYING)
+    (shown,) = coverages_on(
+        drawing, ([PhotographPose.of_view(each) for each in made.views],), made.camera, FLYING
+    )
     return {
         "photographs": len(made.views),
         "share": shown.share(),

@@ -18,7 +18,7 @@ from inspection.findings.picture.candidates import Candidate
 from inspection.findings.placing import MeshSurface, Placed, PosedPhotograph
 from inspection.findings.several_views import where_sights_cross
 from inspection.survey.plan import SurveyPlan
-from inspection.survey.poses import Taken
+from inspection.survey.poses import PhotographPose
 from inspection.survey.surface.mesh_file import Mesh
 from simulation_tools.camera.defects import Defect, read_defects
 
@@ -42,7 +42,7 @@ def place_rust(plan: SurveyPlan, on: Mesh, true: Mesh, seed: int) -> dict:
         write_defects(WORLD, marks, seed)
         defects = read_defects(marks).defects
     spots = [each for each in defects if each.kind == "rust"]
-    taken = [Taken.of_view(each) for each in plan.views]
+    taken = [PhotographPose.of_view(each) for each in plan.views]
     surface, p = MeshSurface(true.triangles_m), FindingParameters().for_mesh(on)
     placed = _placed(spots, taken, plan.camera, surface, MeshSurface(on.triangles_m), p, seed)
     findings = merged(where_sights_cross(placed, p.crossing, p.distance), p.apart)
@@ -62,7 +62,7 @@ def place_rust(plan: SurveyPlan, on: Mesh, true: Mesh, seed: int) -> dict:
 
 def _placed(
     spots: Sequence[Defect],
-    taken: Sequence[Taken],
+    taken: Sequence[PhotographPose],
     camera: SurveyCamera,
     true: MeshSurface,
     on: MeshSurface,
@@ -80,7 +80,7 @@ def _placed(
     return placed
 
 
-def _seen(spot: Defect, taken: Taken, camera: SurveyCamera, true: MeshSurface) -> Candidate | None:
+def _seen(spot: Defect, taken: PhotographPose, camera: SurveyCamera, true: MeshSurface) -> Candidate | None:
     """Return a spot in a photograph, as far as it is in the picture and nothing hides it."""
     along, across = np.array(spot.along), np.cross(spot.normal, spot.along)
     halves_m = 0.5 * np.array((spot.length_m, spot.width_m))

@@ -15,8 +15,8 @@ from benchmarks.inspection_rows.hold import ASKED, HOME_M
 from benchmarks.inspection_rows.parts import only
 from benchmarks.inspection_rows.rusted import true_rust
 from flights.inspecting.findings_judge import JudgedFindings, judge_findings
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.camera.taken import Taken
 from inspection.findings.merging import Finding
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.search import search_folders
@@ -27,7 +27,7 @@ from inspection.survey.coverage import Coverage, coverages_on
 from inspection.survey.parameters import SurveyParameters
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.planner import SurveyPlanner
-from inspection.survey.poses import taken_in
+from inspection.survey.poses import photograph_poses_in
 from inspection.survey.surface.edges import edge_places
 from inspection.survey.surface.of_mesh import patches_of_mesh
 from inspection.survey.surface.reading import Surface, read_surface
@@ -73,7 +73,7 @@ def survey(name: str, seed: int, most: int) -> dict:
         listing = countable(folder)
         true = [replace(each, name=path.name, path=path) for each, (path, _) in zip(true, listing.whole)]
         found = list(search_folders([folder], surface.mesh, FindingParameters()).findings)
-        told, camera = taken_in(folder, listing, plan.camera)
+        told, camera = photograph_poses_in(folder, listing, plan.camera)
         by_told, by_true = coverages_on(surface, (told, true), camera, place.asked)
         judged = _judged(found, world, true, plan, surface)
     grades = _grades(name, world, surface, by_told, found)
@@ -109,7 +109,7 @@ def _shares(coverage: Coverage) -> list[tuple[int, str, float]]:
 
 
 def _judged(
-    found: Sequence[Finding], world: Path, true: Sequence[Taken], plan: SurveyPlan, surface: Surface
+    found: Sequence[Finding], world: Path, true: Sequence[PhotographPose], plan: SurveyPlan, surface: Surface
 ) -> dict:
     fine = replace(plan.asked, patch=0.5 * plan.asked.patch)
     patches = patches_of_mesh(surface.mesh, surface.room, surface.samples, surface.near, fine)

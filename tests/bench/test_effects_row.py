@@ -8,8 +8,8 @@ import pytest
 from benchmarks.inspection_rows.effects import before_marks, shown_m2, summary
 from benchmarks.inspection_rows.hold import ASKED
 from flights.inspecting.findings_judge import shows
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera, optical_axes
-from inspection.camera.taken import Taken
 from inspection.findings.placing import MeshSurface
 from simulation_tools.camera.defects import Defect
 
@@ -20,7 +20,7 @@ CAMERA = SurveyCamera()
 
 def test_the_area_of_a_wall_before_the_camera():
     """2 tan 30 deg wide at 1 m, and three quarters as high. At 5 m a pixel covers more than is asked."""
-    near, far = (Taken(np.array((-x, 0.0, 0.0)), optical_axes(0.0, 0.0)) for x in (1.0, 5.0))
+    near, far = (PhotographPose(np.array((-x, 0.0, 0.0)), optical_axes(0.0, 0.0)) for x in (1.0, 5.0))
     assert shown_m2(near, WALL, CAMERA) == pytest.approx(
         0.75 * (2.0 * math.tan(math.radians(30.0))) ** 2, rel=1e-3
     )

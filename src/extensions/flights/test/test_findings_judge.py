@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from flights.inspecting.findings_judge import disturbed, judge_findings
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera, optical_axes
-from inspection.camera.taken import Taken
 from inspection.findings.merging import Finding
 from inspection.survey.parameters import SurveyParameters
 from inspection.survey.surface.mesh_file import Mesh
@@ -15,7 +15,7 @@ from simulation_tools.camera.defects import Defect
 
 CAMERA, ASKED = SurveyCamera(800, 600, 60.0), SurveyParameters(resolution=1.2)
 PLACE_M = (-0.7, 0.0, 0.0)  # 1.01 mm per pixel, 0.81 by 0.61 m of the wall x = 0
-TAKEN = [Taken(np.array(PLACE_M), optical_axes(0.0, 0.0))]
+TAKEN = [PhotographPose(np.array(PLACE_M), optical_axes(0.0, 0.0))]
 CORNERS_M = np.array([(0.0, -2.0, -2.0), (0.0, 2.0, -2.0), (0.0, 2.0, 2.0), (0.0, -2.0, 2.0)])
 WALL = Mesh(CORNERS_M[[[0, 1, 2], [0, 2, 3]]], ("wall",), np.zeros(2, int))
 

@@ -21,7 +21,7 @@ SHIPS = Path(__file__).resolve().parents[1] / "config/ships"
 def test_walls_floor_and_deck_of_a_world_lie_in_plates_and_areas(name, half, told):
     ship = read_ship(SHIPS / f"{name}.yaml")
     for place, words in told.items():
-        assert ship.tell(place) == words
+        assert ship.describe(place) == words
     x, y, z = half
     across = np.random.default_rng(1).uniform((-x, -y, 0.0), (x, y, z), (600, 3))
     for axis, value in ((0, x), (0, -x), (1, y), (1, -y), (2, 0.0), (2, z)):

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.camera.taken import Taken
 from inspection.photographs.exposure import exposed
 from inspection.survey import SurveyParameters
 from inspection.survey.showing import Showing
@@ -48,7 +48,7 @@ def test_the_blown_out_part_of_a_wall_counts_as_not_shown(tmp_path):
     showing = Showing(
         Mesh(wall, ("wall",), np.zeros(1, int)), points, camera, SurveyParameters(resolution=50.0)
     )
-    taken = Taken.of_view(View((0.0, 0.0, 0.0), 0.0, 0.0))
+    taken = PhotographPose.of_view(View((0.0, 0.0, 0.0), 0.0, 0.0))
     whole, told = showing.by([taken]), showing.by([replace(taken, path=tmp_path / "1.jpg")])
     assert told.sum() / whole.sum() == pytest.approx(0.75, abs=0.02)
     lost = points_m[whole & ~told]

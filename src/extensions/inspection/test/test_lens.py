@@ -9,8 +9,8 @@ import yaml
 from PIL import Image
 
 from inspection.camera.lens import Lens
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.camera.taken import Taken
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.candidates import Candidate
 from inspection.findings.placing import MeshSurface, PosedPhotograph
@@ -70,7 +70,7 @@ def wall(far_m=3.0):
 
 def test_a_spot_at_the_edge_of_a_distorted_picture_is_placed_and_measured():
     """A round spot of 0.1 m radius on a wall 3 m ahead along x, near the picture's corner."""
-    turn = Taken.of_view(View((0.0, 0.0, 0.0), 0.0, 0.0)).axes
+    turn = PhotographPose.of_view(View((0.0, 0.0, 0.0), 0.0, 0.0)).axes
     middle_yz = np.array((1.75, 1.15))
     v, u = np.mgrid[0:960, 0:1280]
     pixels = np.column_stack((u.ravel(), v.ravel())).astype(float)
@@ -79,7 +79,7 @@ def test_a_spot_at_the_edge_of_a_distorted_picture_is_placed_and_measured():
     inside = np.hypot(*(places - middle_yz).T) < 0.1
     # the rays themselves are checked against OpenCV's formula above
     spot = Candidate("rust", pixels[inside][::3], int(inside.sum()))
-    taken = Taken.of_view(View((0.0, 0.0, 0.0), 0.0, 0.0))
+    taken = PhotographPose.of_view(View((0.0, 0.0, 0.0), 0.0, 0.0))
     placed = PosedPhotograph(MeshSurface(wall()), CAMERA, taken, FindingParameters(), "1.jpg").place(spot)
     np.testing.assert_allclose(placed.points_m.mean(axis=0), (3.0, *middle_yz), atol=0.003)
     assert placed.area_m2 == pytest.approx(np.pi * 0.01, rel=0.02)
@@ -95,7 +95,7 @@ def test_coverage_ends_where_the_distorted_picture_does():
     normals = np.tile((-1.0, 0.0, 0.0), (y.size, 1))
     points = SurfacePoints(points_m, normals, np.full(y.size, 4e-4), np.zeros(y.size, int))
     mesh = Mesh(wall(3.0), ("wall",), np.zeros(1, int))
-    taken = Taken.of_view(View((0.0, 0.0, 0.0), 0.0, 0.0))
+    taken = PhotographPose.of_view(View((0.0, 0.0, 0.0), 0.0, 0.0))
     shown = Showing(mesh, points, CAMERA, SurveyParameters(resolution=50.0, incidence=80.0)).by([taken])
     pixels = by_opencv(points_m @ taken.axes, WIDE)
     aside = np.hypot(y, z) / 3.0

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.camera.taken import Taken
 from inspection.photographs.metering import linear, metering
 from inspection.survey.asked_for import AskedFor
 from inspection.survey.surface.mesh_file import Mesh
@@ -65,7 +65,7 @@ def test_what_is_asked_for_is_near_enough_and_not_too_flat():
     mesh = Mesh(corners, ("all",), np.zeros(len(corners), int))
     camera = SurveyCamera(640, 480, 60.0)
     asked = AskedFor(mesh, camera, incidence_deg=60.0)
-    taken = Taken.of_view(View((0.0, 0.0, 0.0), 0.0, 0.0))
+    taken = PhotographPose.of_view(View((0.0, 0.0, 0.0), 0.0, 0.0))
     pixels, areas_m2 = asked.of(taken, 4.0 / camera.focal_px)
     assert (pixels[:, 0] > camera.centre_px[0]).all()  # -y is to the right
     width_m, height_m = 2.0 * 320.0 / camera.focal_px, 2.0 * 240.0 / camera.focal_px + 0.3

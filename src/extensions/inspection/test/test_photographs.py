@@ -12,13 +12,13 @@ from PIL import Image
 
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.flight import InspectionParameters
-from inspection.flight.taken import done_in
+from inspection.flight.photograph_records import done_in
 from inspection.flight.viewpoints import row_of
 from inspection.photographs import folder as photographs
 from inspection.photographs.folder import PhotographFolder
 from inspection.photographs.listing import read_photograph
 from inspection.photographs.record import PhotographError, PhotographRecord, read_record
-from inspection.survey.poses import read_taken
+from inspection.survey.poses import read_photograph_poses
 from inspection.survey.views.candidates import View
 
 CAMERA = SurveyCamera(64, 48, 60.0)
@@ -184,6 +184,6 @@ def test_coverage_is_judged_without_the_photograph_whose_record_is_damaged(tmp_p
     bad = store.save(PICTURE, record(2.0)).with_suffix(".json")
     bad.write_text("{")
     said = []
-    taken, _ = read_taken(tmp_path, CAMERA, said.append)
+    taken, _ = read_photograph_poses(tmp_path, CAMERA, said.append)
     assert len(taken) == len(said) == 1
     assert bad.stem in said[0]

@@ -10,7 +10,7 @@ from inspection.photograph_poses.pose import Names
 from inspection.photograph_poses.table import poses_of_table
 from inspection.report.gauging.readings import read_readings
 from inspection.ship.ship_file import parse_ship
-from inspection.survey.poses import read_taken
+from inspection.survey.poses import read_photograph_poses
 
 HEAD = "frame,strake,side,original_mm,forward_mm,aft_mm,remark\n"
 SHIP = parse_ship(
@@ -80,7 +80,7 @@ def test_a_camera_that_is_rolled(tmp_path):
     photograph = tmp_path / "a.jpg"
     poses = poses_of_table(path, tmp_path, [photograph], None)
     said = []
-    (taken,), _ = read_taken(path, SurveyCamera(), said.append)
+    (taken,), _ = read_photograph_poses(path, SurveyCamera(), said.append)
     expected = np.array(((0, 0, -1), (0, 1, 0), (1, 0, 0)), float).T  # right is down, down is to port
     np.testing.assert_allclose(taken.axes, expected, atol=1e-12)
     x, y, z, w = poses.of[photograph].orientation_xyzw

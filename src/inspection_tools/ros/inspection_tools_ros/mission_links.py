@@ -45,7 +45,7 @@ class MissionLinks:
         if setpoint is not None:
             self._setpoints.send(mission_messages.setpoint(setpoint.position_m, setpoint.yaw_rad))
 
-    def tell(self, here: Here, battery: Any) -> MissionFeedback:
+    def feedback(self, here: Here, battery: Any) -> MissionFeedback:
         """Return the feedback."""
         status = self.leader.status
         if status is None:  # it was cancelled before its first pose

@@ -40,7 +40,7 @@ class ExplorationLinks:
         if setpoint is not None:
             self._setpoints.send(Pose(Point(*setpoint), Quaternion(0.0, 0.0, 0.0, 1.0)))
 
-    def tell(self, here: Here, battery: BatteryState | None) -> ExploreFeedback:
+    def feedback(self, here: Here, battery: BatteryState | None) -> ExploreFeedback:
         """Publish the markers, and return the feedback."""
         exploration = self._leader.exploration
         assert exploration is not None

@@ -82,7 +82,10 @@ def test_an_abort_brings_it_home_and_ends_the_goal_once():
     uav.give(came.Command("abort"))
     uav.fly_home()
     (finish,) = uav.ended
-    assert (finish.end, finish.words) == (out.End.SUCCEEDED, "It was aborted.")
+    assert (finish.end, finish.words) == (
+        out.End.SUCCEEDED,
+        "Somebody ended the exploration by the service ~abort.",
+    )
     assert np.allclose(uav.place_m, HOVER_M, atol=0.5)
 
 

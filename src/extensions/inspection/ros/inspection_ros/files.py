@@ -11,7 +11,7 @@ import rospy
 from exploration.planning import PlannerParameters
 from flight_basics.errors import SurveyError
 from inspection.flight import InspectionParameters, PhotographQueue, PriorMap
-from inspection.flight.taken import done_in
+from inspection.flight.photograph_records import done_in
 from inspection.msg import SurveyGoal
 from inspection.photographs.folder import PhotographFolder
 from inspection.survey.asked_for import AskedFor

@@ -12,8 +12,8 @@ from exploration.planning import PathPlanner
 from flight_basics.errors import FlightBasicsError
 from inspection.findings.background import BackgroundSearch, SearchTargets
 from inspection.flight import Inspection, InspectionParameters
+from inspection.flight.photograph_records import done_in
 from inspection.flight.second_look import SearchState, SecondLook
-from inspection.flight.taken import done_in
 from inspection.flight.viewpoints import is_completed
 from inspection.msg import SurveyGoal
 from inspection.photographs.listing import records_in

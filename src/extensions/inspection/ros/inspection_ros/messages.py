@@ -17,8 +17,8 @@ from flight_basics.geometry import Quaternion, Vector3, heading_rate, multiply, 
 from inspection.flight import Inspection, Task
 from inspection.flight.leader import SurveyPose
 from inspection.flight.motion import Motion
+from inspection.flight.photograph_records import StampedPose
 from inspection.flight.slam_path import LevelPose, SlamPath
-from inspection.flight.taken import StampedPose
 from inspection.msg import SurveyFeedback, SurveyResult
 from node_tools.conversions import xyz, xyzw
 from node_tools.conversions import yaw_of as yaw_of_message

@@ -13,8 +13,8 @@ from sensor_msgs.msg import Image
 
 from inspection.flight import End, Inspection
 from inspection.flight.photograph_queue import Task
+from inspection.flight.photograph_records import RecentPoses, StampedPose, quality_of, record_of
 from inspection.flight.slam_path import FollowedRecords, LevelPose, SlamPath
-from inspection.flight.taken import RecentPoses, StampedPose, quality_of, record_of
 from inspection.photographs.folder import PhotographFolder
 from inspection.photographs.metering import metering
 from inspection.photographs.record import PhotographError, PhotographRecord
@@ -44,7 +44,7 @@ class Asked(NamedTuple):
     task: Task
 
 
-class Taken(NamedTuple):
+class PendingPhotograph(NamedTuple):
     """A photograph whose picture is to come. bias_ev: its exposure compensation.
 
     odom_in_map: with which its record was made; None: no SLAM.
@@ -161,7 +161,7 @@ class Photographer:
         except CameraError as error:
             self._miss(asked, str(error))
 
-    def _taken(self, asked: Asked, bias_ev: float, told: Any) -> Taken:
+    def _taken(self, asked: Asked, bias_ev: float, told: Any) -> PendingPhotograph:
         """Judge a photograph whose shutter has just opened, before its picture can come or be lost."""
         inspection, _, task = asked
         stamp_s = told.stamp.to_sec()
@@ -171,9 +171,9 @@ class Photographer:
         fault = inspection.judge_quality(task, quality_of(record))
         if fault:
             rospy.loginfo("Photograph %d is shot again: %s.", task.number, fault)
-        return Taken(asked, record, not fault, body.odom_in_map, bias_ev)
+        return PendingPhotograph(asked, record, not fault, body.odom_in_map, bias_ev)
 
-    def _store(self, taken: Taken, picture: np.ndarray) -> None:
+    def _store(self, taken: PendingPhotograph, picture: np.ndarray) -> None:
         """Store a picture that has come, if it is good."""
         inspection, album, task = taken.asked
         if inspection is self._inspection:
@@ -195,27 +195,27 @@ class Photographer:
         album.on_stored(path)
         self._last.publish(messages.small(picture, rospy.Time.from_sec(taken.record.stamp_s)))
 
-    def _still_open(self, stored: Taken) -> int:
+    def _still_open(self, stored: PendingPhotograph) -> int:
         """Return how many photographs of its survey are not stored yet: to be taken, or still to come."""
         inspection = stored.asked.inspection
         others = (each for each in self._camera.awaited if each is not stored and each.is_good)
         coming = {each.asked.task.number for each in others if each.asked.inspection is inspection}
         return len(coming | {task.number for task in inspection.queue.open})
 
-    def _meter(self, taken: Taken, picture: np.ndarray) -> None:
+    def _meter(self, taken: PendingPhotograph, picture: np.ndarray) -> None:
         """Let a photograph be taken again if too much of what it is to show is white or black."""
         inspection, album, task = taken.asked
         if album.asked_for is None:
             return
         detail_m, _ = inspection.metering(task)
-        told = metering(picture, *album.asked_for.of(taken.record.taken, detail_m))
+        told = metering(picture, *album.asked_for.of(taken.record.pose, detail_m))
         if told.change_ev and inspection.expose_again(task, told.lost, taken.bias_ev + told.change_ev):
             rospy.loginfo(
                 "Photograph %d is taken again with %+.1f EV: %.0f %% of what it shows is white or black.",
                 task.number, told.change_ev, 100.0 * told.lost,
             )  # fmt: skip
 
-    def _lose(self, taken: Taken) -> None:
+    def _lose(self, taken: PendingPhotograph) -> None:
         self._miss(taken.asked, "The camera's picture did not come, or it was cut.")
 
     def _miss(self, asked: Asked, why: str) -> None:

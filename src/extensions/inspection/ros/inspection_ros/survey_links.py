@@ -62,7 +62,7 @@ class SurveyLinks:
             self._sent_tilt = inspection.tilt_rad
             self._photographer.tilt(inspection.tilt_rad)
 
-    def tell(self, here: Here, battery: BatteryState | None) -> SurveyFeedback:
+    def feedback(self, here: Here, battery: BatteryState | None) -> SurveyFeedback:
         """Publish the markers, and return the feedback."""
         inspection = self._leader.inspection
         assert inspection is not None

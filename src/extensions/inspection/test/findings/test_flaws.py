@@ -123,14 +123,14 @@ def test_sixteen_bits_for_each_colour_are_told(tmp_path):
 def test_the_detector_tells_each_flaw_with_the_number_of_pictures_that_have_it():
     """As the node `detector` warns: picture by picture, and none that shows nothing is marked."""
     counter = FlawCounter()
-    assert counter.told_of("plate.jpg", PLATE) == (True, ())
+    assert counter.report_on("plate.jpg", PLATE) == (True, ())
     written = stamped(np.full((480, 640, 3), 120, np.uint8), (255, 140, 0))
     for number in (1, 2):
         said = f"{number}.jpg: {WRITTEN} Such photographs so far: {number}."
-        assert counter.told_of(f"{number}.jpg", written) == (True, (said,))
+        assert counter.report_on(f"{number}.jpg", written) == (True, (said,))
     black, white = (np.full_like(PLATE, value) for value in (0, 255))
     for number, (picture, tone) in enumerate(((black, "black"), (white, "white")), 1):
-        shows, (said,) = counter.told_of("lost.jpg", picture)
+        shows, (said,) = counter.report_on("lost.jpg", picture)
         assert not shows
         assert said.startswith(f"lost.jpg: it is {tone} all over.")
         assert said.endswith(f"Such photographs so far: {number}.")

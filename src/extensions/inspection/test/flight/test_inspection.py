@@ -32,8 +32,8 @@ from inspection.flight import (
     PriorMap,
     Task,
 )
+from inspection.flight.photograph_records import RecentPoses, StampedPose, done_in, quality_of, record_of
 from inspection.flight.places import body_place_m
-from inspection.flight.taken import RecentPoses, StampedPose, done_in, quality_of, record_of
 from inspection.photographs.folder import PhotographFolder
 from inspection.photographs.record import PhotographRecord, read_record
 from inspection.survey.surface.room import room_of
@@ -373,7 +373,7 @@ def test_what_cannot_be_taken_is_told_with_the_reason_of_the_first():
     queue.note_done(queue.tasks[0])
     queue.note_failure(third, "the camera is silent")
     queue.note_failure(second, "The goal (5.5, -1.5, 2.5) is in unknown space.")
-    assert queue.told() == (
+    assert queue.summary() == (
         "2 of 3 photographs cannot be taken; all others are. "
         "Photograph 2: The goal (5.5, -1.5, 2.5) is in unknown space."
     )

@@ -8,7 +8,7 @@ import pytest
 from flight_basics.errand.leader import Here
 from inspection.flight.leader import NO_SURVEY, Survey, SurveyLeader, SurveyPose
 from inspection.flight.motion import Motion
-from inspection.flight.taken import StampedPose
+from inspection.flight.photograph_records import StampedPose
 
 
 class Camera:

@@ -5,8 +5,8 @@ import pytest
 from drawn_inspection import mesh
 from scipy.spatial.transform import Rotation
 
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.camera.taken import Taken
 from inspection.flight.live_coverage import OFF_SURFACE_M, LiveCoverage
 from inspection.photographs.record import PhotographRecord
 from inspection.survey.parameters import FlightParameters, SurveyParameters
@@ -28,7 +28,7 @@ def live(tmp_path):
 
 
 def record(view):
-    taken = Taken.of_view(view)
+    taken = PhotographPose.of_view(view)
     turn = tuple(Rotation.from_matrix(taken.axes).as_quat())
     return PhotographRecord(0.0, view.place_m, turn, 0.002, 100.0, 100.0)
 
@@ -36,7 +36,7 @@ def record(view):
 def test_a_photograph_shows_what_is_in_its_picture(live):
     coverage = LiveCoverage(live)
     assert coverage.so_far.shown_m2 == 0.0
-    coverage.take(record(AHEAD))
+    coverage.add(record(AHEAD))
     p = coverage.patches
     half_x_m, half_z_m = (AWAY_M * size / 2 / CAMERA.focal_px for size in (CAMERA.width, CAMERA.height))
     middle = p.points_m - (0.0, WALL_Y_M, 1.0)
@@ -52,10 +52,10 @@ def test_a_photograph_shows_what_is_in_its_picture(live):
 def test_open_is_what_the_photographs_of_the_plan_show(live):
     both, first = LiveCoverage(live), LiveCoverage(live, photographs=1)
     assert both.so_far.planned_m2 == pytest.approx(2.0 * first.so_far.planned_m2, rel=0.1)
-    first.take(record(AHEAD))
+    first.add(record(AHEAD))
     np.testing.assert_array_equal(first.shown, first.planned)
     assert first.so_far.shown_m2 == first.so_far.planned_m2
-    first.take(record(BACK))  # one that the plan does not have counts as well
+    first.add(record(BACK))  # one that the plan does not have counts as well
     assert first.so_far.shown_m2 == pytest.approx(both.so_far.planned_m2)
 
 

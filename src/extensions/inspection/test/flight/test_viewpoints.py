@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from inspection.camera.survey_camera import SurveyCamera, optical_axes
 from inspection.flight import InspectionParameters
-from inspection.flight.taken import done_in
+from inspection.flight.photograph_records import done_in
 from inspection.flight.viewpoints import Viewpoints, is_completed, row_of
 from inspection.photographs.folder import PhotographFolder
 from inspection.photographs.record import PhotographRecord

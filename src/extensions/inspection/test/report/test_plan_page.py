@@ -45,7 +45,7 @@ def test_the_page_tells_flights_and_what_is_left_out(tmp_path):
     assert "98.4 % of 40 m² within reach" in text
     assert "35 Wh batteries of 50 Wh" in text
     assert "deep corner no room for the UAV 2.0" in text  # both together
-    assert ship().tell((1.0, 1.5, 0.5)) in text  # where the larger one is
+    assert ship().describe((1.0, 1.5, 0.5)) in text  # where the larger one is
     assert "there is no picture" in text
 
 

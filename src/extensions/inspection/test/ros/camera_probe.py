@@ -13,7 +13,7 @@ from inspection_ros import camera_link, photographer
 from sensor_msgs.msg import Image
 
 from inspection.flight.photograph_queue import PhotographQueue, Task
-from inspection.flight.taken import StampedPose
+from inspection.flight.photograph_records import StampedPose
 from inspection.survey.views.candidates import View
 
 SHOOT = roslib.message.get_service_class("simulation_tools/Shoot")

@@ -27,10 +27,10 @@ SHIP = {
 def test_a_place_is_told_by_frame_strake_and_side():
     ship = parse_ship(SHIP)
     # frame 12 stands 10 * 0.6 + 2 * 0.8 = 7.6 m forward of the AP, so at x = -2.4 m of the map
-    assert ship.tell((-2.1, -4.0, 0.5)) == "Fr. 12 + 300, strake A, S"
-    assert ship.tell((-2.4, 4.0, 1.5)) == "Fr. 12, strake B, P"
-    assert ship.tell((-10.2, 0.0, 9.0)) == "Fr. 0 \N{MINUS SIGN} 200, CL"
-    assert Ship().tell((1.0, 2.0, 3.0)) == "x 1.00, y 2.00, z 3.00 m"
+    assert ship.describe((-2.1, -4.0, 0.5)) == "Fr. 12 + 300, strake A, S"
+    assert ship.describe((-2.4, 4.0, 1.5)) == "Fr. 12, strake B, P"
+    assert ship.describe((-10.2, 0.0, 9.0)) == "Fr. 0 \N{MINUS SIGN} 200, CL"
+    assert Ship().describe((1.0, 2.0, 3.0)) == "x 1.00, y 2.00, z 3.00 m"
 
 
 def test_things_of_the_mesh_have_a_surveyors_words():
@@ -49,7 +49,7 @@ def test_things_of_the_mesh_have_a_surveyors_words():
 
 def test_a_ship_that_is_turned_in_the_map_tells_the_same_places():
     ship = parse_ship({**SHIP, "ap": [0.0, -10.0, -1.0], "heading": 90.0})
-    assert ship.tell((4.0, -2.1, 0.5)) == "Fr. 12 + 300, strake A, S"
+    assert ship.describe((4.0, -2.1, 0.5)) == "Fr. 12 + 300, strake A, S"
 
 
 def test_plates_and_areas_hold_the_places_in_them():
@@ -98,7 +98,7 @@ def test_a_wall_of_a_map_that_lies_off_its_drawing_stays_in_its_area_and_plate(o
     assert ship.areas_of(points, [None] * 6, inwards).tolist() == list(range(6))
     assert [ship.plates()[k].strake for k in ship.plates_of(points, inwards)] == list(walls.values())
     assert [
-        "strake " + strake in ship.tell(*each) for strake, *each in zip(walls.values(), points, inwards)
+        "strake " + strake in ship.describe(*each) for strake, *each in zip(walls.values(), points, inwards)
     ] == [True] * 6
     assert ship.areas_of(points - 0.5 * inwards, [None] * 6, inwards).tolist() == [-1] * 6
 

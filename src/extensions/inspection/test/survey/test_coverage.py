@@ -9,13 +9,13 @@ import trimesh
 from PIL import Image
 
 from flight_basics.errors import SurveyError
-from inspection.camera.taken import Taken
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.findings.placing import MeshSurface
 from inspection.photographs.record import PhotographRecord
 from inspection.survey import SurveyCamera, SurveyParameters
 from inspection.survey.command import main
 from inspection.survey.coverage import coverage_of_file
-from inspection.survey.poses import read_taken
+from inspection.survey.poses import read_photograph_poses
 from inspection.survey.surface.mesh_file import read_mesh
 from inspection.survey.views.candidates import View
 
@@ -38,7 +38,7 @@ def test_a_photograph_from_2_m_shows_its_frame_and_a_blurred_one_nothing(
 ):
     """2 m away 60 degrees span 2.31 x 1.73 m = 4 m2; pixels of 3.6 mm, with 2.5 px of blur 9.6 mm."""
     (tmp_path / "poses.csv").write_text(AHEAD + f"1,0,0,0,0,{blur_px}\n")
-    taken, camera = read_taken(tmp_path / "poses.csv", CAMERA)
+    taken, camera = read_photograph_poses(tmp_path / "poses.csv", CAMERA)
     coverage = coverage_of_file(room_file, taken, camera, ASKED)
     assert low_m2 <= coverage.shown_m2 <= high_m2
     assert (coverage.points.points_m[coverage.shown, 0] > 2.99).all()
@@ -63,7 +63,7 @@ def test_the_motion_of_a_record_counts_on_the_surface_in_place_of_its_longest_bl
         shift_m=shift_m,
         turn_rad=turn_rad,
     )
-    coverage = coverage_of_file(room_file, [record.taken], CAMERA, ASKED)
+    coverage = coverage_of_file(room_file, [record.pose], CAMERA, ASKED)
     middle = np.linalg.norm(coverage.points.points_m - (3.0, 0.0, 0.0), axis=1) < 0.2
     assert (coverage.shown[middle] == is_shown).all()
 
@@ -115,7 +115,7 @@ def test_the_foot_of_a_stiffener_that_hides_it_is_not_shown(tmp_path):
     """
     mesh = room_with_fins(tmp_path / "room.stl", [0.5], 0.2)
     (tmp_path / "poses.csv").write_text(AHEAD + "1,0,0,0,0,0\n")
-    taken, camera = read_taken(tmp_path / "poses.csv", CAMERA)
+    taken, camera = read_photograph_poses(tmp_path / "poses.csv", CAMERA)
     coverage = coverage_of_file(mesh, taken, camera, replace(ASKED, voxel=0.05, patch=0.25))
     points = coverage.points
     wall = points.points_m[:, 0] > 2.995
@@ -137,7 +137,7 @@ def test_the_area_shown_is_that_of_the_pixels_that_show_it(tmp_path, seed):
     rng = np.random.default_rng(seed)
     mesh = room_with_fins(tmp_path / "room.stl", rng.uniform(-1.6, 1.6, 6), rng.uniform(0.05, 0.4))
     place_m, yaw, tilt = (*rng.uniform(-1.0, 1.0, 2), 0.2), rng.uniform(-0.6, 0.6), rng.uniform(-0.3, 0.3)
-    taken = Taken.of_view(View(place_m, yaw, tilt))
+    taken = PhotographPose.of_view(View(place_m, yaw, tilt))
     coverage = coverage_of_file(mesh, [taken], CAMERA, replace(ASKED, voxel=0.05))
     across, down = np.meshgrid(np.arange(CAMERA.width), np.arange(CAMERA.height))
     pixels = np.column_stack((across.ravel(), down.ravel()))
@@ -169,4 +169,4 @@ def test_the_area_shown_is_that_of_the_pixels_that_show_it(tmp_path, seed):
 def test_poses_that_make_no_sense_are_refused_with_a_sentence(tmp_path, content, told):
     (tmp_path / "poses.csv").write_text(content)
     with pytest.raises(SurveyError, match=told):
-        read_taken(tmp_path / "poses.csv", CAMERA)
+        read_photograph_poses(tmp_path / "poses.csv", CAMERA)

@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from flight_basics.errors import SurveyError
-from inspection.camera.taken import Taken
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.survey import SurveyParameters
 from inspection.survey.checking import check_plan
 from inspection.survey.coverage import coverages_on
@@ -69,7 +69,7 @@ def test_the_whole_plan_begins_with_the_draft_and_shows_as_much_as_one_without_i
         whole.figures["share"] > other.figures["share"] - 0.01
     )  # the lattice is too coarse for what is asked
     # An independent judge: Embree's rays through the pixels of each photograph
-    taken = [[Taken.of_view(view) for view in plan.views] for plan in (draft, whole, other)]
+    taken = [[PhotographPose.of_view(view) for view in plan.views] for plan in (draft, whole, other)]
     by_draft, by_whole, by_other = coverages_on(surface, taken, whole.camera, ASKED)
     assert by_draft.share() < 0.5 * by_whole.share()
     assert by_whole.share() > by_other.share() - 0.02

@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from flight_basics.errors import SurveyError
-from inspection.camera.taken import Taken
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.findings.command import main as findings
 from inspection.findings.placing import MeshSurface
 from inspection.report.command import main as report
@@ -130,7 +130,7 @@ def test_a_drawing_far_from_the_origin_loses_nothing(tmp_path):
     found = []
     for offset_m in (np.zeros(3), FAR_M):
         mesh = room_file(tmp_path / "room.obj", offset_m)
-        taken = [Taken.of_view(View((offset_m[0] + 1.0, *offset_m[1:]), 0.0, 0.0))]
+        taken = [PhotographPose.of_view(View((offset_m[0] + 1.0, *offset_m[1:]), 0.0, 0.0))]
         coverage = coverage_of_file(mesh, taken, camera, asked, offset_m)
         found.append((coverage.points.areas_m2.sum(), coverage.reachable_m2, coverage.shown_m2))
         write_surface_record(tmp_path / "record.npz", coverage.record())

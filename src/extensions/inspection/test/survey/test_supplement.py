@@ -7,7 +7,7 @@ import pytest
 import trimesh
 
 from flight_basics.errors import SurveyError
-from inspection.camera.taken import Taken
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.survey import FlightParameters, SurveyCamera, SurveyParameters
 from inspection.survey.coverage import coverages_on
 from inspection.survey.plan import Flight, PlannedView, SurveyPlan
@@ -39,19 +39,19 @@ def planned(surface):
 def test_with_more_photographs_the_share_is_reached_that_was_missed(surface):
     plan = planned(surface)
     supplement = Supplement(plan, surface)
-    taken = [Taken.of_view(view) for view in plan.views[::2]]
+    taken = [PhotographPose.of_view(view) for view in plan.views[::2]]
     for each in taken:
-        supplement.take(each)
+        supplement.add(each)
     more = supplement.plan_more((), np.random.default_rng(1))
     assert more is not None
     before, after = coverages_on(
-        surface, (taken, [*taken, *map(Taken.of_view, more.views)]), plan.camera, ASKED
+        surface, (taken, [*taken, *map(PhotographPose.of_view, more.views)]), plan.camera, ASKED
     )
     assert before.share() < 0.8
     assert after.share() >= ASKED.share
     assert len(more.views) <= len(plan.views)
     for view in more.views:
-        supplement.take(Taken.of_view(view))
+        supplement.add(PhotographPose.of_view(view))
     assert supplement.plan_more((), np.random.default_rng(1)) is None
 
 

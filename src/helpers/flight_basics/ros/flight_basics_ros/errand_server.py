@@ -41,7 +41,7 @@ class Links(Protocol):
     def send(self, setpoint: Any, here: Here | None) -> None:
         """Publish where to fly. setpoint: None: it is not new."""
 
-    def tell(self, here: Here, battery: Any) -> Any:
+    def feedback(self, here: Here, battery: Any) -> Any:
         """Publish what RViz shows; return the feedback. battery: the newest sensor_msgs/BatteryState."""
 
     def settled(self) -> None:
@@ -206,7 +206,7 @@ class ErrandServer:
         end(self._links.result(finish.words, finish.has_result), finish.words)
 
     def _tell(self, tell: out.Tell) -> None:
-        feedback = self._links.tell(tell.here, tell.battery)
+        feedback = self._links.feedback(tell.here, tell.battery)
         if tell.goal is not None:
             tell.goal.handle.publish_feedback(feedback)
 

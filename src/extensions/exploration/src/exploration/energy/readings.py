@@ -32,7 +32,7 @@ class Readings:
         may_be = [each for each in (charge, *self._last) if 0.0 <= each <= 1.0]
         self._waiting.append((stamp_s, max(may_be, default=charge)))
 
-    def take(self) -> list[tuple[float, float]]:
+    def drain(self) -> list[tuple[float, float]]:
         """Return what waits, the oldest first. It waits no more."""
         taken = list(self._waiting)
         self._waiting.clear()

@@ -21,7 +21,7 @@ from flights_ros.drivers.parameters import all_parameters
 from flights_ros.drivers.progress import ProgressLog
 from flights_ros.drivers.run import Run
 from flights_ros.drivers.volume_files import save_volume
-from flights_ros.exploring.part import COLUMNS, ExplorationPart, Explored, figures
+from flights_ros.exploring.part import COLUMNS, ExplorationPart, ExplorationRecord, figures
 from gridslam import SlamError
 from gridslam.evaluation.volume.surface import read_surface
 from gridslam.volume import VoxelMap, read_octree
@@ -63,7 +63,7 @@ def _fly(request: ExploringRequest, lockstep: bool, ending: Ending) -> int:
     )
 
 
-def _complete(flown: FlownRun, explored: Explored, content: dict) -> dict:
+def _complete(flown: FlownRun, explored: ExplorationRecord, content: dict) -> dict:
     """Draw the map and the path, and complete the other files."""
     from flights.exploring.pictures import write_explored  # numba and matplotlib take a second
 

@@ -17,7 +17,7 @@ from flights_ros.drivers.progress import FlightProgress
 from node_tools.conversions import xyz
 
 COLUMNS = ("t_s", "known_m3", "home_way_m", "home_time_s", "home_energy_wh", "charge")
-"""Of the rows of `Explored.known`, in exploration.csv."""
+"""Of the rows of `ExplorationRecord.known`, in exploration.csv."""
 
 Z_VARIANCE = 14
 """In the covariance of nav_msgs/Odometry, row by row."""
@@ -26,7 +26,7 @@ TOLD_M2 = 1e4
 
 
 @dataclass
-class Explored:
+class ExplorationRecord:
     """What the action told. flights: that explored. known: rows of `COLUMNS`.
 
     height_uncertain_m: the greatest standard deviation of odometry's height meanwhile; None: it told none.
@@ -54,7 +54,7 @@ class ExplorationPart(Part):
     action, result_class = "/explore/explore", ExploreActionResult
 
     def __init__(self, monitor: Monitor, time_s: float) -> None:
-        self._monitor, self._time_s, self.explored = monitor, time_s, Explored()
+        self._monitor, self._time_s, self.explored = monitor, time_s, ExplorationRecord()
         self._progress, self._began_s = FlightProgress(), monitor.now_s
         self._goal = rospy.Publisher(f"{self.action}/goal", ExploreActionGoal, queue_size=1, latch=True)
         self.listens = (
@@ -94,7 +94,7 @@ class ExplorationPart(Part):
         )
 
 
-def figures(explored: Explored, swaps: int) -> dict[str, Any]:
+def figures(explored: ExplorationRecord, swaps: int) -> dict[str, Any]:
     """Return them for result.json."""
     result = explored.result
     if result is None:

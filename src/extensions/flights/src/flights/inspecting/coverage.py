@@ -9,11 +9,11 @@ from typing import Mapping
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from inspection.camera.taken import Taken
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.photographs.searched import countable
 from inspection.survey.coverage import coverages_of_file, write_coverage
 from inspection.survey.plan import SurveyPlan
-from inspection.survey.poses import read_taken, taken_in
+from inspection.survey.poses import photograph_poses_in, read_photograph_poses
 
 TruePose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 """Position in the world, m, and orientation (x, y, z, w) of the optical frame."""
@@ -27,19 +27,19 @@ class Judged:
     of SLAM's poses from the true ones, median and greatest. taken: the photographs, where they truly were.
     """
 
-    told_share: float
+    slam_share: float
     true_share: float
     planned_share: float
     true_m2: float
     reachable_m2: float
     off_m: tuple[float, float]
     off_deg: tuple[float, float]
-    taken: tuple[Taken, ...]
+    taken: tuple[PhotographPose, ...]
 
     def figures(self) -> dict:
         """Return them for result.json."""
         return {
-            "share_by_slam": self.told_share,
+            "share_by_slam": self.slam_share,
             "share_by_truth": self.true_share,
             "share_planned": self.planned_share,
             "shown_m2": self.true_m2,
@@ -65,14 +65,14 @@ def judge_photographs(
     kept = [(path, record) for path, record in listing.whole if round(record.stamp_s, 6) in truths]
     if not kept:
         return None
-    told, camera = taken_in(folder, listing, plan.camera)
+    told, camera = photograph_poses_in(folder, listing, plan.camera)
     true = []
     for path, record in kept:
         place_m, turn = truths[round(record.stamp_s, 6)]
         axes = Rotation.from_quat(turn).as_matrix()
-        taken = Taken(np.array(place_m), axes, record.blur_px, name=path.name, path=path)
+        taken = PhotographPose(np.array(place_m), axes, record.blur_px, name=path.name, path=path)
         true.append(taken.moved(record.shift_m, record.turn_rad))
-    planned = read_taken(plan_file, plan.camera)[0][:views]
+    planned = read_photograph_poses(plan_file, plan.camera)[0][:views]
     source = Path(plan.source)
     by_slam, by_plan, *more = coverages_of_file(
         source, (told, planned, *((true,) if source == world else ())), camera, plan.asked, plan.home_m

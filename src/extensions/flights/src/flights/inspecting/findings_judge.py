@@ -8,8 +8,8 @@ from typing import Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.camera.taken import Taken
 from inspection.findings.merging import Finding
 from inspection.findings.placing import MeshSurface
 from inspection.survey.parameters import SurveyParameters
@@ -63,7 +63,7 @@ class JudgedFindings:
 def judge_findings(
     findings: Sequence[Finding],
     defects: Sequence[Defect],
-    taken: Sequence[Taken],
+    taken: Sequence[PhotographPose],
     camera: SurveyCamera,
     asked: SurveyParameters,
     mesh: Mesh,
@@ -81,7 +81,7 @@ def judge_findings(
 def count_found(
     findings: Sequence[Finding],
     defects: Sequence[Defect],
-    taken: Sequence[Taken],
+    taken: Sequence[PhotographPose],
     camera: SurveyCamera,
     asked: SurveyParameters,
     surface: MeshSurface,
@@ -118,7 +118,7 @@ def _apart_m(finding: Finding, defect: Defect) -> float:
 
 
 def shows(
-    taken: Taken, defect: Defect, camera: SurveyCamera, asked: SurveyParameters, surface: MeshSurface
+    taken: PhotographPose, defect: Defect, camera: SurveyCamera, asked: SurveyParameters, surface: MeshSurface
 ) -> bool:
     """Return whether half of a defect lies in a photograph as it is asked."""
     points = np.array(defect.position_m) + np.outer(ALONG * defect.length_m, defect.along)
@@ -136,8 +136,12 @@ def shows(
     return bool(good.mean() >= 0.5)
 
 
-def disturbed(taken: Taken, rng: np.random.Generator, off_m: float, off_deg: float) -> Taken:
+def disturbed(
+    taken: PhotographPose, rng: np.random.Generator, off_m: float, off_deg: float
+) -> PhotographPose:
     """Return where a camera would seem to be whose pose is off by such medians: each axis is normal."""
     # The median length of a vector of three standard normal numbers is 1.538.
     turn = Rotation.from_rotvec(np.radians(off_deg) / 1.538 * rng.standard_normal(3)).as_matrix()
-    return Taken(taken.place_m + off_m / 1.538 * rng.standard_normal(3), turn @ taken.axes, taken.blur_px)
+    return PhotographPose(
+        taken.place_m + off_m / 1.538 * rng.standard_normal(3), turn @ taken.axes, taken.blur_px
+    )

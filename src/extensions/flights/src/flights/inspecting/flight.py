@@ -27,7 +27,7 @@ from flights.flight.due import Due
 from gridslam.inputs.attitude import matrix_of_quaternion
 from gridslam.odometry import OdometryEstimate
 from gridslam.volume import VolumeParameters
-from inspection.camera.taken import Taken
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.flight import (
     Inspection,
     InspectionParameters,
@@ -82,8 +82,8 @@ class Photographed:
     shots: of the shutter, bad ones too. flights: on one battery each.
     """
 
-    true: list[Taken] = field(default_factory=list)
-    estimated: list[Taken] = field(default_factory=list)
+    true: list[PhotographPose] = field(default_factory=list)
+    estimated: list[PhotographPose] = field(default_factory=list)
     shots: int = 0
     flights: list[FlightOnBattery] = field(default_factory=list)
 
@@ -205,7 +205,7 @@ class InspectingFlight:
         if self._rounds:
             self._rounds -= 1
             for taken in self.photographed.estimated[self._supplemented :]:
-                self._supplement.take(taken)
+                self._supplement.add(taken)
             self._supplemented = len(self.photographed.estimated)
             left_out_m = [view.place_m for view in lead.queue.views_left_out]
             more = self._supplement.plan_more(left_out_m, np.random.default_rng(self._rounds))
@@ -257,16 +257,16 @@ class InspectingFlight:
         motion = motion_of(self._camera, self._renderer.optics.exposure_s)
         return PhotographQuality(blur, light.lux, light.metered.iso, deviation_m, *motion)
 
-    def _true(self) -> Taken:
+    def _true(self) -> PhotographPose:
         assert self._camera is not None
-        return Taken(np.array(self._camera.pose.position_m), self._camera.pose.rotation)
+        return PhotographPose(np.array(self._camera.pose.position_m), self._camera.pose.rotation)
 
-    def _estimated(self, estimate: OdometryEstimate) -> Taken:
+    def _estimated(self, estimate: OdometryEstimate) -> PhotographPose:
         assert self._camera is not None
         turn = matrix_of_quaternion(quaternion_from_rpy(*estimate.roll_pitch_yaw))
         in_body = self._camera.in_body
         place_m = np.array(estimate.position_xyz) + turn @ np.array(in_body.position_m)
-        return Taken(place_m, turn @ in_body.rotation)
+        return PhotographPose(place_m, turn @ in_body.rotation)
 
 
 def _motion_of(estimate: OdometryEstimate, now_s: float) -> Motion:

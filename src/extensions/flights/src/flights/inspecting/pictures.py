@@ -10,7 +10,7 @@ import numpy as np
 from flights.inspecting.coverage import Judged
 from flights.results.picture_files import png
 from flights.results.run_folder import RunFolder
-from inspection.camera.taken import Taken
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.survey.surface_record import SurfaceRecord, read_surface_record
 
 if TYPE_CHECKING:  # matplotlib takes half a second to import
@@ -31,7 +31,7 @@ def caption(judged: Judged, flight_s: float) -> str:
 
 
 def write_inspected(
-    folder: RunFolder, record: Path, path_m: np.ndarray, taken: Sequence[Taken], words: str
+    folder: RunFolder, record: Path, path_m: np.ndarray, taken: Sequence[PhotographPose], words: str
 ) -> None:
     """Write inspected.png.
 

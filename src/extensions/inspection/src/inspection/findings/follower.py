@@ -66,8 +66,8 @@ class Follower:
         try:
             check_picture(photograph)
             if self._supplement is not None:
-                taken = read_record(photograph.with_suffix(".json")).taken
-                self._supplement.take(replace(taken, path=photograph))
+                taken = read_record(photograph.with_suffix(".json")).pose
+                self._supplement.add(replace(taken, path=photograph))
             if self._search is not None:
                 self._search.add(photograph)
         except PhotographError:

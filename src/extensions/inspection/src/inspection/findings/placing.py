@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.camera.taken import Taken
 from inspection.findings.kinds import kind_of
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.candidates import Candidate
@@ -58,7 +58,7 @@ class PosedPhotograph:
         self,
         surface: MeshSurface,
         camera: SurveyCamera,
-        taken: Taken,
+        taken: PhotographPose,
         parameters: FindingParameters,
         name: str,
     ) -> None:

@@ -43,7 +43,7 @@ class Detector:
 
     def posed(self, camera: SurveyCamera, record: PhotographRecord, name: str = "") -> PosedPhotograph:
         """Return where a photograph looks."""
-        return PosedPhotograph(self._surface, camera, record.taken, self._p, name)
+        return PosedPhotograph(self._surface, camera, record.pose, self._p, name)
 
     def candidates(self, picture: np.ndarray, posed: PosedPhotograph) -> list[Candidate]:
         """Return the candidates in a picture, uint8 (height, width, 3), sRGB."""

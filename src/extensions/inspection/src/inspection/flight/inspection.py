@@ -333,7 +333,7 @@ class Inspection:
             self._set_out_for_any(stamp_s, here_m)
             return
         if not self.awaits:
-            self.come_home(self.lacks or self.queue.told(), End.ABORTED if self.lacks else End.DONE)
+            self.come_home(self.lacks or self.queue.summary(), End.ABORTED if self.lacks else End.DONE)
         elif self._homing.near_home_s(stamp_s, here_m) > self._p.search_hover:
             words = "The photographs are still being searched. The UAV lands meanwhile."
             self.come_home(words, End.SEARCHING)

@@ -15,9 +15,9 @@ from flight_basics.errand.messages import Answer
 from inspection.flight.inspection import Inspection
 from inspection.flight.motion import Motion
 from inspection.flight.photograph_queue import Task
+from inspection.flight.photograph_records import StampedPose
 from inspection.flight.second_look import SearchState, SecondLook
 from inspection.flight.slam_path import LevelPose
-from inspection.flight.taken import StampedPose
 from inspection.survey.plan import SurveyPlan
 
 NO_SURVEY = "No survey is being flown."

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from inspection.camera.taken import Taken
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.photographs.record import PhotographError, PhotographRecord
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.showing import Showing
@@ -45,17 +45,19 @@ class LiveCoverage:
         surface = read_surface(Path(plan.source), plan.asked, plan.home_m)
         self.mesh, self.patches = surface.mesh, surface.patches
         self._showing = Showing(self.mesh, self.patches, plan.camera, plan.asked)
-        self.planned = self._showing.by([Taken.of_view(v) for v in plan.views[: photographs or None]])
+        self.planned = self._showing.by(
+            [PhotographPose.of_view(v) for v in plan.views[: photographs or None]]
+        )
         self.shown = np.zeros(len(self.patches), bool)
 
-    def take(self, record: PhotographRecord, picture: Path | None = None) -> None:
+    def add(self, record: PhotographRecord, picture: Path | None = None) -> None:
         """Take a photograph that was stored. picture: its file; None: all of it counts as well exposed.
 
         Raises:
             PhotographError: the picture cannot be read.
         """
         try:
-            self.shown |= self._showing.by([replace(record.taken, path=picture)])
+            self.shown |= self._showing.by([replace(record.pose, path=picture)])
         except (OSError, ValueError, SyntaxError) as error:
             raise PhotographError(f"{picture}: cannot be read ({error}).") from None
 

@@ -57,7 +57,7 @@ class PhotographQueue:
         """Photographs that cannot be taken."""
         return [task.view for task in self.tasks if task.number in self.left_out]
 
-    def told(self) -> str:
+    def summary(self) -> str:
         """Return in a sentence what is taken, if nothing is open."""
         left, closer = [number for number in self.left_out if number > 0], sum(n < 0 for n in self.done)
         nearer = f" {closer} more are taken from nearer." if closer else ""

@@ -10,7 +10,7 @@ from typing import Sequence
 
 import numpy as np
 
-from inspection.camera.taken import Taken
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.photographs.record import PhotographRecord
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.views.candidates import View
@@ -31,14 +31,14 @@ class Viewpoints:
 
     def __init__(self, views: Sequence[View], far_m: float) -> None:
         self._rows = np.array([row_of(view) for view in views]).reshape(-1, 5)
-        self._aims = np.array([Taken.of_view(view).axes[:, 2] for view in views]).reshape(-1, 3)
+        self._aims = np.array([PhotographPose.of_view(view).axes[:, 2] for view in views]).reshape(-1, 3)
         self._far_m = far_m
 
     def shown_by(self, record: PhotographRecord) -> set[int]:
         """Return the numbers of those that a photograph shows."""
         if record.viewpoint is None:
             off_m = np.linalg.norm(self._rows[:, :3] - record.position_m, axis=1)
-            shows = (off_m <= self._far_m) & (self._aims @ record.taken.axes[:, 2] >= math.cos(AIM_RAD))
+            shows = (off_m <= self._far_m) & (self._aims @ record.pose.axes[:, 2] >= math.cos(AIM_RAD))
         else:
             shows = are_same(self._rows, np.array(record.viewpoint))
         return set((np.flatnonzero(shows) + 1).tolist())

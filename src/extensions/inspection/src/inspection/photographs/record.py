@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from flight_basics.errors import FlightBasicsError
-from inspection.camera.taken import Taken
+from inspection.camera.photograph_pose import PhotographPose
 
 
 class PhotographError(FlightBasicsError):
@@ -51,9 +51,9 @@ class PhotographRecord:
     told_orientation_xyzw: tuple[float, float, float, float] | None = None
 
     @property
-    def taken(self) -> Taken:
+    def pose(self) -> PhotographPose:
         """Where the camera was, and how the picture is blurred."""
-        taken = Taken.of_pose(self.position_m, self.orientation_xyzw, self.blur_px)
+        taken = PhotographPose.of_pose(self.position_m, self.orientation_xyzw, self.blur_px)
         return taken.moved(self.shift_m, self.turn_rad)
 
 

@@ -239,7 +239,7 @@ def _thumbs(
             "name": shot.path.name,
             "href": _relative(shot.path, out.parent),
             "src": data_uri(thumbs[number]) if number in thumbs else "",
-            "place": ship.tell(shot.record.position_m),
+            "place": ship.describe(shot.record.position_m),
         }
         for number, shot in enumerate(inspection.shots)
     ]

@@ -63,7 +63,7 @@ def flight_rows(plan: SurveyPlan, ship: Ship) -> list[dict[str, Any]]:
                 "number": number,
                 "photographs": len(flight.views),
                 "numbers": f"{first} to {last}" if last > first else str(first),
-                "begins": ship.tell(flight.views[0].view.place_m) if flight.views else NONE,
+                "begins": ship.describe(flight.views[0].view.place_m) if flight.views else NONE,
                 "time_min": flight.time_s / 60.0,
                 "way_m": flight.way_m,
                 "battery": used,

@@ -44,7 +44,7 @@ def finding_rows(
     rows = []
     things = _things(findings, surface, ship)
     for each, thing in zip(findings, things):
-        place, kind = ship.tell(each.position_m, each.normal), kind_of(each.kind).word
+        place, kind = ship.describe(each.position_m, each.normal), kind_of(each.kind).word
         change, was = "", ""
         if comparison:
             change = comparison.change.get(each.id, "")
@@ -112,7 +112,7 @@ def comparison_table(comparison: Comparison, ship: Ship) -> dict[str, Any]:
                 "rows": [
                     {
                         "id": each.id, "kind": kind_of(each.kind).word, "size": size_of(each),
-                        "place": ship.tell(each.position_m, each.normal), "status": each.status,
+                        "place": ship.describe(each.position_m, each.normal), "status": each.status,
                         "remark": each.remark,
                     }
                     for each in group
@@ -163,7 +163,12 @@ def _cell(state: PlateState | None) -> dict[str, str] | None:
 def close_up_rows(findings: Sequence[Finding], ship: Ship) -> list[dict[str, Any]]:
     """Return the findings proposed for a close-up."""
     return [
-        {"id": each.id, "why": why, "place": ship.tell(each.position_m, each.normal), "size": size_of(each)}
+        {
+            "id": each.id,
+            "why": why,
+            "place": ship.describe(each.position_m, each.normal),
+            "size": size_of(each),
+        }
         for each, why in close_up_spots(findings)
     ]
 
@@ -205,7 +210,7 @@ def _not_taken(inspection: Inspection, ship: Ship) -> list[dict[str, str]]:
         number = each.get("photograph") if isinstance(each, Mapping) else None
         if isinstance(number, int):
             known = 0 < number <= len(views)
-            place = ship.tell(views[number - 1].place_m) if known else ""
+            place = ship.describe(views[number - 1].place_m) if known else ""
             rows.append({"number": str(number), "place": place, "why": str(each.get("why", ""))})
     return rows
 
@@ -238,7 +243,7 @@ def left_out_rows(plan: SurveyPlan, ship: Ship) -> list[dict[str, Any]]:
         rows.append(
             {
                 "part": ship.part(part), "why": why, "area_m2": sum(each.area_m2 for each in own),
-                "place": ship.tell(largest.place_m),
+                "place": ship.describe(largest.place_m),
             }
         )  # fmt: skip
     return sorted((row for row in rows if row["area_m2"] >= 0.05), key=lambda row: -row["area_m2"])

@@ -120,7 +120,7 @@ class Ship:
         port = np.array((-math.sin(turn), math.cos(turn), 0.0))
         return np.column_stack((shifted @ ahead, shifted @ port, shifted[:, 2]))
 
-    def tell(self, point_m: Sequence[float], normal: Sequence[float] | None = None) -> str:
+    def describe(self, point_m: Sequence[float], normal: Sequence[float] | None = None) -> str:
         """Return a place of the map in the ship's frame: "Fr. 52 + 300, strake C, S".
 
         normal: of the surface there.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.camera.taken import Taken
 from inspection.survey.surface.mesh_file import Mesh
 from inspection.survey.surface.rays import Rays
 
@@ -33,7 +33,7 @@ class AskedFor:
         self._pixels = np.column_stack((x.ravel(), y.ravel()))
         self._lines = camera.rays(self._pixels)
 
-    def of(self, taken: Taken, detail_m: float) -> tuple[np.ndarray, np.ndarray]:
+    def of(self, taken: PhotographPose, detail_m: float) -> tuple[np.ndarray, np.ndarray]:
         """Return pixels (n, 2) of what a photograph is to show, and the areas, m2, that they stand for.
 
         detail_m: what a pixel covers there at most, in its worst direction.

@@ -228,7 +228,7 @@ def _coverage(given: argparse.Namespace) -> None:
     from inspection.photographs.searched import countable
     from inspection.survey.coverage import coverage_of_file, write_coverage
     from inspection.survey.parameters import SurveyParameters
-    from inspection.survey.poses import read_taken, taken_in
+    from inspection.survey.poses import photograph_poses_in, read_photograph_poses
     from inspection.survey.surface.mesh_file import NOT_SURVEYED
 
     if given.mesh is None:
@@ -238,9 +238,9 @@ def _coverage(given: argparse.Namespace) -> None:
     listing = countable(given.poses)
     listing.tell(_warn)
     if given.poses.is_dir():
-        taken, camera = taken_in(given.poses, listing, camera)
+        taken, camera = photograph_poses_in(given.poses, listing, camera)
     else:
-        taken, camera = read_taken(given.poses, camera)
+        taken, camera = read_photograph_poses(given.poses, camera)
     coverage = coverage_of_file(given.mesh, taken, camera, asked, given.home)
     record = write_coverage(
         given.out, coverage, str(given.mesh), str(given.poses), taken, asked, listing.left_out

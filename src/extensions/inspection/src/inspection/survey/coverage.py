@@ -11,8 +11,8 @@ from typing import Any, Sequence
 import numpy as np
 
 from flight_basics.errors import SurveyError
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.camera.taken import Taken
 from inspection.files.whole import write_whole
 from inspection.photographs.listing import LeftOut
 from inspection.survey.parameters import SurveyParameters
@@ -73,7 +73,7 @@ class Coverage:
 
 def coverage_of_file(
     mesh_file: Path,
-    taken: Sequence[Taken],
+    taken: Sequence[PhotographPose],
     camera: SurveyCamera,
     asked: SurveyParameters,
     home_m: Sequence[float] | None = None,
@@ -90,7 +90,7 @@ def coverage_of_file(
 
 def coverages_of_file(
     mesh_file: Path,
-    several: Sequence[Sequence[Taken]],
+    several: Sequence[Sequence[PhotographPose]],
     camera: SurveyCamera,
     asked: SurveyParameters,
     home_m: Sequence[float] | None = None,
@@ -100,7 +100,10 @@ def coverages_of_file(
 
 
 def coverages_on(
-    surface: Surface, several: Sequence[Sequence[Taken]], camera: SurveyCamera, asked: SurveyParameters
+    surface: Surface,
+    several: Sequence[Sequence[PhotographPose]],
+    camera: SurveyCamera,
+    asked: SurveyParameters,
 ) -> list[Coverage]:
     """Return the coverage of several sets of photographs on a surface that is read already.
 
@@ -128,7 +131,7 @@ def write_coverage(
     coverage: Coverage,
     source: str,
     poses: str,
-    taken: Sequence[Taken],
+    taken: Sequence[PhotographPose],
     asked: SurveyParameters,
     left_out: Sequence[LeftOut] = (),
 ) -> dict:
@@ -154,7 +157,7 @@ def write_coverage(
 
 
 def _told(
-    coverage: Coverage, source: str, poses: str, taken: Sequence[Taken], asked: SurveyParameters
+    coverage: Coverage, source: str, poses: str, taken: Sequence[PhotographPose], asked: SurveyParameters
 ) -> dict[str, Any]:
     points, names = coverage.points, coverage.patches.names
     things = {

@@ -11,8 +11,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from flight_basics.errors import SurveyError
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera, optical_axes, rolled
-from inspection.camera.taken import Taken
 from inspection.files.table import Row, TableError, number_of, read_table
 from inspection.photographs.calibration import read_camera
 from inspection.photographs.listing import Listing
@@ -30,9 +30,9 @@ ANGLES, QUATERNION = ("yaw_deg", "tilt_deg"), ("qx", "qy", "qz", "qw")
 COLUMNS = "x, y, z and either yaw_deg, tilt_deg or qx, qy, qz, qw (of the optical frame)"
 
 
-def read_taken(
+def read_photograph_poses(
     path: Path, camera: SurveyCamera, say: Callable[[str], None] = lambda _: None
-) -> tuple[list[Taken], SurveyCamera]:
+) -> tuple[list[PhotographPose], SurveyCamera]:
     """Read a folder of photographs, a table of poses, or a plan; return what was taken, and the camera.
 
     The camera given counts for a table. A folder has its own in calibration.yaml, a plan in itself. say: told
@@ -44,10 +44,10 @@ def read_taken(
     if path.is_dir():
         listing = countable(path)
         listing.tell(say)
-        return taken_in(path, listing, camera)
+        return photograph_poses_in(path, listing, camera)
     if path.suffix.lower() in PLAN_SUFFIXES:
         plan = read_plan(path)
-        taken, camera = [Taken.of_view(view) for view in plan.views], plan.camera
+        taken, camera = [PhotographPose.of_view(view) for view in plan.views], plan.camera
     else:
         taken = _of_table(path, say)
     if not taken:
@@ -55,7 +55,9 @@ def read_taken(
     return taken, camera
 
 
-def taken_in(folder: Path, listing: Listing, camera: SurveyCamera) -> tuple[list[Taken], SurveyCamera]:
+def photograph_poses_in(
+    folder: Path, listing: Listing, camera: SurveyCamera
+) -> tuple[list[PhotographPose], SurveyCamera]:
     """Return the photographs of a folder that count, and their camera on the gimbal of the one given.
 
     Raises:
@@ -63,7 +65,7 @@ def taken_in(folder: Path, listing: Listing, camera: SurveyCamera) -> tuple[list
     """
     if not listing.whole:
         raise SurveyError(f"{folder}: there is no photograph in it that counts.")
-    taken = [replace(record.taken, name=path.name, path=path) for path, record in listing.whole]
+    taken = [replace(record.pose, name=path.name, path=path) for path, record in listing.whole]
     return taken, _camera_of(folder / "calibration.yaml", camera)
 
 
@@ -76,7 +78,7 @@ def _camera_of(path: Path, camera: SurveyCamera) -> SurveyCamera:
     return replace(held, tilt_min=camera.tilt_min, tilt_max=camera.tilt_max, exposure=camera.exposure)
 
 
-def _of_table(path: Path, say: Callable[[str], None]) -> list[Taken]:
+def _of_table(path: Path, say: Callable[[str], None]) -> list[PhotographPose]:
     try:
         table = read_table(path, HEADS, ("x", "y", "z"))
     except TableError as error:
@@ -86,7 +88,7 @@ def _of_table(path: Path, say: Callable[[str], None]) -> list[Taken]:
     return [_of_row(row) for row in table.rows]
 
 
-def _of_row(row: Row) -> Taken:
+def _of_row(row: Row) -> PhotographPose:
     try:
         place_m = [number_of(row.values[name]) for name in ("x", "y", "z")]
         blur_px = number_of(row.values.get("blur_px") or "0")
@@ -100,7 +102,9 @@ def _of_row(row: Row) -> Taken:
     return _taken(row.where, place_m, turn.tolist(), blur_px)
 
 
-def _taken(where: str, place_m: Sequence[float], quaternion: Sequence[float], blur_px: float) -> Taken:
+def _taken(
+    where: str, place_m: Sequence[float], quaternion: Sequence[float], blur_px: float
+) -> PhotographPose:
     place, turn = np.array(place_m, float), np.array(quaternion, float)
     finite = np.isfinite(place).all() and np.isfinite(turn).all() and 0.0 <= blur_px < math.inf
     if not finite or abs(np.linalg.norm(turn) - 1.0) > 0.01:
@@ -108,4 +112,4 @@ def _taken(where: str, place_m: Sequence[float], quaternion: Sequence[float], bl
             f"{where}: the pose needs a place of three finite numbers, a unit quaternion and a blur "
             "of 0 or more."
         )
-    return Taken.of_pose(place_m, quaternion, blur_px)
+    return PhotographPose.of_pose(place_m, quaternion, blur_px)

@@ -12,8 +12,8 @@ from typing import Sequence
 
 import numpy as np
 
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.camera.taken import Taken
 from inspection.photographs.exposure import at, exposed
 from inspection.survey.parameters import SurveyParameters
 from inspection.survey.surface.mesh_file import Mesh
@@ -50,14 +50,14 @@ class Showing:
         self._ends = np.append(self._starts[1:], len(ordered))
         self._middles_m = (ordered[self._starts] + 0.5) * CELL_M
 
-    def by(self, taken: Sequence[Taken]) -> np.ndarray:
+    def by(self, taken: Sequence[PhotographPose]) -> np.ndarray:
         """Return which points (n,) some photograph shows at the asked resolution and incidence."""
         shown = np.zeros(len(self._points), bool)
         for each in taken:
             self.add(each, shown)
         return shown
 
-    def add(self, each: Taken, shown: np.ndarray) -> None:
+    def add(self, each: PhotographPose, shown: np.ndarray) -> None:
         """Set which points (n,) a photograph shows; those that are set already stay so."""
         near = self._near(each)
         near = near[~shown[near]]
@@ -78,12 +78,12 @@ class Showing:
             near = near[told]
         shown[near[self._is_free(near, each.place_m)]] = True
 
-    def _beside(self, pixels: np.ndarray, each: Taken) -> list[np.ndarray]:
+    def _beside(self, pixels: np.ndarray, each: PhotographPose) -> list[np.ndarray]:
         """Return the lines of sight (k, 3), at depth 1, STEP_PX to the right of pixels, and below them."""
         steps = np.eye(2) * STEP_PX
         return [self._camera.rays(pixels + step) @ each.axes.T for step in steps]
 
-    def _near(self, each: Taken) -> np.ndarray:
+    def _near(self, each: PhotographPose) -> np.ndarray:
         """Return the points in cubes that are near enough, and not behind the camera."""
         off_m = self._middles_m - each.place_m
         half_m = 0.5 * np.sqrt(3.0) * CELL_M

@@ -11,7 +11,7 @@ from typing import Sequence
 import numpy as np
 
 from flight_basics.errors import SurveyError
-from inspection.camera.taken import Taken
+from inspection.camera.photograph_pose import PhotographPose
 from inspection.survey.coverage import fine_patches
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.showing import Showing
@@ -50,7 +50,7 @@ class Supplement:
         self.shown = np.zeros(len(self.points), bool)
         self._showing = Showing(surface.mesh, self.points, plan.camera, plan.asked)
 
-    def take(self, taken: Taken) -> None:
+    def add(self, taken: PhotographPose) -> None:
         """Take a photograph, from where it was taken."""
         self._showing.add(taken, self.shown)
 

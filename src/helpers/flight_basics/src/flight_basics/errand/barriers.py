@@ -12,13 +12,13 @@ MAP_LATE_S = 1.6
 STARVED_S = 3.0
 """Wall time after which nobody waits for a map that does not come."""
 
-Told = Pose | Scan | Steered | Heard
+BarrierMessage = Pose | Scan | Steered | Heard
 
 
 class Barrier(Protocol):
     """Decides which pose is followed when, and which scan is acknowledged when."""
 
-    def take(self, message: Told, is_active: bool) -> Pose | None:
+    def take(self, message: BarrierMessage, is_active: bool) -> Pose | None:
         """Take a message. Return the pose to follow now; None: none. is_active: something is flown."""
 
     def note_followed(self, is_new_setpoint: bool) -> None:
@@ -34,7 +34,7 @@ class Barrier(Protocol):
 class NoBarrier:
     """Nobody waits: each pose is followed when it comes."""
 
-    def take(self, message: Told, is_active: bool) -> Pose | None:
+    def take(self, message: BarrierMessage, is_active: bool) -> Pose | None:
         """Return each pose."""
         return message if isinstance(message, Pose) else None
 
@@ -59,7 +59,7 @@ class MapBarrier:
         self._scan: Scan | None = None
         self._came_s = self._pose_s = self._map_s = -math.inf
 
-    def take(self, message: Told, is_active: bool) -> Pose | None:
+    def take(self, message: BarrierMessage, is_active: bool) -> Pose | None:
         """Return each pose."""
         if isinstance(message, Scan):
             self._scan, self._came_s = message, self._now_s()
@@ -108,7 +108,7 @@ class SteeringBarrier:
         self._steered_s: float | None = None
         self._is_decided = self._is_unheard = False
 
-    def take(self, message: Told, is_active: bool) -> Pose | None:
+    def take(self, message: BarrierMessage, is_active: bool) -> Pose | None:
         """Return the pose of the scan's instant, once, when it is answered."""
         if isinstance(message, Scan):
             self._scan, self._is_decided, self._is_unheard = message, False, False

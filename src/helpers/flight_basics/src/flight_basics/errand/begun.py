@@ -29,7 +29,7 @@ class BegunGoal:
         """Keep what is flown. identity: of the goal. known: what to find again, as `home` and `began`."""
         self._kept.keep({"goal": identity, "has_ended": False, **known})
 
-    def note(self, known: Mapping[str, Any]) -> None:
+    def keep(self, known: Mapping[str, Any]) -> None:
         """Keep something new of the goal that is flown."""
         self._kept.keep({**self._kept.values, **known})
 

@@ -245,7 +245,7 @@ class Errand:
         is_new = self._sent is not before
         if self._leader.kept is not self._kept:
             self._kept = self._leader.kept
-            self._begun.note(self._kept)
+            self._begun.keep(self._kept)
         self._tell(here, is_new)
 
     def _note_step(self, step_s: float, stamp_s: float) -> None:
@@ -337,7 +337,7 @@ class Errand:
         if self._looks or self._prepares is not None:
             return
         if self.is_active and self._is_due and self.here is not None:
-            readings = () if self._readings is None else tuple(self._readings.take())
+            readings = () if self._readings is None else tuple(self._readings.drain())
             self._is_due, self._looks, self._end_before = False, True, self._leader.end
             self._out.append(out.Look(self.here, readings))
         elif self._p.rests and not self.is_active and self._now_s() >= self._rested_s + REST_S:

@@ -77,7 +77,7 @@ class ErrandThread:
     def _run(self) -> None:
         try:
             while not self._is_closing:
-                message = self._inbox.take(WAKE_S)
+                message = self._inbox.get(WAKE_S)
                 for output in self._errand.take(came.Tick() if message is None else message):
                     self._give(output)
         except Exception as error:

@@ -22,7 +22,7 @@ class Inbox:
         """Number of messages that wait."""
         return self._waiting.qsize()
 
-    def take(self, timeout_s: float) -> Any | None:
+    def get(self, timeout_s: float) -> Any | None:
         """Return the oldest message, or None if none comes within a wall time."""
         try:
             return self._waiting.get(timeout=timeout_s)

@@ -40,5 +40,5 @@ class Readings(Protocol):
     def begin(self, stamp_s: float, charge: float) -> None:
         """Begin a flight with the newest reading."""
 
-    def take(self) -> list[tuple[float, float]]:
+    def drain(self) -> list[tuple[float, float]]:
         """Return what waits."""

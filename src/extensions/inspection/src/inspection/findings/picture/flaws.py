@@ -96,7 +96,7 @@ def counted(flaws: Sequence[tuple[str, str]]) -> list[str]:
     return lines
 
 
-class Told(NamedTuple):
+class FlawReport(NamedTuple):
     """What is told of a picture. shows: whether it shows anything. sentences: one for each flaw."""
 
     shows: bool
@@ -109,13 +109,13 @@ class FlawCounter:
     def __init__(self) -> None:
         self._so_far: Counter[str] = Counter()
 
-    def told_of(self, name: str, picture: np.ndarray) -> Told:
+    def report_on(self, name: str, picture: np.ndarray) -> FlawReport:
         """Return what is told of a picture, uint8 (height, width, 3)."""
         try:
             check_shows(picture, name)
         except PhotographError as error:
-            return Told(False, (self._counted("nothing", str(error)),))
-        return Told(True, tuple(self._counted(why, f"{name}: {why}") for why in flaws_in(picture)))
+            return FlawReport(False, (self._counted("nothing", str(error)),))
+        return FlawReport(True, tuple(self._counted(why, f"{name}: {why}") for why in flaws_in(picture)))
 
     def _counted(self, flaw: str, sentence: str) -> str:
         self._so_far[flaw] += 1

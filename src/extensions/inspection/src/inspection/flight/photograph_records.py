@@ -1,4 +1,4 @@
-"""Photographs that were taken: what is stored of each, and which of a plan a folder holds already."""
+"""What is stored of each photograph that was taken, and which of a plan a folder holds already."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def covariance_of(told: Sequence[float]) -> tuple[float, ...]:
     return tuple(values.tolist())
 
 
-class Told(Protocol):
+class ShutterReport(Protocol):
     """What the camera told of a photograph."""
 
     exposure: float
@@ -112,7 +112,7 @@ class Told(Protocol):
 
 
 def record_of(
-    task: Task, stamp_s: float, body: StampedPose, camera: tuple[Vector3, Quaternion], told: Told
+    task: Task, stamp_s: float, body: StampedPose, camera: tuple[Vector3, Quaternion], told: ShutterReport
 ) -> PhotographRecord:
     """Return the record of a photograph. camera: the optical frame in the UAV's frame."""
     turn = Rotation.from_quat(body.orientation_xyzw)

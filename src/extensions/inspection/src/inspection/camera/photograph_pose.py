@@ -32,7 +32,7 @@ class Viewpoint(Protocol):
 
 
 @dataclass(frozen=True)
-class Taken:
+class PhotographPose:
     """A photograph: place_m (3,) of the camera; axes (3, 3), the optical frame's in its columns; its blur.
 
     blur_px: where the motion is not known. shift_m, turn_rad: of the camera during the exposure. name: of
@@ -49,18 +49,18 @@ class Taken:
     path: Path | None = None
 
     @classmethod
-    def of_view(cls, view: Viewpoint) -> Taken:
+    def of_view(cls, view: Viewpoint) -> PhotographPose:
         """Return the photograph of a view that is taken from its own place."""
         return cls(np.array(view.place_m), optical_axes(view.yaw_rad, view.tilt_rad))
 
     @classmethod
     def of_pose(
         cls, place_m: Sequence[float], orientation_xyzw: Sequence[float], blur_px: float = 0.0
-    ) -> Taken:
+    ) -> PhotographPose:
         """Return the photograph of a camera at this pose of its optical frame."""
         return cls(np.array(place_m), Rotation.from_quat(orientation_xyzw).as_matrix(), blur_px)
 
-    def moved(self, shift_m: float | None, turn_rad: float | None) -> Taken:
+    def moved(self, shift_m: float | None, turn_rad: float | None) -> PhotographPose:
         """Return it with a motion that counts in place of the blur in px, unless it is not known."""
         if shift_m is None or turn_rad is None:
             return self
