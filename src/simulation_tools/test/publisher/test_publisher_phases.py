@@ -49,7 +49,7 @@ def test_somebody_elses_landing_is_left_alone_to_the_end(bench):
     assert bench.publisher.phase is Phase.YIELDED
     assert bench.of(AnnounceReady) == [AnnounceReady(False)]
     (said,) = bench.of(Log)
-    assert "AUTO.LAND was ordered" in said.text
+    assert said.text == "AUTO.LAND was ordered: the flight controller lands the UAV by itself."
     assert not said.is_warning  # every flight ends so
     bench.set("AUTO.LAND", status=3, armed=False, landed=GROUND).run(30.0)
     assert bench.publisher.phase is Phase.IDLE

@@ -58,5 +58,21 @@ def test_a_survey_says_how_many_photographs_it_has(lines, tmp_path):
     told = message.feedback
     told.phase, told.taken, told.of, told.home_way, told.charge = "photographing", 6, 10, 4.0, 0.5
     part._on_feedback(message)
-    assert lines == ["Photographing: 6 of 10 photographs, 4 m from home, battery 50 %."]
+    assert lines == ["Photographing: 6 of 10 photographs are taken, 4 m from home, battery 50 %."]
     assert (f"{part.action}/feedback", SurveyActionFeedback, part._on_feedback) in part.listens
+
+
+def test_a_search_that_is_awaited_on_the_ground_says_that_it_goes_on(lines, tmp_path, monkeypatch):
+    from flights_ros.inspecting import part as module
+
+    part = module.SurveyPart(SimpleNamespace(), tmp_path, lambda: None)
+    part._on_search(SimpleNamespace(data="searching"))
+    monkeypatch.setattr(module, "WAKE_S", 0.0)
+
+    def say(text, *words):
+        lines.append(text % words)
+        part._on_search(SimpleNamespace(data="idle"))
+
+    monkeypatch.setattr(rospy, "loginfo", say)
+    assert part.wait()
+    assert lines == ["Searching the photographs: 0 s so far, rosservice call /inspect/abort ends it."]

@@ -307,7 +307,7 @@ class Phases:
         self.phase = Phase.YIELDED
         guided, landing = p.family.guided, p.family.landing
         if state.mode == landing and not state.failsafe(p.family) and not self._explains:
-            text = f"{landing} was ordered: leaving the UAV to it until it is {guided}."
+            text = f"{landing} was ordered: the flight controller lands the UAV by itself."
             return [AnnounceReady(False), Log(text, is_warning=False)]
         return [AnnounceReady(False), Log(f"{self._who(state)}: leaving the UAV to it until it is {guided}.")]
 

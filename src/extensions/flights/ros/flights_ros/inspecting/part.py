@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 import uuid
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -89,9 +90,11 @@ class SurveyPart(Part):
         return True
 
     def wait(self) -> bool:
-        """Wait until the photographs are searched. Return whether it goes on."""
+        """Wait until the photographs are searched, and say so. Return whether it goes on."""
+        began_s = time.monotonic()
         while not self._is_ready.wait(WAKE_S) and not rospy.is_shutdown():
-            pass
+            so_far = f"{time.monotonic() - began_s:.0f} s so far"
+            self._progress.tell("searching the photographs", so_far, "rosservice call /inspect/abort ends it")
         told = self.photographed.result
         if self._is_aborted and told is not None:
             told.end, told.reason = End.ABORTED.value, "The search of the photographs was aborted."
@@ -129,7 +132,7 @@ class SurveyPart(Part):
 
     def _on_feedback(self, message: SurveyActionFeedback) -> None:
         told = message.feedback
-        words = f"{told.taken} of {told.of} photographs"
+        words = f"{told.taken} of {told.of} photographs are taken"
         self._progress.tell(told.phase, words, home_way_m=told.home_way, charge=told.charge)
 
     def _on_camera(self, message: PoseStamped) -> None:
