@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Mapping
 
 from flight_basics.errors import MissionError, ParameterError
+from flight_basics.yaml_file import read_yaml
 from inspection_tools.mission.waypoints import Waypoint
 
 MOST_LAPS = 1000
@@ -18,20 +19,7 @@ def read_mission(path: str | Path) -> tuple[Waypoint, ...]:
     Raises:
         MissionError: it cannot be read or makes no sense. The sentence names the file.
     """
-    import yaml  # only if a file is read
-
-    try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise MissionError(f"The mission {path} cannot be read: {error.strerror}.") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:  # no text, endless digits, endless depth
-        where = getattr(error, "problem_mark", None)
-        line = f", line {where.line + 1}" if where else ""
-        raise MissionError(f"The mission {path} is not YAML{line}.") from None
-    try:
-        return parse_mission(content)
-    except MissionError as error:
-        raise MissionError(f"{path}: {error}") from None
+    return read_yaml(path, "The mission", parse_mission, MissionError)
 
 
 def parse_mission(content: object) -> tuple[Waypoint, ...]:

@@ -6,9 +6,8 @@ import math
 from pathlib import Path
 from typing import Any, Mapping
 
-import yaml
-
 from flight_basics.errors import ShipError
+from flight_basics.yaml_file import read_yaml
 from inspection.ship.ship import PARTICULARS, SIDES, Area, Ship, Strake
 
 KEYS = (
@@ -32,18 +31,7 @@ def read_ship(path: Path) -> Ship:
     Raises:
         ShipError: one sentence that names the file, the entry and the fault.
     """
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ShipError(f"The ship {path} cannot be read: {error.strerror}.") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f", line {mark.line + 1}" if mark else ""
-        raise ShipError(f"The ship {path} is not YAML{line}.") from None
-    try:
-        return parse_ship(content)
-    except ShipError as error:
-        raise ShipError(f"{path}: {error}") from None
+    return read_yaml(path, "The ship", parse_ship, ShipError)
 
 
 def parse_ship(content: object) -> Ship:

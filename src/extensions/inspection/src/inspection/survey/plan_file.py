@@ -7,7 +7,8 @@ from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any, Mapping
 
-from flight_basics.errors import FlightBasicsError, SurveyError
+from flight_basics.errors import SurveyError
+from flight_basics.yaml_file import read_yaml
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.files.whole import write_whole
 from inspection.survey.parameters import FlightParameters, SurveyParameters
@@ -76,20 +77,7 @@ def read_plan(path: Path) -> SurveyPlan:
     Raises:
         SurveyError: it cannot be read or makes no sense; the sentence names the file and the photograph.
     """
-    import yaml
-
-    try:
-        content = yaml.load(path.read_text(encoding="utf-8"), getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    except OSError as error:
-        raise SurveyError(f"The plan {path} cannot be read: {error.strerror}.") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:
-        where = getattr(error, "problem_mark", None)
-        line = f", line {where.line + 1}" if where else ""
-        raise SurveyError(f"The plan {path} is not YAML{line}.") from None
-    try:
-        return parse_plan(content)
-    except FlightBasicsError as error:
-        raise SurveyError(f"{path}: {error}") from None
+    return read_yaml(path, "The plan", parse_plan, SurveyError)
 
 
 def parse_plan(content: object) -> SurveyPlan:
