@@ -140,6 +140,25 @@ def test_the_rim_of_a_manhole_does_not_fall(seed):
         assert not len(falling.columns(motion))
 
 
+def in_gallery(depths_m: np.ndarray, place: np.ndarray) -> Cloud:
+    """Return a cloud in a gallery along x, 3 m wide, of whose sides stones of 0.3 m stand out by depths_m."""
+    sideways = np.abs(AROUND[:, 1]) > 0.05
+    ranges = 1.5 / np.abs(AROUND[sideways, 1])
+    x, _, z = (place + AROUND[sideways] * ranges[:, None]).T
+    n = len(depths_m)
+    depth_m = depths_m[(x // 0.3).astype(int) % n, (z // 0.3).astype(int) % n]
+    ranges *= (1.5 - depth_m) / 1.5
+    near = ranges < FAR_M
+    return Cloud(AROUND[sideways][near] * ranges[near, None], LIMITS_RAD, 0.1, FAR_M)
+
+
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_the_stones_of_a_gallery_do_not_fall_while_the_uav_sinks(seed):
+    depths_m = np.random.default_rng(seed).uniform(0.0, 0.5, (64, 64))
+    moves = dict(speed=1.0, until_s=3.0, climb=-0.3, period_s=PUCK_PERIOD_S)
+    assert found_in(lambda t: depths_m, cloud_of=in_gallery, **moves) is None
+
+
 @pytest.mark.parametrize(("edge_m", "sinks", "aside_m"), [(0.95, 0.7, 0.1), (0.6, 0.6, 0.2)])
 def test_a_uav_leaves_a_load_that_a_puck_sees_late(edge_m, sinks, aside_m):
     """It is over the highest channel until it is some 0.3 m over the UAV, which flies towards it at 1 m/s."""
@@ -183,14 +202,19 @@ def test_the_lowest_points_are_those_of_a_slow_search(seed):
     rng = np.random.default_rng(seed)
     points, origin = rng.uniform(-3.0, 3.0, (300, 3)), tuple(rng.uniform(-20.0, 20.0, 3).tolist())
     lowest = np.empty((8 * 8, 3))
-    lowest_over(points, origin, (0.2, 2.5), 1.5, 0.5, lowest)
-    expected = np.full((8 * 8, 3), math.inf)
+    lowest_over(points, origin, (0.2, 2.5), 0.3, 1.5, 0.5, lowest)
+    expected, reach_down = np.full((8 * 8, 3), math.inf), set()
     for point in points:
-        if 0.2 < point[2] < 2.5 and max(abs(point[:2])) < 1.5:
-            x, y, z = point + origin
-            cell = int(y // 0.5) % 8 * 8 + int(x // 0.5) % 8
-            if z < expected[cell, 2]:
-                expected[cell] = x, y, z
+        if max(abs(point[:2])) >= 1.5:
+            continue
+        x, y, z = point + origin
+        cell = int(y // 0.5) % 8 * 8 + int(x // 0.5) % 8
+        if 0.2 < point[2] < 2.5 and z < expected[cell, 2]:
+            expected[cell] = x, y, z
+        if -0.1 < point[2] <= 0.2:
+            reach_down.add(cell)
+    expected[list(reach_down)] = math.inf
+    assert 0 < len(reach_down) < np.isfinite(expected[:, 2]).sum()
     assert np.array_equal(lowest, expected)
 
 

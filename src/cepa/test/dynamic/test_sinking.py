@@ -143,6 +143,24 @@ def test_with_clouds_three_heights_are_not_enough():
         assert not len(sinking.take_in([ranging], motion, clouds_show=True))
 
 
+@pytest.mark.parametrize("seed", range(1, 5))
+@pytest.mark.parametrize(
+    "height_of",
+    [
+        lambda x, rough_m: 10.0 - x % 5.0,  # hopper plates of 45 degrees, one after the other
+        lambda x, rough_m: 4.0 - np.interp(x / 0.6, np.arange(rough_m.size), rough_m),  # the roof of a mine
+    ],
+)
+def test_hopper_plates_and_rough_roofs_do_not_come_down_where_clouds_show_loads(height_of, seed):
+    rng, sinking = np.random.default_rng(seed), Sinking(0.3, 0.15)
+    rough_m, speed = rng.uniform(0.0, 0.5, 100), 1.2
+    for t in np.arange(0.0, 30.0, 0.05).tolist():
+        motion = Motion(t, (speed * t, 0.0, HEIGHT_M), LEVEL, (speed, 0.0, 0.0))
+        range_m = height_of(speed * t, rough_m) - HEIGHT_M + rng.normal(0.0, 0.01)
+        ranging = Ranging((0.0, 0.0, 0.0), UP, float(range_m), 0.05, RANGE_MAX_M)
+        assert not len(sinking.take_in([ranging], motion, clouds_show=True))
+
+
 @pytest.mark.parametrize(("ceiling_m", "is_open"), [(math.inf, True), (12.0, True), (5.0, False)])
 def test_it_is_in_the_open_for_six_seconds_after_the_beam_has_met_no_ceiling_within_8_m(ceiling_m, is_open):
     sinking = Sinking(0.3, 0.15)

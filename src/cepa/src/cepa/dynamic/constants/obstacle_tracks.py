@@ -53,7 +53,7 @@ STANDING_FORGET_S = 0.3
 FORGET_BEHIND_S = 4.0
 """s: What moves is predicted so long where no beam looks, as behind a UAV that flies away from it. Source:
 flown. Greater: it evades what has turned off."""
-SPREAD_MOST_M = 0.5
+SPREAD_MOST_M = 1.0
 """m: The error of a place makes a disc no larger than by this. Source: chosen. Greater: what is out of sight
 closes more ways."""
 MISSED_S = 0.15
@@ -146,6 +146,9 @@ SINKING_LEAST_M_S = 0.1
 SINKING_SLOPE = 0.5
 """1: And what is slower than such a share of the UAV's own speed may be a slope. Source: chosen. Greater:
 loads are found later while the UAV flies fast."""
+SINKING_SLOPE_BY_CLOUDS = 1.2
+"""1: The same where clouds show loads from afar: hopper plates slope by 45 degrees. Source: chosen. Greater:
+loads that clouds do not show are found later while the UAV flies fast."""
 SINKING_SOON_S = 1.0
 """s: Unless the body would meet it so soon. Source: chosen. Greater: the UAV makes way for slopes, too."""
 SINKING_RESIDUAL_M = 0.05
@@ -216,6 +219,9 @@ falls."""
 FALLING_BESIDE_M = 0.15
 """m: The way that something comes down was free so far beside and below, too. Source: flown. Greater: loads
 beside a wall are found later."""
+FALLING_WALL_M = 0.3
+"""m: What reaches on down by less than this below the UAV's highest point is a wall: of that, what is lowest
+over the UAV sinks as the UAV does. Source: chosen. Greater: loads beside walls are found later."""
 FALLING_APART_M = 1.5
 """m: Cells within so much are one load. Source: chosen. Greater: two loads are one."""
 FALLING_BEYOND_M = 0.5

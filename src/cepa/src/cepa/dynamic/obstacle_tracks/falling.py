@@ -26,6 +26,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
     FALLING_SPANS_S,
     FALLING_SPREAD,
     FALLING_UNEVEN,
+    FALLING_WALL_M,
     SINKING_FORGET_S,
     SINKING_LEAST_M_S,
 )
@@ -93,7 +94,8 @@ class Falling:
         if self._seen and not 0.0 < motion.stamp_s - self._seen[-1].stamp_s < FALLING_SPANS_S[-1]:
             self._seen.clear()
         lowest_m, heights = np.empty((FALLING_CELLS * FALLING_CELLS, 3)), (self._above_m, FALLING_HIGHEST_M)
-        lowest_over(points, motion.position_m, heights, FALLING_REACH_M, FALLING_CELL_M, lowest_m)
+        cells = FALLING_WALL_M, FALLING_REACH_M, FALLING_CELL_M
+        lowest_over(points, motion.position_m, heights, *cells, lowest_m)
         self._seen.append(_Seen(motion.stamp_s, motion.position_m, lowest_m, free_m.copy(), row_tan))
         while motion.stamp_s - self._seen[0].stamp_s > FALLING_SPANS_S[-1] + 1e-6:
             self._seen.popleft()
@@ -144,7 +146,8 @@ class Falling:
         x, y, _ = self._seen[-1].position_m
         between_m = FALLING_SPREAD * np.hypot(places[:, 0] - x, places[:, 1] - y)  # of two channels
         falls = -slopes * lasted_s > np.maximum(FALLING_DROP_M, 2.0 * between_m)
-        falls &= (-slopes > SINKING_LEAST_M_S) & (residual_m < FALLING_RESIDUAL_M + 0.4 * between_m)
+        own_m_s = max(0.0, self._seen[first].position_m[2] - self._seen[-1].position_m[2]) / lasted_s
+        falls &= (-slopes > own_m_s + SINKING_LEAST_M_S) & (residual_m < FALLING_RESIDUAL_M + 0.4 * between_m)
         if span_s == FALLING_SPANS_S[0]:
             falls &= residual_m < FALLING_UNEVEN * -slopes * lasted_s
         if falls.any():

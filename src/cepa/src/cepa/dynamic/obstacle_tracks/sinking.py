@@ -22,6 +22,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
     SINKING_RESIDUAL_M,
     SINKING_SIGNIFICANCE,
     SINKING_SLOPE,
+    SINKING_SLOPE_BY_CLOUDS,
     SINKING_SOON_S,
     SINKING_SPANS_S,
     SINKING_SURE_S,
@@ -140,8 +141,9 @@ class Sinking:
         self._times[way] = self._times.get(way, 0) + 1 if speed < 0.0 else 0
         if speed < 0.0:  # it comes, also if the beam should miss it from now on
             arrives_s = motion.stamp_s + max(0.0, gap_m) / -speed
-            if arrives_s > motion.stamp_s + SINKING_SURE_S and self._times[way] < SINKING_TIMES:
-                return  # there is time to look again
+            is_soon = arrives_s <= motion.stamp_s + SINKING_SURE_S and not clouds_show
+            if self._times[way] < SINKING_TIMES and not is_soon:
+                return  # there is time to look again, or clouds would have shown it before
             known, (x_m, y_m) = self._columns.get(way), _middle_of(heights, way, rises_m_s)
             if known is not None and known.holds(heights[-1][1:3], motion.stamp_s):
                 x_m, y_m = known[:2]
@@ -179,7 +181,8 @@ def _speed_m_s(heights: deque[_Height], gap_m: float, clouds_show: bool) -> floa
         flown_m_s = math.dist(part[0, 1:3], part[-1, 1:3]) / lasted_s
         noise = max(residual_m, floor_m) / math.sqrt(spread)
         is_soon = not clouds_show and gap_m <= SINKING_SOON_S * abs(speed)
-        of_slope = 0.0 if is_soon else SINKING_SLOPE * flown_m_s
+        slope = SINKING_SLOPE_BY_CLOUDS if clouds_show else SINKING_SLOPE
+        of_slope = 0.0 if is_soon else slope * flown_m_s
         least = max(SINKING_LEAST_M_S + of_slope, SINKING_SIGNIFICANCE * noise)
         most_m = min(SINKING_RESIDUAL_M, SINKING_UNEVEN * abs(speed) * lasted_s)
         if residual_m < most_m and abs(speed) > least:
