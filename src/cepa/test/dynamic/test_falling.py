@@ -155,8 +155,8 @@ def in_gallery(depths_m: np.ndarray, place: np.ndarray) -> Cloud:
 @pytest.mark.parametrize("seed", range(1, 5))
 def test_the_stones_of_a_gallery_do_not_fall_while_the_uav_sinks(seed):
     depths_m = np.random.default_rng(seed).uniform(0.0, 0.5, (64, 64))
-    moves = dict(speed=1.0, until_s=3.0, climb=-0.3, period_s=PUCK_PERIOD_S)
-    assert found_in(lambda t: depths_m, cloud_of=in_gallery, **moves) is None
+    moves = 1.0, 3.0, -0.3, PUCK_PERIOD_S
+    assert found_in(lambda t: depths_m, *moves, cloud_of=in_gallery) is None
 
 
 @pytest.mark.parametrize(("edge_m", "sinks", "aside_m"), [(0.95, 0.7, 0.1), (0.6, 0.6, 0.2)])
