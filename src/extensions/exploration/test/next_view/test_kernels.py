@@ -262,7 +262,7 @@ def test_ways_are_shortest_over_edges_whose_voxels_all_keep_the_clearance(seed, 
             between = [tuple(node * spacing + k * step) for k in range(1, spacing)]
             if len(tail) and all(squares[voxel] >= 4 for voxel in between):
                 graph[head, tail[0]] = spacing * math.sqrt(float((step**2).sum()))
-    starts, begun = rng.integers(0, len(nodes), 2), rng.uniform(0.0, 3.0, 2)
+    starts, begun = rng.integers(0, len(nodes), 2), rng.uniform(0.0, 30.0, 2)
     from_each = dijkstra(csr_matrix(graph), indices=starts) + begun[:, None]
     expected = np.full(is_node.shape, np.inf)
     expected[is_node] = from_each.min(axis=0)
