@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from inspection.findings.parameters import FindingParameters
-from inspection.findings.picture.candidates import candidates_in, is_thin
+from inspection.findings.picture.candidates import candidates_in
+from inspection.findings.picture.cracks import is_thin
 from inspection.findings.picture.lines import line_through, pieces_joined
 from inspection.survey.surface.mesh_file import Mesh
 

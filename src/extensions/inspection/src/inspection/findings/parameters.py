@@ -33,6 +33,10 @@ class FindingParameters:
     """Look for cracks on rough surfaces (concrete, asphalt, scale), too, where grain is as dark as a crack.
     It is measured on pictures alone; photographs of a mesh do without.
     """
+    crack_surface: bool = False
+    """A crack must lie in one surface, too: joints, edges, stalks and hair do not. It serves pictures alone
+    (`for_pictures`). With a mesh one knows the surface.
+    """
     crack_length: float = limited(0.06, 0.005, 100.0)
     """Least length of a crack, m."""
     crack_detail: float = limited(1.3, 0.01, 100.0)
@@ -88,7 +92,7 @@ class FindingParameters:
 
     def for_pictures(self) -> FindingParameters:
         """Return them for photographs that may show anything, as nobody knows their poses."""
-        return replace(self, rust_texture=True)
+        return replace(self, rust_texture=True, crack_surface=True)
 
     def for_mesh(self, mesh: Mesh) -> FindingParameters:
         """Return them for photographs of a mesh."""

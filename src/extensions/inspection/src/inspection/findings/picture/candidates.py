@@ -10,12 +10,10 @@ from scipy import ndimage
 
 from inspection.findings.kinds import CRACK, RUST
 from inspection.findings.parameters import FindingParameters
-from inspection.findings.picture.kernels import block_light, dark_ridges, light_of
-from inspection.findings.picture.lines import Line, line_through, pieces_joined
+from inspection.findings.picture.cracks import cracks_in, groups_of
+from inspection.findings.picture.kernels import block_light
 from inspection.findings.picture.paint import RED, is_all_red, unlike_coatings, unlike_the_most
-from inspection.findings.picture.rough_cracks import STRAIGHT, STRAIGHT_PX, cracks_on_rough
 from inspection.findings.picture.rust_texture import rust_among
-from inspection.findings.picture.smoothing import smoothed
 from inspection.findings.picture.stamps import without_writing, writing_in
 
 BLOCK_PX = 4
@@ -26,22 +24,8 @@ NEAR_BLOCKS, RIM_BLOCKS = 5, 3
 """Blocks along the sides of what is smoothed: where rust is sure, and at its rim."""
 LEAST_LIGHT = 0.01
 """Of white; darker blocks have no colour that one could judge."""
-SMOOTH_PX, SMOOTH_REACH, REACH_PX = 1.0, 2.5, 5
-NOISE_PX = 32
-"""Noise is measured in blocks: the sensor's in the dark, and that of a rough surface."""
-NOISES = 3.0
-"""A ridge is so many times deeper than the noise."""
-MOST_CONTRAST = 0.99
-"""Of a ridge that is looked for on the roughest surface."""
-ROUGH = 1.5
-"""A surface is rough where a ridge must be so many times deeper than on a plain one."""
 COARSE_MM = 1.0
 """Of a pixel, at which the widest cracks are looked for."""
-STRAIGHT_UNLIKE = 0.2
-"""Greatest difference of the surfaces beside a straight line, as a multiple of its depth. The toe of a weld
-is straight, and dark as a crack is. But the bead's face leans another way than the plate, so it has another
-light. A crack runs through one surface.
-"""
 MOST_PIXELS = 400
 """Of one candidate, drawn evenly. Of rust it is more where they would be farther apart than RUST_APART_MM."""
 RUST_APART_MM = 35.0
@@ -88,9 +72,8 @@ def candidates_in(
     near = ndimage.binary_dilation(red, iterations=3)  # rust has dark pits and borders
     near = ~without_writing(~near, writing, BLOCK_PX)
     for times in sorted({1, max(1, round(COARSE_MM / max(detail_mm, 0.1)))}):
-        light = _smaller(light_of(picture[..., 1], linear_light()), times)  # green has the least noise
-        light = smoothed(light, SMOOTH_PX, SMOOTH_REACH)
-        found += _cracks(light, times, near, parameters, looked_at)
+        for each in cracks_in(picture, times, linear_light(), near, parameters, looked_at):
+            found.append(Candidate(CRACK.name, _some(each.places), each.size_px))
     return found
 
 
@@ -115,98 +98,8 @@ def _of_blocks(kind: str, marked: np.ndarray, most_apart: int) -> list[Candidate
         Candidate(
             kind, _spread(places, most_apart) * BLOCK_PX + 0.5 * (BLOCK_PX - 1), len(places) * BLOCK_PX**2
         )
-        for places in _groups(marked)
+        for places in groups_of(marked)
     ]
-
-
-def _cracks(
-    light: np.ndarray,
-    times: int,
-    rust: np.ndarray,
-    parameters: FindingParameters,
-    looked_at: np.ndarray | None,
-) -> list[Candidate]:
-    """Return the cracks in a picture that is so many times smaller.
-
-    light: smoothed by SMOOTH_PX. rust: blocks of the whole picture.
-    """
-    contrasts = _contrasts(light, parameters.crack_contrast, looked_at)
-    rows, columns = (
-        np.minimum(np.arange(size) * times // BLOCK_PX, blocks - 1)
-        for size, blocks in zip(light.shape, rust.shape)
-    )
-    free = ~rust[np.ix_(rows, columns)]
-    ridges = dark_ridges(light, REACH_PX, contrasts, NOISE_PX) & free
-    found = []
-    for group in pieces_joined(_groups(ridges)):
-        line = line_through(group, light)
-        if is_thin(line, parameters):
-            pixels = _some(line.pixels) * times + 0.5 * (times - 1)
-            found.append(Candidate(CRACK.name, pixels, len(group) * times**2))
-            x, y = group.T
-            free[y, x] = False
-    if parameters.crack_rough:
-        is_rough = _rough_places(contrasts, parameters.crack_contrast, light.shape) & free
-        for group in cracks_on_rough(light, SMOOTH_PX, is_rough, parameters):
-            pixels = _some(group) * times + 0.5 * (times - 1)
-            found.append(Candidate(CRACK.name, pixels, len(group) * times**2))
-    return found
-
-
-def _rough_places(contrasts: np.ndarray, least: float, shape: tuple[int, ...]) -> np.ndarray:
-    """Return (height, width) bool: where the surface's own contrasts are as great as that of a crack."""
-    rows, columns = (
-        np.minimum(np.arange(size) // NOISE_PX, blocks - 1) for size, blocks in zip(shape, contrasts.shape)
-    )
-    is_rough = (contrasts > ROUGH * least) & (contrasts < 1.0)
-    places: np.ndarray = is_rough[np.ix_(rows, columns)]
-    return places
-
-
-def _smaller(light: np.ndarray, times: int) -> np.ndarray:
-    """Return the means of blocks of so many pixels along each side."""
-    rows, columns = light.shape[0] // times, light.shape[1] // times
-    cut = light[: rows * times, : columns * times]
-    return cut.reshape(rows, times, columns, times).mean(axis=(1, 3)) if times > 1 else light
-
-
-def is_thin(line: Line, parameters: FindingParameters) -> bool:
-    """Return whether a line may be a crack: long, thin, dark all along, alike on both sides, not straight."""
-    p = parameters
-    is_straight = line.bent * line.length_px <= STRAIGHT * line.length_px + STRAIGHT_PX
-    unlike = min(p.line_unlike, STRAIGHT_UNLIKE) if is_straight else p.line_unlike
-    return bool(
-        line.length_px >= p.line_length
-        and line.depth >= 0.7 * p.crack_contrast
-        and line.width_px <= p.line_width
-        and line.unlike <= unlike
-        and line.filled >= p.line_filled
-        and line.rough_px <= p.line_rough
-        and line.bent >= p.line_bent
-    )
-
-
-def _contrasts(light: np.ndarray, least: float, looked_at: np.ndarray | None) -> np.ndarray:
-    """Return the least contrast of a ridge, in blocks of NOISE_PX px; 1 where nothing is looked for."""
-    rows, columns = light.shape[0] // NOISE_PX, light.shape[1] // NOISE_PX
-    part = light[: rows * NOISE_PX, : columns * NOISE_PX]
-    off = np.abs(part[::2, REACH_PX::2] - part[::2, :-REACH_PX:2])
-    off = np.pad(off, ((0, 0), (0, part.shape[1] // 2 - off.shape[1])), mode="edge")
-    half = NOISE_PX // 2
-    blocks = [
-        each.reshape(rows, half, columns, half).swapaxes(1, 2).reshape(rows, columns, -1)
-        for each in (off, part[::2, ::2])
-    ]
-    noise = 1.48 * np.median(blocks[0], axis=2) / np.maximum(np.median(blocks[1], axis=2), 1e-6)
-    noise = ndimage.maximum_filter(noise, 3)
-    contrasts = np.clip(NOISES * noise, least, MOST_CONTRAST)
-    if looked_at is not None:
-        y = np.minimum((np.arange(rows) + 0.5) / rows * looked_at.shape[0], looked_at.shape[0] - 1).astype(
-            int
-        )
-        x = np.minimum((np.arange(columns) + 0.5) / columns * looked_at.shape[1], looked_at.shape[1] - 1)
-        contrasts[~looked_at[np.ix_(y, x.astype(int))]] = 1.0
-    return contrasts.astype(np.float32)
 
 
 def _rust_blocks(light: np.ndarray, parameters: FindingParameters, least: float, rim: int) -> np.ndarray:
@@ -268,16 +161,6 @@ def linear_light() -> np.ndarray:
     """Return (256,), float32: the light of sRGB values (IEC 61966-2-1)."""
     value = np.arange(256) / 255.0
     return np.where(value <= 0.04045, value / 12.92, ((value + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
-def _groups(marked: np.ndarray) -> list[np.ndarray]:
-    """Return the places (n, 2), x, y, of each group of marked pixels that touch, corners included."""
-    numbers, count = ndimage.label(marked, ALSO_CORNERS)
-    y, x = np.nonzero(numbers)
-    of = numbers[y, x]
-    order = np.argsort(of, kind="stable")
-    places = np.column_stack((x, y))[order]
-    return np.split(places, np.searchsorted(of[order], np.arange(2, count + 1))) if count else []
 
 
 def _spread(places: np.ndarray, most_apart: int) -> np.ndarray:

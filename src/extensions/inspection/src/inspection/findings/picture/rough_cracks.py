@@ -30,6 +30,10 @@ STANDS_OUT = 0.15
 """A crack's salience is at least such a share of the greatest in the picture, whatever has that."""
 
 
+AS_STRONG = 0.3
+"""Lines whose salience is such a share of the greatest are as strong as it."""
+
+
 class Ridge(NamedTuple):
     """Course of a ridge. off_px: its deviation from a straight line. salience: as `ridge_of` has it."""
 
@@ -40,22 +44,23 @@ class Ridge(NamedTuple):
 
 def cracks_on_rough(
     light: np.ndarray, smooth_px: float, is_rough: np.ndarray, parameters: FindingParameters
-) -> list[np.ndarray]:
-    """Return the places (n, 2), x, y, of each crack.
+) -> tuple[list[np.ndarray], int]:
+    """Return the places (n, 2), x, y, of each crack, and how many strong lines there are, cracks or not.
 
     light: (height, width), float32, smoothed by smooth_px. is_rough: (height, width) bool, where cracks are
     looked for by this.
     """
     if not is_rough.any():
-        return []
+        return [], 1
     above = ridges_above_usual(light, smooth_px)
     groups = pieces_joined(_pieces(strong_ridges(above) & is_rough))
     ridges = [ridge_of(group, above) for group in groups]
     megapixels = light.size / 1e6
     least_px = parameters.line_length + LONGER_PX * math.log(max(megapixels, 1.0))
     bent = max(parameters.line_bent, STRAIGHT)
-    least = STANDS_OUT * max((each.salience for each in ridges), default=0.0)
-    return [
+    greatest = max((each.salience for each in ridges), default=0.0)
+    least = STANDS_OUT * greatest
+    cracks = [
         group
         for group, ridge in zip(groups, ridges)
         if ridge.length_px >= least_px
@@ -63,6 +68,7 @@ def cracks_on_rough(
         and ridge.salience >= least
         and two_sided(group, light) >= TWO_SIDED
     ]
+    return cracks, sum(each.salience >= AS_STRONG * greatest for each in ridges)
 
 
 def _pieces(ridges: np.ndarray) -> list[np.ndarray]:
