@@ -8,6 +8,7 @@ from scipy import ndimage
 
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.candidates import candidates_in
+from inspection.findings.picture.kernels import mean_colour
 from inspection.findings.picture.ridges import ridges_above_usual
 from inspection.findings.picture.smoothing import gaussian_weights, smoothed, smoothed_rows
 
@@ -61,3 +62,8 @@ def test_a_rough_picture_needs_24_bytes_a_pixel():
         assert tracemalloc.get_traced_memory()[1] < 24 * grey.size
     finally:
         tracemalloc.stop()
+
+
+def test_the_mean_of_three_colours_has_the_last_bit_of_numpy():
+    light = np.random.default_rng(5).random((40, 30, 3), np.float32)
+    np.testing.assert_array_equal(mean_colour(light), light.mean(axis=2))

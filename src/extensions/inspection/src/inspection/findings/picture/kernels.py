@@ -23,6 +23,12 @@ def block_light(picture: np.ndarray, linear: np.ndarray, side: int) -> np.ndarra
     return out / np.float32(side * side)
 
 
+def mean_colour(light: np.ndarray) -> np.ndarray:
+    """Return (rows, columns): the mean of three colours, float32 (rows, columns, 3), as numpy has it."""
+    mean: np.ndarray = (light[..., 0] + light[..., 1] + light[..., 2]) / np.float32(3.0)
+    return mean
+
+
 @njit(cache=True)
 def light_of(values: np.ndarray, linear: np.ndarray) -> np.ndarray:
     """Return (height, width), float32: the light of sRGB values, uint8. linear: (256,) that of each value."""
@@ -90,16 +96,19 @@ def raise_to_multiples(
     least. y: (height,), x: (width,): places of the pixels among the blocks, in blocks.
     """
     rows, columns = usual.shape
-    line = np.empty((2, len(x)))
+    line, known = np.empty((2, len(x))), -1
     for row in range(len(y)):
         top = int(y[row])
         part = y[row] - top
-        for k in range(2):
-            of_blocks = usual[min(top + k, rows - 1)]
-            for column in range(len(x)):
-                left = min(int(x[column]), columns - 1)
-                right = min(left + 1, columns - 1)
-                line[k, column] = (of_blocks[right] - of_blocks[left]) * (x[column] - left) + of_blocks[left]
+        if top != known:
+            known = top
+            for k in range(2):
+                of_blocks = usual[min(top + k, rows - 1)]
+                for column in range(len(x)):
+                    left = min(int(x[column]), columns - 1)
+                    right = min(left + 1, columns - 1)
+                    slope = of_blocks[right] - of_blocks[left]
+                    line[k, column] = slope * (x[column] - left) + of_blocks[left]
         for column in range(len(x)):
             around = (1.0 - part) * line[0, column] + part * line[1, column]
             multiple = strength[row, column] / np.float32(max(around, least))

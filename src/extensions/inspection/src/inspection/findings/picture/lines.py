@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple, Sequence
 
 import numpy as np
@@ -43,7 +44,7 @@ def pieces_joined(groups: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Return groups of pixels (n, 2): those whose ends go on in each other are one."""
     pieces, ends, ways = [], [], []
     for group in groups:
-        if len(group) < PIECE_PX:
+        if len(group) < PIECE_PX or math.hypot(*np.ptp(group, axis=0)) < PIECE_PX:
             continue
         middle = group.mean(axis=0)
         _, _, axes = np.linalg.svd(group - middle, full_matrices=False)

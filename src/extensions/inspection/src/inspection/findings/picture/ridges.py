@@ -44,7 +44,7 @@ def strong_ridges(above: np.ndarray) -> np.ndarray:
     """Return (height, width) bool: the ridges that are strong somewhere. above: multiples of the usual."""
     numbers, count = ndimage.label(above > WEAK, ALSO_CORNERS)
     is_strong = np.zeros(count + 1, bool)
-    is_strong[np.unique(numbers[above > STRONG])] = True
+    is_strong[numbers[above > STRONG]] = True
     is_strong[0] = False
     found: np.ndarray = is_strong[numbers]
     return found

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from inspection.findings.picture.kernels import block_light, block_texture
+from inspection.findings.picture.kernels import block_light, block_texture, mean_colour
 
 CELL_PX, COPY_PIXELS = 8, 5e5
 """Side of a cell in the copy; pixels of the copy at most."""
@@ -77,7 +77,7 @@ def red_cells(picture: np.ndarray, red: np.ndarray, block_px: int, linear: np.nd
     """
     times = max(1, round(math.sqrt(picture.shape[0] * picture.shape[1] / COPY_PIXELS)))
     side_px = CELL_PX * times
-    light = np.log(block_light(picture, linear, times).mean(axis=2) + np.float32(DARK))
+    light = np.log(mean_colour(block_light(picture, linear, times)) + np.float32(DARK))
     texture, edges, along = block_texture(light, CELL_PX)
     rows, columns = texture.shape
     colours = block_light(picture, linear, side_px)[:rows, :columns]

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from scipy import ndimage
 
-from inspection.findings.picture.kernels import block_light, block_texture
+from inspection.findings.picture.kernels import block_light, block_texture, mean_colour
 from inspection.findings.picture.rust_cells import learnt_weights, likely_cells, red_cells
 
 SIDE_PX = 4
@@ -52,7 +52,7 @@ def rust_among(red: np.ndarray, picture: np.ndarray, linear: np.ndarray) -> np.n
     times = max(1, round(math.sqrt(picture.shape[0] * picture.shape[1] / COPY_PIXELS)))
     copied = _in_copy(red, times)
     colours = block_light(picture, linear, SIDE_PX * times)
-    light = np.log(block_light(picture, linear, times).mean(axis=2) + np.float32(DARK))
+    light = np.log(mean_colour(block_light(picture, linear, times)) + np.float32(DARK))
     sums = likeness(colours, light, copied)
     is_rust = _mottled(copied & (sums > LEAST), copied)
     if is_rust.any():

@@ -68,8 +68,9 @@ def _smaller(picture: np.ndarray, times: int) -> np.ndarray:
     """Return the means of squares of so many pixels along each side, float32 (height, width, 3)."""
     rows, columns = picture.shape[0] // times, picture.shape[1] // times
     cut = picture[: rows * times, : columns * times]
-    copy: np.ndarray = cut.reshape(rows, times, columns, times, 3).mean(axis=(1, 3), dtype=np.float32)
-    return copy
+    down = cut.reshape(rows, times, columns * times * 3).sum(axis=1, dtype=np.uint32)
+    copy: np.ndarray = down.reshape(rows, columns, times, 3).sum(axis=2) / np.float32(times**2)
+    return copy.astype(np.float32)
 
 
 def _rows_of_glyphs(copy: np.ndarray) -> Iterator[Box]:
