@@ -107,7 +107,12 @@ class Run:
             self.folder.lacks(problem)
 
     def finish(
-        self, content: dict, headline: Callable[[dict], str], complete: Callable[[dict], dict], what: str
+        self,
+        content: dict,
+        headline: Callable[[dict], str],
+        complete: Callable[[dict], dict],
+        what: str,
+        tell_how: Callable[[], None] = lambda: None,
     ) -> int:
         """Add the slow part of the results, print the headline, and end the launch if the run succeeded.
 
@@ -116,6 +121,7 @@ class Run:
             headline: turns the content into a few lines for a terminal.
             complete: writes the rest and returns the whole content of result.json.
             what: the missing parts after Ctrl-C, in words.
+            tell_how: tells after Ctrl-C how to get them.
 
         Returns:
             the exit code.
@@ -123,6 +129,7 @@ class Run:
 
         def leave_it_out() -> int:
             rospy.logwarn(f"Interrupted: the results are without {what}.")
+            tell_how()
             try:
                 told = self.folder.seal(WRITING_S, what)
             except ResultsError as error:

@@ -90,16 +90,22 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
     if not run.interrupted:
         save_volume(run.folder)
     elif survey.plan is not None:
-        _tell_what_is_left(folder, survey.plan, ship_file(request))
+        _tell_what_is_left("inspection", folder, survey.plan, ship_file(request))
     description, wall = run.close(flight.description, monitor)
     flown: FlownRun = (run.folder, description, monitor.log, monitor.course.outcome)
     numbers = {**write_numbers(*flown, wall), **_figures(request, parts, itinerary)}
     run.folder.write_result(numbers)
+
+    def tell_how() -> None:
+        if survey.plan is not None:
+            _tell_what_is_left("work after the flight", folder, survey.plan, ship_file(request))
+
     return run.finish(
         numbers,
         headline,
         lambda content: _complete(flown, survey, ship_file(request), content),
         "coverage, findings or pictures",
+        tell_how,
     )
 
 
@@ -167,10 +173,13 @@ def _write_whole_page(request: InspectingRequest, folder: Path) -> bool:
     return _command(*_reporting(folder / "plan.yaml", ship_file(request)), before=("nice",))
 
 
-def _tell_what_is_left(folder: Path, plan: SurveyPlan, ship: Path | None) -> None:
-    """After Ctrl-C: tell which commands search what was photographed, and write the report."""
+def _tell_what_is_left(what: str, folder: Path, plan: SurveyPlan, ship: Path | None) -> None:
+    """After Ctrl-C: tell which commands search what was photographed, and write the report.
+
+    what: was interrupted.
+    """
     rospy.logwarn(
-        "The inspection was interrupted, and no call continues its flight. "
+        f"The {what} was interrupted, and no call continues the flight. "
         "These two calls search the photographs that were taken, and write their report:\n"
         f"rosrun inspection {' '.join(_searching(folder, plan))}\n"
         f"rosrun inspection {' '.join(_reporting(folder, ship))}"
@@ -192,7 +201,7 @@ def _command(name: str, *arguments: str, before: tuple[str, ...] = ()) -> bool:
     What it cannot do is a warning. before: words before the command.
     """
     words = f"rosrun inspection {name} {' '.join(arguments)}"
-    rospy.loginfo(words)
+    rospy.loginfo(f"The run now calls: {words}")
     try:
         done = subprocess.run(
             ["setpriv", "--pdeathsig", "TERM", *before, "rosrun", "inspection", name, *arguments],
