@@ -16,10 +16,10 @@ from inspection.report.comparison import AS_BEFORE, GROWN, compared
 from inspection.report.grades import GradeRules, areas_graded, plates_seen
 from inspection.report.tables import size_of
 
-BLISTER = replace(RUST, name="blister", word="blister", plural="blisters", heading="Blisters")
-DENT = replace(BLISTER, name="dent", word="dent", is_told_by_area=False, counts_for_coating=False)
+FLAKE = replace(RUST, name="flake", word="flake", plural="flakes", heading="Flakes")
+BUMP = replace(FLAKE, name="bump", word="bump", is_told_by_area=False, counts_for_coating=False)
 SEAM = replace(CRACK, name="seam", word="seam", plural="seams", heading="Seams")
-OWN = (BLISTER, DENT, SEAM)
+OWN = (FLAKE, BUMP, SEAM)
 
 
 @pytest.fixture(autouse=True)
@@ -35,7 +35,7 @@ def graded(*findings):
 
 
 @pytest.mark.parametrize(
-    ("kind", "share"), [("rust", 0.1), ("blister", 0.1), ("dent", 0.0), ("crack", 0.0), ("unheard of", 0.0)]
+    ("kind", "share"), [("rust", 0.1), ("flake", 0.1), ("bump", 0.0), ("crack", 0.0), ("unheard of", 0.0)]
 )
 def test_the_area_is_rusted_if_the_kind_says_so(kind, share):
     mark = finding(1, kind, (0.5, 1.5, 1.2), 0.5, 0.8)
@@ -47,7 +47,7 @@ def test_the_area_is_rusted_if_the_kind_says_so(kind, share):
 def test_each_kind_is_counted_in_its_column():
     marks = [finding(k, kind, (0.5, 1.5, 1.2), 0.5, 0.1) for k, kind in enumerate(("seam", "rust", "seam"))]
     assert dict(zip((kind.name for kind in kinds.FINDING_KINDS), graded(*marks).numbers)) == {
-        "rust": 1, "crack": 0, "blister": 0, "dent": 0, "seam": 2,
+        "rust": 1, "crack": 0, "flake": 0, "bump": 0, "seam": 2,
     }  # fmt: skip
 
 
@@ -55,23 +55,23 @@ def test_a_long_line_is_one_finding_and_a_long_spot_comes_in_pieces():
     along = np.array([(x, 0.0, 0.0) for x in np.arange(0.0, 6.0, 0.02)])
     long = {
         kind: len(merged([Placed(kind, along, np.array((0.0, 0.0, 1.0)), 0.3, "1.jpg", 1.0, along[0])], 0.1))
-        for kind in ("crack", "seam", "rust", "dent")
+        for kind in ("crack", "seam", "rust", "bump")
     }
     assert (long["crack"], long["seam"]) == (1, 1)
-    assert long["rust"] == long["dent"] > 1
+    assert long["rust"] == long["bump"] > 1
 
 
 def test_size_is_an_area_or_a_length():
-    assert size_of(finding(1, "blister", (0, 0, 0), 0.5, 0.02)) == "200 cm², 50 cm long"
-    assert size_of(finding(1, "dent", (0, 0, 0), 0.5, 0.02)) == "500 mm long"
+    assert size_of(finding(1, "flake", (0, 0, 0), 0.5, 0.02)) == "200 cm², 50 cm long"
+    assert size_of(finding(1, "bump", (0, 0, 0), 0.5, 0.02)) == "500 mm long"
     least = FindingParameters(crack_length=0.06, rust_size=0.02)
     assert kind_of("seam").is_large_enough(0.06, 0.0, least)
     assert not kind_of("seam").is_large_enough(0.05, 1.0, least)
-    assert kind_of("dent").is_large_enough(0.0, 4.1e-4, least)
-    assert not kind_of("dent").is_large_enough(1.0, 3.9e-4, least)
+    assert kind_of("bump").is_large_enough(0.0, 4.1e-4, least)
+    assert not kind_of("bump").is_large_enough(1.0, 3.9e-4, least)
 
 
-@pytest.mark.parametrize(("kind", "wider"), [("blister", GROWN), ("dent", AS_BEFORE)])
+@pytest.mark.parametrize(("kind", "wider"), [("flake", GROWN), ("bump", AS_BEFORE)])
 def test_growth_is_of_what_the_size_is(kind, wider):
     before, now = (finding(1, kind, (0.5, 1.5, 1.2), 0.5, area_m2) for area_m2 in (0.02, 0.05))
     assert compared([before], [now], None, None).change[1] == wider
