@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from exploration.next_view.frontiers import ascending
+
 SAME = 0.8
 """A cell has not changed if it still has this share of its voxels."""
 TRIES = 1.0
@@ -25,9 +27,15 @@ class CellsWithoutGain:
 
     def is_left(self, cells: np.ndarray, counts: np.ndarray) -> np.ndarray:
         """Return (n,) whether cells (n, 3) with so many voxels (n,) were looked at often enough."""
-        found = [self._cells.get(cell, (0, 0.0)) for cell in map(tuple, cells.tolist())]
-        before, tries = np.array(found, float).reshape(-1, 2).T
-        is_left: np.ndarray = (tries >= TRIES) & (counts >= SAME * before)
+        often = [(cell, before) for cell, (before, tries) in self._cells.items() if tries >= TRIES]
+        if not often:
+            return np.zeros(len(cells), bool)
+        keys = ascending(np.array([cell for cell, _ in often], np.int64))
+        order = np.argsort(keys)
+        keys, before = keys[order], np.array([voxels for _, voxels in often], float)[order]
+        asked = ascending(cells)
+        at = np.minimum(np.searchsorted(keys, asked), len(keys) - 1)
+        is_left: np.ndarray = (keys[at] == asked) & (counts >= SAME * before[at])
         return is_left
 
     def left(self) -> np.ndarray:
