@@ -67,7 +67,7 @@ def fly_mixed(given: argparse.Namespace) -> None:
     """Fly the random forests of the thesis's algorithms."""
     with Results("avoidance", given.results, vars(given)) as results:
         campaign, flown = fly("avoidance", given.results / "avoidance", given, BRIEF_SEEDS)
-        print(f"\n{mixed_forests.judge(campaign, flown.trials, results)}")
+        print(f"\n{mixed_forests.compared(campaign, flown.trials, results)}")
 
 
 def fly_row(row: Row, given: argparse.Namespace) -> tuple[dict[tuple[str, float, str], dict], list[Verdict]]:

@@ -19,7 +19,7 @@ from benchmarks.shared.trials import run_crossed, trial_options
 from benchmarks.slam_experiments import SEEDS
 from flights.files import replace_file
 from flights.mapping.mapping_flight import SCENARIOS, fly_and_record, parameters_of
-from flights.mapping.slam_metrics import judge
+from flights.mapping.slam_metrics import slam_metrics_of
 from flights.mapping.slam_run import SlamRun, replay, true_path, true_walls
 from flights.mapping.slam_setup import read_setup
 from gridslam.evaluation import Walls
@@ -87,7 +87,7 @@ def fly_and_map(case: Case, seed: int) -> dict:
     """Fly a case once; return its map's metrics."""
     warm_up()
     run, truth, walls = _mapped(case, seed)
-    metrics, _, _ = judge(run, truth, walls)
+    metrics, _, _ = slam_metrics_of(run, truth, walls)
     cpu_ms = metrics.pop("cpu_ms_per_scan")
     return {**metrics, "cpu_ms": cpu_ms["mean"] if cpu_ms else None}
 

@@ -24,7 +24,7 @@ EXTENSIONS = {
 """The improved algorithm's extensions that are off by default."""
 
 
-def judge(campaign: Campaign, trials: pd.DataFrame, results: Results) -> str:
+def compared(campaign: Campaign, trials: pd.DataFrame, results: Results) -> str:
     """Add the flights' numbers to the results; return them as text."""
     found = {name: metrics(flights) for name, flights in sets(campaign, trials).items()}
     for name, values in found.items():

@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.shared.trials import run_crossed
 from benchmarks.slam_rows.logs import summary
 from flights.mapping.mapping_flight import parameters_of
-from flights.mapping.slam_metrics import judge
+from flights.mapping.slam_metrics import slam_metrics_of
 from flights.worlds.scenario import LIDARS
 from gridslam.warm_up import warm_up
 from master_thesis.experiments_3_4.map_variants import MappedFlight
@@ -46,7 +46,7 @@ def fly_and_map(drift: int, lidar: str, seed: int) -> dict:
     )
     flight = MappedFlight.fly("hold", lidar, seed, parameters_of("hold", lidar, seed, odometry))
     run = flight.map(seed, loop_closure=True)
-    metrics, _, _ = judge(run, flight.truth, flight.walls)
+    metrics, _, _ = slam_metrics_of(run, flight.truth, flight.walls)
     return {
         "ate_m": metrics["ate_rmse_m"],
         "ate_online_m": metrics["ate_online_rmse_m"],

@@ -20,14 +20,14 @@ def flown(seconds=20.0):
     clock = ClockBack()
     stamps_s = 1000.0 + np.arange(0.0, seconds, PERIOD_S)
     places_m = SPEED_M_S * (stamps_s - 1000.0)
-    assert {clock.judge(*each) for each in zip(stamps_s, map(placed, places_m))} == {Follows.TAKE}
+    assert {clock.classify(*each) for each in zip(stamps_s, map(placed, places_m))} == {Follows.TAKE}
     return clock, stamps_s[-1], places_m[-1]
 
 
 def judged(clock, stamp_s, x_m, count=20, correction_m=0.0):
     """Judge clouds that go on from a stamp and a place."""
     return [
-        clock.judge(stamp_s + PERIOD_S * k, placed(x_m + SPEED_M_S * PERIOD_S * k, correction_m))
+        clock.classify(stamp_s + PERIOD_S * k, placed(x_m + SPEED_M_S * PERIOD_S * k, correction_m))
         for k in range(count)
     ]
 
@@ -42,8 +42,8 @@ def test_a_clock_that_is_trimmed_loses_only_the_clouds_until_it_has_caught_up(ba
 
 def test_a_stray_is_left_out():
     clock, stamp_s, x_m = flown()
-    assert clock.judge(stamp_s - 50.0, placed(x_m)) is Follows.LEAVE_OUT
-    assert clock.judge(stamp_s - 0.05, placed(x_m)) is Follows.LEAVE_OUT
+    assert clock.classify(stamp_s - 50.0, placed(x_m)) is Follows.LEAVE_OUT
+    assert clock.classify(stamp_s - 0.05, placed(x_m)) is Follows.LEAVE_OUT
     assert set(judged(clock, stamp_s + PERIOD_S, x_m)) == {Follows.TAKE}
 
 
@@ -67,8 +67,8 @@ def test_a_recording_that_begins_again_begins_the_map_anew(back_s):
 def test_a_recording_of_a_sensor_at_rest_begins_the_map_anew():
     clock = ClockBack()
     for stamp_s in np.arange(0.0, 20.0, PERIOD_S):
-        clock.judge(stamp_s, placed(0.0))
-    assert [clock.judge(stamp_s, placed(0.0)) for stamp_s in (0.0, 0.1, 0.2)][-1] is Follows.BEGIN_ANEW
+        clock.classify(stamp_s, placed(0.0))
+    assert [clock.classify(stamp_s, placed(0.0)) for stamp_s in (0.0, 0.1, 0.2)][-1] is Follows.BEGIN_ANEW
 
 
 def test_where_slam_begins_anew_so_does_the_map():
@@ -78,5 +78,5 @@ def test_where_slam_begins_anew_so_does_the_map():
 
 def test_a_first_cloud_that_comes_again_is_left_out():
     clock = ClockBack()
-    told = [clock.judge(0.0, placed(0.0)) for _ in range(10)]
+    told = [clock.classify(0.0, placed(0.0)) for _ in range(10)]
     assert told == [Follows.TAKE] + 9 * [Follows.LEAVE_OUT]

@@ -6,7 +6,7 @@ from datetime import datetime
 import numpy as np
 import pytest
 
-from flights.mapping.slam_metrics import judge, verdict
+from flights.mapping.slam_metrics import slam_metrics_of, verdict
 from flights.mapping.slam_run import FoundAgain, SlamRun, true_path
 from flights.results.run_folder import RunFolder
 from flights.worlds.floor_plan import Outline
@@ -54,7 +54,7 @@ def run():
 
 
 def test_a_path_that_is_off_by_a_quarter_of_a_metre(run):
-    figures, errors, _ = judge(run, path(count=1001), WALLS)
+    figures, errors, _ = slam_metrics_of(run, path(count=1001), WALLS)
     assert figures["ate_rmse_m"] == pytest.approx(OFF_M)
     assert figures["ate_online_rmse_m"] == pytest.approx(2 * OFF_M)
     assert figures["ate_aligned_rmse_m"] == pytest.approx(0.0, abs=1e-6)
@@ -66,13 +66,13 @@ def test_a_path_that_is_off_by_a_quarter_of_a_metre(run):
 
 def test_a_straight_path_cannot_be_aligned(run):
     straight = Trajectory(np.arange(3.0), np.column_stack((np.arange(3.0), np.zeros(3), np.zeros(3))))
-    figures, _, _ = judge(replace(run, final=straight, online=straight), straight, WALLS)
+    figures, _, _ = slam_metrics_of(replace(run, final=straight, online=straight), straight, WALLS)
     assert figures["ate_rmse_m"] == 0.0
     assert figures["ate_aligned_rmse_m"] is None
 
 
 def test_a_true_map_has_no_error_but_its_cells(run):
-    figures, _, _ = judge(run, path(), WALLS)
+    figures, _, _ = slam_metrics_of(run, path(), WALLS)
     assert figures["map_error_mean_m"] == pytest.approx(CELL_M / 2, abs=0.001)  # the corners' a little more
     assert figures["wall_seen_share"] == 1.0
 

@@ -11,7 +11,7 @@ from flights.flight.closed_loop import ClosedLoop
 from flights.flight.course import Phase
 from flights.flight.flight_recording import FlightRecorder, LidarGeometry
 from flights.mapping.mapping_flight import SCENARIOS, parameters_of
-from flights.mapping.slam_metrics import judge
+from flights.mapping.slam_metrics import slam_metrics_of
 from flights.mapping.slam_run import SlamParticipant, replay, true_path, true_walls
 from flights.mapping.slam_setup import read_setup, setup_of
 from gridslam import SlamParameters
@@ -42,7 +42,7 @@ def test_the_map_of_a_short_flight_is_true(flown):
     recording, run = flown
     scenario = SCENARIOS["hold"]
     walls = true_walls(scenario.world_path, 2.0, scenario.start_xyz_yaw[:2])
-    figures, _, _ = judge(run, true_path(recording.times_s, recording.truth), walls)
+    figures, _, _ = slam_metrics_of(run, true_path(recording.times_s, recording.truth), walls)
     assert figures["ate_rmse_m"] < 0.07  # 0.036
     assert figures["map_error_p95_m"] < 0.05  # 0.025, half a cell
     assert figures["closures"] == 0

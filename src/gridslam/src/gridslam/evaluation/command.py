@@ -33,7 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         for output in (options.json, getattr(options, "picture", None)):
             _refuse_unwritable(output)
-        figures = options.judge(options)
+        figures = options.figures_of(options)
         if options.json:
             _write_json(options.json, figures)
     except SlamError as error:
@@ -64,7 +64,7 @@ def _parser() -> argparse.ArgumentParser:
         type=Path,
         help="TUM file whose stamps are the scans', for the exact relations (default: the trajectory's own)",
     )
-    relations.set_defaults(judge=_relations)
+    relations.set_defaults(figures_of=_relations)
 
     ate = commands.add_parser("ate", help="ATE and RPE against a ground truth, through evo")
     ate.add_argument("trajectory", type=Path, help="trajectory to judge, TUM form")
@@ -79,7 +79,7 @@ def _parser() -> argparse.ArgumentParser:
         metavar="M",
         help="length of path for the RPE, m (default: 1)",
     )
-    ate.set_defaults(judge=_ate)
+    ate.set_defaults(figures_of=_ate)
 
     maps = commands.add_parser("map", help="distance of a map's occupied cells from the true walls")
     maps.add_argument("map", type=Path, help="map to judge, map_server's yaml")
@@ -97,7 +97,7 @@ def _parser() -> argparse.ArgumentParser:
     maps.add_argument("--estimate", type=Path, help="estimated path to draw, TUM form")
     maps.add_argument("--truth", type=Path, help="true path to draw, TUM form")
     maps.add_argument("--picture", type=Path, help="write map, walls and paths to this PNG")
-    maps.set_defaults(judge=_map)
+    maps.set_defaults(figures_of=_map)
 
     volume = commands.add_parser("volume", help="a map of voxels against a world's true surfaces")
     add_volume_arguments(volume)

@@ -50,7 +50,7 @@ class ClockBack:
         self._last: Placed | None = None
         self._old_ones = 0
 
-    def judge(self, stamp_s: float, placed: Placed) -> Follows:
+    def classify(self, stamp_s: float, placed: Placed) -> Follows:
         """Return what follows from the next cloud.
 
         A cloud of the newest stamp is left out: a simulator in lockstep repeats its first one until all nodes

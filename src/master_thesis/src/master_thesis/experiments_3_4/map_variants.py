@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from flights.flight.flight_recording import FlightRecording
 from flights.flight.parameters import ClosedLoopParameters
 from flights.mapping.mapping_flight import SCENARIOS, MappingScenario, fly_and_record
-from flights.mapping.slam_metrics import judge
+from flights.mapping.slam_metrics import slam_metrics_of
 from flights.mapping.slam_run import SlamRun, replay, true_path, true_walls
 from flights.mapping.slam_setup import SlamSetup, read_setup
 from flights.worlds.floor_plan import outlines_of_file
@@ -49,7 +49,7 @@ class MappedFlight:
 
     def metrics(self, run: SlamRun) -> dict:
         """Return the metrics of the map, of the map at half time, and of odometry alone."""
-        found, _, _ = judge(run, self.truth, self.walls)
+        found, _, _ = slam_metrics_of(run, self.truth, self.walls)
         cpu_ms = found.pop("cpu_ms_per_scan")
         half = map_error(run.half_way, self.walls)
         return {

@@ -7,7 +7,7 @@ from typing import Sequence
 
 import numpy as np
 
-from flights.mapping.slam_metrics import judge
+from flights.mapping.slam_metrics import slam_metrics_of
 from flights.mapping.slam_run import SlamRun
 from flights.results.flight_pictures import TimeSeries
 from flights.results.picture_files import files
@@ -64,7 +64,7 @@ def write_survey(folder: RunFolder, survey: Surveyed) -> dict:
     write_map(path / "map", run.grid)
     write_map(path / "map_half_way", run.half_way)
     folder.write_csv("walls.csv", ("x1_m", "y1_m", "x2_m", "y2_m"), survey.walls.ends_m.tolist())
-    metrics, errors, accuracy = judge(run, survey.truth, survey.walls)
+    metrics, errors, accuracy = slam_metrics_of(run, survey.truth, survey.walls)
     drift = _odometry_error(survey)
     metrics["odometry_ate_rmse_m"] = drift.ate_rmse_m
     _write_pictures(folder, survey, metrics, (errors, drift), accuracy)

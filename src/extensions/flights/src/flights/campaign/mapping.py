@@ -12,7 +12,7 @@ from flights.flight.closed_loop import ClosedLoop
 from flights.flight.flight_recording import LidarGeometry
 from flights.flight.parameters import ClosedLoopParameters
 from flights.mapping.mapping_flight import SCENARIOS, parameters_of
-from flights.mapping.slam_metrics import judge
+from flights.mapping.slam_metrics import slam_metrics_of
 from flights.mapping.slam_run import SlamParticipant, SlamRun, planar, true_walls
 from flights.mapping.slam_setup import SlamSetup, read_setup
 from gridslam.evaluation import Walls, poses_at, trajectory_error
@@ -76,7 +76,7 @@ def _parameters(case: Case, simulation: SimulationParameters) -> ClosedLoopParam
 
 
 def _judged(run: SlamRun, truth: Trajectory, odometry: Trajectory, walls: Walls) -> dict[str, Any]:
-    judged, _, _ = judge(run, truth, walls)
+    judged, _, _ = slam_metrics_of(run, truth, walls)
     stamps = run.final.stamps_s
     drift = trajectory_error(Trajectory(stamps, poses_at(odometry, stamps)), truth)
     judged["odometry_ate_rmse_m"] = drift.ate_rmse_m

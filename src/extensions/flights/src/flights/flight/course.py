@@ -245,10 +245,10 @@ class Course:
             self._enter(Phase.HOVERING, t_s)
 
     def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
-        """Note a contact between two collision shapes; see `Contacts.judge`."""
+        """Note a contact between two collision shapes; see `Contacts.classify`."""
         in_flight = self._is_led and not self._own_descent
         finds_ground = not self.lands_between
-        if self._contacts.judge(collision_1, collision_2, upwards, in_flight, finds_ground):
+        if self._contacts.classify(collision_1, collision_2, upwards, in_flight, finds_ground):
             self._touched_s = min(self._touched_s, t_s if t_s >= self._ordered_s else math.inf)
 
     def on_armed(self, t_s: float, armed: bool) -> list[Action]:

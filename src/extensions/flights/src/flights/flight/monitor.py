@@ -93,7 +93,7 @@ class Monitor:
         return self._noted(self.course.stay_landed(self.now_s))
 
     def on_contact(self, t_s: float, collision_1: str, collision_2: str, upwards: float = 0.0) -> None:
-        """Note a contact between two collision shapes; `upwards` as in `Contacts.judge`."""
+        """Note a contact between two collision shapes; `upwards` as in `Contacts.classify`."""
         self.log.contacts.add_simultaneous(t_s, collision_1, collision_2)
         self.course.on_contact(t_s, collision_1, collision_2, upwards)
 

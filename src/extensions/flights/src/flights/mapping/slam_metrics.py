@@ -14,7 +14,9 @@ SEEN_MIN = 0.5
 """A map that shows a smaller share of the true walls is only a part of one, however exact."""
 
 
-def judge(run: SlamRun, truth: Trajectory, walls: Walls) -> tuple[dict, TrajectoryError, MapAccuracy]:
+def slam_metrics_of(
+    run: SlamRun, truth: Trajectory, walls: Walls
+) -> tuple[dict, TrajectoryError, MapAccuracy]:
     """Return the metrics, and the errors of the final path and of the map.
 
     No alignment: `map` begins where `world` does, so every error is SLAM's own.

@@ -49,7 +49,7 @@ def add_volume_arguments(parser: argparse.ArgumentParser) -> None:
         help="m, m, m, rad",
     )
     parser.add_argument("--picture", type=Path, help="write views, sections and errors to this PNG")
-    parser.set_defaults(judge=judge_volume)
+    parser.set_defaults(figures_of=judge_volume)
 
 
 def judge_volume(options: argparse.Namespace) -> dict:
@@ -64,9 +64,9 @@ def judge_volume(options: argparse.Namespace) -> dict:
     if options.lidar and (options.elevation or options.field_of_view):
         raise EvaluationError("--lidar tells the beams; leave out --elevation and --field-of-view.")
     # trimesh, Embree and scipy take a second to import
-    from gridslam.evaluation.volume.judging import Asked, judge
+    from gridslam.evaluation.volume.judging import Asked, volume_metrics
 
-    return judge(
+    return volume_metrics(
         Asked(
             map_file=options.map,
             world_file=options.world,

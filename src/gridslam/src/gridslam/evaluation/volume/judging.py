@@ -47,7 +47,7 @@ class Asked:
     picture: Path | None = None
 
 
-def judge(asked: Asked) -> dict:
+def volume_metrics(asked: Asked) -> dict:
     """Return the figures under the names that result files use; draw the picture.
 
     Raises:

@@ -7,7 +7,7 @@ from typing import Sequence
 
 import numpy as np
 
-from gridslam.evaluation.volume.judging import Asked, judge
+from gridslam.evaluation.volume.judging import Asked, volume_metrics
 from gridslam.evaluation.volume.lidars import VIEWS
 from gridslam.files.tum import write_tum_in_space
 from simulation_tools.geometry import Pose, quaternion_normalised
@@ -35,7 +35,7 @@ def survey_volume(
         OSError: a file cannot be written.
     """
     write_tum_in_space(folder / PATH, lidar_path(truth, lidar_on_uav))
-    return judge(
+    return volume_metrics(
         Asked(
             map_file=folder / MAP,
             world_file=Path(world),

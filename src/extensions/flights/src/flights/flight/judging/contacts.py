@@ -75,7 +75,7 @@ class Contacts:
         """The models that carried the UAV."""
         return tuple(self._ground)
 
-    def judge(
+    def classify(
         self, collision_1: str, collision_2: str, upwards: float, in_flight: bool, finds_ground: bool = True
     ) -> bool:
         """Take a contact between two collision shapes (model::link::collision). Return whether it is ground.
