@@ -16,7 +16,7 @@ from exploration.next_view.frontiers import KnownBorder, frontier_voxels, in_cel
 from exploration.next_view.kernels import best_view as best_views
 from exploration.next_view.kernels import lattice
 from exploration.next_view.kernels.best_view import best_view
-from exploration.next_view.kernels.lattice import lattice_ways
+from exploration.next_view.kernels.lattice import lattice_ways, most_room
 from exploration.next_view.kernels.views import is_open, mark_seen, seen_from, sights_of
 from exploration.next_view.parameters import ExplorerParameters
 from exploration.next_view.roadmap import Roadmap
@@ -285,6 +285,18 @@ def test_clearances_at_both_ends_tell_the_same_ways(seed, spacing, need, cut):
 def clearances(is_blocked):
     """Squared distance from each voxel to the nearest blocked one."""
     return np.rint(ndimage.distance_transform_edt(~is_blocked) ** 2).astype(np.uint16)
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS, st.integers(1, 5))
+def test_one_place_of_each_cube_has_most_room(seed, side):
+    rng = np.random.default_rng(seed)
+    places = np.unique(rng.integers(0, 9, (60, 3)), axis=0)
+    room = rng.integers(1, 5, len(places))
+    order = np.lexsort((-room, *(places // side).T[::-1]))
+    _, first = np.unique(places[order] // side, axis=0, return_index=True)
+    np.testing.assert_array_equal(most_room(places, room, side), order[first])
+    assert not len(most_room(places[:0], room[:0], side))
 
 
 def test_in_open_space_voxels_between_nodes_are_not_looked_at(monkeypatch):

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from exploration.next_view.kernels.lattice import lattice_ways
+from exploration.next_view.kernels.lattice import lattice_ways, most_room
 from exploration.planning.kernels.pulling import leg_cost
 from exploration.planning.space import Space
 
@@ -61,12 +61,8 @@ class Roadmap:
         """Return of nodes (k,) one in each cube of the side `APART_M`: the one with the most room."""
         if not len(nodes):
             return nodes
-        cubes = self.nodes[nodes] // max(1, round(APART_M / self._space.grid.resolution_m))
-        size = cubes.max(axis=0) + 1
-        cube = (cubes[:, 0] * size[1] + cubes[:, 1]) * size[2] + cubes[:, 2]
-        order = np.lexsort((-self.clearances[nodes], cube))
-        first = np.concatenate(([True], np.diff(cube[order]) > 0))
-        spread: np.ndarray = nodes[order[first]]
+        side = max(1, round(APART_M / self._space.grid.resolution_m))
+        spread: np.ndarray = nodes[most_room(self.nodes[nodes], self.clearances[nodes], side)]
         return spread
 
     def ends_of_columns(self) -> np.ndarray:

@@ -126,3 +126,22 @@ def _is_edge(squares: np.ndarray, need: int, spacing: int, node: tuple[int, int,
         if squares[z + step * STEPS[k, 0], y + step * STEPS[k, 1], x + step * STEPS[k, 2]] < need:
             return False
     return True
+
+
+@njit(cache=True, nogil=True)
+def most_room(places: np.ndarray, clearances: np.ndarray, side: int) -> np.ndarray:
+    """Return of places (n, 3) that of the greatest clearance (n,) in each cube, the first one of equals.
+
+    places: z, y, x, from 0 on. side: of the cubes. The cubes ascend, z first.
+    """
+    size = np.zeros(3, np.int64)
+    for n in range(len(places)):
+        for axis in range(3):
+            size[axis] = max(size[axis], places[n, axis] // side + 1)
+    best = np.full(size[0] * size[1] * size[2], -1, np.int64)
+    for n in range(len(places)):
+        z, y, x = places[n, 0] // side, places[n, 1] // side, places[n, 2] // side
+        cube = (z * size[1] + y) * size[2] + x
+        if best[cube] < 0 or clearances[n] > clearances[best[cube]]:
+            best[cube] = n
+    return best[best >= 0]
