@@ -8,7 +8,13 @@ from gridslam import se2
 from gridslam.loop_closure import LoopClosureParameters
 from gridslam.loop_closure.local_maps.stretches import LocalMaps
 from gridslam.loop_closure.path.measured_path import MeasuredPath
-from gridslam.loop_closure.path.step_uncertainty import DoubtfulNodes, step_edges, step_uncertainty
+from gridslam.loop_closure.path.step_uncertainty import (
+    SHARE_MIN,
+    UNDECIDED,
+    DoubtfulNodes,
+    step_edges,
+    step_uncertainty,
+)
 from gridslam.tracking.evidence import Agreement
 
 
@@ -22,11 +28,11 @@ def test_steps_are_as_firm_as_their_links_and_without_one_like_odometry():
     by_links = np.tile(np.diag([1e4, 2500.0, 4e4]), (count, 1, 1))
     by_links[3], by_links[4] = 0.0, np.diag([0.0, 2500.0, 4e4])
     edges = step_edges(path, uncertainty, by_links, path.poses, p).covariance
-    # then a step has the information of both
+    # then a step has the information of both. One without links is as good as odometry, which has not erred
     odometry = np.array((0.1**2 * 0.5 + 0.002**2, 0.1**2 * 0.5 + 0.002**2, 0.1**2 * 0.5 + 0.0005**2))
     expected = np.diag(1.0 / (np.diag(by_links[0]) + 1.0 / odometry))
     np.testing.assert_allclose(edges[0], expected, atol=1e-12)
-    np.testing.assert_allclose(edges[3], np.diag(odometry), atol=1e-12)
+    np.testing.assert_allclose(edges[3], SHARE_MIN * np.diag(odometry), atol=1e-12)
     assert edges[4][0, 0] == pytest.approx(odometry[0])
     assert edges[4][1, 1] < 0.02**2
 
@@ -47,27 +53,33 @@ def test_the_path_tells_how_good_odometry_is(share, expected):
     by_links = np.tile(np.eye(3), (count, 1, 1))
     by_links[7] = 0.0
     edges = step_edges(path, uncertainty, by_links, path.poses, p)
-    # then that is found out, for the steps that links measure. Assumed lengths are those that odometry has
+    # then that is found out, where no link measures a step, too. Assumed lengths are those that odometry has
     lengths = np.hypot(*edges.newer_in_older[count:, :2].T)
     ratios = edges.covariance[count:, 0, 0] / (0.1**2 * lengths + 0.002**2)
     assert ratios[0] == pytest.approx(expected, rel=0.2)
     np.testing.assert_allclose(np.delete(ratios, 7), ratios[0])
-    assert ratios[7] == pytest.approx(1.0)
+    assert ratios[7] == pytest.approx(ratios[0], rel=0.05)
+    # and it stays as it was assumed where filter and odometry exclude each other, and nothing has decided
+    undecided = uncertainty.decided(np.array([7]), np.array([UNDECIDED]))
+    edges = step_edges(path, undecided, by_links, path.poses, p)
+    assert edges.covariance[count + 7, 0, 0] / (0.1**2 * lengths[7] + 0.002**2) == pytest.approx(1.0)
 
 
 def test_where_scans_say_nothing_steps_get_odometrys_scale():
     # given steps of a metre along the way, by a vehicle that turns by 90 degrees at each, as odometry has it
-    turns = np.pi / 2 * (np.arange(13) % 2)
-    path, p = path_along(np.column_stack([np.arange(13.0), np.zeros(13), turns])), LoopClosureParameters()
-    # when odometry's metre is 2 % too long. Links measure all steps but two, which are open along the way
-    links = np.tile(1e8 * np.eye(3), (12, 1, 1))
+    turns, count = np.pi / 2 * (np.arange(41) % 2), 40
+    path, p = path_along(np.column_stack([np.arange(41.0), np.zeros(41), turns])), LoopClosureParameters()
+    # when odometry's metre is 2 % too long. Links measure all steps but two, which are open along the way,
+    # and a third one
+    links = np.tile(1e8 * np.eye(3), (count, 1, 1))
     links[4], links[5] = np.diag([1e8, 0.0, 1e8]), np.diag([0.0, 1e8, 1e8])
-    uncertainty = step_uncertainty(path, np.ones(12, bool), DoubtfulNodes(), p, 0.98)
+    links[6] = 0.0
+    uncertainty = step_uncertainty(path, np.ones(count, bool), DoubtfulNodes(), p, 0.98)
     edges = step_edges(path, uncertainty, links, path.poses, p)
-    # then these two are shorter, and so is all of odometry
-    expected = path.steps * np.where(np.isin(np.arange(12), [4, 5]), 0.98, 1.0)[:, None] ** (1, 1, 0)
-    np.testing.assert_allclose(edges.newer_in_older[:12], expected, atol=1e-5)
-    np.testing.assert_allclose(edges.newer_in_older[12:], path.steps * (0.98, 0.98, 1.0), atol=1e-12)
+    # then these three are shorter, and so is all of odometry
+    expected = path.steps * np.where(np.isin(np.arange(count), [4, 5, 6]), 0.98, 1.0)[:, None] ** (1, 1, 0)
+    np.testing.assert_allclose(edges.newer_in_older[:count], expected, atol=1e-5)
+    np.testing.assert_allclose(edges.newer_in_older[count:], path.steps * (0.98, 0.98, 1.0), atol=1e-12)
 
 
 def test_an_unmeasured_step_is_as_uncertain_as_odometry_was_wrong():

@@ -20,6 +20,8 @@ quarters of them stay below, and the least share of the assumed covariance.
 """
 UNDECIDED, BY_FILTER, BY_ODOMETRY = 0, 1, 2
 """Which of a step's two measurements holds alone."""
+BOTH = 3
+"""Both hold: they do not exclude each other, or a link tells."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ class StepUncertainty:
     is_spanned: np.ndarray
     """(k - 1,) whether a link that measures every direction spans the step."""
     choices: np.ndarray
-    """(k - 1,) UNDECIDED, BY_FILTER or BY_ODOMETRY; see `alternatives`."""
+    """(k - 1,) BOTH, UNDECIDED, BY_FILTER or BY_ODOMETRY; see `alternatives`."""
 
     def decided(self, steps: np.ndarray, choices: np.ndarray) -> StepUncertainty:
         """Return it with choices (n,) for steps (n,)."""
@@ -134,7 +136,7 @@ def step_uncertainty(
         is_unknown | ~is_spanned & np.isin(nodes, doubtful.guessed),
         scale,
         is_spanned,
-        np.full(len(path.steps), UNDECIDED),
+        np.full(len(path.steps), BOTH),
     )
 
 
@@ -150,27 +152,32 @@ def step_edges(
     A filter's step is as firm as all links of its scan with those before it together:
     ``link_information`` (k - 1, 3, 3). These scans are the map that it was matched with, and show how much
     of it the scan has met. Matches against one map have similar errors; `step_share` tells how firmly
-    the steps hold. Where links say nothing, it is trusted only like odometry.
+    the steps hold. Where links say nothing, it is trusted like odometry.
 
     Where one of both was chosen (`alternatives`), it is as firm as the scan's match, or as odometry. The
     other one counts as if it had erred by the difference.
 
-    Odometry may be better than assumed. How good it is, the present path ``poses`` (k, 3) tells. But
-    where no link joins a step's scan, it stays as assumed, beside the filter's step.
+    Odometry may be better than assumed. How good it is, the present path ``poses`` (k, 3) tells. Where no
+    link joins a step's scan, both are as good as odometry is at the steps that links measure. If wheels have
+    slipped there, closures contradict these edges only, and they lose their weight (`optimise`). Where filter
+    and odometry exclude each other, both stay as odometry was assumed, until one of them is chosen.
     """
     u, of_odometry = uncertainty, uncertainty.odometry_covariances
     is_linked = link_information.any(axis=(1, 2))
-    learned = odometry_share(u, poses)
-    share = np.where((is_linked & ~u.is_open) | (u.choices == BY_ODOMETRY), learned, 1.0)
-    held = of_odometry.copy()
+    learned, where_linked = odometry_share(u, poses), odometry_share(u, poses, is_linked)
+    share = np.where(is_linked, learned, where_linked)
+    share[u.is_open | (u.choices == UNDECIDED)] = 1.0
+    share[u.choices == BY_ODOMETRY] = learned
+    by_odometry = share[:, None, None] * of_odometry
+    held = by_odometry.copy()
     held[is_linked] = parameters.step_share**2 * inverses(
         link_information[is_linked] + inverses(of_odometry[is_linked])
     )
     held[u.is_open] = u.open_covariances[u.is_open]
-    by_odometry = share[:, None, None] * of_odometry
     _choose(path, u, held, by_odometry)
     older = np.tile(np.arange(len(u.by_odometry)), 2)
-    steps = np.concatenate([_scaled_steps(path, u, held), u.by_odometry])
+    from_odometry = np.where((is_linked | (u.choices != BOTH))[:, None, None], held, of_odometry)
+    steps = np.concatenate([_scaled_steps(path, u, from_odometry), u.by_odometry])
     return Edges(older, older + 1, steps, np.concatenate([held, by_odometry]))
 
 
@@ -189,7 +196,7 @@ def _scaled_steps(path: MeasuredPath, uncertainty: StepUncertainty, held: np.nda
     """Return the filter's steps (k - 1, 3) as if its odometry had had the right scale.
 
     Where scans measured nothing, the filter took a step as odometry had it. ``held``: the covariances of
-    its steps, from scans and odometry together.
+    its steps, from scans and odometry together, as odometry was assumed.
     """
     u = uncertainty
     wrong = u.by_odometry * (1.0 - 1.0 / u.scale) * (1.0, 1.0, 0.0)
@@ -199,15 +206,18 @@ def _scaled_steps(path: MeasuredPath, uncertainty: StepUncertainty, held: np.nda
     return path.steps + np.where(u.is_open[:, None], 0.0, taken)
 
 
-def odometry_share(uncertainty: StepUncertainty, poses: np.ndarray) -> float:
+def odometry_share(
+    uncertainty: StepUncertainty, poses: np.ndarray, is_linked: np.ndarray | None = None
+) -> float:
     """Return by how much odometry's covariance is too large, from its differences to a path (k, 3).
 
     Three quarters of them must be as expected. So the few great ones do not count, which the robust
-    kernel takes care of.
+    kernel takes care of. ``is_linked`` (k - 1,): the steps that count; None: all that scans measured.
     """
     u = uncertainty
-    error = se2.between(u.by_odometry, se2.between(poses[:-1], poses[1:]))[~u.is_open]
+    counts = ~u.is_open if is_linked is None else ~u.is_open & is_linked
+    error = se2.between(u.by_odometry, se2.between(poses[:-1], poses[1:]))[counts]
     if len(error) < STEPS_MIN:
         return 1.0
-    spread = np.diagonal(u.odometry_covariances[~u.is_open], axis1=1, axis2=2)
+    spread = np.diagonal(u.odometry_covariances[counts], axis1=1, axis2=2)
     return float(np.clip(np.quantile((error**2 / spread).sum(axis=1), 0.75) / CHI_SQUARE_75, SHARE_MIN, 1.0))
