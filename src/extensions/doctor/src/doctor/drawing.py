@@ -172,7 +172,9 @@ def tf_tree(recording: Recording) -> str:
     lines = ["digraph tf {", _HEAD, "  rankdir=LR nodesep=0.1 ranksep=0.35"]
     lines.append('  node [shape=box style=rounded margin="0.1,0.03" height=0.3]')
     for frame in frames:
-        told = [_told(edge) for (_, child), same in sorted(edges.items()) if child == frame for edge in same]
+        told = [
+            _of_edge(edge) for (_, child), same in sorted(edges.items()) if child == frame for edge in same
+        ]
         lines.append(f"  {_quoted(frame)} [label=<{_frame_label(frame, told)}>]")
     for (parent, child), same in sorted(edges.items()):
         style = "dashed" if all(edge.static for edge in same) else "solid penwidth=2"
@@ -185,7 +187,7 @@ def _frame_label(frame: str, told: Sequence[str]) -> str:
     return html.escape(frame) + (f'<font point-size="8" color="{MUTED}">{lines}</font>' if told else "")
 
 
-def _told(edge: Transform) -> str:
+def _of_edge(edge: Transform) -> str:
     """Return the publisher of an edge, and its mean rate by its stamps."""
     stamps_s = sorted(set(edge.stamps_s))
     if edge.static:

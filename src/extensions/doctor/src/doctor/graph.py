@@ -109,7 +109,7 @@ def unheard(graph: Graph) -> Iterator[Diagnosis]:
             continue
         if all(topic.name in BESIDE_CLOUDS.get(name, ()) for name in topic.subscribers):
             continue
-        what = f"{_told(topic.subscribers)} subscribes, but nobody publishes"
+        what = f"{_names_in_words(topic.subscribers)} subscribes, but nobody publishes"
         remedy = "Start who publishes it, or remap the listener to what is there (rostopic list)"
         yield Diagnosis(ERROR if topic.name in in_chain else NOTE, topic.name, what, remedy)
 
@@ -122,7 +122,7 @@ def external_poses(graph: Graph) -> Iterator[Diagnosis]:
             topic = graph.recording.topics.get(f"{mavros}/{name}")
             if topic is None or not topic.publishers or mavros in topic.subscribers:
                 continue
-            what = f"{_told(topic.publishers)} publishes poses, and {mavros} does not take them"
+            what = f"{_names_in_words(topic.publishers)} publishes poses, and {mavros} does not take them"
             yield Diagnosis(ERROR, topic.name, what, "Install mavros_extras and start MAVROS again")
 
 
@@ -135,7 +135,7 @@ def rates(graph: Graph) -> Iterator[Diagnosis]:
             continue
         rate_hz = len(topic.received_s) / span_s
         if not topic.received_s:
-            what = f"nothing came in {span_s:.0f} s from {_told(topic.publishers)}"
+            what = f"nothing came in {span_s:.0f} s from {_names_in_words(topic.publishers)}"
             yield Diagnosis(ERROR, name, what, "Is that node hung? rosnode kill it, and it is started again")
         elif rate_hz < least_hz / 2.0:
             what = f"{rate_hz:.1f} Hz, and at least {least_hz:g} are expected"
@@ -153,7 +153,7 @@ def chain(recording: Recording) -> Iterator[Diagnosis]:
             yield Diagnosis(
                 ERROR,
                 link.topic,
-                f"{link.source} has messages, but {_told(topic.publishers)} does not answer them",
+                f"{link.source} has messages, but {_names_in_words(topic.publishers)} does not answer them",
                 "Read the node's warnings: rostopic echo /rosout",
             )
         elif share < FOLLOWED_SHARE:
@@ -207,7 +207,7 @@ def autopilot(recording: Recording) -> Iterator[Diagnosis]:
             )
 
 
-def _told(nodes: Iterable[str]) -> str:
+def _names_in_words(nodes: Iterable[str]) -> str:
     return ", ".join(sorted(set(nodes))) or "nobody"
 
 

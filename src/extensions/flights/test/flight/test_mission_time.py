@@ -23,7 +23,7 @@ def test_the_end_by_time(time, flying_s, flies_home, expected):
 
 def test_a_mission_says_when_its_time_is_over():
     time = MissionTime(240.0, returns=True)
-    assert time.told(62.4, flies_home=False) == "; its time is over in 178 s"
-    assert time.told(241.0, flies_home=False) == "; its time is over in 0 s"
-    assert time.told(241.0, flies_home=True) == ""
-    assert MissionTime(math.inf).told(62.4, flies_home=False) == ""
+    assert time.left_in_words(62.4, flies_home=False) == "; its time is over in 178 s"
+    assert time.left_in_words(241.0, flies_home=False) == "; its time is over in 0 s"
+    assert time.left_in_words(241.0, flies_home=True) == ""
+    assert MissionTime(math.inf).left_in_words(62.4, flies_home=False) == ""

@@ -17,7 +17,7 @@ from inspection.report.grades import GradeRules, areas_graded, plates_seen
 from inspection.report.tables import size_of
 
 FLAKE = replace(RUST, name="flake", word="flake", plural="flakes", heading="Flakes")
-BUMP = replace(FLAKE, name="bump", word="bump", is_told_by_area=False, counts_for_coating=False)
+BUMP = replace(FLAKE, name="bump", word="bump", is_sized_by_area=False, counts_for_coating=False)
 SEAM = replace(CRACK, name="seam", word="seam", plural="seams", heading="Seams")
 OWN = (FLAKE, BUMP, SEAM)
 

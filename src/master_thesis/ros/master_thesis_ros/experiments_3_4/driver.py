@@ -91,7 +91,7 @@ class Experiments34Node(FlightNode):
         if not self._flies_home:
             self._reached = told.reached
         phase = "Flying home" if self._flies_home else "Flying the mission"
-        ends = self._flight.time.told(self._flying_s, self._flies_home)
+        ends = self._flight.time.left_in_words(self._flying_s, self._flies_home)
         self._progress.tell(
             phase, f"{told.reached} of {told.of} waypoints, {told.distance:.0f} m to the next one{ends}"
         )

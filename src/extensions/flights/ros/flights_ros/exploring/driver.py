@@ -44,7 +44,7 @@ def _fly(request: ExploringRequest, lockstep: bool, ending: Ending) -> int:
     run = Run(request.description.experiment, ending)
     monitor = Monitor(request.limits, UavParts.load(request.description.model))
     monitor.log.scan_period_s = SCAN_PERIOD_S
-    told_hover_m = request.hover_m if request.is_told else None
+    told_hover_m = request.hover_m if request.sends_hover_height else None
     itinerary, exploration = Itinerary(1, request.swaps), ExplorationPart(monitor, request.time_s)
     run.lead(monitor, lambda: LedFlightNode(monitor, itinerary, (exploration,), lockstep, told_hover_m))
     if not run.interrupted:

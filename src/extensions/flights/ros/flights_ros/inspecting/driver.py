@@ -84,7 +84,7 @@ def _fly(request: InspectingRequest, lockstep: bool, ending: Ending) -> int:
         raise FlightError(str(error)) from None
     simulator.unpause()
     itinerary = Itinerary(len(parts), flight.swaps)
-    told_hover_m = flight.hover_m if flight.is_told else None
+    told_hover_m = flight.hover_m if flight.sends_hover_height else None
     run.lead(monitor, lambda: LedFlightNode(monitor, itinerary, parts, lockstep, told_hover_m))
     _take_whole_plan(request, survey, page, folder)
     if not run.interrupted:

@@ -209,7 +209,7 @@ def _over_lidars(campaign: Campaign, trials: pd.DataFrame, names: Sequence[str])
     figure, panels = _panels(len(cells) // max(len(names), 2), max(len(names), 2))
     for axes, (values, group, measure, name) in zip(panels.flat, cells):
         _draw_lidars(axes, campaign, group, name, measure, switches)
-        axes.set_title(", ".join(map(_told, place_names, values)), fontsize=8)
+        axes.set_title(", ".join(map(_value_in_words, place_names, values)), fontsize=8)
         _finish(axes, name, measure, True, True)
     _legend(figure, panels.flat[0])
     return png(figure)
@@ -229,7 +229,7 @@ def _draw_lidars(
             x = float(group[name].iloc[0])
             found = metrics(campaign, group)
             style = {"color": palette.LIDARS[lidar], "marker": palette.MARKERS[lidar], "linestyle": ""}
-            style["label"] = ", ".join([lidar, *(_told(n, v) for n, v in zip(switches, values))])
+            style["label"] = ", ".join([lidar, *(_value_in_words(n, v) for n, v in zip(switches, values))])
             style["markerfacecolor"] = palette.LIDARS[lidar] if number == 0 else "white"
             _errorbar(axes, [(x * (1.0 + 0.04 * number), *_measured(found, measure))], style)
     if name == "lidar_range_m":
@@ -264,7 +264,7 @@ def _split(trials: pd.DataFrame, names: Sequence[str]) -> list[tuple[tuple, pd.D
 def _style(curves: Sequence[str], values: Any, number: int) -> dict:
     """Return how a curve is drawn: an algorithm's own colour, or one of six greys and colours."""
     values = values if isinstance(values, tuple) else (values,)
-    told = list(map(_told, curves, values))
+    told = list(map(_value_in_words, curves, values))
     label = ", ".join([words for words in told if not words.endswith(" off")] or told)
     algorithm = dict(zip(curves, values)).get("algorithm")
     lidar = dict(zip(curves, values)).get("lidar")
@@ -276,7 +276,7 @@ def _style(curves: Sequence[str], values: Any, number: int) -> dict:
     return {**style, "label": label}
 
 
-def _told(name: str, value: Any) -> str:
+def _value_in_words(name: str, value: Any) -> str:
     """Return a value in words."""
     short = name.split(".", 1)[-1].replace("_", " ")
     if isinstance(value, (bool, np.bool_)):

@@ -56,7 +56,7 @@ def tune(campaign: Campaign, path: Path, workers: Workers, quiet: bool = False) 
         raise CampaignError(f"None of the {len(tried)} sets could be flown: {tried[0]['refused']}")
     commits = {commit for row in tried for commit in (row["commits"] or "").split()}
     mixed = "Different versions of the code flew these sets, see the column commits of tuning.csv."
-    return "\n".join([_told(tried[0], best, path), *([mixed] if len(commits) > 1 else [])])
+    return "\n".join([_outcome_in_words(tried[0], best, path), *([mixed] if len(commits) > 1 else [])])
 
 
 def _tuning_of(campaign: Campaign) -> Tuning:
@@ -172,7 +172,7 @@ def _tuned(campaign: Campaign, tried: list[dict], best: Mapping) -> str:
     ) + yaml.safe_dump(values, sort_keys=False)
 
 
-def _told(shipped: Mapping, best: Mapping, path: Path) -> str:
+def _outcome_in_words(shipped: Mapping, best: Mapping, path: Path) -> str:
     def line(name: str, row: Mapping) -> str:
         if row["refused"]:
             return f"{name}: not flown. {row['refused']}"

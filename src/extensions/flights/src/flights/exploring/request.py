@@ -24,7 +24,7 @@ class ExploringRequest:
     """An exploration.
 
     limits: of its phases. time_s: after it the UAV comes home. swaps: of the battery, at most. hover_m:
-    height over the ground to take off to. is_told: mavros_publisher waits until it is told that height.
+    height over the ground to take off to. sends_hover_height: mavros_publisher waits for it.
     """
 
     description: RunDescription
@@ -32,7 +32,7 @@ class ExploringRequest:
     time_s: float
     swaps: int
     hover_m: float = HOVER_M
-    is_told: bool = False
+    sends_hover_height: bool = False
 
 
 def read(asked: Mapping[str, Any], keep_m: float) -> ExploringRequest:
@@ -62,5 +62,5 @@ def read(asked: Mapping[str, Any], keep_m: float) -> ExploringRequest:
     hover_m = check_course(flown, description.model, description.lidar, [], keep_m, hover_m)
     flown = replace(flown, goal_xyz_m=(x, y, z + hover_m))
     return ExploringRequest(
-        replace(description, scenario=flown), limits, time_s, swaps, hover_m, is_told=not given
+        replace(description, scenario=flown), limits, time_s, swaps, hover_m, sends_hover_height=not given
     )

@@ -27,7 +27,7 @@ class MissionTime:
             return None
         return TimeIsOver.FLY_HOME if self.returns else TimeIsOver.END_HERE
 
-    def told(self, flying_s: float, flies_home: bool) -> str:
+    def left_in_words(self, flying_s: float, flies_home: bool) -> str:
         """Return when the time will be over, as the end of a sentence; empty: nothing ends the flight."""
         left_s = self.duration_s - flying_s
         if flies_home or not math.isfinite(left_s):

@@ -122,7 +122,7 @@ def _hover_m(start: Sequence[float], highest_m: float, keep_m: float) -> float:
     height_m = first_hover_m(highest_m, keep_m)
     if height_m is None:
         raise ScenarioError(
-            f"Over ({_told(start)}) there is room for {max(highest_m, 0.0) + keep_m:.2f} m only. CEPA keeps "
+            f"Over ({_xyz(start)}) there is room for {max(highest_m, 0.0) + keep_m:.2f} m only. CEPA keeps "
             f"{keep_m:g} m (r_lb) to each side, so the UAV needs {2.0 * max(keep_m, LEAST_HOVER_M):.2f} m; "
             "move start:=, or take a smaller UAV."
         )
@@ -174,13 +174,13 @@ def _nearest(models: Sequence[str], distance_m: Callable[[frozenset], float]) ->
 
 def _climbs_into(start: Sequence[float], name: str, height_m: float, hover_m: float) -> str:
     return (
-        f"Over ({_told(start)}) the UAV would climb into {name}, {height_m:.1f} m high. It takes off to "
+        f"Over ({_xyz(start)}) the UAV would climb into {name}, {height_m:.1f} m high. It takes off to "
         f"{hover_m:g} m; move start:=."
     )
 
 
 def _too_close(place: Sequence[float], distance_m: float, name: str, keep_m: float) -> str:
-    at = _told(place)
+    at = _xyz(place)
     if distance_m <= 2.0 * _PROBE_RADIUS_M:
         return f"({at}), where the UAV is to fly, lies inside of {name}; choose another place."
     return (
@@ -191,13 +191,13 @@ def _too_close(place: Sequence[float], distance_m: float, name: str, keep_m: flo
 
 def _too_low(place: Sequence[float], room: Vertical, stands_m: float) -> str:
     if room.is_below_ground:
-        return f"({_told(place)}), where the UAV is to fly, lies below the ground; choose a height above it."
+        return f"({_xyz(place)}), where the UAV is to fly, lies below the ground; choose a height above it."
     height_m = abs(room.down_m)
     return (
-        f"({_told(place)}), where the UAV is to fly, is {height_m:.2f} m above the ground. The UAV stands "
+        f"({_xyz(place)}), where the UAV is to fly, is {height_m:.2f} m above the ground. The UAV stands "
         f"{stands_m:.2f} m high, so it would touch the ground; choose a greater height."
     )
 
 
-def _told(place: Sequence[float]) -> str:
+def _xyz(place: Sequence[float]) -> str:
     return ", ".join(f"{value:g}" for value in place)

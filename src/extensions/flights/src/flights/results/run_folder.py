@@ -60,7 +60,7 @@ class RunFolder:
         is_whole: all other files are written. Until then, and if a part is missing, it tells no success.
         """
         self._newest = content
-        told = self._told(content, is_whole)
+        told = self._with_failure(content, is_whole)
         self.write_json(RESULT, told)
         return told
 
@@ -84,11 +84,11 @@ class RunFolder:
         patience_s: wall time to wait for a file that is being written.
         """
         self._writing.acquire(timeout=patience_s)
-        told = self._told({**self._newest, "left_out": left_out}, is_whole=True)
+        told = self._with_failure({**self._newest, "left_out": left_out}, is_whole=True)
         self._replace(self.path / RESULT, _json(told))
         return told
 
-    def _told(self, content: dict, is_whole: bool) -> dict:
+    def _with_failure(self, content: dict, is_whole: bool) -> dict:
         missing = self._missing if is_whole else [INCOMPLETE, *self._missing]
         if not missing:
             return content

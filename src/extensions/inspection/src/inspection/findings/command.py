@@ -88,14 +88,14 @@ def main(arguments: list[str] | None = None) -> int:
     if record.red:
         print(f"findings: {told_of_paint(len(record.red), len(record.searched or ()))}", file=sys.stderr)
     if record.without_pose:
-        print(f"findings: {_told_without_pose(record)}", file=sys.stderr)
+        print(f"findings: {_without_pose_in_words(record)}", file=sys.stderr)
     searched = len(record.searched or ())
     print(f"searched: {searched} of {searched + len(record.left_out)} photographs")
     print(f"written: {target}")
     return 0
 
 
-def _told_without_pose(record: SearchRecord) -> str:
+def _without_pose_in_words(record: SearchRecord) -> str:
     marks = [mark.kind for each in record.without_pose for mark in each.marks]
     kinds = ", ".join(f"{kind}: {marks.count(kind)}" for kind in sorted(set(marks))) or "nothing"
     return (

@@ -35,7 +35,7 @@ class FindingKind:
         rviz_colour: Of its markers in RViz, red, green, blue, 0 to 1.
         is_line: It is thin, so three rules hold. Lines at edges of the mesh are left out. All parts that meet
             are one finding, however long it is. A nearer photograph decides whether it is one.
-        is_told_by_area: Its area is its size. Else its length is.
+        is_sized_by_area: Its area is its size. Else its length is.
         counts_for_coating: Its area is rusted: grades of areas and plates count it.
     """
 
@@ -47,7 +47,7 @@ class FindingKind:
     page_colour: tuple[int, int, int]
     rviz_colour: tuple[float, float, float]
     is_line: bool = False
-    is_told_by_area: bool = False
+    is_sized_by_area: bool = False
     counts_for_coating: bool = False
 
     def is_large_enough(self, length_m: float, area_m2: float, parameters: FindingParameters) -> bool:
@@ -58,7 +58,7 @@ class FindingKind:
 
     def size_in_words(self, finding: Measured) -> str:
         """Return the size as one says it."""
-        if self.is_told_by_area:
+        if self.is_sized_by_area:
             return f"{1e4 * finding.area_m2:,.0f} cm², {100 * finding.length_m:.0f} cm long"
         return f"{1e3 * finding.length_m:,.0f} mm long"
 
@@ -70,7 +70,7 @@ class FindingKind:
 
 RUST = FindingKind(
     "rust", "rust", "rust spots", "Rust", "largest rust", (155, 58, 24), (0.78, 0.29, 0.05),
-    is_told_by_area=True, counts_for_coating=True,
+    is_sized_by_area=True, counts_for_coating=True,
 )  # fmt: skip
 CRACK = FindingKind(
     "crack", "possible crack", "cracks", "Possible cracks", "possible crack", (28, 52, 120),

@@ -12,7 +12,7 @@ from flight_basics.errors import FlightBasicsError
 from flight_basics.geometry import Quaternion, Vector3, normalised
 from inspection.photograph_poses.colmap import poses_of_colmap
 from inspection.photograph_poses.exif import read_exif
-from inspection.photograph_poses.of_exif import camera_told, poses_of_exif, with_exif
+from inspection.photograph_poses.of_exif import camera_of_exif, poses_of_exif, with_exif
 from inspection.photograph_poses.of_flight import Flight, poses_of_flight
 from inspection.photograph_poses.pose import Poses
 from inspection.photograph_poses.storing import store
@@ -158,7 +158,7 @@ def _with_exif(poses: Poses) -> Poses:
     poses = replace(poses, of=kept, left_out=(*poses.left_out, *left_out))
     if poses.camera is not None:
         return poses
-    camera, others, said = camera_told(told)
+    camera, others, said = camera_of_exif(told)
     names = {each.name for each in others}
     return replace(
         poses,

@@ -27,7 +27,7 @@ def with_exif(pose: Pose, told: Exif) -> Pose:
     return replace(pose, **values)
 
 
-def camera_told(told: Sequence[tuple[Path, Exif]]) -> tuple[SurveyCamera | None, list[LeftOut], list[str]]:
+def camera_of_exif(told: Sequence[tuple[Path, Exif]]) -> tuple[SurveyCamera | None, list[LeftOut], list[str]]:
     """Return the camera of most pictures, those of another focal length, and what to know of it."""
     cameras = [each.camera for _, each in told if each.camera is not None]
     if not cameras:
@@ -62,7 +62,7 @@ def poses_of_exif(photographs: Sequence[Path], frame: WorldFrame | None, heading
             poses[path] = with_exif(_pose(path, each, frame), each)
         except PhotographError as error:
             left_out.append(LeftOut.of(path, error))
-    camera, others, said = camera_told(told)
+    camera, others, said = camera_of_exif(told)
     kept = {path: pose for path, pose in poses.items() if path.name not in {each.name for each in others}}
     if any(not each.is_rtk for path, each in told if path in kept):
         said.append(

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from flight_basics.geometry import Quaternion, Vector3, yaw_of
 from inspection.flight.slam_path import LevelPose, OdometryTrack, SlamPath, corrections
 from inspection.photograph_poses.exif import Exif, read_exif
-from inspection.photograph_poses.of_exif import camera_told, with_exif
+from inspection.photograph_poses.of_exif import camera_of_exif, with_exif
 from inspection.photograph_poses.pose import Pose, Poses
 from inspection.photographs.listing import LeftOut
 from inspection.photographs.record import PhotographError, stamp_of
@@ -99,7 +99,7 @@ def poses_of_flight(
             left_out.append(LeftOut.of(path, error))
     _check_times(times, track)
     poses = dict[Path, Pose]()
-    camera, others, said = camera_told(told)
+    camera, others, said = camera_of_exif(told)
     exif = dict(told)
     for path, taken_s in times.items():
         here = pose_at(track, taken_s, GAP_S if flight.odometry is not None else 4.0 * GAP_S)

@@ -33,10 +33,10 @@ def damage_of(path: Path, error: Exception) -> str:
     if isinstance(error, Image.DecompressionBombError):
         most = 2e-6 * (Image.MAX_IMAGE_PIXELS or 0)
         return f"{path}: it has more than {most:.0f} megapixels. Cut it into parts."
-    return f"{path}: {_told_of_content(path, error)}"
+    return f"{path}: {_content_in_words(path, error)}"
 
 
-def _told_of_content(path: Path, error: Exception) -> str:
+def _content_in_words(path: Path, error: Exception) -> str:
     with path.open("rb") as stream:
         head = stream.read(HEAD_BYTES)
     for start, sentence in TEXTS.items():

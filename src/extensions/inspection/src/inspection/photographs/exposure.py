@@ -25,15 +25,15 @@ def exposed(path: Path) -> np.ndarray:
         size = _size(image)
         image.draft("RGB", size)
         light = np.array(image.convert("RGB").resize(size, Image.Resampling.BOX))
-    return _told(light)
+    return _is_exposed(light)
 
 
 def exposed_blocks(picture: np.ndarray) -> np.ndarray:
     """Return the same of a picture, uint8 (height, width, 3), RGB."""
-    return _told(blocks_of(picture))
+    return _is_exposed(blocks_of(picture))
 
 
-def _told(light: np.ndarray) -> np.ndarray:
+def _is_exposed(light: np.ndarray) -> np.ndarray:
     darkest, brightest = light.min(axis=2), light.max(axis=2)
     told: np.ndarray = (darkest < WHITE) & (brightest > BLACK)
     return told

@@ -88,7 +88,7 @@ def compared(
 
 
 def _grown(last: Finding, now: Finding) -> bool:
-    if kind_of(now.kind).is_told_by_area:
+    if kind_of(now.kind).is_sized_by_area:
         return now.area_m2 > max(GROWTH_AREA * last.area_m2, last.area_m2 + LEAST_GROWTH_M2)
     return now.length_m > max(GROWTH_LENGTH * last.length_m, last.length_m + LEAST_GROWTH_M)
 

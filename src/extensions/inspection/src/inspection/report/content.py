@@ -114,7 +114,7 @@ def page_content(
         "figures": _figures(inspection, known, rules),
         "remarks": remarks,
         "stills": _stills(inspection, known.scene, ship),
-        "particulars": ship.told_particulars(_serial(inspection)),
+        "particulars": ship.particulars_table(_serial(inspection)),
         "has_surface": inspection.surface is not None,
         "has_ship": bool(ship.frames),
         "grades": known.grades,
@@ -168,7 +168,7 @@ def _date(inspection: Inspection) -> str:
 def _figure_of_kind(kind: FindingKind, findings: Sequence[Finding], waiting: int) -> dict[str, str]:
     """Return how many findings of a kind there are. waiting: those of any kind that wait for a decision."""
     own = [each for each in findings if each.kind == kind.name]
-    if kind.is_told_by_area:
+    if kind.is_sized_by_area:
         more = f"{sum(each.area_m2 for each in own):.2f} m² in all"
     else:
         more = f"{records.counted(waiting, 'finding')} to be decided"
@@ -203,11 +203,11 @@ def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[d
             "more": f"{above} with rust on {100 * rules.pitting:.0f} % or more"
             + (f"; {records.counted(measured, 'plate')} measured" if measured else ""),
         },
-        {"name": "Photographs", "value": str(len(inspection.shots)), "more": _told_of_each(inspection)},
+        {"name": "Photographs", "value": str(len(inspection.shots)), "more": _counts_in_words(inspection)},
     ]
 
 
-def _told_of_each(inspection: Inspection) -> str:
+def _counts_in_words(inspection: Inspection) -> str:
     is_lit = all(shot.record.lux is not None for shot in inspection.shots)
     lacking = len(inspection.without_pose)
     told = "with position and light" if is_lit else "with position"

@@ -38,7 +38,7 @@ def plan_content(plan: SurveyPlan, patches: Patches | None, ship: Ship) -> dict[
         "figures": _figures(plan, rows, left_out),
         "picture": data_uri(plan_png(plan, patches, DPI), "image/png") if patches is not None else "",
         "asked": _asked(plan),
-        "particulars": ship.told_particulars(),
+        "particulars": ship.particulars_table(),
         "flights": rows,
         "reserve": plan.flying.reserve,
         "shares": [

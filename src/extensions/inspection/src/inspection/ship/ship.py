@@ -103,7 +103,7 @@ class Ship:
     parts: Mapping[str, str] = field(default_factory=dict)
     particulars: Mapping[str, str] = field(default_factory=dict)
 
-    def told_particulars(self, known: Mapping[str, str] | None = None) -> list[dict[str, str]]:
+    def particulars_table(self, known: Mapping[str, str] | None = None) -> list[dict[str, str]]:
         """Return all particulars; those that nobody gave say so. known: from elsewhere, by key."""
         held = {**(known or {}), **self.particulars}
         return [{"name": name, "value": held.get(key, NOT_GIVEN)} for key, name in PARTICULARS.items()]

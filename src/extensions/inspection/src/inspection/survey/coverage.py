@@ -146,7 +146,7 @@ def write_coverage(
         SurveyError: the files cannot be written; those from before stay.
     """
     whole = surface_record_bytes(coverage.record())
-    record = _told(coverage, source, poses, taken, asked)
+    record = _record_of(coverage, source, poses, taken, asked)
     record["left_out"] = [{"photograph": each.name, "why": each.why} for each in left_out]
     record["record"] = hashlib.sha256(whole).hexdigest()
     try:
@@ -156,7 +156,7 @@ def write_coverage(
     return record
 
 
-def _told(
+def _record_of(
     coverage: Coverage, source: str, poses: str, taken: Sequence[PhotographPose], asked: SurveyParameters
 ) -> dict[str, Any]:
     points, names = coverage.points, coverage.patches.names

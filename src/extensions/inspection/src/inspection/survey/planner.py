@@ -104,33 +104,35 @@ class SurveyPlanner:
         """
         begin_s, rng = time.process_time(), np.random.default_rng(seed)
 
-        def told(stage: str, plan: SurveyPlan) -> Progress:
+        def progress(stage: str, plan: SurveyPlan) -> Progress:
             return Progress(stage, time.process_time() - begin_s, plan)
 
         first = None if settled else self._coarse_plan(rng)
         if first is not None:
-            yield told("first plan", first)
+            yield progress("first plan", first)
         shown = self._shown_by(settled)
         candidates = self._candidates(self._patches.only(~shown), self._lattice())
         cover = Cover(candidates, self._asked, self._patches.only(shown).by_part_m2)
         self._photographs.fill(cover)
         if not cover.shots and settled:
-            yield told("all places", self._plan_of(tuple(settled), {"share": cover.share}))
+            yield progress("all places", self._plan_of(tuple(settled), {"share": cover.share}))
             return
         if not cover.shots:
             raise SurveyError(
                 f"Nothing can be photographed at {self._asked.resolution:g} mm per pixel: from where the UAV "
                 "fits, every surface is too far, too oblique or hidden."
             )
-        yield told("all places", self._plan(candidates, cover, rng, FIRST_TRIES, settled))
+        yield progress("all places", self._plan(candidates, cover, rng, FIRST_TRIES, settled))
         end_s = time.process_time() + search_s
         self._photographs.improve(cover, rng, lambda: time.process_time() < end_s)
         plan = self._plan(candidates, cover, rng, LAST_TRIES, settled)
         plan = replace(plan, leftovers=leftovers_of(self._room, candidates, self._asked, self._ranges_m))
-        yield told("local search", plan)
+        yield progress("local search", plan)
         if bound and not settled:
             for least in lp_bounds(candidates, cover, self._asked.share, rng):
-                yield told("bound", replace(plan, figures={**plan.figures, "photographs_lp_bound": least}))
+                yield progress(
+                    "bound", replace(plan, figures={**plan.figures, "photographs_lp_bound": least})
+                )
 
     def _coarse_plan(self, rng: np.random.Generator) -> SurveyPlan | None:
         """Return a plan from few places; None: they show nothing."""

@@ -47,14 +47,14 @@ class KeptParameter:
         """
         self.values = dict(values)
         if self._ending is None or not self._ending.received:
-            self._writer.write(self._told)
+            self._writer.write(self._content)
 
     def _write(self, told: dict[str, Any]) -> None:
         with suppress(OSError, rospy.ROSException):
             rospy.set_param(self._name, told)
 
     @property
-    def _told(self) -> dict[str, Any]:
+    def _content(self) -> dict[str, Any]:
         return {**self.values, LAUNCH: self._launch}
 
     def _take_away(self) -> None:
@@ -63,5 +63,5 @@ class KeptParameter:
         if not self._ending.received or not self.values:
             return
         with suppress(OSError, KeyError, rospy.ROSException):  # the master may have ended before
-            if rospy.get_param(self._name, None) == self._told:
+            if rospy.get_param(self._name, None) == self._content:
                 rospy.delete_param(self._name)
