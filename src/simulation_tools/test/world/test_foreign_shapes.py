@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 import trimesh
@@ -180,6 +182,21 @@ def parse_gate(path):
         f"<uri>file://{path}</uri></mesh></geometry></collision></link></model></sdf>"
     )
     return parse_model(text, "t", [path.parent])
+
+
+def test_the_clearance_to_a_mesh_of_100_000_triangles_is_right(tmp_path, build):
+    """All of its triangles are within the greatest distance. PyBullet must not be asked for all of them."""
+    trimesh.creation.icosphere(6, 2.0).export(tmp_path / "cave.stl")
+    text = (
+        '<sdf version="1.6"><model name="cave"><static>true</static><link name="l"><collision name="c">'
+        f"<geometry><mesh><uri>file://{tmp_path}/cave.stl</uri></mesh></geometry></collision></link></model></sdf>"
+    )
+    world = build(parse_model(text, "t", [str(tmp_path)]))
+    world.spawn(moving("<sphere><radius>0.2</radius></sphere>"), "ball", Pose())
+    for at_m in ((0.5, 0.0, 0.0), (0.0, -0.9, 1.2), (4.4, 0.0, 0.0)):
+        nearest_m = abs(2.0 - math.hypot(*at_m)) - 0.2
+        assert world.clearance("ball", Pose(at_m), 5.0) == pytest.approx(nearest_m, abs=2e-3)
+        assert world.clearance("ball", Pose(at_m), nearest_m - 0.01) == math.inf
 
 
 def test_a_concave_mesh_with_too_many_triangles_is_filled_up_and_this_is_said(gate_file, monkeypatch):

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import Iterable, Mapping, Sequence
+from typing import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from simulation_tools.geometry import Pose
 from simulation_tools.world.bodies import Body
 from simulation_tools.world.engine import pybullet
+from simulation_tools.world.shapes.meshes import mesh_of
+
+FINE_TRIANGLES = 4000
+"""A mesh with more triangles is fine: physics is asked for what is near first."""
+FIRST_M = 0.25
+WIDER = 1.4
+WIDER_LEAST_M = 0.01
+SHELL_TRIANGLES = 1000
+"""Triangles of a flat mesh that lie between two distances that physics is asked for."""
 
 
 @dataclass(frozen=True)
@@ -43,10 +53,12 @@ class Clearances:
         self._client = client
         self._owners = owners
         self._surroundings: dict[frozenset[str], _Surroundings] = {}
+        self._triangles_m2: dict[int, float] = {}
 
     def forget(self) -> None:
         """Note that a body was added or removed, or that a fixed one was moved."""
         self._surroundings.clear()
+        self._triangles_m2.clear()
 
     def least(self, own: Sequence[OwnShape], passed_over: frozenset[str], max_distance_m: float) -> float:
         """Return the least distance between shapes and the bodies of all models that are not ignored.
@@ -85,17 +97,43 @@ class Clearances:
         return _Surroundings(standing, boxes[:, 0], boxes[:, 1], moving)
 
     def _distance(self, own: OwnShape, other: Body, limit_m: float) -> float:
-        points: Iterable[tuple] = pybullet.getClosestPoints(
-            bodyA=-1,
-            bodyB=other.uid,
-            distance=max(limit_m, 0.0),
-            linkIndexA=-1,
-            collisionShapeA=own.shape,
-            collisionShapePositionA=own.pose.position_m,
-            collisionShapeOrientationA=own.pose.orientation_xyzw,
-            physicsClientId=self._client,
-        )
-        return min((point[8] for point in points), default=float("inf"))
+        for within_m in self._widening(other, max(limit_m, 0.0)):
+            points: Iterable[tuple] = pybullet.getClosestPoints(
+                bodyA=-1,
+                bodyB=other.uid,
+                distance=within_m,
+                linkIndexA=-1,
+                collisionShapeA=own.shape,
+                collisionShapePositionA=own.pose.position_m,
+                collisionShapeOrientationA=own.pose.orientation_xyzw,
+                physicsClientId=self._client,
+            )
+            nearest_m: float = min((point[8] for point in points), default=math.inf)
+            if nearest_m < math.inf:
+                return nearest_m
+        return math.inf
+
+    def _widening(self, body: Body, limit_m: float) -> Iterator[float]:
+        """Yield the distances, m, within which physics looks for a body, one after the other.
+
+        PyBullet returns a point for each triangle within the distance. With some 50 000 points it writes
+        beyond its buffer: the distances are wrong, or the process ends. So it looks near a fine mesh first.
+        """
+        triangle_m2, within_m = self._triangle_m2(body), 0.0
+        while within_m < limit_m and triangle_m2 > 0.0:
+            flat_m = math.sqrt(within_m * within_m + SHELL_TRIANGLES * triangle_m2 / math.pi)
+            wider_m = min(max(FIRST_M, WIDER * within_m), max(flat_m, within_m + WIDER_LEAST_M))
+            within_m = min(wider_m, limit_m)
+            yield within_m
+        if within_m < limit_m or limit_m == 0.0:
+            yield limit_m
+
+    def _triangle_m2(self, body: Body) -> float:
+        """Return the mean area of a fine mesh's triangles, m^2; 0: the body is none."""
+        known = self._triangles_m2.get(body.uid)
+        if known is None:
+            known = self._triangles_m2[body.uid] = _mean_triangle_m2(body)
+        return known
 
     def _box(self, body: Body) -> np.ndarray:
         """Return the least and greatest corner of the box around a body, (2, 3)."""
@@ -107,3 +145,14 @@ class Clearances:
             ]
         )
         return np.stack((corners[:, 0].min(axis=0), corners[:, 1].max(axis=0)))
+
+
+def _mean_triangle_m2(body: Body) -> float:
+    """Return the mean area of a body's triangles, m^2; 0: there are not many, or physics takes its hull."""
+    if body.collision is None:
+        return 0.0
+    mesh = mesh_of(body.collision.collision.geometry)
+    if len(mesh.triangles) <= FINE_TRIANGLES:
+        return 0.0
+    first, second, third = (mesh.vertices[mesh.triangles[:, k]] for k in range(3))
+    return 0.5 * float(np.linalg.norm(np.cross(second - first, third - first), axis=1).mean())
