@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from node_tools.compiling import Kernels, counted
+from node_tools.compiling import Kernels, counted, run_compiled
 
 KERNELS = """
 from numba import njit
@@ -75,3 +75,9 @@ def test_each_kernel_is_told_when_it_is_ready(warm_up_module):
     assert [ready for ready, _ in told] == sorted(ready for ready, _ in told)
     with counted(kernels, lambda ready, total: pytest.fail("nothing is left to compile")):
         warm_up_module.warm_up()
+
+
+def test_kernels_that_are_not_known_before_are_told_without_numbers(warm_up_module):
+    said = []
+    run_compiled(said.append, lambda: warm_up_module.warm_up())  # of another package
+    assert set(said) == {"Compiling the inner loops, at the first start only."}

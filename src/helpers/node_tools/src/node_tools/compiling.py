@@ -70,7 +70,8 @@ def run_compiled(say: Callable[[str], None], *functions: Callable[[], Any]) -> N
         nonlocal next_s
         if time.monotonic() >= next_s:
             next_s = time.monotonic() + EVERY_S
-            say(f"Compiling the inner loops, at the first start only: {ready} of {total}.")
+            how_many = f": {ready} of {total}" if total else ""  # 0: of other packages
+            say(f"Compiling the inner loops, at the first start only{how_many}.")
 
     with counted(Kernels(*functions), tell):
         for function in functions:
