@@ -21,7 +21,7 @@ def warm_up() -> float:
     """Plan, explore, survey and look at a picture, all small; return the seconds that it took."""
     start = time.perf_counter()
     rough = np.random.default_rng(1).integers(20, 240, (64, 64, 1)).astype(np.uint8)
-    candidates_in(np.repeat(rough, 3, axis=2), FindingParameters())
+    candidates_in(np.repeat(rough, 3, axis=2), FindingParameters(), detail_mm=0.5)
     rusty = rough * np.array([[[0.9, 0.4, 0.2]]])
     candidates_in(rusty.astype(np.uint8), FindingParameters().for_pictures())
     _survey()

@@ -8,6 +8,8 @@ from scipy import ndimage
 
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.candidates import candidates_in
+from inspection.findings.picture.cracks import Marked, unlike_marked
+from inspection.findings.picture.kernels import block_means
 from inspection.findings.picture.one_surface import may_be_crack, straight_part, surroundings
 
 SIDE = 320
@@ -119,3 +121,34 @@ def _on_a_plain_wall():
     light = with_lines(np.full((SIDE, SIDE), 0.4), [line])
     x = np.arange(SIDE)
     return np.column_stack((x, np.interp(x, *line.T))), light, np.full((SIDE, SIDE, 3), 120.0)
+
+
+def test_a_crack_of_20_px_is_found_in_a_large_picture_once():
+    times = 5
+    line = winding(1)
+    small = with_lines(np.exp(0.3 * np.log(grain(1) / 110.0)) * 110.0, [line])
+    large = ndimage.zoom(small, times, order=1) + np.random.default_rng(2).normal(
+        0.0, 3.0, (5 * SIDE, 5 * SIDE)
+    )
+    shot = np.clip(large, 0, 255).astype(np.uint8)[..., None].repeat(3, axis=2)
+    places = [each.pixels / times for each in candidates_in(shot, PARAMETERS) if each.kind == "crack"]
+    assert len(places) == 1
+    off = np.abs(places[0][:, 1] - np.interp(places[0][:, 0], *line.T))
+    assert np.mean(off < 5.0) > 0.9
+    assert np.ptp(places[0][:, 0]) > 0.7 * SIDE
+
+
+def test_a_line_along_a_marked_one_is_the_same():
+    x = np.arange(100.0)
+    first, near, far = (Marked(np.column_stack((x, np.full(100, y))), 100) for y in (10.0, 14.0, 16.0))
+    half_away = Marked(np.column_stack((x, np.where(x < 49, 10.0, 90.0))), 100)
+    assert unlike_marked([near, far, half_away], [first], 5.0) == [far, half_away]
+    assert unlike_marked([near], [], 5.0) == [near]
+
+
+@pytest.mark.parametrize("times", [2, 3, 5, 7])
+def test_means_of_squares_have_the_last_bit_of_numpy(times):
+    light = np.random.default_rng(3).random((45, 62), np.float32)
+    rows, columns = 45 // times, 62 // times
+    cut = light[: rows * times, : columns * times].reshape(rows, times, columns, times)
+    np.testing.assert_array_equal(block_means(light, times), cut.mean(axis=(1, 3)))

@@ -37,6 +37,10 @@ class FindingParameters:
     """A crack must lie in one surface, too: joints, edges, stalks and hair do not. It serves pictures alone
     (`for_pictures`). With a mesh one knows the surface.
     """
+    crack_wide: bool = False
+    """Wide cracks are looked for in a smaller copy of a large picture, too. It serves pictures alone
+    (`for_pictures`). With a mesh one knows what a pixel covers, and so how wide a crack is.
+    """
     crack_length: float = limited(0.06, 0.005, 100.0)
     """Least length of a crack, m."""
     crack_detail: float = limited(1.3, 0.01, 100.0)
@@ -92,7 +96,7 @@ class FindingParameters:
 
     def for_pictures(self) -> FindingParameters:
         """Return them for photographs that may show anything, as nobody knows their poses."""
-        return replace(self, rust_texture=True, crack_surface=True)
+        return replace(self, rust_texture=True, crack_surface=True, crack_wide=True)
 
     def for_mesh(self, mesh: Mesh) -> FindingParameters:
         """Return them for photographs of a mesh."""

@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from inspection.findings.kinds import CRACK, RUST
 from inspection.findings.parameters import FindingParameters
-from inspection.findings.picture.cracks import cracks_in, groups_of
+from inspection.findings.picture.cracks import Marked, cracks_in, groups_of, unlike_marked
 from inspection.findings.picture.kernels import block_light
 from inspection.findings.picture.paint import RED, is_all_red, unlike_coatings, unlike_the_most
 from inspection.findings.picture.rust_texture import rust_among
@@ -26,6 +26,10 @@ LEAST_LIGHT = 0.01
 """Of white; darker blocks have no colour that one could judge."""
 COARSE_MM = 1.0
 """Of a pixel, at which the widest cracks are looked for."""
+WIDE_PIXELS = 4e5
+"""Pixels of the copy in which wide cracks are looked for, if nobody knows what a pixel covers."""
+SAME_PX = 5
+"""A line in a copy that runs so near to another, in its pixels, is the same line."""
 MOST_PIXELS = 400
 """Of one candidate, drawn evenly. Of rust it is more where they would be farther apart than RUST_APART_MM."""
 RUST_APART_MM = 35.0
@@ -71,10 +75,20 @@ def candidates_in(
     found += _of_blocks(RUST.name, rust, most_apart)
     near = ndimage.binary_dilation(red, iterations=3)  # rust has dark pits and borders
     near = ~without_writing(~near, writing, BLOCK_PX)
-    for times in sorted({1, max(1, round(COARSE_MM / max(detail_mm, 0.1)))}):
-        for each in cracks_in(picture, times, linear_light(), near, parameters, looked_at):
-            found.append(Candidate(CRACK.name, _some(each.places), each.size_px))
+    marked: list[Marked] = []
+    for times in sorted(_copies(picture.shape, parameters, detail_mm)):
+        lines = cracks_in(picture, times, linear_light(), near, parameters, looked_at)
+        marked += unlike_marked(lines, marked, SAME_PX * times) if parameters.crack_wide else lines
+    found += [Candidate(CRACK.name, _some(each.places), each.size_px) for each in marked]
     return found
+
+
+def _copies(shape: tuple[int, ...], parameters: FindingParameters, detail_mm: float) -> set[int]:
+    """Return by how much the copies are smaller in which cracks are looked for; 1 is the picture itself."""
+    copies = {1, max(1, round(COARSE_MM / max(detail_mm, 0.1)))}
+    if parameters.crack_wide:
+        copies.add(max(1, round(math.sqrt(shape[0] * shape[1] / WIDE_PIXELS))))
+    return copies
 
 
 def red_blocks(picture: np.ndarray, parameters: FindingParameters) -> np.ndarray:

@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from inspection.findings.parameters import FindingParameters
-from inspection.findings.picture.kernels import dark_ridges, light_of
+from inspection.findings.picture.kernels import block_means, dark_ridges, light_of
 from inspection.findings.picture.lines import Line, line_through, pieces_joined
 from inspection.findings.picture.one_surface import may_be_crack, surroundings
 from inspection.findings.picture.ridges import ALSO_CORNERS
@@ -51,7 +52,9 @@ def cracks_in(
     linear: (256,) light of the picture's values. elsewhere: (rows, columns) bool of blocks that fill it,
     where nothing is a crack. looked_at: as `candidates_in` has it.
     """
-    light = _smaller(light_of(picture[..., 1], linear), times)  # green has the least noise
+    light = light_of(picture[..., 1], linear)  # green has the least noise
+    if times > 1:
+        light = block_means(light, times)
     light = smoothed(light, SMOOTH_PX, SMOOTH_REACH)
     contrasts = _contrasts(light, parameters.crack_contrast, looked_at)
     block_px = picture.shape[0] // elsewhere.shape[0]
@@ -77,6 +80,14 @@ def cracks_in(
         for places, size, is_kept in zip(lines, sizes, kept)
         if is_kept
     ]
+
+
+def unlike_marked(lines: list[Marked], marked: list[Marked], within_px: float) -> list[Marked]:
+    """Return the lines of which at most half runs along what is marked."""
+    if not marked:
+        return lines
+    tree = cKDTree(np.concatenate([each.places for each in marked]))
+    return [each for each in lines if np.mean(tree.query(each.places)[0] <= within_px) <= 0.5]
 
 
 def _thin_lines(
@@ -142,13 +153,6 @@ def _contrasts(light: np.ndarray, least: float, looked_at: np.ndarray | None) ->
         x = np.minimum((np.arange(columns) + 0.5) / columns * looked_at.shape[1], looked_at.shape[1] - 1)
         contrasts[~looked_at[np.ix_(y, x.astype(int))]] = 1.0
     return contrasts.astype(np.float32)
-
-
-def _smaller(light: np.ndarray, times: int) -> np.ndarray:
-    """Return the means of blocks of so many pixels along each side."""
-    rows, columns = light.shape[0] // times, light.shape[1] // times
-    cut = light[: rows * times, : columns * times]
-    return cut.reshape(rows, times, columns, times).mean(axis=(1, 3)) if times > 1 else light
 
 
 def groups_of(marked: np.ndarray) -> list[np.ndarray]:

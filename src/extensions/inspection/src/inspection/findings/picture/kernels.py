@@ -40,6 +40,23 @@ def light_of(values: np.ndarray, linear: np.ndarray) -> np.ndarray:
 
 
 @njit(cache=True)
+def block_means(light: np.ndarray, times: int) -> np.ndarray:
+    """Return (height // times, width // times), float32: means of squares. light: (height, width), float32.
+
+    With less than 8 px along a side the sums have numpy's order, so the last bit is the same.
+    """
+    rows, columns = light.shape[0] // times, light.shape[1] // times
+    out = np.zeros((rows, columns), np.float32)
+    for y in range(rows * times):
+        for column in range(columns):
+            total = np.float32(0.0)
+            for x in range(column * times, (column + 1) * times):
+                total += light[y, x]
+            out[y // times, column] += total
+    return out / np.float32(times * times)
+
+
+@njit(cache=True)
 def dark_ridges(light: np.ndarray, reach: int, contrasts: np.ndarray, side: int) -> np.ndarray:
     """Return (height, width) bool: pixels darker than both sides, `reach` px away, along some direction.
 
