@@ -8,7 +8,14 @@ import pytest
 from PIL import Image
 
 from inspection.findings.findings_file import SearchRecord, write_findings
-from inspection.photographs.listing import LeftOut, listed, photographs_in, read_photograph, records_in
+from inspection.photographs.listing import (
+    LeftOut,
+    listed,
+    photographs_in,
+    read_photograph,
+    read_picture,
+    records_in,
+)
 from inspection.photographs.record import PhotographError
 from inspection.photographs.searched import countable
 
@@ -117,6 +124,14 @@ def test_what_the_search_left_out_does_not_count(tmp_path):
     for path in tmp_path.glob("?.*"):
         shutil.move(path, tmp_path / "photographs")
     assert names_of(countable(tmp_path / "photographs")) == (["1.jpg"], ["2.jpg"])
+
+
+def test_a_picture_whose_turn_is_not_known_is_read(tmp_path):
+    """EXIF tells turns by 1 to 8; some cameras write 0."""
+    exif = Image.Exif()
+    exif[0x0112] = 0
+    Image.new("RGB", (40, 32)).save(tmp_path / "1.jpg", exif=exif)
+    assert read_picture(tmp_path / "1.jpg").shape == (32, 40, 3)
 
 
 def test_a_turned_picture_is_not_read_as_if_it_stood_upright(tmp_path):

@@ -42,8 +42,8 @@ SIXTEEN_BITS = ";16"
 JPEGS = ("JPEG", "MPO")
 """Pillow's names of JPEG, and of several in one file, of which the first one counts."""
 START_OF_JPEG, START_OF_SCAN, END_OF_JPEG, TAIL_BYTES = b"\xff\xd8", b"\xda", b"\xff\xd9", 4096
-ORIENTATION, UPRIGHT = 0x0112, 1
-"""EXIF's tag, and its value for a picture that is stored as it is to be seen."""
+ORIENTATION, UPRIGHT, UNKNOWN = 0x0112, 1, 0
+"""EXIF's tag; its values for a picture that is stored as it is to be seen, and for an unknown turn."""
 NO_POSE = "There is no JSON beside it that tells its pose; place_photographs writes one."
 FAST_PX = 64
 """A JPEG is checked in the smallest size, an eighth, in which its decoder gives it."""
@@ -206,7 +206,7 @@ def _check_as_a_whole(image: Image.Image, path: Path) -> None:
             "colour, with 8 bits for each."
         )
     turned = image.getexif().get(ORIENTATION, UPRIGHT)
-    if turned != UPRIGHT:
+    if turned not in (UPRIGHT, UNKNOWN):  # some cameras write 0 when they do not know
         raise PhotographError(
             f"{path}: its EXIF tells that it is stored turned (orientation {turned}). Store it upright, or "
             "delete the tag if the calibration is of the picture as it is stored."
