@@ -147,11 +147,11 @@ def test_with_clouds_three_heights_are_not_enough():
 @pytest.mark.parametrize(
     "height_of",
     [
-        lambda x, rough_m: 10.0 - x % 5.0,  # hopper plates of 45 degrees, one after the other
+        lambda x, rough_m: 9.0 - x % 5.0,  # hopper plates of 45 degrees, one after the other
         lambda x, rough_m: 4.0 - np.interp(x / 0.6, np.arange(rough_m.size), rough_m),  # the roof of a mine
     ],
 )
-def test_hopper_plates_and_rough_roofs_do_not_come_down_where_clouds_show_loads(height_of, seed):
+def test_hopper_plates_and_rough_roofs_do_not_come_down_under_a_roof_while_clouds_come(height_of, seed):
     rng, sinking = np.random.default_rng(seed), Sinking(0.3, 0.15)
     rough_m, speed = rng.uniform(0.0, 0.5, 100), 1.2
     for t in np.arange(0.0, 30.0, 0.05).tolist():

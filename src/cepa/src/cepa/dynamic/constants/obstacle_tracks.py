@@ -146,9 +146,9 @@ SINKING_LEAST_M_S = 0.1
 SINKING_SLOPE = 0.5
 """1: And what is slower than such a share of the UAV's own speed may be a slope. Source: chosen. Greater:
 loads are found later while the UAV flies fast."""
-SINKING_SLOPE_BY_CLOUDS = 1.2
-"""1: The same where clouds show loads from afar: hopper plates slope by 45 degrees. Source: chosen. Greater:
-loads that clouds do not show are found later while the UAV flies fast."""
+SINKING_SLOPE_OF_ROOFS = 1.2
+"""1: The same under a roof, where clouds show loads from afar: hopper plates slope by 45 degrees. Source:
+chosen. Greater: loads that clouds do not show are found later while the UAV flies fast."""
 SINKING_SOON_S = 1.0
 """s: Unless the body would meet it so soon. Source: chosen. Greater: the UAV makes way for slopes, too."""
 SINKING_RESIDUAL_M = 0.05

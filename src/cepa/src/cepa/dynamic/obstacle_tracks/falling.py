@@ -94,8 +94,8 @@ class Falling:
         if self._seen and not 0.0 < motion.stamp_s - self._seen[-1].stamp_s < FALLING_SPANS_S[-1]:
             self._seen.clear()
         lowest_m, heights = np.empty((FALLING_CELLS * FALLING_CELLS, 3)), (self._above_m, FALLING_HIGHEST_M)
-        cells = FALLING_WALL_M, FALLING_REACH_M, FALLING_CELL_M
-        lowest_over(points, motion.position_m, heights, *cells, lowest_m)
+        plan = FALLING_WALL_M, FALLING_REACH_M, FALLING_CELL_M
+        lowest_over(points, motion.position_m, heights, *plan, lowest_m)
         self._seen.append(_Seen(motion.stamp_s, motion.position_m, lowest_m, free_m.copy(), row_tan))
         while motion.stamp_s - self._seen[0].stamp_s > FALLING_SPANS_S[-1] + 1e-6:
             self._seen.popleft()

@@ -22,7 +22,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
     SINKING_RESIDUAL_M,
     SINKING_SIGNIFICANCE,
     SINKING_SLOPE,
-    SINKING_SLOPE_BY_CLOUDS,
+    SINKING_SLOPE_OF_ROOFS,
     SINKING_SOON_S,
     SINKING_SPANS_S,
     SINKING_SURE_S,
@@ -136,27 +136,28 @@ class Sinking:
             _Height(motion.stamp_s, float(end[0]), float(end[1]), height_m, tuple(start.tolist()), lean)
         )
         gap_m = way * (height_m - motion.position_m[2]) - self._ends_m[way]
-        rises_m_s = _speed_m_s(heights, gap_m, clouds_show)
+        is_roofed = clouds_show and not self.is_in_the_open(motion.stamp_s)
+        rises_m_s = _speed_m_s(heights, gap_m, clouds_show, is_roofed)
         speed = way * rises_m_s
         self._times[way] = self._times.get(way, 0) + 1 if speed < 0.0 else 0
         if speed < 0.0:  # it comes, also if the beam should miss it from now on
             arrives_s = motion.stamp_s + max(0.0, gap_m) / -speed
-            is_soon = arrives_s <= motion.stamp_s + SINKING_SURE_S and not clouds_show
+            is_soon = arrives_s <= motion.stamp_s + SINKING_SURE_S and not is_roofed
             if self._times[way] < SINKING_TIMES and not is_soon:
-                return  # there is time to look again, or clouds would have shown it before
+                return  # there is time to look again, or a roof is over the UAV and clouds show loads
             known, (x_m, y_m) = self._columns.get(way), _middle_of(heights, way, rises_m_s)
             if known is not None and known.holds(heights[-1][1:3], motion.stamp_s):
                 x_m, y_m = known[:2]
             self._columns[way] = _Column(x_m, y_m, arrives_s)
 
 
-def _speed_m_s(heights: deque[_Height], gap_m: float, clouds_show: bool) -> float:
+def _speed_m_s(heights: deque[_Height], gap_m: float, clouds_show: bool, is_roofed: bool) -> float:
     """Return how fast the newest heights rise, m/s; 0.0: they stand, or belong to several things.
 
-    gap_m: from the body to the newest. A ceiling that slopes comes nearer as well while the UAV flies along
-    it. So the speed must be greater than a share of the UAV's own, unless the body would meet even the
-    ceiling very soon. A stiffener or a step that a slow UAV passes is nearer at once. So the heights must
-    change evenly.
+    gap_m: from the body to the newest. is_roofed: clouds show loads, and the UAV is under a roof, which may
+    slope. A ceiling that slopes comes nearer as well while the UAV flies along it. So the speed must be
+    greater than a share of the UAV's own, unless the body would meet even the ceiling very soon. A stiffener
+    or a step that a slow UAV passes is nearer at once. So the heights must change evenly.
     """
     newest = heights[-1]
     if not math.isfinite(newest.z_m):
@@ -181,7 +182,7 @@ def _speed_m_s(heights: deque[_Height], gap_m: float, clouds_show: bool) -> floa
         flown_m_s = math.dist(part[0, 1:3], part[-1, 1:3]) / lasted_s
         noise = max(residual_m, floor_m) / math.sqrt(spread)
         is_soon = not clouds_show and gap_m <= SINKING_SOON_S * abs(speed)
-        slope = SINKING_SLOPE_BY_CLOUDS if clouds_show else SINKING_SLOPE
+        slope = SINKING_SLOPE_OF_ROOFS if is_roofed else SINKING_SLOPE
         of_slope = 0.0 if is_soon else slope * flown_m_s
         least = max(SINKING_LEAST_M_S + of_slope, SINKING_SIGNIFICANCE * noise)
         most_m = min(SINKING_RESIDUAL_M, SINKING_UNEVEN * abs(speed) * lasted_s)
