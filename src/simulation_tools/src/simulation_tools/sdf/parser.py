@@ -138,10 +138,11 @@ class _Reader:
         node = root.required("world")
         node.accept("gui", "scene")
         self._lights(node)
+        no_number: tuple[float, ...] = ()
         for physics in node.children("physics"):
             physics.accept(*SOLVERS)
             for number in physics.children(*PHYSICS_NUMBERS):
-                self.omissions.read(number, lambda each: each.numbers(1), ())
+                self.omissions.read(number, lambda each: each.numbers(1), no_number)
         models = _with_unequal_names(node, self._models_in(node, static))
         states = node.children("state")
         models = apply_state(

@@ -74,9 +74,9 @@ class Campaign:
 
     name: str
     kind: str
+    blocks: tuple[Block, ...]
     seed: int = limited(MISSING, 0)
     seeds: int = limited(MISSING, 1, SEEDS_MAX)
-    blocks: tuple[Block, ...]
     tuning: Tuning | None = None
     combinations: tuple[Settings, ...] = field(init=False, compare=False, repr=False)
     repeats: tuple[int, ...] = field(init=False, compare=False, repr=False)

@@ -82,7 +82,7 @@ def campaign_of(content: Any, name: str, smallest: bool = False) -> Campaign:
     tuning = _tuning(content["tune"]) if content.get("tune") is not None else None
     if tuning and kind != "flight":
         raise CampaignError("tune needs a campaign of the kind flight.")
-    return Campaign(name, kind, seed, seeds, blocks, tuning)
+    return Campaign(name, kind, blocks, seed, seeds, tuning)
 
 
 def _merged(content: dict, smaller: Mapping) -> dict:
