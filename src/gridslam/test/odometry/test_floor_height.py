@@ -294,20 +294,6 @@ def test_over_a_slope_clouds_tell_the_height_and_the_range_finder_the_floor():
     assert floor.at(12.0)[0] == pytest.approx(3.6, abs=0.02)
 
 
-@pytest.mark.parametrize(("told_m", "is_wrong"), [(3.0, False), (0.0, True), (2.0, True)])
-def test_the_slope_of_a_rough_floor_is_known_to_a_fifth(told_m, is_wrong):
-    """The floor rises by 4 m in 8 s; its slope tells less. 0.5 m and a fifth of what it tells may be off."""
-    floor = FloorHeight(LidarOdometryParameters())
-    for k in range(240):
-        t = 0.05 * k
-        risen_m = 4.0 * min(max((t - 2.0) / 8.0, 0.0), 1.0)
-        floor.on_slope(t, t >= 2.0, told_m * 0.05 / 8.0 if 2.0 < t <= 10.0 else 0.0)
-        floor.on_range(t, 2.0)
-        floor.on_height(t, 2.0 + risen_m, 1e-4)
-    assert floor.floor_m == pytest.approx(4.0, abs=0.06)
-    assert (floor.wrong_m > 0.0) == is_wrong
-
-
 def test_a_floor_that_rises_where_no_slope_was_flown_up_tells_that_the_height_is_wrong():
     """A UAV hovers 2 m over the floor, from 4 to 12 s beside a rim that the map takes for a slope.
 

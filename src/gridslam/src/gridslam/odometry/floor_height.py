@@ -49,10 +49,9 @@ enters the range finder's cone. Its standard deviation is the second; the readin
 OFF_SLOPE_M, ALONG_SLOPE_M_S = 0.5, 4.0
 """A reading that differs from the one before it by more, beside the climb, is no longer of the same slope: so
 much, and so much a second, as above a floor of 45 degrees at this speed."""
-RISEN_OFF_M, RISEN_OFF_SHARE = 0.5, 0.2
+RISEN_OFF_M = 0.8
 """Over a slope the floor rises as the map's slope tells, along the way flown. A floor that is off by more is
-none of this slope, or the height is wrong: so much, and such a share of the rise, as the slope of a rough
-floor is not known better."""
+none of this slope, or the height is wrong. Rock on the floor of a mine is off by 0.6 m."""
 SILENT_S = 1.0
 """If the last reading that counted is older, the height is not known any more; the next one begins anew."""
 HELD_S = 0.05
@@ -90,7 +89,7 @@ class FloorHeight:
     def wrong_m(self) -> float:
         """By how much the height may be wrong, m: the floor rose by so much more than its slope tells.
 
-        0: floor and slope agree, see `RISEN_OFF_M`. It stays until a floor comes that was seen before.
+        0: floor and slope agree, within `RISEN_OFF_M`. It stays until a floor comes that was seen before.
         """
         return self._wrong_m
 
@@ -157,8 +156,7 @@ class FloorHeight:
             self._alive = [self._alive[0].over_slope(height_m, variance_m2)]
             self._range_m, self._range_s, self._counted_s = height_m, stamp_s, stamp_s
             off_m = self.floor_m - self._slope_begins_m - self._risen_m
-            allowed_m = RISEN_OFF_M + RISEN_OFF_SHARE * abs(self._risen_m)
-            if abs(off_m) > max(allowed_m, self._wrong_m):
+            if abs(off_m) > max(RISEN_OFF_M, self._wrong_m):
                 self._wrong_m = abs(off_m)
             return
         self._range_m, self._range_s = height_m, stamp_s
