@@ -71,7 +71,7 @@ def test_what_the_goal_s_file_holds_counts():
 def test_a_node_that_died_goes_on_with_what_is_flown_and_not_with_what_has_ended():
     first = begun()
     first.begin("one", {"home": [1.0, 2.0, 3.0]})
-    first.note({"reached": 2})
+    first.keep({"reached": 2})
     again = begun()
     assert again.is_flown("one")
     assert not again.is_flown("two")

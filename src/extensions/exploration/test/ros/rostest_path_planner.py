@@ -173,8 +173,10 @@ class PathPlannerTest(unittest.TestCase):
         self.warned.wait_for("No known free way leads to (8.1, 2.5, 2.0)")
         self.cancels.last(lambda _: True, "a cancelled mission")
         # When the near one opens, and CEPA does not let the UAV pass it, then it is closed for a while
+        cancelled = self.missions.messages[-1].goal_id.id
         self.send_map(room([NEAR, FAR]))
         self.plans.last(lambda plan: plan.poses and points_of(plan)[:, 1].max() < 4.0, "near door")
+        self.missions.last(lambda goal: goal.goal_id.id != cancelled, "a mission through it")
         self.send_pose((4.3, 2.3, 2.0))
         wait_until(lambda: np.allclose(self.ask(start_frame="")[0], (4.3, 2.3, 2.0)), "the pose")
         result = MissionActionResult()

@@ -14,7 +14,8 @@ from simulation_tools.errors import SimulationToolsError
 @pytest.fixture
 def arducopter(tmp_path):
     program = tmp_path / "arducopter"
-    program.touch(mode=0o755)
+    program.write_text("#!/bin/sh\n")
+    program.chmod(0o755)
     return str(program)
 
 
