@@ -216,7 +216,8 @@ def _check(given: argparse.Namespace) -> None:
     given.home = given.home or list(plan.home_m)
     surface = _surface(given, plan.asked)
     check_plan(plan, surface.room)
-    print(f"{given.plan}: {len(plan.views)} photographs in {len(plan.flights)} flights can be flown.")
+    flights = "1 flight" if len(plan.flights) == 1 else f"{len(plan.flights)} flights"
+    print(f"{given.plan}: {len(plan.views)} photographs in {flights} can be flown.")
 
 
 def _warn(sentence: str) -> None:

@@ -115,14 +115,14 @@ def straight_part(group: np.ndarray) -> float:
     counts = np.bincount(parts)
     at = np.flatnonzero(counts)
     course = np.bincount(parts, across)[at] / counts[at]
-    todo, longest = [(0, len(at) - 1)], 0
-    while todo:
-        first, last = todo.pop()
+    unsplit, longest = [(0, len(at) - 1)], 0
+    while unsplit:
+        first, last = unsplit.pop()
         chord = np.interp(at[first : last + 1], at[[first, last]], course[[first, last]])
         aside = np.abs(course[first : last + 1] - chord)
         if aside.max() <= STRAIGHT_WITHIN_PX:
             longest = max(longest, int(at[last] - at[first]))
         else:
             middle = first + int(aside.argmax())
-            todo += [(first, middle), (middle, last)]
+            unsplit += [(first, middle), (middle, last)]
     return longest / max(int(at[-1]), 1)
