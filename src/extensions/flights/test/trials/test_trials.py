@@ -177,6 +177,7 @@ def temporary_folder(_):
 def test_what_killed_workers_leave_in_the_temporary_folder_goes_with_them(two_processes):
     ((_, folder),) = two_processes.results(temporary_folder, ["any"])
     assert f"_of_process_{os.getpid()}_" in folder
+    assert folder not in os.environ.values()  # what this process starts later would not find it
     workers = DaskWorkers.__new__(DaskWorkers)
     workers._cluster, workers._scratch = SimpleNamespace(workers={}), scratch_folder("test")
     (Path(workers._scratch.name) / "left.world").touch()

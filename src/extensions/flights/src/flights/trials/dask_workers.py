@@ -9,6 +9,7 @@ import logging
 import os
 import signal
 import sys
+import tempfile
 import uuid
 from pathlib import Path
 from typing import Any, Callable, Iterator, Sequence, TypeVar
@@ -29,8 +30,8 @@ PACKAGE = "flights"
 CONNECT_TIMEOUT_S = 15
 CLOSE_TIMEOUT_S = 1
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-_ENVIRONMENT = {**ONE_THREAD, "NUMBA_NUM_THREADS": "1"}
 _SETTINGS = {
+    "distributed.nanny.pre-spawn-environ": {**ONE_THREAD, "NUMBA_NUM_THREADS": "1"},
     "distributed.scheduler.allowed-failures": ALLOWED_FAILURES,
     "distributed.comm.timeouts.connect": f"{CONNECT_TIMEOUT_S}s",
     "distributed.worker.memory.target": False,
@@ -49,8 +50,9 @@ class DaskWorkers:
         """
         self._cluster: LocalCluster | None = None
         self._scratch = scratch_folder("flights_workers")  # a worker that is killed leaves its files
-        environment = {**_ENVIRONMENT, "TMPDIR": self._scratch.name}
-        self._settings = dask.config.set({**_SETTINGS, "distributed.nanny.pre-spawn-environ": environment})
+        # "pre-spawn-environ" stays in the environment of this process: no folder that ends with the workers.
+        own = {"distributed.nanny.environ": {"TMPDIR": self._scratch.name}}
+        self._settings = dask.config.set({**_SETTINGS, **own})
         logging.getLogger("distributed").setLevel(logging.CRITICAL)  # `run_trials` reports dead workers
         if scheduler is not None:
             self._client = _connected(scheduler)
@@ -134,8 +136,9 @@ class DaskWorkers:
 
 
 def dask_setup(worker: Any) -> None:
-    """Ignore Ctrl-C in a worker; the main process handles it. Dask calls this in each worker (`preload`)."""
+    """Prepare a worker: the main process handles Ctrl-C; TMPDIR is read anew. Dask calls this (`preload`)."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    tempfile.tempdir = None
 
 
 def _connected(scheduler: str) -> Client:
