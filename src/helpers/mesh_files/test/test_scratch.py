@@ -18,9 +18,12 @@ os.kill(os.getpid(), signal.SIGTERM)
 
 
 def test_what_a_killed_process_left_goes_when_the_next_one_needs_a_folder(tmp_path, monkeypatch):
+    """What another container's process of the same number left stays: that process may run."""
     subprocess.run([sys.executable, "-c", KILLED], env={**os.environ, "TMPDIR": str(tmp_path)}, check=False)
     (left,) = tmp_path.iterdir()
-    others = [tmp_path / f"meshes_of_process_{os.getppid()}_a", tmp_path / "meshes_of_process_x_a"]
+    dead, _, namespace = left.name.removeprefix("meshes_of_process_").split("_")[:3]
+    names = [f"{os.getppid()}_in_{namespace}_a", f"x_in_{namespace}_a", f"{dead}_in_{int(namespace) + 1}_a"]
+    others = [tmp_path / f"meshes_of_process_{name}" for name in names]
     for folder in others:
         folder.mkdir()
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))

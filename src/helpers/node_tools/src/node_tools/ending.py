@@ -127,8 +127,12 @@ def remove_scratch() -> None:
     import shutil
     import tempfile
 
+    try:
+        namespace = os.stat("/proc/self/ns/pid").st_ino
+    except OSError:
+        namespace = 0
+    mine = f"*_of_process_{os.getpid()}_in_{namespace}_*"
     for _ in range(SCRATCH_TIMES):
-        mine = f"*_of_process_{os.getpid()}_*"
         for folder in glob.glob(os.path.join(glob.escape(tempfile.gettempdir()), mine)):
             shutil.rmtree(folder, ignore_errors=True)
 
