@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from simulation_tools.sdf.elements import Box, Cylinder, RaySensor, Sphere
-from simulation_tools.sdf.parser import SdfError, load_model, parse_model
-from simulation_tools.sdf.urdf import is_urdf, urdf_of
+from simulation_tools.sdf.parser import SdfError, load_model, load_world, parse_model
+from simulation_tools.sdf.urdf import urdf_of
 
 ARM = """<?xml version="1.0"?>
 <robot name="arm">
@@ -103,5 +103,116 @@ def test_what_is_wrong_is_one_sentence(change, saying):
 
 
 def test_sdf_is_no_urdf():
-    assert is_urdf(ARM.encode())
-    assert not is_urdf(b'<sdf version="1.6"><model name="m"><plugin name="p"><robot/></plugin></model></sdf>')
+    plugin = '<plugin name="p" filename="x"><robot/></plugin>'
+    assert parse_model(
+        f'<sdf version="1.6"><model name="m">{plugin}<link name="l"/></model></sdf>', "s"
+    ).links
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "<!-- made by xacro, not <sdf -->" + ARM.split("\n", 1)[1],
+        ARM.split("\n", 1)[1].encode("utf-16"),
+        b"\xef\xbb\xbf" + ARM.encode(),
+        "\n" + ARM,  # TinyXML takes it
+    ],
+    ids=["comment", "utf-16", "BOM", "space"],
+)
+def test_a_urdf_is_known_by_its_root(text):
+    assert parse_model(text, "spawn", []).name == "arm"
+
+
+HANGING = """<robot name="r"><link name="world"/>
+  <joint name="foot" type="fixed"><parent link="world"/><child link="base"/><origin xyz="1 2 3"/></joint>
+  <link name="base"/></robot>"""
+
+
+def test_the_link_called_world_is_the_world():
+    model = parse_model(HANGING, "spawn", [])
+    assert [link.name for link in model.links] == ["base"]
+    assert model.links[0].pose.position_m == (1.0, 2.0, 3.0)
+    assert [(joint.parent, joint.child) for joint in model.joints] == [("world", "base")]
+
+
+def extended(inside, reference="upper"):
+    """Return the arm with more in a <gazebo>."""
+    more = f'<gazebo reference="{reference}">{inside}</gazebo></robot>'
+    return parse_model(MOVING.replace("</robot>", more), "spawn", [])
+
+
+def test_what_gazebo_adds_to_a_link_counts():
+    assert not extended("<turnGravityOff>true</turnGravityOff>").link("upper").gravity
+    assert extended("<turnGravityOff>0</turnGravityOff>").link("upper").gravity
+    (touched,) = extended("<mu1>0.25</mu1><mu2>0.25</mu2>").link("upper").collisions
+    assert touched.surface.friction == 0.25
+    (seen,) = extended("<material>Gazebo/Green</material>", "base").link("base").visuals
+    assert seen.rgba == (0.0, 1.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("inside", "reference", "saying"),
+    [
+        ("<kp>1e6</kp><kd>1</kd><maxVel>0.1</maxVel>", "upper", ""),
+        ("<preserveFixedJoint>true</preserveFixedJoint><stopErp>0.2</stopErp>", "end", ""),
+        ("<mu1>0.2</mu1>", "nothing", 'reference="nothing"> is left out'),
+        ("<springStiffness>3</springStiffness>", "elbow", "springStiffness"),
+        ("<selfCollide>true</selfCollide>", "upper", "self_collide"),
+    ],
+)
+def test_what_gazebo_adds_and_has_no_effect_is_named(inside, reference, saying):
+    said = " ".join(extended(inside, reference).warnings)
+    assert (saying in said) if saying else not said
+
+
+def test_a_material_may_have_its_colour_elsewhere():
+    green = '<material name="green"><color rgba="0 1 0 1"/></material>'
+    text = MOVING.replace('<robot name="arm">', f'<robot name="arm">{green}')
+    model = parse_model(
+        text.replace('<material name="m"><color rgba="1 0 0 1"/></material>', '<material name="green"/>'),
+        "s",
+        [],
+    )
+    assert model.link("base").visuals[0].rgba == (0.0, 1.0, 0.0, 1.0)
+
+
+def test_a_bound_that_is_not_there_is_zero_and_not_infinite():
+    elbow = parse_model(MOVING.replace('lower="-1" ', ""), "spawn", []).joint("elbow")
+    assert (elbow.lower_rad, elbow.upper_rad) == (0.0, 0.5)
+
+
+def test_a_joint_that_follows_another_one_is_said_to_be_free():
+    (said,) = parse_model(
+        MOVING.replace("<dynamics damping", '<mimic joint="end"/><dynamics damping'), "spawn", []
+    ).warnings
+    assert said.startswith('spawn:12: The joint "elbow" turns freely')
+
+
+@pytest.mark.parametrize("namespace", [' xmlns:xacro="http://www.ros.org/wiki/xacro"', ""])
+def test_xacro_is_no_urdf_yet(namespace):
+    text = MOVING.replace(
+        '<robot name="arm">', f'<robot name="arm"{namespace}>\n<xacro:include filename="x"/>'
+    )
+    with pytest.raises(SdfError, match=r"^spawn:[123]: The file is xacro, not URDF. Convert it first"):
+        parse_model(text, "spawn", [])
+
+
+def test_a_line_is_that_of_the_urdf():
+    with pytest.raises(SdfError, match=r"^spawn:4: <mass> must be positive"):
+        parse_model(MOVING.replace('<mass value="2"/>', '<mass value="-2"/>'), "spawn", [])
+
+
+@pytest.mark.parametrize("uri", ["model://robot", "model://robot/arm.urdf"])
+def test_a_world_includes_a_urdf_as_gazebo_does(tmp_path, uri):
+    home = tmp_path / "robot"
+    home.mkdir()
+    (home / "arm.urdf").write_text(MOVING)
+    (home / "model.config").write_text("<model><name>robot</name><sdf>arm.urdf</sdf></model>")
+    place = "<pose>5 0 0 0 0 0</pose>"
+    world = tmp_path / "w.world"
+    world.write_text(
+        f'<sdf version="1.6"><world name="w"><include><uri>{uri}</uri>{place}</include></world></sdf>'
+    )
+    (model,) = load_world(world, [tmp_path]).models
+    assert (model.name, model.pose.position_m) == ("arm", (5.0, 0.0, 0.0))
+    assert load_model(home / "arm.urdf").name == "arm"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Iterator
+from typing import Callable, Iterator, Sequence
 
 from lxml import etree
 
@@ -17,6 +17,8 @@ from simulation_tools.geometry import Pose, Vector3
 from simulation_tools.sdf.checks import Check
 from simulation_tools.sdf.safe_xml import MAX_FILE_BYTES, SdfError, parse_xml
 
+Converter = Callable[[etree._Element, str], tuple[etree._Element, Sequence[str]]]
+"""Makes SDF of another language's root and the document's name; its sentences become notes."""
 LINES_NAMED = 3  # of each unsupported element, because a forest may repeat it for every tree
 LESS = ("plugin", "sensor", "material", "gui", "audio", "projector", "light")
 """Elements that do not change where things are. The warning names them last."""
@@ -50,6 +52,13 @@ class Document:
             raise node.error(f"The file must start with <{tags[0]}>, not <{node.tag}>")
         self._understood.add(self._root)
         return node
+
+    def convert(self, tag: str, converter: Converter) -> None:
+        """Put in the place of a root with this tag what a converter makes of it."""
+        if self._root.tag == tag:
+            self._root, notes = converter(self._root, self.name)
+            for sentence in notes:
+                self.note(sentence)
 
     def understand(self, element: etree._Element, whole: bool = False) -> None:
         """Note that this element was read (whole: and everything in it)."""

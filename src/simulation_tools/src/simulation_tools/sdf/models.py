@@ -10,7 +10,13 @@ from simulation_tools.geometry import Pose, Vector3, rotate, rotate_inverse
 from simulation_tools.sdf.checks import NOT_NEGATIVE
 from simulation_tools.sdf.document import Node
 from simulation_tools.sdf.elements import Collision, Geometry, Inertial, Joint, Link, Model, Sensor, Visual
-from simulation_tools.sdf.frames import flattened_joints, flattened_links, flattened_plugins, frames_in
+from simulation_tools.sdf.frames import (
+    flattened_joints,
+    flattened_links,
+    flattened_plugins,
+    frames_in,
+    root_link,
+)
 from simulation_tools.sdf.plugins import read_plugins
 from simulation_tools.sdf.reading import Reading, free_name, note_number
 from simulation_tools.sdf.safe_xml import SdfError
@@ -116,8 +122,9 @@ class _Frames:
         self._raw: dict[str, tuple[Node, Pose, str]] = {}
         self._known: dict[str, Pose] = {}
         self.joint_nodes = reading.omissions.unique(model.children("joint"))
-        frames = reading.omissions.unique(model.children("frame"))
-        for name, node in {**self.joint_nodes, **frames, **self.link_nodes}.items():
+        self.frame_nodes = reading.omissions.unique(model.children("frame"))
+        self.nested_roots = {each.name: f"{each.name}::{root_link(each).name}" for each in nested}
+        for name, node in {**self.joint_nodes, **self.frame_nodes, **self.link_nodes}.items():
             pose, frame = node.pose()
             self._raw[name] = (node, pose, frame or _usual_frame(node))
         for inner in nested:
@@ -142,9 +149,28 @@ class _Frames:
         """Return the pose of a nested model in the model frame."""
         return self.in_model(inner.relative_to, asker) @ inner.pose
 
-    def in_link(self, node: Node, link: Pose) -> Pose:
-        """Return the pose of an element in its link's frame (link: the link's pose in the model)."""
+    def link_of(self, name: str) -> str:
+        """Return the link that a frame is fixed to; the name itself if it is no ``<frame>`` or nested model.
+
+        From SDF 1.8 on, a joint may name frames in place of links.
+        """
+        for _ in range(len(self._raw) + 1):  # a ring of frames is told where their poses are read
+            if name in self.nested_roots:
+                return self.nested_roots[name]
+            node = self.frame_nodes.get(name)
+            attached_to = "" if node is None else node.attribute("attached_to", "")
+            if name in self.link_nodes or not attached_to:
+                break
+            name = attached_to
+        return name
+
+    def in_link(self, node: Node, link: Pose, usual: str = "") -> Pose:
+        """Return the pose of an element in its link's frame (link: the link's pose in the model).
+
+        usual: the frame that its pose is in if it names none; empty: the link's.
+        """
         pose, frame = node.pose()
+        frame = frame or usual
         return pose if not frame else link.inverse() @ self.in_model(frame, node) @ pose
 
 
@@ -276,17 +302,18 @@ def _read_joint(node: Node, name: str, frames: _Frames, links: dict[str, Link], 
     parent, child = node.required("parent"), node.required("child")
     if child.text == "world" and kind not in MOVING_KINDS:  # held to the world, whichever way round
         parent, child = child, parent
-    for end in (parent, child):
-        if end.text not in links and not (end is parent and end.text == "world"):
+    above, below = (frames.link_of(end.text) for end in (parent, child))
+    for end, link in ((parent, above), (child, below)):
+        if link not in links and not (end is parent and link == "world"):
             raise end.error(f'The joint "{name}" names the link "{end.text}", which does not exist')
-    if parent.text == child.text:
-        raise node.error(f'The joint "{name}" joins the link "{child.text}" to itself')
+    if above == below:
+        raise node.error(f'The joint "{name}" joins the link "{below}" to itself')
     joint = Joint(
         name=name,
         kind="revolute" if kind in MOVING_KINDS else "fixed",
-        parent=parent.text,
-        child=child.text,
-        pose=frames.in_link(node, links[child.text].pose),
+        parent=above,
+        child=below,
+        pose=frames.in_link(node, links[below].pose, "" if child.text == below else child.text),
     )
     if static or kind == "fixed":
         node.accept("axis", "axis2", *JOINT_EXTRAS)
@@ -295,21 +322,27 @@ def _read_joint(node: Node, name: str, frames: _Frames, links: dict[str, Link], 
         node.accept("axis", "axis2", *JOINT_EXTRAS)
         node.note(f'The joint "{name}" of type {kind} is held: only revolute joints move here')
         return joint
-    axis_node = node.required("axis")
+    axis_node = node.child("axis")
+    if axis_node is None or not axis_node.children_unmarked("xyz"):
+        node.note(f'The joint "{name}" has no <xyz> of its axis: SDF\'s default, z, counts')
+    if axis_node is None:
+        return joint
     axis = _axis(axis_node, frames, links[joint.child].pose @ joint.pose)
     return _with_axis(axis_node, replace(joint, axis=axis), kind)
 
 
 def _axis(node: Node, frames: _Frames, joint_in_model: Pose) -> Vector3:
     """Return a joint's axis in the joint's frame, whatever frame the file gives it in."""
-    xyz = node.required("xyz")
+    xyz = node.child("xyz")
     axis: Vector3 = unit_vector(xyz, (0.0, 0.0, 1.0))
-    given_in = xyz.attribute("expressed_in", "")  # from SDF 1.7 on, in place of the flag
+    given_in = (
+        "" if xyz is None else xyz.attribute("expressed_in", "")
+    )  # from SDF 1.7 on, in place of the flag
     if node.flag("use_parent_model_frame", node.document.version < (1, 5)):
         given_in = given_in or "__model__"
     if not given_in:
         return axis
-    in_model = rotate(frames.in_model(given_in, xyz).orientation_xyzw, axis)
+    in_model = rotate(frames.in_model(given_in, node).orientation_xyzw, axis)
     return rotate_inverse(joint_in_model.orientation_xyzw, in_model)
 
 

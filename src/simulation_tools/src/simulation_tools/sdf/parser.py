@@ -29,7 +29,7 @@ from simulation_tools.sdf.reading import Omissions, Reading, free_name, note_num
 from simulation_tools.sdf.safe_xml import SdfError
 from simulation_tools.sdf.shapes import read_colour
 from simulation_tools.sdf.state import apply_state
-from simulation_tools.sdf.urdf.reader import is_urdf, sdf_of
+from simulation_tools.sdf.urdf.reader import sdf_of
 
 OLDEST, NEWEST = (1, 2), (1, 12)
 """Versions of SDF that are read. What a newer one has and 1.7 has not is named as not supported."""
@@ -62,7 +62,7 @@ def load_world(path: PathLike, model_path: Sequence[PathLike] | None = None, sta
 
 
 def load_model(path_or_uri: PathLike, model_path: Sequence[PathLike] | None = None) -> Model:
-    """Read a model: ``model://name``, a folder with model.config, or an .sdf file. Raises SdfError."""
+    """Read a model: ``model://name``, a folder with model.config, an SDF or URDF file. Raises SdfError."""
     reader = _Reader(model_path)
     location = str(path_or_uri)
     if "://" in location:
@@ -82,11 +82,9 @@ def parse_model(
 ) -> Model:
     """Read a model from text, as ``/gazebo/spawn_sdf_model`` gets it. source_name: the path in errors.
 
-    The text may also be URDF. The lines in errors are then those of the SDF that it becomes.
+    The text may also be URDF.
     """
     text = xml_text.encode() if isinstance(xml_text, str) else xml_text
-    if is_urdf(text):
-        text = sdf_of(text, source_name)
     reader = _Reader(model_path)
     return _only_model(reader.models_of(Document(text, source_name, None)), source_name)
 
@@ -297,6 +295,7 @@ def _has_pose(frame: Node) -> bool:
 
 
 def _root(document: Document) -> Node:
+    document.convert("robot", sdf_of)
     root = document.root("sdf", "gazebo")  # the root's name before SDF 1.3
     version = root.attribute("version")
     document.version = _version(version)

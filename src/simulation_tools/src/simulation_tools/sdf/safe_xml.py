@@ -17,7 +17,7 @@ _BARE_DOCTYPE = re.compile(rb"<!DOCTYPE[^\[<>]*>", re.IGNORECASE)
 """One that only names a type. It declares no entities, and nobody loads what it names."""
 _DOCTYPE = re.compile(rb"<!DOCTYPE", re.IGNORECASE)
 _BYTES_OF_COMMENT = re.compile(rb"<!--.*?-->", re.DOTALL)
-ROOTS = "sdf", "gazebo"
+ROOTS = "sdf", "gazebo", "robot"
 """Tags of a description's root. Behind other elements TinyXML finds it, too."""
 _NO_TYPE = (
     "A document type (<!DOCTYPE ...>) with declarations is not allowed. Take this element out of the file."

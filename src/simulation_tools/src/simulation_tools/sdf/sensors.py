@@ -22,6 +22,10 @@ from simulation_tools.sdf.plugins import read_plugins
 
 MAX_BEAMS = 100_000  # of one lidar: five times those of a 128-channel scanner
 MAX_PIXELS = 8192
+ROUNDED_RAD = 0.01
+"""By which a full circle may be too large: files say 3.1416 or 6.29 for it."""
+ON_GPU = "gpu_ray", "gpu_lidar"
+"""Types of lidars that see what is drawn. Gazebo's successor calls them by the second name."""
 
 
 def read_sensor(node: Node, pose: Pose) -> Sensor:
@@ -50,7 +54,7 @@ def _read_ray(node: Node, pose: Pose) -> RaySensor:
             f"The lidar has {horizontal.samples * vertical.samples} beams; at most {MAX_BEAMS} are allowed"
         )
     limits = ray.required("range")
-    least, greatest = limits.required_value("min", NOT_NEGATIVE), limits.required_value("max", POSITIVE)
+    least, greatest = limits.value("min", 0.0, NOT_NEGATIVE), limits.required_value("max", POSITIVE)
     if least >= greatest:
         raise limits.error(
             f"The least range ({least:g} m) must be smaller than the greatest ({greatest:g} m)"
@@ -66,7 +70,7 @@ def _read_ray(node: Node, pose: Pose) -> RaySensor:
         range_resolution_m=limits.value("resolution", 0.0, NOT_NEGATIVE),
         noise=_read_noise(ray.child("noise")),
         plugins=read_plugins(node),
-        sees_what_is_drawn=node.attribute("type") == "gpu_ray",
+        sees_what_is_drawn=node.attribute("type") in ON_GPU,
     )
 
 
@@ -77,7 +81,7 @@ def _read_axis(node: Node) -> ScanAxis:
     node.accept_value("resolution", "1", "1.0")
     if samples > 1 and low >= high:
         raise node.error(f"<min_angle> ({low:g}) must be smaller than <max_angle> ({high:g})")
-    if high - low > 2.0 * math.pi + 1e-6:
+    if high - low > 2.0 * math.pi + ROUNDED_RAD:
         raise node.error(f"The beams span {high - low:g} rad, more than a circle")
     return ScanAxis(samples, low, high)
 
@@ -99,8 +103,9 @@ def _read_imu(node: Node, pose: Pose) -> ImuSensor:
     gyroscope = accelerometer = (NO_NOISE,) * 3
     imu = node.child("imu")
     if imu is not None:
-        gyroscope = _read_three_axes(imu.child("angular_velocity"))
-        accelerometer = _read_three_axes(imu.child("linear_acceleration"))
+        old = imu.child("noise") if node.document.version < (1, 6) else None
+        gyroscope = _read_three_axes(imu.child("angular_velocity"), old, "rate")
+        accelerometer = _read_three_axes(imu.child("linear_acceleration"), old, "accel")
     return ImuSensor(
         node.attribute("name"),
         pose,
@@ -111,17 +116,33 @@ def _read_imu(node: Node, pose: Pose) -> ImuSensor:
     )
 
 
-def _read_three_axes(node: Node | None) -> tuple[Noise, Noise, Noise]:
+def _read_three_axes(node: Node | None, old: Node | None, kind: str) -> tuple[Noise, Noise, Noise]:
+    """Return the noise of three axes. old: that of all axes, as it stands before SDF 1.6, under its kind."""
     if node is None:
-        return (NO_NOISE,) * 3
+        return (NO_NOISE if old is None else _read_old_noise(old, kind),) * 3
     axes = (node.child(tag) for tag in ("x", "y", "z"))
     x, y, z = (NO_NOISE if axis is None else _read_noise(axis.child("noise")) for axis in axes)
     return x, y, z
 
 
+def _read_old_noise(node: Node, kind: str) -> Noise:
+    """Return the noise of an IMU of SDF 1.5 and older: one type, and two kinds of numbers."""
+    name, numbers = node.child("type"), node.child(kind)
+    if name is not None and name.text == "none":
+        return NO_NOISE
+    if name is not None and not name.text.startswith("gaussian"):
+        raise name.error(f'Noise of type "{name.text}" is not supported; use gaussian')
+    if numbers is None:
+        return NO_NOISE
+    return Noise(numbers.value("mean", 0.0), numbers.value("stddev", 0.0, NOT_NEGATIVE))
+
+
 def _read_camera(node: Node, pose: Pose) -> CameraSensor:
     camera = node.required("camera")
-    image, clip = camera.required("image"), camera.child("clip")
+    image, clip = camera.child("image"), camera.child("clip")
+    if image is None:
+        camera.note("The <camera> has no <image>: SDF's default of 320 x 240 pixels counts")
+        image = camera  # which holds no <width> and <height>
     image.accept("format")
     pixels = whole_number(1, MAX_PIXELS)
     near = 0.1 if clip is None else clip.value("near", 0.1, POSITIVE)
@@ -164,6 +185,8 @@ def _read_air_pressure(node: Node, pose: Pose) -> AirPressureSensor:
 _READERS: dict[str, Callable[[Node, Pose], Sensor]] = {
     "ray": _read_ray,
     "gpu_ray": _read_ray,
+    "lidar": _read_ray,
+    "gpu_lidar": _read_ray,
     "imu": _read_imu,
     "camera": _read_camera,
     "depth": _read_camera,

@@ -66,11 +66,11 @@ def read_geometry(node: Node, model_path: Sequence[Path]) -> Geometry | None:
         return _read_polyline(outlines)
     kind = node.one_of(*KINDS)
     if kind.tag == "box":
-        return Box(_positive_vector(kind.required("size")))
+        return Box(_size(kind))
     if kind.tag == "cylinder":
-        return Cylinder(kind.required_value("radius", LENGTH), kind.required_value("length", LENGTH))
+        return Cylinder(_length(kind, "radius"), _length(kind, "length"))
     if kind.tag == "sphere":
-        return Sphere(kind.required_value("radius", LENGTH))
+        return Sphere(_length(kind, "radius"))
     if kind.tag == "plane":
         size = kind.child("size")
         length, width = (1.0, 1.0) if size is None else size.numbers(2)
@@ -135,6 +135,8 @@ def read_inertial(node: Node | None, replaces_bad_moments: bool = False) -> Iner
     pose, frame = node.pose()
     if frame:
         raise node.error("The <pose> of <inertial> cannot be given in another frame")
+    if node.attribute("auto", "false").lower() in ("true", "1"):
+        node.note("Inertia is not computed of the shapes (auto): what <mass> and <inertia> say counts")
     mass = node.value("mass", 1.0, POSITIVE)
     inertia = node.child("inertia")
     if inertia is None:
@@ -231,6 +233,24 @@ def _factors(node: Node) -> Vector3:
         bounds = f"numbers other than 0, up to {MAX_MAGNITUDE:g}"
         raise node.error(f"<{node.tag}> must hold {bounds}, not {x:g} {y:g} {z:g}")
     return (x, y, z)
+
+
+def _size(kind: Node) -> Vector3:
+    """Return the sides of a box, m."""
+    node = kind.child("size")
+    if node is not None and not node.is_empty:
+        return _positive_vector(node)
+    kind.note("The <box> has no <size>: SDF's default of 1 m counts")
+    return (1.0, 1.0, 1.0)
+
+
+def _length(kind: Node, tag: str) -> float:
+    """Return a length of a round shape, m."""
+    node = kind.child(tag)
+    if node is not None and not node.is_empty:
+        return node.checked_number(LENGTH)
+    kind.note(f"The <{kind.tag}> has no <{tag}>: SDF's default of 1 m counts")
+    return 1.0
 
 
 def _positive_vector(node: Node) -> Vector3:

@@ -1,7 +1,7 @@
 """URDF to SDF, as Gazebo's ``spawn_urdf_model`` needs it: the same links and joints, at the angle zero.
 
-``<gazebo>`` extensions go into the model or the link that they refer to. A link without inertia is as good as
-weightless; Gazebo joins it to its neighbour.
+A link without inertia is as good as weightless; Gazebo joins it to its neighbour. The root link ``world`` is
+the world. What ``<gazebo>`` adds is read in `extensions`.
 """
 
 from __future__ import annotations
@@ -9,37 +9,76 @@ from __future__ import annotations
 from lxml import etree
 
 from simulation_tools.geometry import IDENTITY, Pose
-from simulation_tools.sdf.safe_xml import SdfError, parse_xml
+from simulation_tools.sdf.safe_xml import SdfError
+from simulation_tools.sdf.urdf.extensions import Parts, extend
 
 SLIGHT_KG, SLIGHT_KG_M2 = "1e-5", "1e-8"
 """Mass and moments of a link without ``<inertial>``."""
 KINDS = {"floating": "", "planar": "prismatic"}
 """URDF's joints that SDF calls otherwise; a floating one is none."""
+WORLD = "world"
+"""Name of the root link that stands for the world, as in Gazebo."""
+XACRO = "xacro"
 
 
-def is_urdf(text: bytes) -> bool:
-    """Whether a text is URDF rather than SDF: its first element is a robot."""
-    start = text.find(b"<robot")
-    return start >= 0 and b"<sdf" not in text[:start]
+def sdf_of(robot: etree._Element, name: str) -> tuple[etree._Element, list[str]]:
+    """Return URDF as SDF, each element with its line of the URDF, and what is done otherwise than it says.
 
-
-def sdf_of(text: bytes, name: str) -> bytes:
-    """Return URDF as SDF. name: stands for the path in errors. Raises SdfError."""
-    robot = parse_xml(text, name)
-    if robot.tag != "robot":
-        raise SdfError(f"{name}:1: The file must start with <robot>, not <{robot.tag}>.")
+    name: stands for the path in errors. Raises SdfError.
+    """
+    _refuse_xacro(robot, name)
     joints = [joint for joint in robot.findall("joint") if KINDS.get(joint.get("type", ""), "a") != ""]
-    root = etree.Element("sdf", version="1.6")
-    model = etree.SubElement(root, "model", name=robot.get("name", "robot"))
-    poses = _poses(robot.findall("link"), joints, name)
-    links = {}
-    for link in robot.findall("link"):
-        links[link.get("name")] = _add_link(model, link, poses[link.get("name")], name)
+    root = _made(None, "sdf", robot, version="1.6")
+    model = _made(root, "model", robot, name=robot.get("name", "robot"))
+    links = robot.findall("link")
+    notes: list[str] = []
+    poses, colours = _poses(links, joints, name), _colours(robot)
+    parts = Parts(model, {}, {})
+    for link in links:
+        key = link.get("name", "")
+        if key != WORLD:
+            parts.links[key] = _add_link(model, link, poses[key], name, colours)
+        elif len(link):
+            notes.append(
+                f'{name}:{link.sourceline}: What the link "{WORLD}" holds is left out, as in Gazebo.'
+            )
     for joint in joints:
-        _add_joint(model, joint)
+        parts.joints[joint.get("name", "")] = _add_joint(model, joint)
+        if joint.find("mimic") is not None:
+            where = f"{name}:{joint.sourceline}"
+            notes.append(f'{where}: The joint "{joint.get("name")}" turns freely: <mimic> is not supported.')
     for extension in robot.findall("gazebo"):
-        links.get(extension.get("reference"), model).extend(_extensions(extension))
-    return etree.tostring(root)
+        notes += extend(parts, extension, name)
+    return root, notes
+
+
+def _refuse_xacro(robot: etree._Element, name: str) -> None:
+    for element in robot.iter(etree.Element):
+        space = element.nsmap.get(element.prefix) or "" if element.prefix else ""
+        if XACRO in space or str(element.tag).startswith(f"{XACRO}_"):
+            sentence = "The file is xacro, not URDF. Convert it first: rosrun xacro xacro FILE > robot.urdf"
+            raise SdfError(f"{name}:{element.sourceline}: {sentence}.")
+
+
+def _made(above: etree._Element | None, tag: str, source: etree._Element, **values: str) -> etree._Element:
+    """Return a new element of SDF that has the line of the URDF's element it comes from."""
+    made = etree.Element(tag, values) if above is None else etree.SubElement(above, tag, values)
+    made.sourceline = source.sourceline
+    return made
+
+
+def _with_text(above: etree._Element, tag: str, source: etree._Element, text: str) -> None:
+    _made(above, tag, source).text = text
+
+
+def _colours(robot: etree._Element) -> dict[str, str]:
+    """Return the colours of the materials that have a name, wherever they are given one."""
+    found: dict[str, str] = {}
+    for material in robot.iter("material"):
+        colour = material.find("color")
+        if colour is not None:
+            found.setdefault(material.get("name", ""), colour.get("rgba", ""))
+    return found
 
 
 def _poses(links: list[etree._Element], joints: list[etree._Element], name: str) -> dict[str, Pose]:
@@ -59,67 +98,79 @@ def _poses(links: list[etree._Element], joints: list[etree._Element], name: str)
     return poses
 
 
-def _add_link(model: etree._Element, link: etree._Element, pose: Pose, name: str) -> etree._Element:
-    node = etree.SubElement(model, "link", name=link.get("name", ""))
-    _add_pose(node, pose)
-    _add_inertial(node, link.find("inertial"), name)
+def _add_link(
+    model: etree._Element, link: etree._Element, pose: Pose, name: str, colours: dict[str, str]
+) -> etree._Element:
+    node = _made(model, "link", link, name=link.get("name", ""))
+    _add_pose(node, pose, link)
+    _add_inertial(node, link, name)
     for tag in ("collision", "visual"):
         for number, shape in enumerate(link.findall(tag)):
-            _add_shape(node, tag, f"{tag}_{number}", shape, name)
+            target = _add_shape(node, tag, f"{tag}_{number}", shape, name)
+            if tag == "visual":
+                _add_colour(target, shape, colours)
     return node
 
 
-def _add_inertial(node: etree._Element, inertial: etree._Element | None, name: str) -> None:
-    target = etree.SubElement(node, "inertial")
+def _add_inertial(node: etree._Element, link: etree._Element, name: str) -> None:
+    inertial = link.find("inertial")
+    source = link if inertial is None else inertial
+    target = _made(node, "inertial", source)
     moments = {"ixx": SLIGHT_KG_M2, "iyy": SLIGHT_KG_M2, "izz": SLIGHT_KG_M2}
     mass = SLIGHT_KG
     if inertial is not None:
-        _add_pose(target, _pose(inertial, name))
+        _add_pose(target, _pose(inertial, name), source)
         found, inertia = inertial.find("mass"), inertial.find("inertia")
         mass = mass if found is None else found.get("value", mass)
         moments = moments if inertia is None else dict(inertia.attrib)
-    etree.SubElement(target, "mass").text = mass
-    matrix = etree.SubElement(target, "inertia")
+    _with_text(target, "mass", source, mass)
+    matrix = _made(target, "inertia", source)
     for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"):
-        etree.SubElement(matrix, key).text = moments.get(key, "0")
+        _with_text(matrix, key, source, moments.get(key, "0"))
 
 
-def _add_shape(node: etree._Element, tag: str, usual_name: str, shape: etree._Element, name: str) -> None:
-    target = etree.SubElement(node, tag, name=shape.get("name") or usual_name)
-    _add_pose(target, _pose(shape, name))
-    geometry = etree.SubElement(target, "geometry")
-    for kind in shape.find("geometry") if shape.find("geometry") is not None else ():
-        made = etree.SubElement(geometry, str(kind.tag))
+def _add_shape(
+    node: etree._Element, tag: str, usual_name: str, shape: etree._Element, name: str
+) -> etree._Element:
+    target = _made(node, tag, shape, name=shape.get("name") or usual_name)
+    _add_pose(target, _pose(shape, name), shape)
+    geometry, given = _made(target, "geometry", shape), shape.find("geometry")
+    for kind in () if given is None else given:
+        made = _made(geometry, str(kind.tag), kind)
         for key, value in kind.attrib.items():
-            etree.SubElement(made, "uri" if key == "filename" else key).text = value
-    colour = shape.find("material/color")
-    if tag == "visual" and colour is not None:
-        material = etree.SubElement(target, "material")
-        etree.SubElement(material, "diffuse").text = colour.get("rgba", "")
+            _with_text(made, "uri" if key == "filename" else key, kind, value)
+    return target
 
 
-def _add_joint(model: etree._Element, joint: etree._Element) -> None:
-    kind = joint.get("type", "")
-    node = etree.SubElement(model, "joint", name=joint.get("name", ""), type=KINDS.get(kind, kind))
-    for end in ("parent", "child"):
-        etree.SubElement(node, end).text = _end(joint, end)
-    if kind == "fixed":
+def _add_colour(target: etree._Element, shape: etree._Element, colours: dict[str, str]) -> None:
+    """Give a visual the colour of its material, which may be another one's of the same name."""
+    material = shape.find("material")
+    if material is None:
         return
-    axis, given = etree.SubElement(node, "axis"), joint.find("axis")
-    etree.SubElement(axis, "xyz").text = "1 0 0" if given is None else given.get("xyz", "1 0 0")
+    own = material.find("color")
+    rgba = colours.get(material.get("name", "")) if own is None else own.get("rgba", "")
+    if rgba is not None:
+        _with_text(_made(target, "material", material), "diffuse", material, rgba)
+
+
+def _add_joint(model: etree._Element, joint: etree._Element) -> etree._Element:
+    kind = joint.get("type", "")
+    node = _made(model, "joint", joint, name=joint.get("name", ""), type=KINDS.get(kind, kind))
+    for end in ("parent", "child"):
+        _with_text(node, end, joint, _end(joint, end))
+    if kind == "fixed":
+        return node
+    axis, given = _made(node, "axis", joint), joint.find("axis")
+    _with_text(axis, "xyz", joint, "1 0 0" if given is None else given.get("xyz", "1 0 0"))
     for tag in ("limit", "dynamics"):
         found = joint.find(tag)
         if found is not None:
-            target = etree.SubElement(axis, tag)
-            for key, value in found.attrib.items():
-                etree.SubElement(target, key).text = value
-
-
-def _extensions(extension: etree._Element) -> list[etree._Element]:
-    """Return the SDF elements of a ``<gazebo>`` element; those of materials and contacts are not SDF."""
-    return [
-        child for child in extension if child.tag in ("sensor", "plugin", "static", "gravity", "self_collide")
-    ]
+            target = _made(axis, tag, found)
+            # In URDF a bound that is not there is 0, in SDF it is infinite.
+            bounds = {"lower": "0", "upper": "0"} if tag == "limit" and kind != "continuous" else {}
+            for key, value in {**bounds, **found.attrib}.items():
+                _with_text(target, str(key), found, str(value))
+    return node
 
 
 def _end(joint: etree._Element, tag: str) -> str:
@@ -140,8 +191,7 @@ def _pose(element: etree._Element, name: str) -> Pose:
         raise SdfError(f"{where}: <origin> must hold three numbers in xyz and three in rpy.") from None
 
 
-def _add_pose(node: etree._Element, pose: Pose) -> None:
+def _add_pose(node: etree._Element, pose: Pose, source: etree._Element) -> None:
     if pose != IDENTITY:
-        etree.SubElement(node, "pose").text = " ".join(
-            repr(value) for value in (*pose.position_m, *pose.rpy_rad)
-        )
+        numbers = (*pose.position_m, *pose.rpy_rad)
+        _with_text(node, "pose", source, " ".join(repr(value) for value in numbers))
