@@ -10,10 +10,12 @@ import numpy as np
 from sensor_msgs.msg import LaserScan
 
 from gridslam import PlanarScan
+from gridslam.inputs.clock_watch import ClockWatch
 from gridslam.inputs.levelling import Levelling
 from gridslam.inputs.scan_watch import ScanWatch
 from gridslam.inputs.turns_watch import TurnsWatch
 from gridslam.mounting_watch import MountingWatch
+from gridslam.tracking.evidence import COMPARED_MIN
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 
 EMPTY_MAX = 10
@@ -44,10 +46,13 @@ class ScanSource:
         self._levelling, self._watch = Levelling(levelling, floor_z_m), ScanWatch()
         self._mounting: dict[str, MountingWatch] = {}
         """By the lidar's frame."""
+        self._clocks: dict[str, ClockWatch] = {}
+        """By the lidar's frame."""
         self._in_turns: dict[tuple[str, int], TurnsWatch] = {}
         """By the lidar's frame and number of beams."""
         self._empty = 0
         """Number of scans in a row without a return."""
+        self._has_told_few = False
         self._lidars: deque[tuple[str, int]] = deque(maxlen=2 * TURNS)  # frames and numbers of beams
 
     def planar(self, scan: LaserScan) -> tuple[PlanarScan, tuple[float, float, float]]:
@@ -75,6 +80,8 @@ class ScanSource:
         self._mounting.setdefault(scan.header.frame_id, MountingWatch()).check(planar, base)
         lidar = (scan.header.frame_id, len(scan.ranges))
         self._in_turns.setdefault(lidar, TurnsWatch()).check(planar, base)
+        if sentence := self._clocks.setdefault(scan.header.frame_id, ClockWatch()).check(planar, base):
+            self._say(sentence)
         return planar, base
 
     def _watch_beams(self, scan: LaserScan, planar: PlanarScan) -> None:
@@ -83,6 +90,12 @@ class ScanSource:
             self._say(
                 f"No beam of the last {EMPTY_MAX} scans has met anything nearer than range_max, "
                 f"{scan.range_max:g} m: odometry alone tells the way."
+            )
+        if len(scan.ranges) < COMPARED_MIN and not self._has_told_few:
+            self._has_told_few = True
+            self._say(
+                f"The scan has {len(scan.ranges)} beam{'s' if len(scan.ranges) > 1 else ''}: scans of fewer "
+                f"than {COMPARED_MIN} cannot be compared with the map, and odometry alone tells the way."
             )
         span_rad = scan.angle_max - scan.angle_min
         if scan.angle_max == 0.0 or not math.isfinite(span_rad):  # some drivers leave it out

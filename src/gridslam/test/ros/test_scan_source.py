@@ -38,6 +38,19 @@ def test_two_lidars_on_one_topic_are_told_as_such():
     assert 'Scans of 360 beams in "front" and of 360 beams in "rear" come in turns' in said[-1]
 
 
+@pytest.mark.parametrize(("beams", "words"), [(1, "has 1 beam:"), (9, "has 9 beams:"), (10, None)])
+def test_scans_of_few_beams_are_told_once(beams, words):
+    said = [sentence for sentence in said_of([("front", beams)] * 4) if "cannot be compared" in sentence]
+    assert len(said) == (words is not None)
+    assert words is None or words in said[0]
+
+
+def test_odometry_of_other_times_is_told(monkeypatch):
+    checked = iter(["", "Odometry turns late.", ""])
+    monkeypatch.setattr(scan_source.ClockWatch, "check", lambda *_: next(checked))
+    assert said_of([("front", 360)] * 3) == ["Odometry turns late."]
+
+
 def test_a_scan_before_all_odometry_is_told_apart_from_one_that_odometry_leaves_out():
     frames = OdometryFrames("odom", "base_link", lambda sentence: None)
     frames.add(transform("base_link", "lidar", rospy.Time(0)).transforms, static=True)
