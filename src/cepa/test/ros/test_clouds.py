@@ -74,8 +74,33 @@ def test_rows_may_be_longer_than_their_points():
     np.testing.assert_array_equal(points_of(cloud), POINTS)
 
 
+@pytest.mark.parametrize("row_step", [0, 16, 7, 1000])
+def test_of_one_row_its_length_does_not_count(row_step):
+    # As in PCL. Drivers leave it at 0, at the length of a point, or at that of a longer cloud
+    np.testing.assert_array_equal(points_of(message(row_step=row_step)), POINTS)
+
+
+def test_a_row_step_that_is_too_short_is_that_of_the_points():
+    cloud = message(height=3, width=1, row_step=0)
+    np.testing.assert_array_equal(points_of(cloud), POINTS)
+
+
+def test_bytes_behind_the_last_point_do_not_count():
+    cloud = message()
+    cloud.data += bytes(40)
+    np.testing.assert_array_equal(points_of(cloud), POINTS)
+
+
 @pytest.mark.parametrize(
-    "changes", [{"fields": []}, {"data": b"short"}, {"row_step": 7}, {"point_step": 8}, {"point_step": 0}]
+    "changes",
+    [
+        {"fields": []},
+        {"data": b"short"},
+        {"height": 2, "row_step": 7},
+        {"height": 2**31},
+        {"point_step": 8},
+        {"point_step": 0},
+    ],
 )
 def test_clouds_that_make_no_sense_are_refused(changes):
     with pytest.raises(MotionError, match="The cloud"):

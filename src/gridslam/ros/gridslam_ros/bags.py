@@ -25,6 +25,22 @@ LASER_SCAN, ODOMETRY = "sensor_msgs/LaserScan", "nav_msgs/Odometry"
 POINT_CLOUD = "sensor_msgs/PointCloud2"
 KINDS = {LASER_SCAN: "scans", ODOMETRY: "odometry", POINT_CLOUD: "clouds"}
 CLASSES = {LASER_SCAN: LaserScan, ODOMETRY: Odometry, POINT_CLOUD: PointCloud2}
+_DRIVER = "The lidar's own driver makes clouds"
+MADE_OF: dict[str, dict[str, str]] = {
+    LASER_SCAN: {
+        "sensor_msgs/MultiEchoLaserScan": "The node laser_proc makes scans",
+        POINT_CLOUD: "The node pointcloud_to_laserscan makes scans",
+    },
+    ODOMETRY: {},
+    POINT_CLOUD: {
+        "velodyne_msgs/VelodyneScan": _DRIVER,
+        "ouster_ros/PacketMsg": _DRIVER,
+        "livox_ros_driver/CustomMsg": _DRIVER + " (xfer_format:=0)",
+        "livox_ros_driver2/CustomMsg": _DRIVER + " (xfer_format:=0)",
+        LASER_SCAN: "The node laser_assembler makes clouds",
+    },
+}
+"""For what a bag lacks: which other messages it can be made of, and how."""
 OF_ROS_2 = (b"\x89MCAP", b"SQLite format 3")
 """First bytes of ROS 2's bags."""
 NEWEST_FORMAT = 200
@@ -111,8 +127,18 @@ def topic_of(bag: rosbag.Bag, topic: str, message_type: str = LASER_SCAN) -> str
                 f"(md5sum {own}): their fields differ. Change the bag: rosbag fix."
             )
     kind = KINDS[message_type]
-    hint = f"It has {kind} on {', '.join(others)}." if others else f"It holds no {message_type} at all."
+    hint = f"It has {kind} on {', '.join(others)}." if others else _without(bag, message_type)
     raise BagError(f"The bag has no {kind} on {topic}. {hint}")
+
+
+def _without(bag: rosbag.Bag, message_type: str) -> str:
+    """Return sentences on a bag without messages of a type: what it has that can be made into some."""
+    told = [f"It holds no {message_type} at all."]
+    found = sorted({(one.datatype, one.topic) for one in bag._get_connections()})
+    for datatype, topic in found:
+        if how := MADE_OF[message_type].get(datatype):
+            told.append(f"{how} of the {datatype} on {topic}.")
+    return " ".join(told)
 
 
 def read_raw(

@@ -264,6 +264,22 @@ def test_tabs_are_blanks_as_to_map_server(tmp_path):
     assert read.cells.tolist() == [[0, 0, 0]] * 2
 
 
+@pytest.mark.parametrize(
+    ("encoding", "before", "behind"),
+    [
+        ("utf-16", "", ""),  # with its mark, as PowerShell writes it
+        ("utf-8-sig", "", ""),
+        ("utf-8", "%YAML 1.1\n---\n", "...\n"),
+        ("utf-8", "", "---\nimage: another.pgm\n"),  # as in map_server, the first one counts
+    ],
+)
+def test_the_file_may_be_of_another_encoding_or_hold_documents(tmp_path, encoding, before, behind):
+    write_map(tmp_path / "a", OccupancyGrid(np.zeros((1, 1), np.int8), 0.05, (0.0, 0.0)))
+    text = before + (tmp_path / "a.yaml").read_text() + behind
+    (tmp_path / "a.yaml").write_bytes(text.encode(encoding))
+    assert read_map(tmp_path / "a.yaml").cells.tolist() == [[0]]
+
+
 def test_any_letter_may_stand_in_a_comment(tmp_path):
     write_map(tmp_path / "a", OccupancyGrid(np.zeros((1, 1), np.int8), 0.05, (0.0, 0.0)))
     text = (tmp_path / "a.yaml").read_bytes()

@@ -261,6 +261,22 @@ def test_odometry_without_scans_is_refused(way, tmp_path, capsys):
     assert "The bag has no scans on /scan" in refused(str(tmp_path / "none.bag"), capsys)
 
 
+@pytest.mark.parametrize(
+    ("kind", "saying"),
+    [
+        (
+            "MultiEchoLaserScan",
+            "The node laser_proc makes scans of the sensor_msgs/MultiEchoLaserScan on /s.",
+        ),
+        ("PointCloud2", "The node pointcloud_to_laserscan makes scans of the sensor_msgs/PointCloud2 on /s."),
+    ],
+)
+def test_what_scans_can_be_made_of_is_told(tmp_path, capsys, kind, saying):
+    with rosbag.Bag(str(tmp_path / "other.bag"), "w") as opened:
+        opened.write("/s", getattr(pytest.importorskip("sensor_msgs.msg"), kind)(), stamp_of(0.0))
+    assert refused(str(tmp_path / "other.bag"), capsys).endswith(saying)
+
+
 def test_scans_that_end_before_odometry_are_told(way, tmp_path, capsys):
     bag = write(tmp_path / "end.bag", way, [mounting()], order=range(20))
     with rosbag.Bag(bag, "a") as opened:

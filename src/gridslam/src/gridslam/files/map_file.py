@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import io
 import math
 import re
@@ -142,11 +143,8 @@ def _facts_of(path: Path) -> dict:
 
     try:
         content = path.read_bytes()
-        try:
-            text = content.decode("utf-8")
-        except UnicodeDecodeError:
-            text = content.decode("latin-1")  # a comment of an older editor
-        facts = yaml.safe_load(_without_tabs(text))
+        # As map_server's reader, take the first of several documents.
+        facts = next(iter(yaml.safe_load_all(_without_tabs(_text_of(content)))), None)
     except OSError as error:
         raise MapError(f"The map's file {path} cannot be read: {reason_of(error)}.") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # endless digits, endless depth
@@ -156,6 +154,16 @@ def _facts_of(path: Path) -> dict:
     if not isinstance(facts, dict) or not {"image", "resolution", "origin"} <= facts.keys():
         raise MapError(f"{path} is not a map's YAML file: it lacks image, resolution or origin.")
     return facts
+
+
+def _text_of(content: bytes) -> str:
+    """Return a YAML file's text: UTF-8, UTF-16 as PowerShell writes it, or as an older editor has it."""
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return content.decode("utf-16")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")  # only comments and names hold other than ASCII
 
 
 def _without_tabs(text: str) -> str:

@@ -28,20 +28,28 @@ def points_of(message: PointCloud2) -> np.ndarray:
     formats = [np.dtype(order + _FORMATS[fields[name].datatype]) for name in "xyz"]
     offsets = [fields[name].offset for name in "xyz"]
     ends = [offset + each.itemsize for offset, each in zip(offsets, formats)]
-    if max(ends) > step or message.row_step < message.width * step:
-        raise CloudError(
-            f"The cloud's fields do not fit into points of {step} bytes and rows of {message.row_step}; "
-            "check its source."
-        )
-    if len(message.data) != message.height * message.row_step:
-        raise CloudError(
-            f"The cloud has {len(message.data)} bytes for {message.height} rows of {message.row_step} bytes; "
-            "check its source."
-        )
+    if max(ends) > step:
+        raise CloudError(f"The cloud's fields do not fit into points of {step} bytes; check its source.")
+    row_step = _row_step(message)
     kind = np.dtype({"names": ["x", "y", "z"], "formats": formats, "offsets": offsets, "itemsize": step})
-    shape, strides = (message.height, message.width), (message.row_step, step)
+    shape, strides = (message.height, message.width), (row_step, step)
     rows: np.ndarray = np.ndarray(shape, kind, message.data, strides=strides)
     with np.errstate(over="ignore"):  # then it is not finite
         points = np.stack([rows[name] for name in "xyz"], axis=-1).reshape(-1, 3).astype(np.float32)
     points[~points.any(axis=1)] = np.nan
     return points
+
+
+def _row_step(message: PointCloud2) -> int:
+    """Return the bytes from row to row.
+
+    Drivers that send one row often leave row_step at 0, or at the length of a point. As in PCL, it then does
+    not count, and neither do bytes behind the last point.
+    """
+    row, rows = message.width * message.point_step, message.height
+    row_step = message.row_step if message.row_step >= row else row
+    if rows and row and len(message.data) < (rows - 1) * row_step + row:
+        raise CloudError(
+            f"The cloud has {len(message.data)} bytes for {rows} rows of {row_step} bytes; check its source."
+        )
+    return int(row_step)
