@@ -84,6 +84,15 @@ def test_a_waypoint_that_is_not_reached_stalls_the_mission():
         assert not mission.update(now_s, (9.0, 9.0, 9.0)).stalled  # over is over
 
 
+def test_a_long_leg_needs_no_longer_patience():
+    mission = Mission([Waypoint((20.0, 0.0, 2.0))], patience_s=10.0, nearer_m=0.5)
+    for now_s in range(31):  # 0.5 m/s: 15 m
+        assert not mission.update(now_s, (0.5 * now_s, 0.0, 2.0)).stalled
+    for now_s in range(31, 41):  # held up there, or creeping
+        assert not mission.update(now_s, (15.0 + 0.04 * (now_s - 30), 0.0, 2.0)).stalled
+    assert mission.update(40.1, (15.4, 0.0, 2.0)).stalled
+
+
 def test_height_counts():
     assert not Mission([A]).update(0.0, (1.0, 0.0, 1.6)).done
 

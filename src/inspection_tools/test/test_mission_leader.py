@@ -56,7 +56,7 @@ def test_a_mission_that_stalls_holds_its_place(leader):
         leader.follow(at(float(second), 1.0, 0.0, 2.0))
     assert leader.setpoint == ((1.0, 0.0, 2.0), None)
     assert leader.outcome().end == "aborted"
-    assert leader.outcome().words == "Waypoint 1 of 2 was not reached in 60 s."
+    assert leader.outcome().words == "The UAV has come no nearer to waypoint 1 of 2 for 60 s."
 
 
 def test_another_goal_does_not_stop_the_uav_between(leader):

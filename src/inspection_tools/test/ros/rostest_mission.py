@@ -114,13 +114,13 @@ class MissionTest(unittest.TestCase):
         self.plans.next()
         self.be_at(0.0, 0.0)
         self.setpoints.next()
-        for _ in range(121):  # a longer step would be a clock that was set
+        for _ in range(122):  # the first one is nearer; a longer step would be a clock that was set
             self.be_at(1.0, 0.0, step_s=0.5)
             rospy.sleep(0.005)
         self.assertEqual(place(self.setpoints.next()), (1.0, 0.0, 2.0))
         result = self.client.results.next()
         self.assertEqual(result.status.status, GoalStatus.ABORTED)
-        self.assertIn("Waypoint 1 of 1 was not reached in 60 s", result.status.text)
+        self.assertIn("The UAV has come no nearer to waypoint 1 of 1 for 60 s", result.status.text)
 
     def test_a_new_mission_takes_the_place_of_the_old_one(self):
         self.client.send((50.0, 0.0, 2.0))

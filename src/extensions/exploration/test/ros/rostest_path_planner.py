@@ -15,6 +15,7 @@ from geometry_msgs.msg import PointStamped, PoseStamped
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
 from nav_msgs.srv import GetPlan, GetPlanRequest
+from std_msgs.msg import Bool
 
 from inspection_tools.msg import MissionActionGoal, MissionActionResult
 from node_tools.testing import Input, Output, Warned, wait_until
@@ -66,6 +67,7 @@ class PathPlannerTest(unittest.TestCase):
         cls.poses = Input("/ground_truth", Odometry)
         cls.goals = Input("/goal", PoseStamped)
         cls.closed = Input(NODE + "/close", PointStamped)
+        cls.ready = Input("/ready", Bool)
         cls.results = Input("/mission/result", MissionActionResult)
         cls.service = rospy.ServiceProxy(NODE + "/make_plan", GetPlan)
         cls.service.wait_for_service(200.0)
@@ -189,6 +191,20 @@ class PathPlannerTest(unittest.TestCase):
         self.plans.last(
             lambda plan: plan.poses and np.allclose(points_of(plan)[0], (7.0, 7.0, 2.0)), "from there"
         )
+
+    def test_6_a_goal_waits_until_the_uav_hovers(self):
+        # Given: a UAV on the ground
+        self.send_map(room([NEAR, FAR]))
+        self.ready.send(Bool(False))
+        sent = len(self.missions.messages)
+        # When it gets a goal, then a sentence says why nothing flies
+        self.send_pose(START)
+        self.goals.send(stamped(PoseStamped, GOAL))
+        self.warned.wait_for("The goal waits until the UAV hovers.")
+        self.assertEqual(len(self.missions.messages), sent)
+        # When it hovers, then the mission begins
+        self.ready.send(Bool(True))
+        wait_until(lambda: len(self.missions.messages) > sent, "a mission")
 
     def test_z_its_threads_take_locks_in_one_order(self):
         self.assertEqual(take_report("path_planner"), "")

@@ -10,6 +10,9 @@ from flight_basics.geometry import Vector3
 from flight_basics.pose.trust import Trust
 from inspection_tools.mission.waypoints import Mission, MissionStatus, Waypoint
 
+NEARER_M = 0.5
+"""A UAV that has come this much nearer to its waypoint is under way, however long the leg is."""
+
 
 class Target(NamedTuple):
     """Where to fly: (x, y, z) and the heading in rad, None for any."""
@@ -22,7 +25,8 @@ class MissionLeader:
     """Sends one waypoint after the other. A mission that is cancelled or stalls leaves the UAV where it is.
 
     Args:
-        read: returns the waypoints of a goal. patience_s: as that of `Mission`. on_begin: told the waypoints.
+        read: returns the waypoints of a goal. patience_s: as that of `Mission`, with `NEARER_M`.
+        on_begin: told the waypoints.
 
     Attributes:
         status: of the newest pose; None: there is none. reached: waypoints that are done.
@@ -56,7 +60,7 @@ class MissionLeader:
     def begin(self, plan: tuple[Waypoint, ...], here: Here | None, kept: Mapping[str, Any] | None) -> str:
         """Begin, or go on after the waypoints that are done. Raises MissionError."""
         reached = 0 if kept is None else kept["reached"]
-        self._mission = Mission(plan, self._patience_s, reached)
+        self._mission = Mission(plan, self._patience_s, reached, NEARER_M)
         self._is_cancelled, self._outcome, self.status = False, None, None
         self.reached, self.kept = reached, {"reached": reached}
         self._on_begin(plan)
@@ -79,7 +83,7 @@ class MissionLeader:
         self.reached = status.reached
         if status.stalled:
             number, patience = status.reached + 1, f"{self._patience_s:g} s"
-            words = f"Waypoint {number} of {status.of} was not reached in {patience}."
+            words = f"The UAV has come no nearer to waypoint {number} of {status.of} for {patience}."
             log = f"{words} The mission ends, and the UAV holds its place."
             self._stop_at(here, "aborted", words, log)
             return False

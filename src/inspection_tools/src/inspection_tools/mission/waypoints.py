@@ -91,7 +91,13 @@ class MissionStatus:
 class Mission:
     """Flies one list of waypoints. Poses and their stamps drive it, not a clock."""
 
-    def __init__(self, waypoints: Sequence[Waypoint], patience_s: float = math.inf, reached: int = 0):
+    def __init__(
+        self,
+        waypoints: Sequence[Waypoint],
+        patience_s: float = math.inf,
+        reached: int = 0,
+        nearer_m: float = math.inf,
+    ) -> None:
         """Begin at the first waypoint that is not reached yet.
 
         Args:
@@ -99,6 +105,8 @@ class Mission:
             patience_s: If a waypoint is not reached within this time, the mission has stalled. The time of
                 hold does not count.
             reached: Number of waypoints that are done already; at least one must be left.
+            nearer_m: The patience begins anew whenever the UAV is this much nearer to the waypoint than when
+                it began last. So a long leg needs no longer patience. Infinite: only with a new waypoint.
 
         Raises:
             MissionError: there is no waypoint, or none that is not reached.
@@ -108,8 +116,9 @@ class Mission:
         if not 0 <= reached < len(waypoints):
             raise MissionError(f"Of {len(waypoints)} waypoints {reached} cannot be done already.")
         self._waypoints = tuple(waypoints)
-        self._patience_s = patience_s
-        self._under_way_s: float | None = None  # start of the flight to the target
+        self._patience_s, self._nearer_m = patience_s, nearer_m
+        self._under_way_s: float | None = None  # when the patience began
+        self._began_at_m = math.inf  # how far the target was then
         self._reached = reached
         self._told = -1
         self._arrived_s: float | None = None
@@ -134,11 +143,13 @@ class Mission:
         target = self._target()
         distance_m = math.dist(position_m, target.position_m)
         holding_s = self._hold(now_s, distance_m <= target.tolerance_m)
-        if self._under_way_s is None or self._arrived_s is not None:
-            self._under_way_s = now_s
+        is_nearer = distance_m <= self._began_at_m - self._nearer_m
+        if self._under_way_s is None or self._arrived_s is not None or is_nearer:
+            self._under_way_s, self._began_at_m = now_s, distance_m
         if self._arrived_s is not None and holding_s >= target.hold_s and not self.done:
             self._reached += 1
             self._arrived_s = None
+            self._began_at_m = math.dist(position_m, self._target().position_m)
         changed, self._told = self._told != self._index(), self._index()
         return MissionStatus(
             target=self._target(),
