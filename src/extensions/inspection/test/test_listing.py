@@ -141,6 +141,44 @@ def test_a_turned_picture_is_not_read_as_if_it_stood_upright(tmp_path):
         read_photograph(tmp_path / "1.jpg")
 
 
+@pytest.mark.parametrize(
+    ("orientation", "corner"),
+    [(2, "top right"), (3, "bottom right"), (4, "bottom left"), (5, "top left"), (6, "top right"),
+     (7, "bottom right"), (8, "bottom left"), (9, "top left")],
+)  # fmt: skip
+def test_a_turned_picture_may_be_turned_upright(tmp_path, orientation, corner):
+    # EXIF 2.32: where the 0th row and the 0th column of what is stored lie, so where its first pixel is seen
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    stored = np.zeros((32, 48, 3), np.uint8)
+    stored[:16, :16] = 255
+    Image.fromarray(stored).save(tmp_path / "1.png", exif=exif)
+    seen = read_picture(tmp_path / "1.png", turns=True)
+    assert seen.shape == ((48, 32, 3) if orientation in (5, 6, 7, 8) else (32, 48, 3))
+    row, column = (0 if side in ("top", "left") else -1 for side in corner.split())
+    assert seen[row, column].min() == 255
+    assert [seen[r, c].max() for r in (0, -1) for c in (0, -1) if (r, c) != (row, column)] == [0, 0, 0]
+
+
+def test_what_macos_puts_beside_each_file_is_no_photograph(tmp_path):
+    shoot(tmp_path, "1.jpg")
+    (tmp_path / "._1.jpg").write_bytes(b"\0\5\x16\7")
+    (tmp_path / "._2.heic").write_bytes(b"\0\5\x16\7")
+    assert names_of(listed(tmp_path)) == (["1.jpg"], [])
+
+
+def test_a_json_that_an_editor_has_given_a_byte_order_mark_is_read(tmp_path):
+    shoot(tmp_path, "1.jpg", "2.jpg")
+    record = tmp_path / "1.json"
+    record.write_text(record.read_text(), encoding="utf-8-sig")
+    write_findings(
+        tmp_path / "findings.json", SearchRecord((), ("1.jpg",), (LeftOut("2.jpg", "It is black."),))
+    )
+    found = tmp_path / "findings.json"
+    found.write_text(found.read_text(), encoding="utf-8-sig")
+    assert names_of(countable(tmp_path)) == (["1.jpg"], ["2.jpg"])
+
+
 def test_jpegs_by_their_other_suffixes_and_several_in_one_file(tmp_path):
     shoot(tmp_path, "1.jfif", "2.JPE")
     one, other = (Image.new("RGB", (64, 48), colour) for colour in ("white", "black"))

@@ -49,6 +49,38 @@ def test_photographs_without_poses_are_searched_and_placed_later(tmp_path, capsy
     assert "Light in the middle of a photograph not given Blur by motion, greatest not given" in text
 
 
+def test_what_cannot_be_read_is_named_also_without_poses(tmp_path, capsys):
+    Image.fromarray(wall_picture()).save(tmp_path / "1.jpg")
+    (tmp_path / "IMG_2.HEIC").write_bytes(b"\0\0\0\x18ftypheic")
+    (tmp_path / "3.gif").write_bytes(b"GIF89a")
+    (tmp_path / "4.json").write_text(json.dumps({"position_m": [0, 0, 0]}))
+    assert main([str(tmp_path)]) == 0
+    said = capsys.readouterr()
+    assert "searched: 1 of 4" in said.out
+    assert all(f"left out: {name}: " in said.err for name in ("IMG_2.HEIC", "3.gif", "4.json"))
+
+
+def test_a_phones_picture_is_searched_upright(tmp_path):
+    upright, turned = (tmp_path / name for name in ("1.png", "2.png"))
+    picture = mottled(wall_picture())
+    Image.fromarray(picture).save(upright)
+    exif = Image.Exif()
+    exif[0x0112] = 6  # to be turned clockwise, as it is stored turned counter-clockwise
+    Image.fromarray(np.ascontiguousarray(np.rot90(picture))).save(turned, exif=exif)
+    assert main([str(tmp_path)]) == 0
+    one, other = json.loads((tmp_path / "findings.json").read_text())["without_pose"]
+    assert one["marks"]
+    assert one["marks"] == other["marks"]
+
+
+def test_a_photograph_of_any_name_is_linked(tmp_path):
+    name = "Süd #1 50%.jpg"
+    Image.fromarray(mottled(wall_picture())).save(tmp_path / name)
+    assert main([str(tmp_path)]) == 0
+    assert report([str(tmp_path)]) == 0
+    assert 'href="./S%C3%BCd%20%231%2050%25.jpg"' in (tmp_path / "report.html").read_text()
+
+
 def mottled(picture):
     """The same picture, with dark and light pixels in its rust, which is brown."""
     light = np.exp(np.random.default_rng(2).normal(0.0, 0.2, picture.shape[:2]))

@@ -183,3 +183,36 @@ def test_our_own_photographs_tell_their_camera_and_its_serial_numbers(tmp_path):
     assert told.has_zone
     assert told.camera.focal_px == pytest.approx(camera.focal_px, rel=1e-6)
     assert read_camera(tmp_path / "calibration.yaml") == camera
+
+
+@pytest.mark.parametrize(
+    ("offset", "behind_s"),
+    [
+        ("+02:00", 7200),
+        ("-03:30", -12600),
+        ("+0200", 7200),
+        ("+14:00", 50400),
+        ("Z", 0),
+        ("", 0),
+        ("+99:99", 0),
+    ],
+)
+def test_the_offset_from_utc_counts_if_it_is_one(tmp_path, offset, behind_s):
+    store(tmp_path / "1.jpg", block={0x9003: "2026:05:01 10:15:00", 0x9011: offset})
+    told = read_exif(tmp_path / "1.jpg")
+    assert told.stamp_s == 1777630500 - behind_s
+    assert told.has_zone == (behind_s != 0)
+
+
+def test_degrees_beyond_the_pole_are_no_place(tmp_path):
+    store(tmp_path / "1.jpg", gps=(95.0, 10.0, 0.0))
+    assert read_exif(tmp_path / "1.jpg").latitude_deg is None
+
+
+def test_of_a_large_picture_nobody_warns(tmp_path, monkeypatch, recwarn):
+    from PIL import Image
+
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 64 * 48 - 1)
+    store(tmp_path / "1.jpg", gps=(54.0, 10.0, 0.0))
+    assert read_exif(tmp_path / "1.jpg").latitude_deg == pytest.approx(54.0)
+    assert not recwarn.list

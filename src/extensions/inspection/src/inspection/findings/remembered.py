@@ -39,7 +39,7 @@ def read_marks(photograph: Path) -> list[Candidate] | None:
     if not path.exists():
         return None
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
         marked_one = content.get("photograph")
         if marked_one is not None and marked_one != _digest_of(photograph):
             return None

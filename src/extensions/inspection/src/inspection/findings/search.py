@@ -154,10 +154,15 @@ def search_folders(
             read_camera(folder / "calibration.yaml")
     if mesh is None and any(listing.whole for _, listing in listings):
         raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
-    record = SearchRecord(searched=())
+    left_out = [
+        each._replace(name=_named(folder / each.name, folders[0]))
+        for folder, listing in listings
+        for each in listing.left_out
+    ]
+    record = SearchRecord(searched=(), left_out=tuple(left_out))
     if mesh is not None:
         known = read_mesh(mesh) if isinstance(mesh, Path) else mesh
-        record = _with_poses(listings, known, parameters)
+        record = _with_poses(record, listings, known, parameters)
     record = _without_poses(record, folders, parameters)
     if not record.searched:
         name, why = record.left_out[0]
@@ -169,13 +174,15 @@ def search_folders(
 
 
 def _with_poses(
-    listings: Sequence[tuple[Path, Listing]], mesh: Mesh, parameters: FindingParameters
+    record: SearchRecord,
+    listings: Sequence[tuple[Path, Listing]],
+    mesh: Mesh,
+    parameters: FindingParameters,
 ) -> SearchRecord:
-    """Return what the photographs show on the mesh whose poses are known."""
+    """Return a record with what the photographs show on the mesh whose poses are known."""
     first = listings[0][0]
-    search, left_out = PhotographSearch(mesh, parameters, first), list[LeftOut]()
-    for folder, listing in listings:
-        left_out += [each._replace(name=_named(folder / each.name, first)) for each in listing.left_out]
+    search, left_out = PhotographSearch(mesh, parameters, first), list(record.left_out)
+    for _, listing in listings:
         for path, _ in listing.whole:
             try:
                 search.add(path)

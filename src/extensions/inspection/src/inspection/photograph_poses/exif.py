@@ -19,6 +19,7 @@ from flight_basics.errors import ParameterError
 from inspection.camera.lens import Lens
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photographs.calibration import camera_with
+from inspection.photographs.listing import opened
 from inspection.photographs.record import PhotographError
 
 EXIF_BLOCK, GPS_BLOCK = 0x8769, 0x8825
@@ -35,6 +36,11 @@ UNITS_MM = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 """Of the focal plane's resolution: inch, cm, mm, um."""
 DIAGONAL_35MM = math.hypot(36.0, 24.0)
 """To which the 35 mm equivalent focal length belongs (CIPA DCG-001)."""
+ZONE = re.compile(r"([+-])(\d\d):?([0-5]\d)")
+"""An offset from UTC; some programs leave the colon out."""
+ZONE_MAX = timedelta(hours=24)
+DEGREES_MAX = {2: 90.0, 4: 180.0}
+"""Of latitude and longitude, by EXIF's tag."""
 HEAD_BYTES = 512 * 1024
 XMP = re.compile(rb"<x:xmpmeta.*?</x:xmpmeta>", re.DOTALL)
 XMP_ATTRIBUTE = re.compile(r"[\w-]+:(\w+)\s*=\s*[\"']([^\"']*)[\"']")
@@ -72,7 +78,7 @@ class Exif:
 def read_exif(path: Path) -> Exif:
     """Return what a picture tells of itself; raises PhotographError if it cannot be read."""
     try:
-        with Image.open(path) as image:
+        with opened(path) as image:
             size, exif = image.size, image.getexif()
             block, gps = dict(exif.get_ifd(EXIF_BLOCK)), dict(exif.get_ifd(GPS_BLOCK))
         xmp = _xmp_of(path)
@@ -151,6 +157,8 @@ def _degrees(gps: Mapping[int, Any], sign: int, angle: int, negative: str) -> fl
     if degrees is None:
         return None
     value = degrees + (minutes or 0.0) / 60.0 + (seconds or 0.0) / 3600.0
+    if abs(value) > DEGREES_MAX[angle]:
+        return None
     return -value if _text(gps.get(sign)).upper() == negative else value
 
 
@@ -160,14 +168,16 @@ def _stamp_of(block: Mapping[int, Any]) -> tuple[float | None, bool]:
         taken = datetime.strptime(_text(block.get(DATE)), "%Y:%m:%d %H:%M:%S")
     except ValueError:
         return None, False
-    zone = re.fullmatch(r"([+-])(\d\d):(\d\d)", _text(block.get(OFFSET)))
-    offset = UTC
+    zone = ZONE.fullmatch(_text(block.get(OFFSET)))
+    behind = timedelta()
     if zone:
         sign, hours, minutes = zone.groups()
-        offset = timezone(timedelta(hours=int(hours), minutes=int(minutes)) * (-1 if sign == "-" else 1))
+        behind = timedelta(hours=int(hours), minutes=int(minutes)) * (-1 if sign == "-" else 1)
+    is_known = zone is not None and abs(behind) < ZONE_MAX
+    offset = timezone(behind) if is_known else UTC
     digits = _text(block.get(SUBSECONDS))
     part_s = float(f"0.{digits}") if digits.isdigit() else 0.0
-    return taken.replace(tzinfo=offset).astimezone(UTC).timestamp() + part_s, zone is not None
+    return taken.replace(tzinfo=offset).astimezone(UTC).timestamp() + part_s, is_known
 
 
 def _camera_of(

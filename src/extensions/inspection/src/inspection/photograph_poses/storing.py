@@ -67,7 +67,7 @@ def _alike(one: SurveyCamera, other: SurveyCamera) -> bool:
 
 def _is_of_another(path: Path) -> bool:
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
     except OSError:
         return False
     except ValueError:

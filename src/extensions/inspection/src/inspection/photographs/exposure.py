@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from inspection.photographs.listing import opened
+
 BLOCK = 8
 """Side of the blocks, px, that are looked at; a JPEG's decoder gives their means fast."""
 WHITE, BLACK = 250, 4
@@ -21,7 +23,7 @@ def exposed(path: Path) -> np.ndarray:
     Raises:
         OSError: it is no picture; see `listing.check_picture`.
     """
-    with Image.open(path) as image:
+    with opened(path) as image:
         size = _size(image)
         image.draft("RGB", size)
         light = np.array(image.convert("RGB").resize(size, Image.Resampling.BOX))

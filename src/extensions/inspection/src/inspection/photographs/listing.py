@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Callable, Iterator, NamedTuple
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageOps
 
 from flight_basics.errors import FlightBasicsError
 from inspection.camera.survey_camera import SurveyCamera
@@ -42,8 +42,12 @@ SIXTEEN_BITS = ";16"
 JPEGS = ("JPEG", "MPO")
 """Pillow's names of JPEG, and of several in one file, of which the first one counts."""
 START_OF_JPEG, START_OF_SCAN, END_OF_JPEG, TAIL_BYTES = b"\xff\xd8", b"\xda", b"\xff\xd9", 4096
-ORIENTATION, UPRIGHT, UNKNOWN = 0x0112, 1, 0
-"""EXIF's tag; its values for a picture that is stored as it is to be seen, and for an unknown turn."""
+ORIENTATION, UPRIGHT, TURNED = 0x0112, 1, range(2, 9)
+"""EXIF's tag; its values for a picture that is stored as it is to be seen, and for turned ones.
+
+Some cameras write 0 when they do not know."""
+OF_MACOS = "._"
+"""Begin of the names of files that hold no picture, whatever they end in."""
 NO_POSE = "There is no JSON beside it that tells its pose; place_photographs writes one."
 FAST_PX = 64
 """A JPEG is checked in the smallest size, an eighth, in which its decoder gives it."""
@@ -135,12 +139,19 @@ def read_photograph(path: Path) -> tuple[np.ndarray, PhotographRecord]:
     return read_picture(path), read_record(path.with_suffix(".json"))
 
 
-def read_picture(path: Path) -> np.ndarray:
-    """Return a picture, uint8 (height, width, 3); raises PhotographError if it is cut or none."""
+def read_picture(path: Path, turns: bool = False) -> np.ndarray:
+    """Return a picture, uint8 (height, width, 3).
+
+    turns: one that is stored turned is turned upright, as viewers show it. Its calibration would not fit.
+
+    Raises:
+        PhotographError: it is cut or none, or it is stored turned.
+    """
     try:
         with opened(path) as image:
-            _check_as_a_whole(image, path)
-            return np.array(image.convert("RGB"))  # one may write to it
+            _check_as_a_whole(image, path, may_be_turned=turns)
+            upright = ImageOps.exif_transpose(image) if turns else image
+            return np.array(upright.convert("RGB"))  # one may write to it
     except _DAMAGES as error:
         raise PhotographError(damage_of(path, error)) from None
 
@@ -192,7 +203,7 @@ _DAMAGES = (OSError, SyntaxError, ValueError, EOFError, Image.DecompressionBombE
 """What Pillow raises for files that are cut, or no pictures."""
 
 
-def _check_as_a_whole(image: Image.Image, path: Path) -> None:
+def _check_as_a_whole(image: Image.Image, path: Path, may_be_turned: bool = False) -> None:
     """Raise an error if a JPEG has no end, or if a picture has no colours or is stored turned.
 
     Nobody tells how the calibration of a turned picture is meant. Rust is known by its colour. What has 16
@@ -206,7 +217,7 @@ def _check_as_a_whole(image: Image.Image, path: Path) -> None:
             "colour, with 8 bits for each."
         )
     turned = image.getexif().get(ORIENTATION, UPRIGHT)
-    if turned not in (UPRIGHT, UNKNOWN):  # some cameras write 0 when they do not know
+    if turned in TURNED and not may_be_turned:
         raise PhotographError(
             f"{path}: its EXIF tells that it is stored turned (orientation {turned}). Store it upright, or "
             "delete the tag if the calibration is of the picture as it is stored."
@@ -241,14 +252,19 @@ def pictures_in(folder: Path) -> list[Path]:
     """Return the pictures of a folder, numbers in their order, with a JSON or without."""
     if not folder.is_dir():
         return []
-    return sorted((path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES), key=_order)
+    return sorted((path for path in _files_of(folder) if path.suffix.lower() in SUFFIXES), key=_order)
 
 
 def unread_in(folder: Path) -> list[Path]:
     """Return the pictures of a folder whose kind is not read here."""
     if not folder.is_dir():
         return []
-    return sorted((path for path in folder.iterdir() if path.suffix.lower() in UNREAD), key=_order)
+    return sorted((path for path in _files_of(folder) if path.suffix.lower() in UNREAD), key=_order)
+
+
+def _files_of(folder: Path) -> list[Path]:
+    """Return what is in a folder, without what macOS puts beside each file on a disk of others."""
+    return [path for path in folder.iterdir() if not path.name.startswith(OF_MACOS)]
 
 
 def _order(path: Path) -> tuple:
@@ -263,7 +279,7 @@ def _order(path: Path) -> tuple:
 def _is_record(path: Path) -> bool:
     """Return whether a JSON tells a pose, as a photograph's does."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError):
         return False
     return isinstance(content, dict) and "position_m" in content

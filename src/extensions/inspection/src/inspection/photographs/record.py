@@ -66,7 +66,7 @@ def read_record(path: Path) -> PhotographRecord:
     Keys that are not known here are ignored: a newer program may have written the folder.
     """
     try:
-        values = json.loads(path.read_text(encoding="utf-8"))
+        values = json.loads(path.read_text(encoding="utf-8-sig"))
         known: dict[str, Any] = {
             name: tuple(value) if isinstance(value, list) else value
             for name, value in values.items()

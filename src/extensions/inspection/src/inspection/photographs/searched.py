@@ -28,7 +28,7 @@ def left_out_in(folder: Path) -> list[LeftOut]:
     """Return what the search for findings left out of a folder; nothing if it was not searched."""
     for path in (folder / FINDINGS, folder.parent / FINDINGS):
         try:
-            content: Any = json.loads(path.read_text(encoding="utf-8"))
+            content: Any = json.loads(path.read_text(encoding="utf-8-sig"))
             return [LeftOut(str(each["photograph"]), str(each["why"])) for each in content["left_out"]]
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Mapping, Sequence
+from urllib.parse import quote
 
 from flight_basics.errors import FlightBasicsError
 from inspection.findings.kinds import FINDING_KINDS, FindingKind, kinds_of
@@ -237,7 +238,7 @@ def _thumbs(
         {
             "number": number,
             "name": shot.path.name,
-            "href": _relative(shot.path, out.parent),
+            "href": quote(_relative(shot.path, out.parent)),
             "src": data_uri(thumbs[number]) if number in thumbs else "",
             "place": ship.describe(shot.record.position_m),
         }

@@ -8,6 +8,7 @@ from typing import Mapping, NamedTuple, Sequence
 
 from PIL import Image, ImageDraw, ImageFont
 
+from inspection.photographs.listing import opened
 from inspection.report.sources import Shot
 from inspection.report.views import Mark
 
@@ -74,7 +75,7 @@ def small_pictures(shots: Sequence[Shot], best: Mapping[int, Mark]) -> SmallPict
         if thumbs.is_full and (cuts.is_full or not marks):
             continue
         try:
-            with Image.open(shots[number].path) as image:
+            with opened(shots[number].path) as image:
                 if not marks:
                     image.draft("RGB", (LEVELS[0][0], LEVELS[0][0]))  # decodes an eighth: fast
                 whole = image.convert("RGB")

@@ -180,7 +180,7 @@ def _surface(coverage: Mapping[str, Any], path: Path) -> SurfaceRecord:
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError) as error:
         raise ReportError(f"{path} cannot be read ({error}).") from None
     if not isinstance(content, dict):

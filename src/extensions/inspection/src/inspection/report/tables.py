@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import Any, Mapping, Sequence
+from urllib.parse import quote
 
 import numpy as np
 
@@ -79,7 +80,12 @@ def rows_without_pose(marked: Sequence[MarkedPicture], beside: str) -> list[dict
             kind = kind_of(largest.kind).word
             at = f"{kind}, {left} to {right} px across, {top} to {bottom} px down"
             rows.append(
-                {"name": each.photograph, "href": beside + each.photograph, "told": told, "largest": at}
+                {
+                    "name": each.photograph,
+                    "href": quote(beside + each.photograph),
+                    "told": told,
+                    "largest": at,
+                }
             )
     return rows
 

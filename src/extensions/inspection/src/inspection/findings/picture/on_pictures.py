@@ -60,7 +60,7 @@ class PictureSearch:
         if found is not None:
             check_picture(path)
         else:
-            picture = read_picture(path)
+            picture = read_picture(path, turns=True)
             check_shows(picture, str(path))
             found = candidates_in(picture, self._p)
             self.flawed += [LeftOut(name, why) for why in flaws_in(picture, path)]
