@@ -18,10 +18,10 @@ from gridslam.loop_closure.local_maps.stretches import LocalMaps
 from gridslam.loop_closure.matches import match
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.alternatives import Alternatives, ScansAround, contradicting_steps
-from gridslam.loop_closure.path.error_share import error_share
+from gridslam.loop_closure.path.error_share import error_shares
 from gridslam.loop_closure.path.loose_parts import loose_parts
 from gridslam.loop_closure.path.measured_path import MeasuredPath
-from gridslam.loop_closure.path.pose_spread import NO_SPREAD, PoseSpread, pose_spread
+from gridslam.loop_closure.path.pose_spread import NO_SPREAD, PoseSpread, pose_spread, with_usual_errors
 from gridslam.loop_closure.path.step_uncertainty import (
     BY_ODOMETRY,
     DoubtfulNodes,
@@ -374,9 +374,11 @@ class Stages:
         self._recognised = newest if is_recognised else proved
         steps = self._way_uncertainty(doubtful).covariances
         closures = [self._matches.matches[index] for index in self._counted]
-        links, support_m = self._links.stacked_back(), self._parameters.support_m
-        share = error_share(self._path, steps, links, closures, support_m)
-        self.spread = pose_spread(self._path, steps, closures, self._recognised, share)
+        path, links, p = self._path, self._links.stacked_back(), self._parameters
+        spread = pose_spread(path, steps, closures, self._recognised)
+        spread_m2 = float(spread.in_map[0, 0] + spread.in_map[1, 1])
+        shares = error_shares(path, steps, links, closures, p.support_m, spread_m2)
+        self.spread = with_usual_errors(spread, path, steps, closures, shares, p)
 
     def _moved_m(self, corrected: MeasuredPath) -> float:
         """Return by how much a pose of the path moves at most, or a height."""

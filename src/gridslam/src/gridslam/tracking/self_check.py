@@ -17,6 +17,8 @@ from gridslam.errors import StateError
 
 UNCERTAIN_FROM_M, CERTAIN_BELOW_M = 0.5, 0.3
 """m: the pose is doubted if it may be off by more than the first, until it is less than the second."""
+MAP_SIGMAS = 1.25
+"""In the map, the pose may be off by so many standard deviations of its place, as errors were so far."""
 WAY_MIN_M = 10.0
 """m: an error that was found after a shorter way has grown on this way at least."""
 DRIFT_MUCH = 0.1
@@ -47,7 +49,7 @@ class SelfCheck:
     map_spread_m: float = 0.0
     """How far the place in the map may be off from where the map began, by what scans and odometry tell."""
     error_share: float = 1.0
-    """How large errors were so far, as a share of what scans and odometry tell."""
+    """How large the place's error in the map is usually, as a share of what scans and odometry tell."""
     is_bridged: bool = False
     """Whether the map goes on after a gap where odometry alone says, and no place was found again since."""
     is_drifting: bool = False
@@ -61,9 +63,8 @@ class SelfCheck:
     @property
     def _counted_map_spread_m(self) -> float:
         """In a place that was recognised, the pose is as good as the map there."""
-        return self.map_spread_m * (
-            max(1.0, self.error_share) if self.drift > DRIFT_MUCH else self.error_share
-        )
+        share = max(1.0, self.error_share) if self.drift > DRIFT_MUCH else self.error_share
+        return MAP_SIGMAS * share * self.map_spread_m
 
     @property
     def expected_m(self) -> float:
@@ -91,14 +92,15 @@ class SelfCheck:
                 "the scans agree with the map, but scans were missing before it goes on in unseen space: "
                 "there odometry alone tells the way, and no place was recognised since"
             )
-        if self._counted_map_spread_m > self.spread_m:
+        if self._counted_map_spread_m > MAP_SIGMAS * self.spread_m:
             return (
                 "the scans agree with the map, but no closure tells where this part of the map is; it may be "
                 f"off by {self._counted_map_spread_m:.1f} m"
             )
+        drifted_m = max(self.spread_m, self._counted_map_spread_m)
         return (
             f"the scans agree with the map, but no place was recognised for {self.way_m:.0f} m; the pose may "
-            f"have drifted by {self.spread_m:.1f} m"
+            f"have drifted by {drifted_m:.1f} m"
         )
 
     def travelled(self, way_m: float) -> SelfCheck:

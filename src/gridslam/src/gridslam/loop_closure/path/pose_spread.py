@@ -10,7 +10,9 @@ import numpy as np
 from gridslam import se2
 from gridslam.kernels.pose_graph import covariance_of
 from gridslam.loop_closure.edges import Edges, Match
-from gridslam.loop_closure.path.measured_path import MeasuredPath
+from gridslam.loop_closure.parameters import LoopClosureParameters
+from gridslam.loop_closure.path.error_share import ErrorShares, scaled
+from gridslam.loop_closure.path.measured_path import MeasuredPath, odometry_covariances
 from gridslam.loop_closure.path.way_uncertainty import way_covariances
 
 
@@ -22,7 +24,7 @@ class PoseSpread(NamedTuple):
     in_map: np.ndarray
     """(3, 3) covariance of x, y and yaw in the map, which begins at the first node: m2, m rad, rad2."""
     error_share: float = 1.0
-    """How large errors were so far, as a share of what covariances tell; see `error_share`."""
+    """How large the place's error in the map is usually, as a share of what the covariance tells."""
 
     @property
     def in_map_m(self) -> float:
@@ -38,7 +40,6 @@ def pose_spread(
     step_covariances: np.ndarray,
     closures: Sequence[Match],
     recognised: int,
-    error_share: float = 1.0,
 ) -> PoseSpread:
     """Return how uncertain the newest pose of a path is, by steps and closures.
 
@@ -50,7 +51,6 @@ def pose_spread(
         step_covariances: (k - 1, 3, 3) of its steps.
         closures: those that count.
         recognised: the newest node at which a place was found again, and the path was right; 0: none.
-        error_share: see `PoseSpread`.
     """
     newest = len(path) - 1
     # drift_share is an allowance for searches; without it these deviations are upper bounds already
@@ -58,15 +58,42 @@ def pose_spread(
     cos, sin = math.cos(path.poses[newest, 2]), math.sin(path.poses[newest, 2])
     turn = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
     in_map = turn @ _in_map(path, step_covariances, closures) @ turn.T
-    return PoseSpread(widest_m(since), in_map, error_share)
+    return PoseSpread(widest_m(since), in_map)
 
 
-def _in_map(path: MeasuredPath, step_covariances: np.ndarray, closures: Sequence[Match]) -> np.ndarray:
+def with_usual_errors(
+    spread: PoseSpread,
+    path: MeasuredPath,
+    step_covariances: np.ndarray,
+    closures: Sequence[Match],
+    shares: ErrorShares,
+    parameters: LoopClosureParameters,
+) -> PoseSpread:
+    """Return the spread with the share that errors of the usual size have of it.
+
+    Args:
+        spread: of these steps and closures.
+        path: k nodes, at least one.
+        step_covariances: (k - 1, 3, 3) of its steps.
+        closures: those that count.
+        shares: how large errors were so far.
+        parameters: of odometry.
+    """
+    if spread.in_map_m == 0.0:
+        return spread
+    steps = scaled(step_covariances, odometry_covariances(path.steps, parameters), shares)
+    usual_m = widest_m(_in_map(path, steps, closures, shares.scans))
+    return spread._replace(error_share=usual_m / spread.in_map_m)
+
+
+def _in_map(
+    path: MeasuredPath, step_covariances: np.ndarray, closures: Sequence[Match], closure_share: float = 1.0
+) -> np.ndarray:
     """Return the covariance (3, 3) of the newest node in the first one, in the newest one's frame."""
     found, nodes = Edges.of(closures), np.arange(len(path))
     older = np.concatenate([nodes[:-1], found.older])
     newer = np.concatenate([nodes[1:], found.newer])
-    covariances = np.concatenate([step_covariances, found.covariance])
+    covariances = np.concatenate([step_covariances, closure_share**2 * found.covariance])
     # as the path has them: what contradicts it, the correction has weighed already
     measured = se2.between(path.poses[older], path.poses[newer])
     return covariance_of(path.poses, older, newer, measured, covariances, len(path) - 1)
