@@ -15,11 +15,18 @@ def test_the_content_goes_to_the_parser(tmp_path):
     assert read(tmp_path / "a.yaml") == {"a": 1.5, "b": ["x", 2]}
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_whatever_editor_has_written_it(tmp_path, encoding, end):
+    (tmp_path / "a.yaml").write_bytes(f"# Prüfung{end}name: Süd{end}b: 2{end}".encode(encoding))
+    assert read(tmp_path / "a.yaml") == {"name": "Süd", "b": 2}
+
+
 @pytest.mark.parametrize(
     ("content", "said"),
     [
         (b"a: 1\nb: [\n", r"The thing \S+a\.yaml is not YAML, line 3\."),
-        (b"\xff\xfe", r"The thing \S+a\.yaml is not YAML\."),
+        (b"\0\1", r"The thing \S+a\.yaml is not YAML\."),
         (b"[" * 100_000, r"The thing \S+a\.yaml is not YAML(, line \d+)?\."),
         (b"1" * 5000, r"The thing \S+a\.yaml is not YAML\."),
         (None, r"The thing \S+a\.yaml cannot be read: No such file or directory\."),

@@ -40,6 +40,13 @@ def test_a_box_that_reaches_to_the_end_of_the_world_has_nothing_beyond():
     ]
 
 
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+def test_whatever_editor_has_written_them(tmp_path, encoding):
+    text = "keep_out:\r\n- {name: Lüfter, low: [0, 0, 0], high: [1, 1, 1]}\r\n"
+    (tmp_path / "limits.yaml").write_bytes(text.encode(encoding))
+    assert [box.name for box in read_limits(tmp_path / "limits.yaml").boxes] == ["Lüfter"]
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [

@@ -2,12 +2,23 @@
 
 from __future__ import annotations
 
+import codecs
 from pathlib import Path
 from typing import Any, Callable, TypeVar
 
 from flight_basics.errors import FlightBasicsError
 
 Thing = TypeVar("Thing")
+UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
+"""Begins of a text as PowerShell writes it."""
+
+
+def text_of(content: bytes) -> str:
+    """Return the text of a file that people write: UTF-8, UTF-16 with its mark, or of an older editor."""
+    try:
+        return content.decode("utf-16" if content.startswith(UTF_16) else "utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")  # only names and remarks hold other than ASCII
 
 
 def read_yaml(
@@ -25,7 +36,7 @@ def read_yaml(
 
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        content = yaml.load(Path(path).read_text(encoding="utf-8"), loader)
+        content = yaml.load(text_of(Path(path).read_bytes()), loader)
     except OSError as fault:
         raise error(f"{what} {path} cannot be read: {fault.strerror}.") from None
     except (yaml.YAMLError, ValueError, RecursionError) as fault:  # no text, endless digits, endless depth

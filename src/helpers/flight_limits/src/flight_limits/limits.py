@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -73,7 +74,7 @@ def read_limits(path: str | Path) -> Limits:
     import yaml  # only if a file is read
 
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        content = yaml.safe_load(_text_of(Path(path).read_bytes()))
     except OSError as error:
         raise LimitsError(f"The limits {path} cannot be read: {error.strerror}.") from None
     except (yaml.YAMLError, ValueError, RecursionError):  # no text, endless digits, endless depth
@@ -82,6 +83,15 @@ def read_limits(path: str | Path) -> Limits:
         return parse_limits(content)
     except LimitsError as error:
         raise LimitsError(f"{path}: {error}") from None
+
+
+def _text_of(content: bytes) -> str:
+    """Return a file's text: UTF-8, UTF-16 with its mark as PowerShell writes it, or of an older editor."""
+    try:
+        is_utf_16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        return content.decode("utf-16" if is_utf_16 else "utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")  # only names and remarks hold other than ASCII
 
 
 def parse_limits(content: object) -> Limits:

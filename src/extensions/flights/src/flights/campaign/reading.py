@@ -10,6 +10,7 @@ from typing import Any, Iterable, Mapping
 import numpy as np
 
 from cepa import CepaParameters
+from flight_basics.yaml_file import text_of
 from flights.campaign.axes import CEPA_PREFIX, KINDS, SLAM_PREFIX, Axis, Value, axes_of
 from flights.campaign.campaign import PATIENCE, SEEDS_MAX, Block, Campaign, Tuning
 from flights.errors import CampaignError
@@ -53,10 +54,9 @@ def _loaded(path: Path) -> Any:
     import yaml
 
     try:
-        return yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise CampaignError(f"the file cannot be read: {reason}.") from None
+        return yaml.safe_load(text_of(path.read_bytes()))
+    except OSError as error:
+        raise CampaignError(f"the file cannot be read: {error.strerror}.") from None
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         line = f"line {mark.line + 1} is" if mark else "it is"

@@ -9,6 +9,7 @@ import numpy as np
 import yaml
 
 from flight_basics.errors import ParameterError
+from flight_basics.yaml_file import text_of
 from inspection.camera.lens import Lens, lens_of
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photographs.record import PhotographError
@@ -24,7 +25,7 @@ def read_camera(path: Path) -> SurveyCamera:
         PhotographError: the file cannot be read, or the lens is of another model than OpenCV's.
     """
     try:
-        values = yaml.safe_load(path.read_text(encoding="utf-8-sig"))
+        values = yaml.safe_load(text_of(path.read_bytes()))
         distortion = (values.get("distortion_coefficients") or {}).get("data") or []
         lens = lens_of(values["camera_matrix"]["data"], values.get("distortion_model") or "", distortion)
         return camera_with(values["image_width"], values["image_height"], lens)
