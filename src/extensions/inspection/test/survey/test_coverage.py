@@ -2,10 +2,12 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
+import yaml
 from PIL import Image
 
 from flight_basics.errors import SurveyError
@@ -95,6 +97,20 @@ def test_the_command_judges_a_folder_of_photographs(room_file, tmp_path):
     assert found["share_of_reachable"] == pytest.approx(found["shown_m2"] / found["reachable_m2"], abs=1e-3)
     opened_m2 = np.array(found["open"])[:, 3].sum()
     assert opened_m2 == pytest.approx(found["reachable_m2"] - found["shown_m2"], rel=0.02)
+
+
+def test_a_plan_is_judged_by_what_it_was_made_for(room_file, tmp_path, monkeypatch):
+    """Pixels of 8 mm everywhere, and nothing of 1 mm: for that, its camera must be 0.56 m away."""
+    monkeypatch.chdir(tmp_path)
+    asked = ["--resolution", "8", "--spacing", "1", "--voxel", "0.2", "--width", "648", "--height", "486"]
+    assert main(["plan", "--mesh", str(room_file), *asked, "--search", "0", "--no-bound"]) == 0
+    planned = yaml.safe_load(Path("plan.yaml").read_text())["figures"]["share"]
+    shares = []
+    for options in ([], ["--resolution", "1"]):
+        assert main(["coverage", "--poses", "plan.yaml", *options]) == 0
+        shares.append(json.loads(Path("coverage.json").read_text())["share_of_reachable"])
+    assert shares[0] == pytest.approx(planned, abs=0.05)  # a patch counts by its middle
+    assert not shares[1]
 
 
 def room_with_fins(path, places_y, deep_m, thick_m=0.02):

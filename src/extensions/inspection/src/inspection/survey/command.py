@@ -6,10 +6,13 @@ import argparse
 import sys
 from dataclasses import fields, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from flight_basics.errors import FlightBasicsError, SurveyError
 from mesh_files import KINDS
+
+if TYPE_CHECKING:
+    from inspection.survey.parameters import SurveyParameters
 
 OF_ASKED = (
     "resolution", "incidence", "share", "patch", "voxel", "spacing", "radius", "margin", "comfort", "finer",
@@ -101,8 +104,12 @@ def _help(name: str) -> str:
     return ""
 
 
+def _known(names: tuple[str, ...], given: argparse.Namespace) -> dict[str, Any]:
+    return {name: getattr(given, name) for name in names if getattr(given, name) is not None}
+
+
 def _parameters(kind: Any, names: tuple[str, ...], given: argparse.Namespace) -> Any:
-    known = {name: getattr(given, name) for name in names if getattr(given, name) is not None}
+    known = _known(names, given)
     for name in ("width", "height"):
         if name in known:
             known[name] = round(known[name])
@@ -175,8 +182,12 @@ def _summary(plan: Any) -> str:
         return f"at least {f['photographs_lp_bound']:.0f} photographs are needed"
     return (
         f"{f['photographs']:.0f} photographs show {100 * f['share']:.1f} % of {f['reachable_m2']:.0f} m2; "
-        f"{len(plan.flights)} flights, {sum(each.time_s for each in plan.flights) / 60:.1f} min"
+        f"{_flights(plan)}, {sum(each.time_s for each in plan.flights) / 60:.1f} min"
     )
+
+
+def _flights(plan: Any) -> str:
+    return "1 flight" if len(plan.flights) == 1 else f"{len(plan.flights)} flights"
 
 
 def _tell(plan: Any) -> None:
@@ -207,6 +218,22 @@ def _tell(plan: Any) -> None:
         print(f"cannot be photographed: {area:.1f} m2 {why}")
 
 
+def _judged_by(given: argparse.Namespace, is_plan: bool) -> SurveyParameters:
+    """Return what the photographs must show. A plan says it itself, and its mesh and place of take-off."""
+    from inspection.survey.parameters import SurveyParameters
+    from inspection.survey.plan_file import read_plan
+
+    asked = SurveyParameters()
+    if is_plan:
+        plan = read_plan(given.poses)
+        asked = replace(plan.asked, finer=0.0)
+        given.mesh = given.mesh or Path(plan.source)
+        given.home = given.home or list(plan.home_m)
+    if given.mesh is None:
+        raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
+    return replace(asked, **_known(OF_JUDGED, given), outside=given.outside or asked.outside)
+
+
 def _check(given: argparse.Namespace) -> None:
     from inspection.survey.checking import check_plan
     from inspection.survey.plan_file import read_plan
@@ -216,8 +243,7 @@ def _check(given: argparse.Namespace) -> None:
     given.home = given.home or list(plan.home_m)
     surface = _surface(given, plan.asked)
     check_plan(plan, surface.room)
-    flights = "1 flight" if len(plan.flights) == 1 else f"{len(plan.flights)} flights"
-    print(f"{given.plan}: {len(plan.views)} photographs in {flights} can be flown.")
+    print(f"{given.plan}: {len(plan.views)} photographs in {_flights(plan)} can be flown.")
 
 
 def _warn(sentence: str) -> None:
@@ -228,13 +254,10 @@ def _coverage(given: argparse.Namespace) -> None:
     from inspection.camera.survey_camera import SurveyCamera
     from inspection.photographs.searched import countable
     from inspection.survey.coverage import coverage_of_file, write_coverage
-    from inspection.survey.parameters import SurveyParameters
-    from inspection.survey.poses import photograph_poses_in, read_photograph_poses
+    from inspection.survey.poses import PLAN_SUFFIXES, photograph_poses_in, read_photograph_poses
     from inspection.survey.surface.mesh_file import NOT_SURVEYED
 
-    if given.mesh is None:
-        raise SurveyError("Give the surface: --mesh FILE, a mesh or an SDF world.")
-    asked = replace(_parameters(SurveyParameters, OF_JUDGED, given), outside=given.outside)
+    asked = _judged_by(given, given.poses.suffix.lower() in PLAN_SUFFIXES and not given.poses.is_dir())
     camera = _parameters(SurveyCamera, OF_CAMERA, given)
     listing = countable(given.poses)
     listing.tell(_warn)
@@ -251,6 +274,10 @@ def _coverage(given: argparse.Namespace) -> None:
         f"{len(taken)} photographs show {100 * (share or 0.0):.1f} % of {record['reachable_m2']:.0f} m2 that "
         f"can be reached; {record['shown_m2']:.0f} of {record['surface_m2']:.0f} m2 of all in its room. All "
         f"faces of the mesh: {record['mesh_m2']:.0f} m2"
+    )
+    print(
+        f"a surface counts as shown if a pixel covers at most {asked.resolution:g} mm of it, at most "
+        f"{asked.incidence:g} degrees off its normal"
     )
     for name, each in record["classes"].items():
         if each["share"] is not None and name != NOT_SURVEYED:
