@@ -6,6 +6,7 @@ import importlib
 import sys
 from pathlib import Path
 
+import numba
 import pytest
 from numba.core.caching import IndexDataCacheFile
 
@@ -91,6 +92,16 @@ def test_code_is_kept_while_its_sources_stay(package_anywhere):
     assert ask() == (1011.0, 1)
     (package_anywhere / "unused.py").touch()
     assert ask() == (1011.0, 1)
+
+
+def test_code_that_is_loaded_keeps_no_objects_of_the_compiler_until_another_kernel_needs_them(package):
+    ask()
+    assert ask() == (1011.0, 1)
+    kernel, pair = sys.modules["loops.caller"].ask, sys.modules["loops.pairs"].Pair(1.0, 200.0)
+    (loaded,) = (compiled.library for compiled in kernel.overloads.values())
+    assert loaded._shared_module is None
+    assert numba.njit(lambda pair: kernel(pair) + 1.0)(pair) == 1012.0
+    assert loaded._shared_module is not None
 
 
 @pytest.mark.parametrize(

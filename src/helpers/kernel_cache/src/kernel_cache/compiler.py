@@ -10,6 +10,7 @@ from uuid import uuid4
 
 import numba
 from numba.core.caching import IndexDataCacheFile
+from numba.core.codegen import CPUCodeLibrary, ll
 from numba.np import linalg
 
 from kernel_cache.folders import folder_for
@@ -46,6 +47,33 @@ def _data_name(file: IndexDataCacheFile, number: int) -> str:
 
 
 IndexDataCacheFile._data_name = _data_name  # type: ignore[method-assign]
+
+_load = vars(CPUCodeLibrary)["_unserialize"].__func__
+_for_linking = CPUCodeLibrary._get_module_for_linking
+
+
+def _load_machine_code(kind: type[CPUCodeLibrary], codegen: Any, state: tuple) -> CPUCodeLibrary:
+    """Load a kernel, and keep only its machine code ready.
+
+    numba also keeps the kernel as LLVM's objects, to compile it into others. That is 0.4 MB for each kernel,
+    and machine code that is kept needs none of it.
+    """
+    library = _load(kind, codegen, state)
+    if library._shared_module is not None:
+        library._shared_module, library._bitcode = None, state[2][1]
+    return library
+
+
+def _module_for_linking(library: CPUCodeLibrary) -> Any:
+    """Return LLVM's objects of a kernel, which another one is compiled with."""
+    bitcode = getattr(library, "_bitcode", None)
+    if library._shared_module is None and bitcode is not None:
+        library._shared_module = ll.parse_bitcode(bitcode)
+    return _for_linking(library)
+
+
+CPUCodeLibrary._unserialize = classmethod(_load_machine_code)  # type: ignore[method-assign, assignment]
+CPUCodeLibrary._get_module_for_linking = _module_for_linking  # type: ignore[method-assign]
 
 _ensure_blas = linalg.ensure_blas
 
