@@ -125,8 +125,8 @@ def test_text_stl_of_any_editor(tmp_path, content):
 
 
 def test_a_binary_stl_whose_number_of_triangles_was_not_known(tmp_path):
-    triangle = struct.pack("<12fH", 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0)
-    content = b"\0" * 80 + struct.pack("<I", 0xFFFFFFFF) + 3 * triangle
+    triangles = [struct.pack("<12fH", 0, 0, 1, 0, 0, z, 1, 0, z, 0, 1, z, 0) for z in range(3)]
+    content = b"\0" * 80 + struct.pack("<I", 0xFFFFFFFF) + b"".join(triangles)
     assert area_m2(tmp_path / "a.stl", content) == pytest.approx(1.5)
 
 

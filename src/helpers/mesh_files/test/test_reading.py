@@ -11,7 +11,7 @@ import trimesh
 
 from mesh_files.errors import MeshFileError
 from mesh_files.reading import read_parts
-from mesh_files.worlds import read_triangles
+from mesh_files.worlds import is_first, read_triangles
 
 SIZE_M = (6.0, 4.0, 3.0)
 """Of a box that stands on z = 0: x, y, z."""
@@ -225,6 +225,27 @@ def test_triangles_without_finite_corners_are_left_out_and_told(tmp_path, caplog
     (tmp_path / "a.obj").write_text("v nan 0 0\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nf 2 3 4\nf 1 3 4\n")
     assert len(read_triangles(tmp_path / "a.obj").corners_m) == 1
     assert "left out 2 of 3 triangles" in caplog.text
+
+
+def test_a_triangle_that_is_there_twice_counts_once_and_this_is_told(tmp_path, caplog):
+    # The second one begins at another corner; the last one faces the other way, as the back of a thin plate
+    lines = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -0.0 0 0\nf 1 2 3\nf 2 3 4\nf 1 3 2\n"
+    (tmp_path / "a.obj").write_text(lines)
+    assert len(read_triangles(tmp_path / "a.obj").corners_m) == 2
+    assert "left out 1 of 3 triangles, which are there twice" in caplog.text
+
+
+def test_which_triangles_are_second_ones_is_what_a_comparison_of_corners_says():
+    random = np.random.default_rng(1)
+    corners = random.integers(0, 3, (400, 3, 2)).astype(float)
+    corners = np.concatenate((corners, np.zeros((400, 3, 1))), axis=2)
+    known, right = set(), []
+    for each in corners.tolist():
+        turns = {tuple(map(tuple, each[k:] + each[:k])) for k in range(3)}
+        right.append(not turns & known)
+        known |= turns
+    assert 100 < sum(right) < 400
+    np.testing.assert_array_equal(is_first(corners), right)
 
 
 def test_a_file_that_is_not_there_and_too_many_triangles(tmp_path):

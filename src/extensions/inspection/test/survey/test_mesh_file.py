@@ -165,6 +165,16 @@ def test_a_ground_of_a_kilometre_takes_the_memory_of_the_room_on_it():
     assert found.at(found.air, np.array([(30.0, 40.0, 1.5)])) == 1
 
 
+@pytest.mark.parametrize(
+    ("factor", "why"), [(1000.0, "too much for voxels"), (0.001, "less than two voxels")]
+)
+def test_a_mesh_in_millimetres_or_kilometres_is_refused(factor, why):
+    room = trimesh.creation.box((6.0, 4.0, 3.0))
+    mesh = Mesh(factor * np.array(room.triangles), ("room",), np.zeros(12, int))
+    with pytest.raises(SurveyError, match=f"{why}.*check that its unit is the metre"):
+        room_of_mesh(mesh, SurveyParameters())
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_triangles_that_are_cut_keep_their_area_in_the_box(seed):
     """By a slow reference: many random points on the triangle, and the share of them in the box."""

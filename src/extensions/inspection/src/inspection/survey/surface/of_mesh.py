@@ -24,6 +24,8 @@ from inspection.survey.surface.surrounded import surrounded_voxels
 
 EDGE_M = 0.6
 """More on each side of the box around a mesh."""
+LEAST_VOXELS = 2.0
+"""Along the longest side of the mesh."""
 INTO_M = 1e-3
 """Samples count to the voxel this far behind them: walls on voxels' borders do not thicken inwards."""
 SPACING = 0.4
@@ -38,10 +40,16 @@ def room_of_mesh(
     """Return the room, samples of the surface in it, and the triangles (m,) that reach into it.
 
     Raises:
-        SurveyError: the mesh is too large for its voxels, or the UAV fits nowhere.
+        SurveyError: the mesh is too large or too small for its voxels, or the UAV fits nowhere.
     """
     p = parameters
     low_m, high_m = mesh.bounds_m()
+    if (high_m - low_m).max() < LEAST_VOXELS * p.voxel:
+        size = " x ".join(f"{v:.3g}" for v in high_m - low_m)
+        raise SurveyError(
+            f"The mesh spans {size} m, which is less than two voxels of {p.voxel:g} m: take smaller ones "
+            "(--voxel), or check that its unit is the metre."
+        )
     low = np.floor((low_m - EDGE_M - p.around_m) / p.voxel).astype(np.int64)
     high = np.ceil((high_m + EDGE_M + p.around_m) / p.voxel).astype(np.int64)
     size = (high - low)[::-1]
