@@ -179,3 +179,10 @@ def test_intel_odometry_errs_as_published():
     assert errors.relations == 97
     assert errors.translation_mean_m == pytest.approx(3.25, abs=0.005)
     assert errors.translation_std_m == pytest.approx(7.20, abs=0.005)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+def test_whatever_system_has_written_a_trajectory(tmp_path, encoding):
+    text = "# gemessen in Süd\r\n1.0 2 3 0 0 0 0 1\r\n2.0 2 4 0 0 0 0 1\r\n"
+    (tmp_path / "a.tum").write_bytes(text.encode(encoding))
+    assert read_tum(tmp_path / "a.tum").poses_in_map[:, 1].tolist() == [3.0, 4.0]

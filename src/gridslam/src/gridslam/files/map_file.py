@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import io
 import math
 import re
@@ -15,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gridslam.errors import MapError, reason_of
+from gridslam.files.encodings import text_of
 from gridslam.files.replacing import replace_file, replace_files
 from gridslam.occupancy_grid import CELLS_MAX, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
@@ -144,7 +144,7 @@ def _facts_of(path: Path) -> dict:
     try:
         content = path.read_bytes()
         # As map_server's reader, take the first of several documents.
-        facts = next(iter(yaml.safe_load_all(_without_tabs(_text_of(content)))), None)
+        facts = next(iter(yaml.safe_load_all(_without_tabs(text_of(content)))), None)
     except OSError as error:
         raise MapError(f"The map's file {path} cannot be read: {reason_of(error)}.") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # endless digits, endless depth
@@ -154,16 +154,6 @@ def _facts_of(path: Path) -> dict:
     if not isinstance(facts, dict) or not {"image", "resolution", "origin"} <= facts.keys():
         raise MapError(f"{path} is not a map's YAML file: it lacks image, resolution or origin.")
     return facts
-
-
-def _text_of(content: bytes) -> str:
-    """Return a YAML file's text: UTF-8, UTF-16 as PowerShell writes it, or as an older editor has it."""
-    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-        return content.decode("utf-16")
-    try:
-        return content.decode("utf-8")
-    except UnicodeDecodeError:
-        return content.decode("latin-1")  # only comments and names hold other than ASCII
 
 
 def _without_tabs(text: str) -> str:

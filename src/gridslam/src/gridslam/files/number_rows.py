@@ -11,6 +11,7 @@ from typing import Mapping, Sequence
 import numpy as np
 
 from gridslam.errors import EvaluationError, reason_of
+from gridslam.files.encodings import text_of
 
 
 def read_rows(
@@ -49,12 +50,13 @@ def read_rows(
 
 def _text_of(path: Path) -> str:
     try:
-        with (gzip.open if str(path).endswith(".gz") else open)(path, "rt", encoding="utf-8-sig") as file:
-            return file.read()
-    except UnicodeDecodeError:
-        raise EvaluationError(f"{path}: cannot be read (it is not text).") from None
+        with (gzip.open if str(path).endswith(".gz") else open)(path, "rb") as file:
+            text = text_of(file.read())
     except (OSError, EOFError, zlib.error) as error:
         raise EvaluationError(f"{path}: cannot be read ({reason_of(error)}).") from None
+    if "\0" in text:
+        raise EvaluationError(f"{path}: cannot be read (it is not text).")
+    return text
 
 
 def _is_number(word: str) -> bool:
