@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pytest
 import trimesh
 from drawn_wall import AWAY_M, CAMERA, wall_picture
 from page_words import words
@@ -79,6 +80,27 @@ def test_a_photograph_of_any_name_is_linked(tmp_path):
     assert main([str(tmp_path)]) == 0
     assert report([str(tmp_path)]) == 0
     assert 'href="./S%C3%BCd%20%231%2050%25.jpg"' in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
+def test_findings_that_an_editor_has_stored_otherwise_are_in_the_report(tmp_path, capsys, encoding):
+    Image.fromarray(mottled(wall_picture())).save(tmp_path / "1.jpg")
+    assert main([str(tmp_path)]) == 0
+    found = tmp_path / "findings.json"
+    found.write_bytes(found.read_text().replace("1.jpg", "Süd.jpg").encode(encoding))
+    capsys.readouterr()
+    assert report([str(tmp_path)]) == 0
+    assert "Süd.jpg" in words(tmp_path / "report.html")
+    assert not capsys.readouterr().err
+
+
+def test_findings_that_cannot_be_read_are_named_by_the_command(tmp_path, capsys):
+    Image.fromarray(mottled(wall_picture())).save(tmp_path / "1.jpg")
+    (tmp_path / "1.json").write_text(json.dumps({"position_m": [0, 0, 0], "orientation_xyzw": [0, 0, 0, 1]}))
+    (tmp_path / "findings.json").write_text('{"findings": [')
+    assert report([str(tmp_path)]) == 0
+    assert "findings.json are not JSON" in capsys.readouterr().err
+    assert "are not JSON" in words(tmp_path / "report.html")
 
 
 def mottled(picture):

@@ -14,6 +14,7 @@ from typing import Any, Iterator, Mapping, Sequence
 import numpy as np
 
 from flight_basics.errors import ReportError
+from flight_basics.yaml_file import text_of
 from inspection.files.whole import write_whole
 from inspection.findings.merging import Finding
 from inspection.findings.pairing import pairs_of
@@ -53,7 +54,7 @@ def read_search(path: Path) -> SearchRecord:
         ReportError: one sentence that names the file, the finding and the fault.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        content = json.loads(text_of(path.read_bytes()))
     except OSError as error:
         raise ReportError(f"The findings {path} cannot be read: {error.strerror}.") from None
     except (ValueError, RecursionError) as error:

@@ -20,6 +20,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
+from flight_basics.yaml_file import text_of
 from inspection.files.whole import write_whole
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.candidates import Candidate
@@ -39,7 +40,7 @@ def read_marks(photograph: Path) -> list[Candidate] | None:
     if not path.exists():
         return None
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        content = json.loads(text_of(path.read_bytes()))
         marked_one = content.get("photograph")
         if marked_one is not None and marked_one != _digest_of(photograph):
             return None

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import yaml
 
+from flight_basics.yaml_file import text_of
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.files.whole import write_whole
 from inspection.photograph_poses.pose import Pose, Poses
@@ -67,7 +68,7 @@ def _alike(one: SurveyCamera, other: SurveyCamera) -> bool:
 
 def _is_of_another(path: Path) -> bool:
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        content = json.loads(text_of(path.read_bytes()))
     except OSError:
         return False
     except ValueError:

@@ -19,6 +19,7 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from flight_basics.errors import FlightBasicsError
+from flight_basics.yaml_file import text_of
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photographs.calibration import read_camera
 from inspection.photographs.damage import damage_of
@@ -279,7 +280,7 @@ def _order(path: Path) -> tuple:
 def _is_record(path: Path) -> bool:
     """Return whether a JSON tells a pose, as a photograph's does."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        content = json.loads(text_of(path.read_bytes()))
     except (OSError, ValueError, RecursionError):
         return False
     return isinstance(content, dict) and "position_m" in content

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from flight_basics.errors import FlightBasicsError
+from flight_basics.yaml_file import text_of
 from inspection.camera.photograph_pose import PhotographPose
 
 
@@ -66,7 +67,7 @@ def read_record(path: Path) -> PhotographRecord:
     Keys that are not known here are ignored: a newer program may have written the folder.
     """
     try:
-        values = json.loads(path.read_text(encoding="utf-8-sig"))
+        values = json.loads(text_of(path.read_bytes()))
         known: dict[str, Any] = {
             name: tuple(value) if isinstance(value, list) else value
             for name, value in values.items()

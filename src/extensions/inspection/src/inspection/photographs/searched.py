@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from flight_basics.yaml_file import text_of
 from inspection.photographs.listing import LeftOut, Listing, listed
 
 FINDINGS = "findings.json"
@@ -28,7 +29,7 @@ def left_out_in(folder: Path) -> list[LeftOut]:
     """Return what the search for findings left out of a folder; nothing if it was not searched."""
     for path in (folder / FINDINGS, folder.parent / FINDINGS):
         try:
-            content: Any = json.loads(path.read_text(encoding="utf-8-sig"))
+            content: Any = json.loads(text_of(path.read_bytes()))
             return [LeftOut(str(each["photograph"]), str(each["why"])) for each in content["left_out"]]
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue

@@ -41,7 +41,9 @@ def main(arguments: list[str] | None = None) -> int:
         if is_plan:
             write_page_of_plan(given.folder, out, given.mesh, given.ship)
         else:
-            write_report(given.folder, out, given.mesh, given.ship, given.last, given.thickness)
+            read = write_report(given.folder, out, given.mesh, given.ship, given.last, given.thickness)
+            for each in read.damaged:
+                print(f"inspection_report: {each} The page says so, and does without it.", file=sys.stderr)
     except FlightBasicsError as error:
         print(f"inspection_report: {error}", file=sys.stderr)
         return 1

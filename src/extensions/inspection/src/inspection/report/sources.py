@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Callable, Collection, Mapping, Sequence, TypeVar
 
 from flight_basics.errors import FlightBasicsError, ReportError, SurveyError
+from flight_basics.yaml_file import text_of
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.findings.findings_file import SearchRecord, read_search
 from inspection.findings.merging import Finding
@@ -47,7 +48,8 @@ class Inspection:
     photographs: the folder of them. coverage, result: contents of the JSON files. unsearched: a sentence why
     the surface that photographs show does not count as seen, as nobody has looked for rust in all of them;
     empty: it counts. red: photographs whose coating is as red as rust. without_pose: photographs that were
-    searched on their own, for their poses are not known.
+    searched on their own, for their poses are not known. damaged: those remarks that name a file which is
+    there, but cannot be used.
     """
 
     folder: Path
@@ -63,6 +65,7 @@ class Inspection:
     unsearched: str = ""
     red: int = 0
     without_pose: tuple[MarkedPicture, ...] = ()
+    damaged: tuple[str, ...] = ()
 
     @property
     def seen(self) -> SurfaceRecord | None:
@@ -80,6 +83,7 @@ def read_inspection(folder: Path) -> Inspection:
         raise ReportError(f"{folder}: there is no such folder.")
     photographs = folder / "photographs" if (folder / "photographs").is_dir() else folder
     remarks: list[str] = []
+    damaged: list[str] = []
 
     def of(name: str, read: Callable[[Path], T], missing: str) -> T | None:
         places = [each / name for each in (folder, photographs) if (each / name).is_file()]
@@ -91,6 +95,7 @@ def read_inspection(folder: Path) -> Inspection:
             return read(places[0])
         except FlightBasicsError as error:
             remarks.append(str(error))
+            damaged.append(str(error))
             return None
 
     search = of("findings.json", read_search, "The photographs were not searched for rust and cracks.")
@@ -129,6 +134,7 @@ def read_inspection(folder: Path) -> Inspection:
         unsearched,
         0 if search is None else len(search.red),
         () if search is None else search.without_pose,
+        tuple(damaged),
     )
 
 
@@ -180,7 +186,7 @@ def _surface(coverage: Mapping[str, Any], path: Path) -> SurfaceRecord:
 
 def _json(path: Path) -> dict[str, Any]:
     try:
-        content = json.loads(path.read_text(encoding="utf-8-sig"))
+        content = json.loads(text_of(path.read_bytes()))
     except (OSError, ValueError) as error:
         raise ReportError(f"{path} cannot be read ({error}).") from None
     if not isinstance(content, dict):
