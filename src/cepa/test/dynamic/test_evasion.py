@@ -32,7 +32,7 @@ def test_what_comes_head_on_is_evaded_whatever_progress_that_costs(own_m_s, off_
     state[0, 1] = own_m_s
     commands, rollouts = candidates(REFERENCE, REFERENCE, 2.0), Rollouts(PARAMETERS)
     # When it chooses the least costly of the admissible commands
-    admissible, results, _ = rollouts.assess(commands, state, around, REFERENCE[:2] / 2.0, COMMIT_S)
+    admissible, results, *_ = rollouts.assess(commands, state, around, REFERENCE[:2] / 2.0, COMMIT_S)
     cost = Cost(PARAMETERS).of(commands, results, REFERENCE, 2.0, own_m_s)
     cost[~admissible] = math.inf
     best = commands[np.argmin(cost)]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from spatial_flight import HEIGHT_M, LEVEL, NO_SCAN, PERIOD_S, STEP_S, Boxes
 
-from cepa import Cloud, Dynamic, Motion
+from cepa import Cloud, Dynamic, Motion, Reason
 from cepa.dynamic.constants.free_space import PICTURE_ROW_TAN
 from cepa.dynamic.free_space.cloud_picture import CloudPicture
 from cepa.dynamic.kernels.response import fly
@@ -88,6 +88,53 @@ def test_a_load_that_is_in_view_for_less_than_half_a_second_is_found_and_as_wide
     assert seen_s < found_s < arrives_s
     for corner_m in (-0.5 * edge_m, 0.5 * edge_m):
         assert math.hypot(ahead - 1.0, aside - corner_m) < radius
+
+
+def seen_by_puck(boxes_at, speed: float, until_s: float) -> list[float]:
+    """Return when something may come down, s, for a UAV in the open that flies along x with a Puck."""
+    falling, picture, times_s = Falling(0.15), CloudPicture(), []
+    for t in np.arange(0.0, until_s, PUCK_PERIOD_S).tolist():
+        place = np.array([speed * t, 0.0, HEIGHT_M])
+        motion = Motion(t, tuple(place.tolist()), LEVEL, (speed, 0.0, 0.0))
+        points = picture.take_in(boxes_at(t).cloud(place), motion)
+        falling.take_in(points, picture.free, PICTURE_ROW_TAN * picture.rows_in_one, motion)
+        if len(falling.columns(motion, counts_signs=True)):
+            times_s.append(t)
+    return times_s
+
+
+@pytest.mark.parametrize(("edge_m", "sinks"), [(0.5, 0.8), (0.6, 1.0), (0.8, 1.5)])
+def test_in_the_open_what_comes_into_view_from_above_counts_in_the_second_cloud(edge_m, sinks):
+    # Given a load that is at the UAV's height 0.6 m ahead, 2 s after the UAV has set off at 1 m/s
+    middle_m = 2.6 + 0.5 * edge_m
+    times_s = seen_by_puck(lambda t: box(middle_m, 0.0, HEIGHT_M + sinks * (2.0 - t), edge_m), 1.0, 2.0)
+    # Then it is found as soon as the highest channel has met its bottom's far edge twice
+    far_m, up = 2.6 + edge_m, math.tan(math.radians(15.0))
+    seen_s = (2.0 * sinks - far_m * up) / (sinks - up)
+    assert seen_s <= times_s[0] <= seen_s + 0.15
+
+
+@pytest.mark.parametrize("speed", [0.5, 1.0, 2.0])
+def test_in_the_open_what_stands_does_not_come_down_though_the_uav_flies_up_to_it_and_under_it(speed):
+    standing = np.concatenate(
+        [
+            box(5.0, 0.0, HEIGHT_M + 0.6, 0.4).corners,  # an arm of a crane
+            box(7.0, 1.0, 0.0, 0.4, 6.0).corners,  # a pillar
+            np.array([[(9.0, -6.0, HEIGHT_M + 1.0), (15.0, 6.0, HEIGHT_M + 1.4)]]),  # a bridge
+        ]
+    )
+    assert not seen_by_puck(lambda _: Boxes(standing), speed, 11.0 / speed)
+
+
+def test_what_a_cloud_shows_to_come_down_counts_in_the_answer_to_its_own_scan(monkeypatch):
+    disc, clouds = np.array([[0.5, 0.0, 0.0, 0.0, 1.5, 0.0, 1.0, 1.0]]), []
+    monkeypatch.setattr(Falling, "take_in", lambda self, *_: clouds.append(self))
+    monkeypatch.setattr(Falling, "columns", lambda self, *_: disc if len(clouds) > 1 else disc[:0])
+    steering, place, far = Dynamic(), np.array([0.0, 0.0, HEIGHT_M]), box(20.0, 0.0, 0.0, 1.0)
+    for number in range(2):
+        motion = Motion(PERIOD_S * number, tuple(place.tolist()), LEVEL, (0.0, 0.0, 0.0))
+        decision = steering.steer(NO_SCAN, (1.0, 0.0), (0.0, 0.0), motion, far.cloud(place))
+        assert (decision.reason is Reason.MARGIN_LOST) == (len(clouds) > 1)
 
 
 def test_a_thing_that_is_nearer_at_once_does_not_fall():

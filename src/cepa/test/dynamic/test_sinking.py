@@ -129,7 +129,7 @@ def test_a_fast_load_is_found_by_three_heights_of_twentieths_of_a_second():
     for number in range(4):
         t = 0.05 * number
         motion = Motion(t, (t, 0.0, HEIGHT_M), LEVEL, (1.0, 0.0, 0.0))
-        range_m = 30.0 if number == 0 else 2.0 - 1.7 * t
+        range_m = 7.0 if number == 0 else 2.0 - 1.7 * t  # a ceiling, so it is not in the open
         found = sinking.take_in([Ranging((0.0, 0.0, 0.0), UP, range_m, 0.05, RANGE_MAX_M)], motion)
         assert len(found) == (number == 3)
 
@@ -181,6 +181,40 @@ def test_what_is_slower_than_a_slope_under_which_the_uav_flies_counts_when_it_is
             until_s=1.4,
         )
         assert (found_s is not None) == is_found
+
+
+@pytest.mark.parametrize(("before_m", "near_m"), [(30.0, 1.2), (math.inf, 0.4), (30.0, 2.5), (7.0, 1.2)])
+def test_in_the_open_the_uav_goes_back_from_what_appears_over_it_until_it_knows_whether_it_comes(
+    before_m, near_m
+):
+    # Given a beam that meets something that stands, 1 s after it began, and once more
+    sinking, found = Sinking(0.3, 0.15), {}
+    rng = np.random.default_rng(4)
+    for number in range(60):
+        t = 0.05 * number
+        is_met = 20 <= number < 30 or 40 <= number < 50
+        range_m = (near_m if is_met else before_m) + rng.normal(0.0, 0.005)
+        motion = Motion(t, (0.5 * t, 0.0, HEIGHT_M), LEVEL, (0.5, 0.0, 0.0))
+        found[number] = sinking.take_in([Ranging((0.0, 0.0, 0.0), UP, range_m, 0.05, 40.0)], motion)
+    # Then its column is closed for five heights, if it may be a load; and not again so soon
+    is_sign = before_m > 8.0 and near_m < 2.0
+    assert [n for n, discs in found.items() if len(discs)] == (list(range(20, 25)) if is_sign else [])
+    if is_sign:
+        ((ahead, _, _, _, radius, _, arrives_s, way),) = found[20]
+        assert math.hypot(ahead, 0.0) <= radius
+        assert arrives_s == pytest.approx((near_m - 0.15) / 2.0, abs=0.02)  # by the fastest load
+        assert way == 1.0
+
+
+def test_what_appeared_over_the_uav_in_the_open_counts_while_the_beam_misses_it():
+    """The UAV leans back to brake, so its beam is no longer under the load."""
+    sinking = Sinking(0.3, 0.15)
+    for number in range(40):
+        t = 0.05 * number
+        range_m = 1.0 if number in (2, 3) else math.inf
+        motion = Motion(t, (0.0, 0.0, HEIGHT_M), LEVEL, (0.0, 0.0, 0.0))
+        found = sinking.take_in([Ranging((0.0, 0.0, 0.0), UP, range_m, 0.05, 40.0)], motion)
+        assert len(found) == (number >= 2)  # for 2 s after its arrival
 
 
 def fly_near_a_load(
@@ -336,3 +370,30 @@ def test_the_uav_does_not_sink_onto_what_its_range_finder_sees_below(monkeypatch
         scan, (0.0, 0.0), (0.0, 0.0), Motion(0.0, (0.0, 0.0, HEIGHT_M), LEVEL, (0.0, 0.0, 0.0))
     )
     assert (decision.climb_m_s < 0.0) == sinks
+
+
+def test_a_fast_uav_at_the_rim_of_a_column_goes_back_and_does_not_only_stand(monkeypatch):
+    """It flies at 1 m/s, 0.15 m before the disc of a load that arrives soon: it cannot stop there."""
+    disc = np.array([[1.65, 0.0, 0.0, 0.0, 1.5, 0.0, 0.9, 1.0]])
+    monkeypatch.setattr(Sinking, "take_in", lambda *_: disc)
+    steering = Dynamic()
+    scan = LaserScan2D(np.full(BEAMS, math.inf), -math.pi, 2 * math.pi / BEAMS, 0.06, 10.0)
+    steering.take_ranges([Ranging((0.0, 0.0, 0.0), DOWN, HEIGHT_M, 0.05, RANGE_MAX_M)])
+    motion = Motion(0.0, (0.0, 0.0, HEIGHT_M), LEVEL, (1.0, 0.0, 0.0))
+    decision = steering.steer(scan, (1.0, 0.0), (1.0, 0.0), motion)
+    assert decision.velocity_xy[0] < -2.0
+
+
+def test_what_a_planar_lidar_shows_near_the_uav_is_left_at_its_height_for_it_may_be_at_others_too():
+    steering, angles_rad = Dynamic(), np.linspace(-math.pi, math.pi, BEAMS, endpoint=False)
+    for number in range(12):
+        ahead = np.abs(angles_rad) < 0.6
+        ranges = np.where(ahead, (0.38 if number > 3 else 3.0) / np.cos(angles_rad), math.inf)
+        scan = LaserScan2D(ranges, -math.pi, 2 * math.pi / BEAMS, 0.06, 10.0)
+        steering.take_ranges(
+            [Ranging((0.0, 0.0, 0.0), w, r, 0.05, 40.0) for w, r in ((UP, 35.0), (DOWN, 2.0))]
+        )
+        motion = Motion(0.05 * number, (0.0, 0.0, HEIGHT_M), LEVEL, (0.0, 0.0, 0.0))
+        decision = steering.steer(scan, (0.0, 0.0), (0.0, 0.0), motion)
+    assert decision.velocity_xy[0] < -0.1
+    assert decision.climb_m_s == 0.0

@@ -41,6 +41,7 @@ from cepa.dynamic.space_knowledge import SpaceKnowledge
 from cepa.dynamic.threats import is_within, threats
 from cepa.dynamic.timing import ScanTiming
 from cepa.dynamic.ways_out.emergency import Emergency
+from cepa.dynamic.ways_out.hard_braking import hardest_braking
 from cepa.dynamic.ways_out.way_aside import WayAside
 from cepa.keep_out import KeepOut, at_heights
 from cepa.motion import LEVEL, Cloud, Motion, Ranging
@@ -174,7 +175,8 @@ class Dynamic(Algorithm):
         seen = beams, scan.range_max, now, told.age_s, state, cloud
         observed = self._observe(*seen, reference.speed)  # 2 what moves
         knowledge = self._knowledge_of(observed)
-        step = Step(knowledge, knowledge.take_in(observed), reference, heading)  # 2 memory
+        snapshot = self._with_newest(knowledge.take_in(observed), reference.speed)  # 2 memory
+        step = Step(knowledge, snapshot, reference, heading)
         clear = knowledge.clear_reference(step.snapshot, reference, self.commit_s)  # 3 clear?
         if clear is not None:
             if self._search is not None and self._is_asked(reference):
@@ -243,15 +245,13 @@ class Dynamic(Algorithm):
             standing = np.concatenate((standing, at_heights(walls, -p.body_below, p.body_above)))
         rangings, self._rangings = self._rangings, ()
         columns = self._sinking.take_in(rangings, now, self._clouds_show_loads(now))
-        falling = self._space.columns(now) if self._space is not None else NO_COLUMNS
+        is_open = self._sinking.is_in_the_open(now.stamp_s)
+        falling = self._space.columns(now, is_open) if self._space is not None else NO_COLUMNS
         columns = np.concatenate((columns, falling))
         if self._space is not None and self._way_aside.is_hurried(columns):
             for way in np.unique(columns[:, 7]).tolist():
                 rangings = [r for r in rangings if way * r.direction[2] <= 0.0]
                 self._space.forget_over(now, way)
-        met = np.concatenate((scan.movers, columns[:, :6])) if len(columns) else scan.movers
-        evasion_m_s = HURRIED_EVASION_M_S if self._way_aside.is_hurried(columns) else EVASION_M_S
-        fastest = max(evasion_m_s, reference_speed, math.hypot(state[0, 1], state[1, 1]))
         return Observation(
             motion=now,
             state=state,
@@ -265,11 +265,34 @@ class Dynamic(Algorithm):
             columns=columns,
             falling=falling,
             walls=walls,
-            threats=threats(met, fastest, self.parameters.r_ub),
+            threats=self._threats(scan.movers, columns, state, reference_speed),
             cloud=cloud,
             rangings=rangings,
             is_held=self._hold_up.is_held,
         )
+
+    def _threats(
+        self, movers: np.ndarray, columns: np.ndarray, state: np.ndarray, reference_speed: float
+    ) -> np.ndarray:
+        """Return those of the movers and columns that the UAV may meet."""
+        met = np.concatenate((movers, columns[:, :6])) if len(columns) else movers
+        evasion_m_s = HURRIED_EVASION_M_S if self._way_aside.is_hurried(columns) else EVASION_M_S
+        fastest = max(evasion_m_s, reference_speed, math.hypot(state[0, 1], state[1, 1]))
+        return threats(met, fastest, self.parameters.r_ub)
+
+    def _with_newest(self, snapshot: Snapshot, reference_speed: float) -> Snapshot:
+        """Return a snapshot with what its own cloud has just shown to come down."""
+        observed = snapshot.observed
+        if self._space is None or observed.cloud is None:
+            return snapshot
+        is_open = self._sinking.is_in_the_open(observed.motion.stamp_s)
+        falling = self._space.columns(observed.motion, is_open)
+        if np.array_equal(falling, observed.falling):
+            return snapshot
+        sinking = observed.columns[: len(observed.columns) - len(observed.falling)]
+        columns = np.concatenate((sinking, falling))
+        met = self._threats(observed.movers, columns, observed.state, reference_speed)
+        return snapshot._replace(observed=observed._replace(columns=columns, falling=falling, threats=met))
 
     def _clouds_show_loads(self, now: Motion) -> bool:
         """Return whether clouds come, and they show loads from afar, or none are to be expected here."""
@@ -329,7 +352,12 @@ class Dynamic(Algorithm):
             outlook.remembered, outlook.is_hidden, int(is_admissible.sum()), assessed.braking_margin_m
         )
         end_m, progress_m = math.hypot(*course.end), float(outcomes[best, PROGRESS])
-        if self._emergency.is_needed(around, progress_m, reference.speed, end_m):  # 8 emergency
+        is_emergency = self._emergency.is_needed(around, progress_m, reference.speed, end_m)  # 8 emergency
+        is_safe = is_admissible[best] and outcomes[best, LOSS] == 0.0
+        if assessed.brakes_too_late and (is_emergency or not is_safe):
+            hardest = hardest_braking(state[:2, 1], self.parameters.response)
+            return self._answer(step, hardest, math.inf, len(commands), Reason.BRAKING, considered)
+        if is_emergency:
             return self._leave(step, outlook, considered)
         is_reference = best == REFERENCE and np.array_equal(commands[best, :2], reference.velocity[:2])
         is_clear = is_reference and outcomes[best, DISCOMFORT] == outcomes[best, LOSS] == 0.0
@@ -341,7 +369,7 @@ class Dynamic(Algorithm):
         p, speed = self.parameters, max(step.reference.speed, self.parameters.v_max)
         around = outlook.around._replace(cost_to_go=NO_COST_TO_GO)
         way_out, climb_m = self._emergency.way_out(around), self._emergency.climb_m(around)
-        if is_within(step.snapshot.observed.columns):
+        if is_within(step.snapshot.observed.columns) or self._is_of_unknown_height(step.snapshot):
             climb_m = math.inf  # out to the side, never between a load and the floor
         if abs(climb_m) * p.v_max < (way_out.length_m if way_out else math.inf) * p.climb_max:
             climb = self._spot_climb(step, around, climb_m, is_emergency=True)
@@ -358,6 +386,13 @@ class Dynamic(Algorithm):
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
         tested = len(commands)
         return self._answer(step, commands[best], float(cost[best]), tested, Reason.MARGIN_LOST, considered)
+
+    def _is_of_unknown_height(self, snapshot: Snapshot) -> bool:
+        """Return whether a plane shows what is within r_LB: it may be there at other heights, too."""
+        if self._space is None or not self._space.knows_one_height:
+            return False
+        near_m = np.hypot(*snapshot.near.T).min(initial=math.inf)
+        return bool(near_m < self.parameters.r_lb)
 
     def _with_climbs(self, step: Step, level: np.ndarray, climb_m_s: float) -> np.ndarray:
         """Return ``level`` (n, 3), m/s, with climbs; none under what comes down: out to the side only."""

@@ -25,6 +25,7 @@ from cepa.dynamic.kernels.rollout import OUTCOME_COLUMNS, roll_out
 from cepa.dynamic.kernels.surroundings import Braking, Cushions, Horizon, Surroundings
 from cepa.dynamic.knowledge import Snapshot
 from cepa.dynamic.observer import response_of
+from cepa.dynamic.ways_out.hard_braking import is_too_late
 from cepa.parameters import CepaParameters
 
 HALF_STRIDE_S = 0.5 * CLEAR_STRIDE * PATH_STEP_S
@@ -39,6 +40,8 @@ class Assessment(NamedTuple):
     """(n, 5): see `roll_out`; zeros where it is not admissible."""
     braking_margin_m: float
     """How much more than it must keep the UAV keeps from everything if it brakes at once."""
+    brakes_too_late: bool
+    """Whether it then comes too near to what stands, see `is_too_late`."""
 
 
 class Rollouts:
@@ -92,7 +95,8 @@ class Rollouts:
         outcomes = np.zeros((len(commands), OUTCOME_COLUMNS))
         world = self.response, around, horizon, cushions, at_once
         roll_out(state, commands, *world, direction, is_admissible, outcomes)
-        return Assessment(is_admissible, outcomes, margin_m)
+        steps = horizon.commit + horizon.brake
+        return Assessment(is_admissible, outcomes, margin_m, is_too_late(clearance_m[:steps], self.hull_m))
 
     def discomfort_in_emergency(self, around: Surroundings) -> float:
         """Return the discomfort in an emergency of staying where the UAV is, by what moves."""

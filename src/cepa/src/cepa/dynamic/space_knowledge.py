@@ -95,9 +95,12 @@ class SpaceKnowledge(Knowledge):
         """Return which movers (k,) of a scan have stood where they are; see `SpaceMemory.have_stood`."""
         return self._memory.have_stood(scan.movers, scan.points, motion)
 
-    def columns(self, motion: Motion) -> np.ndarray:
-        """Return the discs (k, 8) that something comes down into, as the clouds until now have shown."""
-        return self._memory.columns(motion)
+    def columns(self, motion: Motion, is_open: bool) -> np.ndarray:
+        """Return the discs (k, 8) that something comes down into, as the clouds until now have shown.
+
+        is_open: no ceiling is over the UAV.
+        """
+        return self._memory.columns(motion, is_open and not self.looks_up)
 
     def forget_over(self, motion: Motion, way: float) -> None:
         """Forget what is over (way 1) or under (-1) the UAV: spots of what comes do not stand there."""
@@ -119,7 +122,7 @@ class SpaceKnowledge(Knowledge):
         return self._clouds.is_silent or not self._clouds.looks_all_around
 
     @property
-    def _knows_one_height(self) -> bool:
+    def knows_one_height(self) -> bool:
         """Whether ways are known at the height of flight only: all that clouds have shown is forgotten."""
         return self._needs_plane and self._clouds.silence_s > self._p.memory_s
 
@@ -129,14 +132,13 @@ class SpaceKnowledge(Knowledge):
         command = reference.velocity.copy()
         command[2] = np.clip(command[2], -self._p.climb_max, self._p.climb_max)
         around = self._around(snapshot, NO_COST_TO_GO)
-        (is_admissible,), (outcome,), _ = self._rollouts.assess(
-            command[None], snapshot.state, around, reference.direction, commit_s
-        )
+        assessed = self._rollouts.assess(command[None], snapshot.state, around, reference.direction, commit_s)
+        (is_admissible,), (outcome,) = assessed.is_admissible, assessed.outcomes
         if not (is_admissible and outcome[DISCOMFORT] == outcome[LOSS] == 0.0):
             return None
         if self._open_height_m(space, reference) != space.asked_m:
             return None
-        if self._knows_one_height and is_leading_away(self._search, reference, self._p):
+        if self.knows_one_height and is_leading_away(self._search, reference, self._p):
             return None
         return command
 
@@ -217,7 +219,7 @@ class SpaceKnowledge(Knowledge):
         Without a cloud only the layer that the UAV is in counts. A plane that tilts shows a few cells of the
         layers above and below, and a way through these would end the search, though the UAV cannot fly it.
         """
-        if self._knows_one_height:
+        if self.knows_one_height:
             return Layers(space.distance[LAYERS // 2][None], self._grid.cell_m, np.zeros(1))
         return Layers(space.distance, self._grid.cell_m, space.detours_m)
 

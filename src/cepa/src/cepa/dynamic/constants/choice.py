@@ -23,6 +23,9 @@ Source: flown. Greater: it sinks where it need not."""
 NOT_COME_S = 0.5
 """s: What should have arrived so long ago has not come: the UAV no longer sinks for it, nor leaves fast for
 clouds. Source: chosen. Greater: it gives way longer to what was no load."""
+RIM_M = 0.05
+"""m: A UAV whose body is in the way of what comes counts as so far within it. Source: chosen. Greater: no
+difference."""
 HURRIED_BY_CLOUDS_S = 1.0
 """s: Where clouds come, only if they show it, and it arrives so soon: tanks are narrow. Source:
 flown. Greater: it leaves fast where it need not."""
@@ -119,6 +122,9 @@ EMERGENCY_NARROWNESS = 5.0
 ways."""
 EMERGENCY_TURN_M = 0.5
 """m: It counts as so much farther to turn back. Source: chosen. Greater: it wavers less."""
+HARD_BRAKING = 5.0
+"""1: A UAV that must brake harder than by standstill is told to fly back, with so many times its speed.
+Source: chosen. Greater: it brakes harder at its end, and may fly back a little."""
 
 # -- the reference's end -----------------------------------------------------------------------------------
 FORGOTTEN_M = 0.5

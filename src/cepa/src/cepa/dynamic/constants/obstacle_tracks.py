@@ -182,6 +182,17 @@ plates and stiffeners over a beam that leans count as loads."""
 SINKING_TIMES = 2
 """1: Findings without a break after which it counts: plates and stiffeners over a beam that leans look once
 like a load. Source: flown. Greater: found later."""
+SINKING_SIGN_M = 2.0
+"""m: In the open, what appears over the body within so much may be a load. The UAV goes back until it knows.
+Source: chosen. Greater: it goes back for more of what stands."""
+SINKING_SIGN_HEIGHTS = 6
+"""1: It knows after so many heights, or after `SINKING_FORGET_S`. Source: chosen. Greater: it goes back
+farther."""
+SINKING_SIGN_PAUSE_S = 3.0
+"""s: Then it does not go back for so long, so that it passes under what stands. Source: chosen. Greater: a
+second load is found later."""
+SINKING_FASTEST_M_S = 2.0
+"""m/s: Until it knows, it counts on such a load. Source: chosen. Greater: it hurries more."""
 UPRIGHT_COSINE = 0.9
 """1: A range finder that leans farther tells no height. Source: chosen. Greater: none while the UAV
 accelerates."""
@@ -227,6 +238,14 @@ FALLING_APART_M = 1.5
 FALLING_BEYOND_M = 0.5
 """m: A load reaches so far beyond the middle of its outermost cell: the diagonal of half a cell, and what is
 not seen. Source: grid. Greater: it leaves farther."""
+FALLING_SIGN_M = 2.0
+"""m: In the open, what comes into view over the body within so much sinks faster than the UAV flies under it.
+Source: chosen. Greater: it makes way for more of what stands."""
+FALLING_SIGN_S = 0.3
+"""s: It is new if clouds that are older than this have not shown it. Source: chosen. Greater: it counts for
+longer until its speed is known."""
+FALLING_SIGN_KEPT_S = 0.8
+"""s: Clouds that are older than this do not tell. Source: chosen. Greater: less of what was hidden counts."""
 SHOWS_LOADS_RAD = math.radians(45.0)
 """rad: Clouds that look up so steeply show a load that sinks as fast as the UAV flies. If they look up less,
 the range finder finds loads in the open as it does without clouds. Source: chosen. Greater: the UAV makes

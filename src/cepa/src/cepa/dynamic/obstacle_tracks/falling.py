@@ -23,10 +23,14 @@ from cepa.dynamic.constants.obstacle_tracks import (
     FALLING_LEVEL_M,
     FALLING_REACH_M,
     FALLING_RESIDUAL_M,
+    FALLING_SIGN_KEPT_S,
+    FALLING_SIGN_M,
+    FALLING_SIGN_S,
     FALLING_SPANS_S,
     FALLING_SPREAD,
     FALLING_UNEVEN,
     FALLING_WALL_M,
+    SINKING_FASTEST_M_S,
     SINKING_FORGET_S,
     SINKING_LEAST_M_S,
 )
@@ -118,15 +122,50 @@ class Falling:
         newest_s = self._seen[-1].stamp_s
         return next(seen for seen in self._seen if newest_s - seen.stamp_s <= span_s + 1e-6)
 
-    def columns(self, motion: Motion) -> np.ndarray:
-        """Return the discs (k, 8) that something comes down into now, see `Observation`."""
+    def columns(self, motion: Motion, counts_signs: bool = False) -> np.ndarray:
+        """Return the discs (k, 8) that something comes down into now, see `Observation`.
+
+        counts_signs: what may come down counts, too, until its speed is known.
+        """
         now_s, (x, y, _) = motion.stamp_s, motion.position_m
         self._columns = [column for column in self._columns if column.until_s >= now_s]
         near = [c for c in self._columns if c.from_s <= now_s]
+        if counts_signs and not near:
+            near = self._signs(motion)
         if not near:
             return NO_COLUMNS
         discs = [(c.x_m - x, c.y_m - y, 0, 0, c.radius_m, 0, c.from_s + ARRIVES_S - now_s, 1) for c in near]
         return np.array(discs, float)
+
+    def _signs(self, motion: Motion) -> list[_Column]:
+        """Return where something has just come into view over the body, near the UAV, in two clouds.
+
+        What stands in the open is seen from afar. Nearer, it leaves the view upwards. So what comes into view
+        from above sinks, and faster than the UAV could fly under it.
+        """
+        now_s = motion.stamp_s
+        are_older = [FALLING_SIGN_S <= now_s - seen.stamp_s <= FALLING_SIGN_KEPT_S for seen in self._seen]
+        older = [seen.lowest_m[:, 2] for seen, is_older in zip(self._seen, are_older) if is_older]
+        if len(older) < FALLING_FEWEST:
+            return []
+        is_unseen = np.isinf(older).all(axis=0)
+        x, y, z = motion.position_m
+        places, before = (
+            seen.lowest_m[is_unseen & np.isfinite(seen.lowest_m[:, 2])]
+            for seen in (self._seen[-1], self._seen[-2])
+        )
+        places = places[np.hypot(places[:, 0] - x, places[:, 1] - y) < FALLING_SIGN_M]
+        if not len(places) or not len(before):
+            return []
+        apart_m = np.hypot(*(before[:, None, :2] - places[None, :, :2]).transpose(2, 0, 1))
+        if apart_m.min() > FALLING_APART_M:
+            return []
+        places = self._with_unseen(places)
+        x_m, y_m = places[:, :2].mean(axis=0).tolist()
+        radius_m = float(np.hypot(*(places[:, :2] - (x_m, y_m)).T).max()) + FALLING_BEYOND_M
+        gap_m = max(0.0, float(places[:, 2].min()) - z - self._above_m)
+        arrives_s = now_s + gap_m / SINKING_FASTEST_M_S
+        return [_Column(x_m, y_m, radius_m, arrives_s - ARRIVES_S, arrives_s)]
 
     def _coming(
         self, span_s: float, places: np.ndarray, heights: np.ndarray

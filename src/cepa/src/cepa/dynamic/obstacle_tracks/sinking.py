@@ -10,6 +10,7 @@ import numpy as np
 
 from cepa.dynamic.constants.obstacle_tracks import (
     ARRIVES_S,
+    SINKING_FASTEST_M_S,
     SINKING_FEWEST,
     SINKING_FORGET_S,
     SINKING_GAP_M,
@@ -20,6 +21,9 @@ from cepa.dynamic.constants.obstacle_tracks import (
     SINKING_OPEN_M,
     SINKING_RADIUS_M,
     SINKING_RESIDUAL_M,
+    SINKING_SIGN_HEIGHTS,
+    SINKING_SIGN_M,
+    SINKING_SIGN_PAUSE_S,
     SINKING_SIGNIFICANCE,
     SINKING_SLOPE,
     SINKING_SLOPE_OF_ROOFS,
@@ -89,12 +93,16 @@ class Sinking:
         self._last_m: dict[float, float] = {}
         self._times: dict[float, int] = {}  # that it was found without a break
         self._open_s = -math.inf  # when it was open far up
+        self._sign: _Column | None = None
+        self._sign_s = -math.inf  # when the last one was given up
+        self._sign_seen = 0  # in so many heights
 
     def take_over(self, earlier: Sinking) -> None:
         """Take over what one with other parameters knows; it must not be used any longer."""
         self._heights, self._columns = earlier._heights, earlier._columns
         self._last_m, self._times = earlier._last_m, earlier._times
         self._open_s = earlier._open_s
+        self._sign, self._sign_s, self._sign_seen = earlier._sign, earlier._sign_s, earlier._sign_seen
 
     def is_in_the_open(self, now_s: float) -> bool:
         """Return whether a beam has just met no ceiling, as under a crane, and unlike in a tank."""
@@ -110,6 +118,8 @@ class Sinking:
             self._keep(ranging, motion, clouds_show)
         now_s, (x, y, _) = motion.stamp_s, motion.position_m
         columns = [(*c, way) for way, c in self._columns.items() if c.is_closed(now_s)]
+        if self._sign is not None and not columns:
+            columns = [(*self._sign, 1.0)]
         if not columns:
             return NO_COLUMNS
         discs = [(cx - x, cy - y, 0, 0, SINKING_RADIUS_M, 0, s - now_s, way) for cx, cy, s, way in columns]
@@ -137,6 +147,8 @@ class Sinking:
         )
         gap_m = way * (height_m - motion.position_m[2]) - self._ends_m[way]
         is_roofed = clouds_show and not self.is_in_the_open(motion.stamp_s)
+        if way > 0.0 and not clouds_show:
+            self._take_sign(heights, gap_m)
         rises_m_s = _speed_m_s(heights, gap_m, clouds_show, is_roofed)
         speed = way * rises_m_s
         self._times[way] = self._times.get(way, 0) + 1 if speed < 0.0 else 0
@@ -149,6 +161,23 @@ class Sinking:
             if known is not None and known.holds(heights[-1][1:3], motion.stamp_s):
                 x_m, y_m = known[:2]
             self._columns[way] = _Column(x_m, y_m, arrives_s)
+
+    def _take_sign(self, heights: deque[_Height], gap_m: float) -> None:
+        """Take in that something has just appeared near over the body, where it was open.
+
+        Three heights tell how fast it comes, a tenth of a second later. A load may touch a UAV that flies
+        on until then. gap_m: from the body.
+        """
+        newest = heights[-1]
+        was_open = len(heights) > 1 and self._open_s == heights[-2].stamp_s
+        if self._sign is not None:
+            self._sign_seen += gap_m <= SINKING_SIGN_M
+            knows = self._sign_seen >= SINKING_SIGN_HEIGHTS
+            if knows or newest.stamp_s > self._sign.arrives_s + SINKING_FORGET_S:
+                self._sign, self._sign_s = None, newest.stamp_s
+        elif was_open and gap_m <= SINKING_SIGN_M and newest.stamp_s - self._sign_s > SINKING_SIGN_PAUSE_S:
+            arrives_s = newest.stamp_s + max(0.0, gap_m) / SINKING_FASTEST_M_S
+            self._sign, self._sign_seen = _Column(*_middle_of(heights, 1.0, 0.0), arrives_s), 1
 
 
 def _speed_m_s(heights: deque[_Height], gap_m: float, clouds_show: bool, is_roofed: bool) -> float:
@@ -164,7 +193,8 @@ def _speed_m_s(heights: deque[_Height], gap_m: float, clouds_show: bool, is_roof
         return 0.0
     run = [newest]
     for height in reversed(list(heights)[:-1]):
-        if not abs(height.z_m - run[-1].z_m) <= SINKING_GAP_M:  # another thing, or none
+        is_old = newest.stamp_s - height.stamp_s > SINKING_SPANS_S[-1] + 1e-6
+        if is_old or not abs(height.z_m - run[-1].z_m) <= SINKING_GAP_M:  # another thing, or none
             break
         run.append(height)
     found = np.array([height[:4] for height in run])

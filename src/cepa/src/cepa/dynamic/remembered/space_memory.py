@@ -164,9 +164,9 @@ class SpaceMemory:
         known = points, is_hidden, distance, unseen, own_reach_m, heights_m, detours_m, asked_m
         return RecalledSpace(*known, self._field.grid)
 
-    def columns(self, motion: Motion) -> np.ndarray:
-        """Return the discs (k, 8) that something comes down into, as clouds have shown."""
-        return self._falling.columns(motion)
+    def columns(self, motion: Motion, counts_signs: bool) -> np.ndarray:
+        """Return the discs (k, 8) that something comes down into, as clouds have shown; see `Falling`."""
+        return self._falling.columns(motion, counts_signs)
 
     def forget_over(self, motion: Motion, way: float) -> None:
         """Forget what is over (way 1) or under (-1) the UAV; what stands there is seen again."""

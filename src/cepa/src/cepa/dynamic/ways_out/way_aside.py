@@ -14,6 +14,7 @@ from cepa.dynamic.constants.choice import (
     HURRIED_EVASION_M_S,
     HURRIED_S,
     NOT_COME_S,
+    RIM_M,
     SINK_ALONG_S,
 )
 from cepa.dynamic.constants.obstacle_tracks import UPRIGHT_COSINE
@@ -65,7 +66,7 @@ class WayAside:
         something is about to touch it. shown (k, 8): of the columns those that tell how soon it must be gone.
         """
         observed, p = snapshot.observed, self._p
-        columns, movers = observed.columns[:, :6], observed.movers
+        columns, movers = _over(observed.columns[:, :6], p.body_radius), observed.movers
         others = movers[~are_within(movers, columns)]  # a scan may show the thing itself, as it sinks
         movers = np.concatenate((others, columns))
         around = around._replace(cost_to_go=NO_COST_TO_GO, movers=movers)
@@ -92,6 +93,19 @@ class WayAside:
         falls_s, _ = arrives_in_s(shown, self._p.body_radius)
         is_slow = observed.cloud is not None and not -NOT_COME_S <= falls_s <= HURRIED_BY_CLOUDS_S
         return EVASION_M_S if is_slow else HURRIED_EVASION_M_S
+
+
+def _over(columns: np.ndarray, body_m: float) -> np.ndarray:
+    """Return columns (c, 6) that hold the middle of a UAV whose body, of this radius, is in them.
+
+    A rim that a fast UAV is about to pass would be a contact at once, whatever it does. Then all ways out
+    would be as bad, and it would stop.
+    """
+    away_m, grown = np.hypot(columns[:, 0], columns[:, 1]), columns.copy()
+    grown[:, 4] = np.where(
+        away_m < columns[:, 4] + body_m, np.maximum(columns[:, 4], away_m + RIM_M), columns[:, 4]
+    )
+    return grown
 
 
 def _can_sink(snapshot: Snapshot, p: CepaParameters) -> bool:
