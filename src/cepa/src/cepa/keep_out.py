@@ -80,4 +80,7 @@ def at_heights(walls: np.ndarray, low_m: float, high_m: float) -> np.ndarray:
     """
     heights_m = walls[:, 2]
     found: np.ndarray = walls[(low_m <= heights_m) & (heights_m <= high_m)]
-    return found[np.append(True, (found[1:, :2] != found[:-1, :2]).any(axis=1))] if len(found) else found
+    if not len(found):
+        return found
+    x, y = found[:, 0], found[:, 1]
+    return found[np.append(True, (x[1:] != x[:-1]) | (y[1:] != y[:-1]))]

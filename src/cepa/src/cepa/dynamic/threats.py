@@ -51,6 +51,8 @@ def arrives_in_s(columns: np.ndarray, body_m: float) -> tuple[float, float]:
 
     columns (k, 8): see `Observation`; it is negative if it has arrived. body_m: radius.
     """
+    if not len(columns):
+        return math.inf, math.inf  # nearly always
     within = columns[np.hypot(columns[:, 0], columns[:, 1]) < columns[:, 4] + body_m]
     above, below = (within[within[:, 7] == way, 6].min(initial=math.inf) for way in (1.0, -1.0))
     return float(above), float(below)
