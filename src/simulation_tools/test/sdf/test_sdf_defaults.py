@@ -120,3 +120,18 @@ def test_the_noise_of_an_imu_before_sdf_1_6_is_that_of_every_axis():
 def test_inertia_that_is_to_be_computed_is_said_not_to_be():
     (said,) = read('<link name="a"><inertial auto="true"/></link>', "1.11").warnings
     assert "auto" in said
+
+
+def test_words_behind_the_numbers_do_not_count_as_in_gazebo_and_this_is_said():
+    model = read('<link name="a"><pose>1 2 3 0 0 0 9</pose><inertial><mass>2 kg</mass></inertial></link>')
+    assert model.links[0].pose.position_m == (1.0, 2.0, 3.0)
+    assert model.links[0].inertial.mass_kg == 2.0
+    assert [said.partition(": ")[2] for said in model.warnings] == [
+        'What stands behind the numbers of <pose> does not count: "9".',
+        'What stands behind the numbers of <mass> does not count: "kg".',
+    ]
+
+
+def test_too_few_numbers_are_still_refused():
+    with pytest.raises(SdfError, match='6 finite numbers, not "1 2 3"'):
+        read('<link name="a"><pose>1 2 3</pose></link>')

@@ -220,8 +220,15 @@ class Node:
         return text
 
     def numbers(self, count: int) -> tuple[float, ...]:
-        """Return the element's text as that many finite numbers."""
+        """Return the element's text as that many finite numbers.
+
+        As in Gazebo, words behind them do not count; a note says so.
+        """
         words = (self._element.text or "").split()
+        if len(words) > count:
+            beyond = " ".join(words[count:])[:60]
+            self.note(f'What stands behind the numbers of <{self.tag}> does not count: "{beyond}"')
+            words = words[:count]
         try:
             values = tuple(float(word) for word in words)
         except ValueError:
