@@ -3,6 +3,7 @@
 import contextlib
 import resource
 import struct
+import tracemalloc
 import zlib
 
 import numpy as np
@@ -318,3 +319,17 @@ def test_pixels_of_16_bits_are_read(tmp_path, name):
     else:
         Image.fromarray(greys).save(tmp_path / name)
     assert read_map(path).cells.tolist() == [[100, -1, 0]]
+
+
+def test_a_large_map_is_written_with_memory_for_one_picture(tmp_path):
+    cells = np.full((1500, 1000), -1, np.int8)
+    cells[100:1400, 50:900], cells[700, 60:800] = 0, 100
+    grid = OccupancyGrid(cells, 0.05, (-3.0, 2.0))
+    tracemalloc.start()
+    try:
+        write_map(tmp_path / "large", grid)
+        _, peak = tracemalloc.get_traced_memory()
+    finally:
+        tracemalloc.stop()
+    assert peak < 1.5 * cells.size
+    np.testing.assert_array_equal(read_map(tmp_path / "large.yaml").cells, cells)

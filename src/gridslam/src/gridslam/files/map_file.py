@@ -57,12 +57,18 @@ class Thresholds:
             )
 
 
+ROWS_AT_ONCE = 64
+"""Of a map that becomes a picture: all at once would take memory for several pictures."""
+
+
 def greys_of(grid: OccupancyGrid, thresholds: Thresholds = Thresholds()) -> np.ndarray:
     """Return the picture of a map, (h, w) uint8: white free, black occupied, grey unknown, row 0 on top."""
     greys = np.full(grid.cells.shape, GREY_UNKNOWN, dtype=np.uint8)
-    greys[(grid.cells >= FREE) & (grid.cells <= thresholds.free_at_most)] = GREY_FREE
-    greys[grid.cells >= thresholds.occupied_at_least] = GREY_OCCUPIED
-    return greys[::-1]
+    for first in range(0, len(greys), ROWS_AT_ONCE):
+        cells, part = grid.cells[::-1][first : first + ROWS_AT_ONCE], greys[first : first + ROWS_AT_ONCE]
+        part[(cells >= FREE) & (cells <= thresholds.free_at_most)] = GREY_FREE
+        part[cells >= thresholds.occupied_at_least] = GREY_OCCUPIED
+    return greys
 
 
 def write_map(
@@ -91,7 +97,7 @@ def write_map(
         f"occupied_thresh: {OCCUPIED_THRESH}\nfree_thresh: {FREE_THRESH}\n"
     )
     try:
-        replace_files({image_path: header.encode() + greys_of(grid, thresholds).tobytes(), yaml_path: facts})
+        replace_files({image_path: (header.encode(), greys_of(grid, thresholds).data), yaml_path: facts})
     except OSError as error:
         raise MapError(f"The map cannot be written to {error.filename}: {error.strerror}.") from None
     return image_path, yaml_path
@@ -104,7 +110,7 @@ def write_picture(path: str | Path, grid: OccupancyGrid) -> None:
     try:
         picture = io.BytesIO()
         picture.name = str(path)  # its ending tells Pillow the format
-        Image.fromarray(np.ascontiguousarray(greys_of(grid))).save(picture)
+        Image.fromarray(greys_of(grid)).save(picture)
         replace_file(path, picture.getvalue())
     except (OSError, ValueError) as error:
         raise MapError(f"The map's picture cannot be written to {path}: {reason_of(error)}.") from None
