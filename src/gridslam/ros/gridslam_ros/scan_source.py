@@ -10,7 +10,7 @@ import numpy as np
 from sensor_msgs.msg import LaserScan
 
 from gridslam import PlanarScan
-from gridslam.inputs.clock_watch import ClockWatch
+from gridslam.filter.clock_watch import ClockWatch
 from gridslam.inputs.levelling import Levelling
 from gridslam.inputs.scan_watch import ScanWatch
 from gridslam.inputs.turns_watch import TurnsWatch

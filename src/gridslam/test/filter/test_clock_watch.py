@@ -4,7 +4,7 @@ import numpy as np
 import planar_world
 import pytest
 
-from gridslam.inputs.clock_watch import ClockWatch, offset_of
+from gridslam.filter.clock_watch import ClockWatch, offset_of
 
 LIDAR = planar_world.Lidar(4.7, 180, 10.0, 0.01, 10.0)
 ROUTE = np.array([(-8.0, -5.0), (8.0, -5.0)])
