@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -65,3 +66,15 @@ def test_at_1_m_s_the_command_asks_for_just_the_greatest_acceleration():
 )
 def test_it_is_too_late_if_standing_ends_within_the_hull_and_nearer_than_now(clearance_m, is_late):
     assert is_too_late(np.array(clearance_m), 0.4) is is_late
+
+
+@pytest.mark.parametrize(
+    ("speed", "clouds_show_heights", "is_hard"),
+    [(1.0, False, True), (1.0, True, False), (0.2, False, False), (0.2, True, False)],
+)
+def test_a_slow_uav_and_one_that_knows_ways_over_and_under_it_do_not(speed, clouds_show_heights, is_hard):
+    """In rough galleries it would no longer climb. A UAV that hovers would be thrown to and fro."""
+    dynamic = Dynamic()
+    assert dynamic._must_brake_hard(speed) is (speed > 0.3)  # no heights at all
+    dynamic._space = SimpleNamespace(knows_one_height=not clouds_show_heights)
+    assert dynamic._must_brake_hard(speed) is is_hard

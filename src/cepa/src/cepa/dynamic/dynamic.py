@@ -13,6 +13,7 @@ from cepa.decision import Decision, Reason, Vector2
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, leads_back
 from cepa.dynamic.constants.choice import (
     EVASION_M_S,
+    HARD_BRAKING_FROM_M_S,
     HURRIED_EVASION_M_S,
     SPOT_CLIMBS,
     STANDS_M_S,
@@ -354,7 +355,7 @@ class Dynamic(Algorithm):
         end_m, progress_m = math.hypot(*course.end), float(outcomes[best, PROGRESS])
         is_emergency = self._emergency.is_needed(around, progress_m, reference.speed, end_m)  # 8 emergency
         is_safe = is_admissible[best] and outcomes[best, LOSS] == 0.0
-        if assessed.brakes_too_late and (is_emergency or not is_safe):
+        if assessed.brakes_too_late and (is_emergency or not is_safe) and self._must_brake_hard(own_speed):
             hardest = hardest_braking(state[:2, 1], self.parameters.response)
             return self._answer(step, hardest, math.inf, len(commands), Reason.BRAKING, considered)
         if is_emergency:
@@ -386,6 +387,14 @@ class Dynamic(Algorithm):
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
         tested = len(commands)
         return self._answer(step, commands[best], float(cost[best]), tested, Reason.MARGIN_LOST, considered)
+
+    def _must_brake_hard(self, own_speed: float) -> bool:
+        """Return whether the UAV is fast, and a plane alone shows what stands before it.
+
+        Clouds show ways over and under it, so that standing is the worst of many.
+        """
+        is_fast = own_speed > HARD_BRAKING_FROM_M_S
+        return is_fast and (self._space is None or self._space.knows_one_height)
 
     def _is_of_unknown_height(self, snapshot: Snapshot) -> bool:
         """Return whether a plane shows what is within r_LB: it may be there at other heights, too."""

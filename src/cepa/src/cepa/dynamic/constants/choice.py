@@ -125,6 +125,8 @@ EMERGENCY_TURN_M = 0.5
 HARD_BRAKING = 5.0
 """1: A UAV that must brake harder than by standstill is told to fly back, with so many times its speed.
 Source: chosen. Greater: it brakes harder at its end, and may fly back a little."""
+HARD_BRAKING_FROM_M_S = 0.3
+"""m/s: A slower UAV stands soon enough. Source: chosen. Greater: what comes into view late may be touched."""
 
 # -- the reference's end -----------------------------------------------------------------------------------
 FORGOTTEN_M = 0.5
