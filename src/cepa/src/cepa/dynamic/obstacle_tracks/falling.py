@@ -148,14 +148,15 @@ class Falling:
         older = [seen.lowest_m[:, 2] for seen, is_older in zip(self._seen, are_older) if is_older]
         if len(older) < FALLING_FEWEST:
             return []
-        is_unseen = np.isinf(older).all(axis=0)
+        newest_m, before_m = self._seen[-1].lowest_m, self._seen[-2].lowest_m
         x, y, z = motion.position_m
-        places, before = (
-            seen.lowest_m[is_unseen & np.isfinite(seen.lowest_m[:, 2])]
-            for seen in (self._seen[-1], self._seen[-2])
-        )
-        places = places[np.hypot(places[:, 0] - x, places[:, 1] - y) < FALLING_SIGN_M]
-        if not len(places) or not len(before):
+        (cells,) = np.nonzero(np.isfinite(newest_m[:, 2]))  # few: the rest is not looked at
+        cells = cells[np.hypot(newest_m[cells, 0] - x, newest_m[cells, 1] - y) < FALLING_SIGN_M]
+        places = newest_m[cells[np.isinf([heights_m[cells] for heights_m in older]).all(axis=0)]]
+        if not len(places):
+            return []
+        before = before_m[np.isinf(older).all(axis=0) & np.isfinite(before_m[:, 2])]
+        if not len(before):
             return []
         apart_m = np.hypot(*(before[:, None, :2] - places[None, :, :2]).transpose(2, 0, 1))
         if apart_m.min() > FALLING_APART_M:
