@@ -1,10 +1,12 @@
 """Odometry with stamps of other times than those of the scans is told once; turns alone tell it."""
 
+from dataclasses import replace
+
 import numpy as np
 import planar_world
 import pytest
 
-from gridslam.filter.clock_watch import ClockWatch, offset_of
+from gridslam.filter.clock_watch import PAIRS_MAX, ClockWatch, offset_of
 
 LIDAR = planar_world.Lidar(4.7, 180, 10.0, 0.01, 10.0)
 ROUTE = np.array([(-8.0, -5.0), (8.0, -5.0)])
@@ -60,3 +62,11 @@ def test_a_wheel_that_slips_is_no_matter_of_clocks():
     times_s, begin_s = np.arange(0.0, 30.0, 0.1), np.arange(0.0, 29.0, 0.5)
     turns = np.column_stack([begin_s, begin_s + 0.5, yaw(begin_s + 0.5) - yaw(begin_s)])
     assert offset_of(turns, np.column_stack([times_s, 0.2 * yaw(times_s)])) == 0.0
+
+
+def test_scans_that_are_too_far_apart_do_not_keep_it_waiting(scans):
+    """It would hold the yaw of each scan for ever."""
+    watch = ClockWatch()
+    for number in range(2 * PAIRS_MAX):
+        assert watch.check(replace(scans[0], stamp_s=2.0 * number), (0.0, 0.0, 0.0)) == ""
+    assert len(watch._told) <= PAIRS_MAX

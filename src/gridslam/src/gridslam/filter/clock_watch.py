@@ -17,7 +17,7 @@ GUESSES_RAD = np.array((-0.6, -0.3, 0.0, 0.3, 0.6))
 TURN_RAD, TURNS, TURNED_RAD = 0.1, 6, 3.0
 """So many comparisons in which the scans turn by more than the first decide, if they turn so much in all."""
 PAIRS_MAX = 600
-"""After so many comparisons the watch ends in any case, so it costs nothing later."""
+"""After so many pairs of scans the watch ends in any case, so it costs nothing later."""
 OFFSET_MIN_S, OFFSET_MAX_S, STEP_S = 0.25, 2.0, 0.05
 """Offsets between the first two are looked for. A smaller one does little harm."""
 BETTER = 0.4
@@ -50,6 +50,7 @@ class ClockWatch:
         if before is not None and scan.stamp_s - before.stamp_s < PERIOD_MIN_S:
             return ""
         self._before = scan
+        self._pairs += 1  # also where scans are too far apart, so that the watch ends
         if before is not None and scan.stamp_s - before.stamp_s <= PERIOD_MAX_S:
             self._compare(before, scan)
         if not self._is_enough():
@@ -63,7 +64,6 @@ class ClockWatch:
         guesses = np.zeros((len(GUESSES_RAD), 3))
         guesses[:, 2] = GUESSES_RAD
         link = Link.between(before, scan, guesses)
-        self._pairs += 1
         if link is not None:
             self._turns.append((before.stamp_s, scan.stamp_s, float(link.pose[2])))
 
