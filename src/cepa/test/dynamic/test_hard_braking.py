@@ -12,6 +12,7 @@ from cepa import CepaParameters, Dynamic
 from cepa.dynamic.kernels.response import fly as fly_exactly
 from cepa.dynamic.observer import response_of
 from cepa.dynamic.ways_out.hard_braking import hardest_braking, is_too_late
+from cepa.dynamic.ways_out.ways_out import must_brake_hard
 
 MODEL = CepaParameters().response
 
@@ -74,7 +75,9 @@ def test_it_is_too_late_if_standing_ends_within_the_hull_and_nearer_than_now(cle
 )
 def test_a_slow_uav_and_one_that_knows_ways_over_and_under_it_do_not(speed, clouds_show_heights, is_hard):
     """In rough galleries it would no longer climb. A UAV that hovers would be thrown to and fro."""
-    dynamic = Dynamic()
-    assert dynamic._must_brake_hard(speed) is (speed > 0.3)  # no heights at all
-    dynamic._space = SimpleNamespace(knows_one_height=not clouds_show_heights)
-    assert dynamic._must_brake_hard(speed) is is_hard
+    state = np.zeros((3, 4))
+    state[:2, 1] = 0.6 * speed, -0.8 * speed
+    for knows_one_height, is_expected in ((True, speed > 0.3), (not clouds_show_heights, is_hard)):
+        knowledge = SimpleNamespace(knows_one_height=knows_one_height)
+        step = SimpleNamespace(snapshot=SimpleNamespace(state=state), knowledge=knowledge)
+        assert must_brake_hard(step) is is_expected

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from cepa.decision import Reason
 from cepa.dynamic.constants.choice import (
     FAN_CLIMBS,
     FAN_COARSER,
@@ -22,6 +24,17 @@ OFFSETS_RAD, SHARES = (
     np.arange(FAN_DIRECTIONS) * (2.0 * math.pi / FAN_DIRECTIONS),
     np.array(FAN_SPEEDS)[:, None],
 )
+
+
+class Chosen(NamedTuple):
+    """A command that was chosen."""
+
+    command: np.ndarray
+    """(3,) m/s"""
+    cost: float
+    tested: int
+    """Of so many."""
+    reason: Reason
 
 
 def candidates(v_ref: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import NamedTuple, Sequence
+from typing import Sequence
 
 import numpy as np
 
 from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason, Vector2
-from cepa.dynamic.candidates import REFERENCE, STANDSTILL, candidates, leads_back
-from cepa.dynamic.constants.choice import (
-    EVASION_M_S,
-    HARD_BRAKING_FROM_M_S,
-    HURRIED_EVASION_M_S,
-    SPOT_CLIMBS,
-    STANDS_M_S,
-)
+from cepa.dynamic.candidates import REFERENCE, STANDSTILL, Chosen, candidates, leads_back
+from cepa.dynamic.constants.choice import EVASION_M_S, HURRIED_EVASION_M_S
 from cepa.dynamic.constants.free_space import SLAB_RANGE_M
 from cepa.dynamic.constants.obstacle_tracks import LATE_S
 from cepa.dynamic.constants.response import MEETING_S
@@ -29,8 +23,7 @@ from cepa.dynamic.destination import Destination
 from cepa.dynamic.free_space.slab import Slab
 from cepa.dynamic.heading import Heading
 from cepa.dynamic.kernels.rollout import DISCOMFORT, LOSS, PROGRESS
-from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, Surroundings
-from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot
+from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot, Step
 from cepa.dynamic.observer import Observer
 from cepa.dynamic.obstacle_tracks.moving_obstacles import MovingObstacles, SegmentedScan
 from cepa.dynamic.obstacle_tracks.sinking import NO_COLUMNS, Sinking
@@ -39,28 +32,15 @@ from cepa.dynamic.remembered.single_beams import SingleBeams
 from cepa.dynamic.report import Considered, Explanation, Report, View, report_of, view_of
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.dynamic.space_knowledge import SpaceKnowledge
-from cepa.dynamic.threats import is_within, threats
+from cepa.dynamic.threats import threats
 from cepa.dynamic.timing import ScanTiming
-from cepa.dynamic.ways_out.emergency import Emergency
-from cepa.dynamic.ways_out.hard_braking import hardest_braking
-from cepa.dynamic.ways_out.way_aside import WayAside
+from cepa.dynamic.ways_out.ways_out import WaysOut, must_brake_hard
 from cepa.keep_out import KeepOut, at_heights
 from cepa.motion import LEVEL, Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams, LaserScan2D
 
 NOTHING = np.empty((0, 3))
-
-
-class Step(NamedTuple):
-    """What one step works with, as soon as it is known what surrounds the UAV."""
-
-    knowledge: Knowledge
-    """Keeps what is known from step to step."""
-    snapshot: Snapshot
-    """What is known at this step."""
-    reference: Reference
-    heading: Heading
 
 
 class Dynamic(Algorithm):
@@ -87,8 +67,7 @@ class Dynamic(Algorithm):
         self._search = CostToGoSearch(p) if p.window_m > 0.0 else None
         self._plane = PlaneKnowledge(p, self._rollouts, self._search)
         self._cost = Cost(p)
-        self._way_aside = WayAside(p, self._rollouts, self._cost)
-        self._emergency = Emergency(p, self._rollouts.hull_m)
+        self._ways_out = WaysOut(p, self._rollouts, self._cost)
         self.wants_cloud = p.climb_max > 0.0
         self._keep_out, self._hold_up = KeepOut(), HoldUp()
         super().__init__(p)
@@ -98,7 +77,7 @@ class Dynamic(Algorithm):
         super().reset()
         for part in (self._observer, self._timing, self._single_beams, self._moving, self._sinking):
             part.reset()
-        for part_of_choice in (self._destination, self._plane, self._emergency, self._hold_up):
+        for part_of_choice in (self._destination, self._plane, self._ways_out, self._hold_up):
             part_of_choice.reset()
         if self._search is not None:
             self._search.reset()
@@ -177,16 +156,16 @@ class Dynamic(Algorithm):
         observed = self._observe(*seen, reference.speed)  # 2 what moves
         knowledge = self._knowledge_of(observed)
         snapshot = self._with_newest(knowledge.take_in(observed), reference.speed)  # 2 memory
-        step = Step(knowledge, snapshot, reference, heading)
+        step = Step(knowledge, snapshot, reference, heading, self._command, self.commit_s)
         clear = knowledge.clear_reference(step.snapshot, reference, self.commit_s)  # 3 clear?
         if clear is not None:
             if self._search is not None and self._is_asked(reference):
                 self._search.fly_clear(now.stamp_s)
-            return self._answer(step, clear, 0.0, 1, Reason.CUSHION_CLEAR)
+            return self._answer(step, Chosen(clear, 0.0, 1, Reason.CUSHION_CLEAR))
         course = course_of(reference, self._destination.gain_1_s, cost_horizon_s(self.parameters))
         outlook = knowledge.outlook(step.snapshot, reference, course)  # 4 cost-to-go
         if outlook.search_climb:
-            return self._climb_on_the_spot(step, outlook)
+            return self._answer(step, self._ways_out.climb_on_the_spot(step, outlook))
         return self._least_costly(step, outlook, course)  # 5 to 8
 
     def _allowed(self, v_ref: Vector2) -> Vector2:
@@ -249,7 +228,7 @@ class Dynamic(Algorithm):
         is_open = self._sinking.is_in_the_open(now.stamp_s)
         falling = self._space.columns(now, is_open) if self._space is not None else NO_COLUMNS
         columns = np.concatenate((columns, falling))
-        if self._space is not None and self._way_aside.is_hurried(columns):
+        if self._space is not None and self._ways_out.is_hurried(columns):
             for way in np.unique(columns[:, 7]).tolist():
                 rangings = [r for r in rangings if way * r.direction[2] <= 0.0]
                 self._space.forget_over(now, way)
@@ -277,7 +256,7 @@ class Dynamic(Algorithm):
     ) -> np.ndarray:
         """Return those of the movers and columns that the UAV may meet."""
         met = np.concatenate((movers, columns[:, :6])) if len(columns) else movers
-        evasion_m_s = HURRIED_EVASION_M_S if self._way_aside.is_hurried(columns) else EVASION_M_S
+        evasion_m_s = HURRIED_EVASION_M_S if self._ways_out.is_hurried(columns) else EVASION_M_S
         fastest = max(evasion_m_s, reference_speed, math.hypot(state[0, 1], state[1, 1]))
         return threats(met, fastest, self.parameters.r_ub)
 
@@ -330,13 +309,13 @@ class Dynamic(Algorithm):
 
     def _least_costly(self, step: Step, outlook: Outlook, course: Course) -> Decision:
         """Return the least costly of the admissible candidates, or the way out of an emergency."""
-        if self._way_aside.is_hurried(step.snapshot.observed.columns):
-            return self._make_way(step, outlook)
+        if self._ways_out.is_hurried(step.snapshot.observed.columns):
+            return self._answer(step, self._ways_out.make_way(step, outlook, self._shown(step)))
         reference, around, state = step.reference, outlook.around, step.snapshot.state
         is_threatened = len(outlook.around.movers) > 0
         fan_speed = max(reference.speed, EVASION_M_S) if is_threatened else reference.speed
         level = candidates(reference.velocity, self._command, fan_speed)
-        commands = self._with_climbs(step, level, outlook.climb_m_s)  # 5 candidates
+        commands = step.with_climbs(level, outlook.climb_m_s)  # 5 candidates
         assessed = self._rollouts.assess(commands, state, around, course.direction, self.commit_s)
         outcomes = assessed.outcomes
         if is_threatened and not outlook.around.cost_to_go.length.size:
@@ -353,100 +332,26 @@ class Dynamic(Algorithm):
             outlook.remembered, outlook.is_hidden, int(is_admissible.sum()), assessed.braking_margin_m
         )
         end_m, progress_m = math.hypot(*course.end), float(outcomes[best, PROGRESS])
-        is_emergency = self._emergency.is_needed(around, progress_m, reference.speed, end_m)  # 8 emergency
+        is_emergency = self._ways_out.must_leave(around, progress_m, reference.speed, end_m)  # 8 emergency
         is_safe = is_admissible[best] and outcomes[best, LOSS] == 0.0
-        if assessed.brakes_too_late and (is_emergency or not is_safe) and self._must_brake_hard(own_speed):
-            hardest = hardest_braking(state[:2, 1], self.parameters.response)
-            return self._answer(step, hardest, math.inf, len(commands), Reason.BRAKING, considered)
+        if assessed.brakes_too_late and (is_emergency or not is_safe) and must_brake_hard(step):
+            return self._answer(step, self._ways_out.brake_hard(step, len(commands)), considered)
         if is_emergency:
-            return self._leave(step, outlook, considered)
+            return self._answer(step, self._ways_out.leave(step, outlook), considered)
         is_reference = best == REFERENCE and np.array_equal(commands[best, :2], reference.velocity[:2])
         is_clear = is_reference and outcomes[best, DISCOMFORT] == outcomes[best, LOSS] == 0.0
         reason = _reason(outlook.has_way, is_clear, best)
-        return self._answer(step, commands[best], float(cost[best]), len(commands), reason, considered)
+        chosen = Chosen(commands[best], float(cost[best]), len(commands), reason)
+        return self._answer(step, chosen, considered)
 
-    def _leave(self, step: Step, outlook: Outlook, considered: Considered) -> Decision:
-        """Return the admissible velocity that regains r_LB fastest; the hull's own margin must suffice."""
-        p, speed = self.parameters, max(step.reference.speed, self.parameters.v_max)
-        around = outlook.around._replace(cost_to_go=NO_COST_TO_GO)
-        way_out, climb_m = self._emergency.way_out(around), self._emergency.climb_m(around)
-        if is_within(step.snapshot.observed.columns) or self._is_of_unknown_height(step.snapshot):
-            climb_m = math.inf  # out to the side, never between a load and the floor
-        if abs(climb_m) * p.v_max < (way_out.length_m if way_out else math.inf) * p.climb_max:
-            climb = self._spot_climb(step, around, climb_m, is_emergency=True)
-            if climb is not None:
-                return self._answer(step, climb, 0.0, len(SPOT_CLIMBS), Reason.MARGIN_LOST, considered)
-        away = np.zeros(2) if way_out is None else way_out.direction
-        commands = candidates(np.array([*(p.v_max * away), 0.0]), self._command, speed)
-        commands = self._with_climbs(step, commands, 0.0)
-        assessed = self._rollouts.assess(
-            commands, step.snapshot.state, around, away, self.commit_s, is_emergency=True
-        )
-        cost = self._cost.of_leaving(commands, assessed.outcomes, self._command, way_out is not None)
-        cost[~assessed.is_admissible] = math.inf
-        best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
-        tested = len(commands)
-        return self._answer(step, commands[best], float(cost[best]), tested, Reason.MARGIN_LOST, considered)
+    def _shown(self, step: Step) -> np.ndarray:
+        """Return those of the columns (k, 8) that tell how soon the UAV must be gone."""
+        observed = step.snapshot.observed
+        return observed.falling if self._clouds_show_loads(observed.motion) else observed.columns
 
-    def _must_brake_hard(self, own_speed: float) -> bool:
-        """Return whether the UAV is fast, and a plane alone shows what stands before it.
-
-        Clouds show ways over and under it, so that standing is the worst of many.
-        """
-        is_fast = own_speed > HARD_BRAKING_FROM_M_S
-        return is_fast and (self._space is None or self._space.knows_one_height)
-
-    def _is_of_unknown_height(self, snapshot: Snapshot) -> bool:
-        """Return whether a plane shows what is within r_LB: it may be there at other heights, too."""
-        if self._space is None or not self._space.knows_one_height:
-            return False
-        near_m = np.hypot(*snapshot.near.T).min(initial=math.inf)
-        return bool(near_m < self.parameters.r_lb)
-
-    def _with_climbs(self, step: Step, level: np.ndarray, climb_m_s: float) -> np.ndarray:
-        """Return ``level`` (n, 3), m/s, with climbs; none under what comes down: out to the side only."""
-        if is_within(step.snapshot.observed.columns):
-            level[:, 2] = 0.0
-            return level
-        return step.knowledge.with_climbs(level, climb_m_s)
-
-    def _make_way(self, step: Step, outlook: Outlook) -> Decision:
-        """Leave the columns that something comes down into soonest, to any side."""
-        observed, near = step.snapshot.observed, (step.snapshot, outlook.around)
-        shown = observed.falling if self._clouds_show_loads(observed.motion) else observed.columns
-        chosen = self._way_aside.choose(*near, shown, step.reference, self._command, self.commit_s)
-        return self._answer(step, *chosen, Reason.MARGIN_LOST)
-
-    def _climb_on_the_spot(self, step: Step, outlook: Outlook) -> Decision:
-        """Climb or sink as fast as may be, to look for a way at other heights."""
-        climb, tested = self._spot_climb(step, outlook.around, outlook.search_climb), len(SPOT_CLIMBS)
-        if climb is not None:
-            return self._answer(step, climb, 0.0, tested, Reason.STEERED)
-        if not np.any(np.abs(step.snapshot.state[:, 1]) > STANDS_M_S):
-            step.knowledge.give_up_height()
-        return self._answer(step, np.zeros(3), math.inf, tested, Reason.BRAKING)
-
-    def _spot_climb(
-        self, step: Step, around: Surroundings, sign: float, is_emergency: bool = False
-    ) -> np.ndarray | None:
-        """Return the fastest admissible climb on the spot (3,), m/s; sign < 0: down. None: there is none."""
-        commands = np.zeros((len(SPOT_CLIMBS), 3))
-        commands[:, 2] = math.copysign(self.parameters.climb_max, sign) * np.array(SPOT_CLIMBS)
-        state, nowhere = step.snapshot.state, np.zeros(2)
-        assessed = self._rollouts.assess(commands, state, around, nowhere, self.commit_s, is_emergency)
-        is_admissible = assessed.is_admissible
-        return commands[is_admissible.argmax()] if is_admissible.any() else None
-
-    def _answer(
-        self,
-        step: Step,
-        command: np.ndarray,
-        cost: float,
-        tested: int,
-        reason: Reason,
-        considered: Considered | None = None,
-    ) -> Decision:
-        """Return a command (3,), m/s, as an answer, and keep what the next step needs of it."""
+    def _answer(self, step: Step, chosen: Chosen, considered: Considered | None = None) -> Decision:
+        """Return what was chosen as an answer, and keep what the next step needs of it."""
+        command, cost, tested, reason = chosen
         self._command = command
         x, y, up = command.tolist()
         motion = step.snapshot.observed.motion

@@ -13,8 +13,10 @@ import numpy as np
 
 from cepa.dynamic.cost_to_go.course import Course, Reference
 from cepa.dynamic.free_space.free_ranges import FreeRanges
+from cepa.dynamic.heading import Heading
 from cepa.dynamic.kernels.surroundings import Surroundings
 from cepa.dynamic.remembered.space_memory import RecalledSpace
+from cepa.dynamic.threats import is_within
 from cepa.motion import Cloud, Motion, Ranging
 from cepa.scan import Beams
 
@@ -120,3 +122,30 @@ class Knowledge(ABC):
     @abstractmethod
     def give_up_height(self) -> None:
         """Take in that the UAV cannot climb, or sink, any further in search of a way."""
+
+    @property
+    @abstractmethod
+    def knows_one_height(self) -> bool:
+        """Whether ways are known at the height of flight only."""
+
+
+class Step(NamedTuple):
+    """What one step works with, as soon as it is known what surrounds the UAV."""
+
+    knowledge: Knowledge
+    """Keeps what is known from step to step."""
+    snapshot: Snapshot
+    """What is known at this step."""
+    reference: Reference
+    heading: Heading
+    last_command: np.ndarray
+    """(3,) m/s: the last answer, along the odometry's axes."""
+    commit_s: float
+    """How long the answer must be safe to fly."""
+
+    def with_climbs(self, level: np.ndarray, climb_m_s: float) -> np.ndarray:
+        """Return ``level`` (n, 3), m/s, with climbs; none under what comes down: out to the side only."""
+        if is_within(self.snapshot.observed.columns):
+            level[:, 2] = 0.0
+            return level
+        return self.knowledge.with_climbs(level, climb_m_s)

@@ -108,6 +108,11 @@ class PlaneKnowledge(Knowledge):
     def give_up_height(self) -> None:
         """Do nothing: in the plane no other height is tried."""
 
+    @property
+    def knows_one_height(self) -> bool:
+        """Whether ways are known at the height of flight only: always."""
+        return True
+
     def _distances(self, recalled: RecalledPlane) -> np.ndarray:
         """Return the field (1, n, n) of the distance to what is seen or hidden, m; it is overwritten."""
         fill_distances(recalled.obstacles, 0.0, 0.0, self._distance[0], self._grid.cell_m, self.far_m)

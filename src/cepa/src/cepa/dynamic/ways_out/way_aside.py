@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
-from cepa.dynamic.candidates import STANDSTILL, candidates
+from cepa.decision import Reason
+from cepa.dynamic.candidates import STANDSTILL, Chosen, candidates
 from cepa.dynamic.constants.choice import (
     EVASION_M_S,
     HURRIED_BY_CLOUDS_S,
@@ -20,24 +20,13 @@ from cepa.dynamic.constants.choice import (
 from cepa.dynamic.constants.obstacle_tracks import UPRIGHT_COSINE
 from cepa.dynamic.constants.response import CLIMB_LAG_S
 from cepa.dynamic.cost import Cost
-from cepa.dynamic.cost_to_go.course import Reference
 from cepa.dynamic.kernels.rollout import LOSS
 from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, Surroundings
-from cepa.dynamic.knowledge import Observation, Snapshot
+from cepa.dynamic.knowledge import Observation, Snapshot, Step
 from cepa.dynamic.rollouts import Rollouts
 from cepa.dynamic.threats import are_within, arrives_in_s
 from cepa.motion import Ranging
 from cepa.parameters import CepaParameters
-
-
-class Chosen(NamedTuple):
-    """A command that was chosen."""
-
-    command: np.ndarray
-    """(3,) m/s"""
-    cost: float
-    tested: int
-    """Of so many."""
 
 
 class WayAside:
@@ -50,28 +39,21 @@ class WayAside:
         """Return whether something soon sinks onto the UAV, or rises to it. columns: see `Observation`."""
         return min(arrives_in_s(columns, self._p.body_radius)) <= HURRIED_S
 
-    def choose(
-        self,
-        snapshot: Snapshot,
-        around: Surroundings,
-        shown: np.ndarray,
-        reference: Reference,
-        last_command: np.ndarray,
-        commit_s: float,
-    ) -> Chosen:
+    def choose(self, step: Step, around: Surroundings, shown: np.ndarray) -> Chosen:
         """Return the admissible velocity that leaves the columns soonest, to any side.
 
         A flight that would end at what stands stays within the columns for the rest of the horizon. By its
         lean the UAV rises and sinks a little; that leads to no other height. It sinks on its way out only if
         something is about to touch it. shown (k, 8): of the columns those that tell how soon it must be gone.
         """
+        snapshot, last_command, commit_s = step.snapshot, step.last_command, step.commit_s
         observed, p = snapshot.observed, self._p
         columns, movers = _over(observed.columns[:, :6], p.body_radius), observed.movers
         others = movers[~are_within(movers, columns)]  # a scan may show the thing itself, as it sinks
         movers = np.concatenate((others, columns))
         around = around._replace(cost_to_go=NO_COST_TO_GO, movers=movers)
-        speed = max(reference.speed, self._evasion_m_s(observed, shown))
-        commands = candidates(reference.velocity, last_command, speed)
+        speed = max(step.reference.speed, self._evasion_m_s(observed, shown))
+        commands = candidates(step.reference.velocity, last_command, speed)
         commands[:, 2] = 0.0
         state, nowhere = snapshot.state.copy(), np.zeros(2)
         state[2, 1:] = 0.0
@@ -86,7 +68,7 @@ class WayAside:
             sinking = np.array((*command[:2], -p.climb_max))
             seen = self._rollouts.assess(sinking[None], state, around, nowhere, commit_s, True)
             command = sinking if seen.is_admissible[0] else command
-        return Chosen(command, float(cost[best]), len(commands))
+        return Chosen(command, float(cost[best]), len(commands), Reason.MARGIN_LOST)
 
     def _evasion_m_s(self, observed: Observation, shown: np.ndarray) -> float:
         """Return how fast the UAV leaves: in no hurry from what clouds show to come slowly."""
