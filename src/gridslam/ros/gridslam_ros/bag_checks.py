@@ -42,8 +42,13 @@ class BagChecks:
         self._has_moved = math.hypot(x, y) > STILL_M or abs(yaw) > STILL_RAD
         self._changes += self._standstill.has_changed(scan, np.array(base_in_odom))
 
-    def check(self, integrated: int) -> None:
+    def check(self, integrated: int, used: int, jumps: int) -> None:
         """Judge the whole bag, of which so many scans were integrated.
+
+        Args:
+            integrated: number of scans in the map.
+            used: number of scans whose place TF tells.
+            jumps: before so many of these odometry has jumped.
 
         Raises:
             BagError: no map can be right.
@@ -56,6 +61,11 @@ class BagChecks:
             )
         if not integrated:
             raise BagError(self._why_nothing())
+        if 2 * jumps > used:
+            raise BagError(
+                f"Odometry jumps before {jumps} of {used} scans, farther than any vehicle moves; check "
+                "whether its positions are in metres."
+            )
         if not self._has_met:
             raise BagError(
                 f"No beam of the {read} scans has met anything nearer than range_max; check the lidar, and "

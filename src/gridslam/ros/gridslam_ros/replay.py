@@ -222,7 +222,7 @@ class Replay:
                     bar.set_postfix(integrated=len(self._cpu_s), refresh=False)
                 bar.update(self._count.read - bar.n)
         self._remarks.sum_up()
-        self._checks.check(len(self._cpu_s))
+        self._checks.check(len(self._cpu_s), len(self._has_jumped), sum(self._has_jumped))
         if left_out := self._checks.what_is_left_out():
             self._remarks.say(left_out)
         self._session.finish()

@@ -16,6 +16,7 @@ from gridslam.inputs.scan_watch import ScanWatch
 from gridslam.inputs.turns_watch import TurnsWatch
 from gridslam.mounting_watch import MountingWatch
 from gridslam.tracking.evidence import COMPARED_MIN
+from gridslam.way_watch import WayWatch
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 
 EMPTY_MAX = 10
@@ -46,6 +47,8 @@ class ScanSource:
         self._levelling, self._watch = Levelling(levelling, floor_z_m), ScanWatch()
         self._mounting: dict[str, MountingWatch] = {}
         """By the lidar's frame."""
+        self._ways: dict[str, WayWatch] = {}
+        """By the lidar's frame."""
         self._clocks: dict[str, ClockWatch] = {}
         """By the lidar's frame."""
         self._in_turns: dict[tuple[str, int], TurnsWatch] = {}
@@ -61,7 +64,8 @@ class ScanSource:
         Raises:
             FrameError: TF does not know where the lidar was.
             ScanError: the scan or its frames make no sense, or no lidar measures such a scan.
-            MountingError: the lidar is upside down, and TF does not tell, or two lidars have one frame.
+            MountingError: the lidar is upside down or turned, and TF does not tell, or two lidars have one
+                frame, or odometry's metre is wrong.
         """
         base_in_odom, lidar_in_base = self._frames.look_up(scan)
         ranges_m = np.asarray(scan.ranges)
@@ -78,6 +82,7 @@ class ScanSource:
         self._watch_beams(scan, planar)
         self._watch.check(ranges_m, planar, base)
         self._mounting.setdefault(scan.header.frame_id, MountingWatch()).check(planar, base)
+        self._ways.setdefault(scan.header.frame_id, WayWatch()).check(planar, base)
         lidar = (scan.header.frame_id, len(scan.ranges))
         self._in_turns.setdefault(lidar, TurnsWatch()).check(planar, base)
         if sentence := self._clocks.setdefault(scan.header.frame_id, ClockWatch()).check(planar, base):

@@ -18,7 +18,7 @@ class NoUsableBeamError(ScanError):
 
 
 class MountingError(ScanError):
-    """The lidar is mounted otherwise than TF tells."""
+    """The lidar is mounted otherwise than TF tells, or the metre of odometry is another one."""
 
 
 class MapError(SlamError):

@@ -300,6 +300,8 @@ def test_a_map_of_absurd_size_is_refused_and_nothing_changes():
     maps = TileMaps(2, DELTA)
     maps.cover((0.0, 0.0), (1.0, 1.0))
     shape = maps.tables.shape
-    with pytest.raises(MapError, match="check the odometry, or choose a larger delta"):
+    with pytest.raises(
+        MapError, match="check whether odometry and ranges are in metres, or choose a larger delta"
+    ):
         maps.cover((-1e5, 0.0), (1e5, 1e5))
     assert maps.tables.shape == shape

@@ -28,8 +28,11 @@ def way():
     return planar_world.drive(planar_world.hold(), planar_world.along(ROUTE, 0.25), LIDAR, seed=4)
 
 
-def mounting(parent="base_link", upside_down=False):
-    edge = transform(parent, "laser", rospy.Time(), (0.0, 0.0, 0.0), z=0.2)
+START, IN_MM = np.array((-8.0, -5.0, 0.0)), np.array((1e3, 1e3, 1.0))
+
+
+def mounting(parent="base_link", upside_down=False, turned_rad=0.0):
+    edge = transform(parent, "laser", rospy.Time(), (0.0, 0.0, turned_rad), z=0.2)
     if upside_down:
         edge.transform.rotation.x, edge.transform.rotation.w = 1.0, 0.0
     return edge
@@ -117,9 +120,30 @@ def swapped(first, second):
             {"static": [mounting], "edges": lambda index, stamp, base: as_it_is(index, stamp, base * 0.0)},
             "Odometry stands still in the whole bag, but the scans change",
         ),
+        (
+            {
+                "static": [mounting],
+                "edges": lambda index, stamp, base: as_it_is(index, stamp, (base - START) * IN_MM),
+            },
+            "check whether its positions are in metres",
+        ),
         ({"static": [mounting], "stamps": lambda _: rospy.Time(5)}, "have the stamp of the scan before"),
+        (
+            {"static": [lambda: mounting(turned_rad=2.0)]},
+            "degrees less), or odometry's axes are. No map is written.",
+        ),
     ],
-    ids=["no_tf", "no_odometry", "no_mounting", "two_roots", "other_root", "at_rest", "one_stamp"],
+    ids=[
+        "no_tf",
+        "no_odometry",
+        "no_mounting",
+        "two_roots",
+        "other_root",
+        "at_rest",
+        "in_mm",
+        "one_stamp",
+        "turned",
+    ],
 )
 def test_what_lacks_is_named(way, tmp_path, capsys, given, sentence):
     given = {**given, "static": [edge() for edge in given.get("static", [])]}

@@ -118,7 +118,8 @@ class TileMaps:
         extent = SIDE * self.delta_m * np.array([width, height])
         raise MapError(
             f"The map would grow to {extent[0]:.0f} x {extent[1]:.0f} m, too large for cells of "
-            f"{self.delta_m} m; check the odometry, or choose a larger delta."
+            f"{self.delta_m} m; check whether odometry and ranges are in metres, or "
+            "choose a larger delta."
         )
 
     def _grow(self, low: np.ndarray, width: int, height: int) -> None:
