@@ -15,20 +15,28 @@ from cepa.dynamic.kernels.response import fly
 from cepa.dynamic.observer import response_of
 from cepa.dynamic.obstacle_tracks.falling import Falling
 from cepa.dynamic.obstacle_tracks.kernels.falling import fall_rates, lowest_over
+from cepa.motion import Ranging
 
 FAR_M, LIMITS_RAD = 30.0, (-0.7, 0.9)
 PUCK_PERIOD_S = 0.05
 CHANNELS_RAD = np.linspace(*LIMITS_RAD, 64)
 """Of a QT64."""
-_azimuth, _up = np.meshgrid(np.radians(np.arange(0.0, 360.0, 2.0)), CHANNELS_RAD)
-_around = np.cos(_up) * np.cos(_azimuth), np.cos(_up) * np.sin(_azimuth), np.sin(_up)
-AROUND = np.stack(_around, axis=-1).reshape(-1, 3)
 
 
-def cloud_of(boxes: Boxes, place: np.ndarray) -> Cloud:
-    ranges = boxes.ranges(place, AROUND)
+def directions(step_deg: float) -> np.ndarray:
+    """Return those of its beams (n, 3)."""
+    azimuth, up = np.meshgrid(np.radians(np.arange(0.0, 360.0, step_deg)), CHANNELS_RAD)
+    around = np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)
+    return np.stack(around, axis=-1).reshape(-1, 3)
+
+
+AROUND, FINE = directions(2.0), directions(0.6)
+
+
+def cloud_of(boxes: Boxes, place: np.ndarray, beams: np.ndarray = AROUND) -> Cloud:
+    ranges = boxes.ranges(place, beams)
     met = (ranges > 0.1) & (ranges < FAR_M)
-    return Cloud(AROUND[met] * ranges[met, None], LIMITS_RAD, 0.1, FAR_M)
+    return Cloud(beams[met] * ranges[met, None], LIMITS_RAD, 0.1, FAR_M)
 
 
 def box(x: float, y: float, z: float, edge_m: float, high_m: float | None = None) -> Boxes:
@@ -90,13 +98,19 @@ def test_a_load_that_is_in_view_for_less_than_half_a_second_is_found_and_as_wide
         assert math.hypot(ahead - 1.0, aside - corner_m) < radius
 
 
-def seen_by_puck(boxes_at, speed: float, until_s: float) -> list[float]:
-    """Return when something may come down, s, for a UAV in the open that flies along x with a Puck."""
+def by_puck(boxes: Boxes, place: np.ndarray) -> Cloud:
+    return boxes.cloud(place)
+
+
+def seen_in_the_open(
+    boxes_at, speed: float, until_s: float, period_s: float = PUCK_PERIOD_S, cloud_of=by_puck
+) -> list[float]:
+    """Return when something may come down, s, for a UAV that flies along x."""
     falling, picture, times_s = Falling(0.15), CloudPicture(), []
-    for t in np.arange(0.0, until_s, PUCK_PERIOD_S).tolist():
+    for t in np.arange(0.0, until_s, period_s).tolist():
         place = np.array([speed * t, 0.0, HEIGHT_M])
         motion = Motion(t, tuple(place.tolist()), LEVEL, (speed, 0.0, 0.0))
-        points = picture.take_in(boxes_at(t).cloud(place), motion)
+        points = picture.take_in(cloud_of(boxes_at(t), place), motion)
         falling.take_in(points, picture.free, PICTURE_ROW_TAN * picture.rows_in_one, motion)
         if len(falling.columns(motion, counts_signs=True)):
             times_s.append(t)
@@ -107,7 +121,7 @@ def seen_by_puck(boxes_at, speed: float, until_s: float) -> list[float]:
 def test_in_the_open_what_comes_into_view_from_above_counts_in_the_second_cloud(edge_m, sinks):
     # Given a load that is at the UAV's height 0.6 m ahead, 2 s after the UAV has set off at 1 m/s
     middle_m = 2.6 + 0.5 * edge_m
-    times_s = seen_by_puck(lambda t: box(middle_m, 0.0, HEIGHT_M + sinks * (2.0 - t), edge_m), 1.0, 2.0)
+    times_s = seen_in_the_open(lambda t: box(middle_m, 0.0, HEIGHT_M + sinks * (2.0 - t), edge_m), 1.0, 2.0)
     # Then it is found as soon as the highest channel has met its bottom's far edge twice
     far_m, up = 2.6 + edge_m, math.tan(math.radians(15.0))
     seen_s = (2.0 * sinks - far_m * up) / (sinks - up)
@@ -123,7 +137,41 @@ def test_in_the_open_what_stands_does_not_come_down_though_the_uav_flies_up_to_i
             np.array([[(9.0, -6.0, HEIGHT_M + 1.0), (15.0, 6.0, HEIGHT_M + 1.4)]]),  # a bridge
         ]
     )
-    assert not seen_by_puck(lambda _: Boxes(standing), speed, 11.0 / speed)
+    assert not seen_in_the_open(lambda _: Boxes(standing), speed, 11.0 / speed)
+
+
+def test_in_the_open_what_may_come_down_counts_on_while_it_is_out_of_view_again():
+    # Given a load 1 m ahead of a UAV that hovers, which two clouds of a QT64 show, 1.2 m above the body
+    low_m = HEIGHT_M + 0.15 + 1.2
+    load_at = lambda t: box(1.0, 0.0, low_m if 1.55 < t < 1.75 else 30.0, 0.5)  # noqa: E731
+    times_s = seen_in_the_open(load_at, 0.0, 4.0, PERIOD_S, cloud_of)
+    # Then it counts from the second one on, until it should have arrived at 2 m/s, and 0.5 s more
+    assert times_s == pytest.approx(np.arange(1.7, 1.7 + 0.6 + 0.5 + 1e-6, PERIOD_S))
+
+
+def test_in_the_open_what_comes_into_view_from_behind_a_wall_does_not_come_down():
+    # Given a beam that the end of a high wall hides until the UAV is within 2 m of it
+    beam = (3.3, 1.3, HEIGHT_M + 0.8), (3.7, 1.7, HEIGHT_M + 1.2)
+    behind = Boxes(np.array([((-9.0, 0.8, 0.0), (3.0, 1.0, 6.0)), beam]))
+    shows = lambda boxes, place: cloud_of(boxes, place, FINE)  # noqa: E731
+    assert not seen_in_the_open(lambda _: behind, 1.0, 4.0, PERIOD_S, shows)
+
+
+def test_in_the_open_a_load_that_a_qt64_shows_only_from_near_is_evaded_in_the_second_cloud():
+    # Given a load that sinks at 1.8 m/s onto a UAV at 1 m/s: until it is near, no channel is so steep
+    steering, answers = Dynamic(), {}
+    for number in range(24):
+        t = PERIOD_S * number
+        place = np.array([t, 0.0, HEIGHT_M])
+        load = box(2.66, 0.0, HEIGHT_M + 1.8 * (2.6 - t), 0.8)
+        motion = Motion(t, tuple(place.tolist()), LEVEL, (1.0, 0.0, 0.0))
+        steering.take_ranges([Ranging((0.0, 0.0, 0.0), (0.0, 0.0, 1.0), math.inf, 0.05, 40.0)])
+        shown = cloud_of(load, place)
+        decision = steering.steer(NO_SCAN, (1.0, 0.0), (1.0, 0.0), motion, shown)
+        if (shown.points_m[:, 2] > 0.15).any():
+            answers[t] = decision.reason
+    # Then the answer to the second cloud that shows it leaves
+    assert list(answers.values())[:2] == [Reason.CUSHION_CLEAR, Reason.MARGIN_LOST]
 
 
 def test_what_a_cloud_shows_to_come_down_counts_in_the_answer_to_its_own_scan(monkeypatch):

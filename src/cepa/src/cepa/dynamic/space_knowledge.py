@@ -100,7 +100,7 @@ class SpaceKnowledge(Knowledge):
 
         is_open: no ceiling is over the UAV.
         """
-        return self._memory.columns(motion, is_open and not self.looks_up)
+        return self._memory.columns(motion, is_open)
 
     def forget_over(self, motion: Motion, way: float) -> None:
         """Forget what is over (way 1) or under (-1) the UAV: spots of what comes do not stand there."""

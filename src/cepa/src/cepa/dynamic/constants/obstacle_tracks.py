@@ -246,6 +246,9 @@ FALLING_SIGN_S = 0.3
 longer until its speed is known."""
 FALLING_SIGN_KEPT_S = 0.8
 """s: Clouds that are older than this do not tell. Source: chosen. Greater: less of what was hidden counts."""
+FALLING_SIGN_LATE_S = 0.5
+"""s: It may arrive so much later than a load that sinks at SINKING_FASTEST_M_S. Source: chosen. Greater: it
+makes way for longer where nothing comes."""
 SHOWS_LOADS_RAD = math.radians(45.0)
 """rad: Clouds that look up so steeply show a load that sinks as fast as the UAV flies. If they look up less,
 the range finder finds loads in the open as it does without clouds. Source: chosen. Greater: the UAV makes

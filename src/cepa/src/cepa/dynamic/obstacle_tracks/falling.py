@@ -24,6 +24,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
     FALLING_REACH_M,
     FALLING_RESIDUAL_M,
     FALLING_SIGN_KEPT_S,
+    FALLING_SIGN_LATE_S,
     FALLING_SIGN_M,
     FALLING_SIGN_S,
     FALLING_SPANS_S,
@@ -72,6 +73,14 @@ class _Column(NamedTuple):
     until_s: float
 
 
+class _Sign(NamedTuple):
+    """Where something may come down, until its speed is known."""
+
+    column: _Column
+    cells: np.ndarray
+    """(k,): of the plan, in which it was seen."""
+
+
 class Falling:
     """Keeps how low clouds have seen things over the UAV in each cell of a plan, and tells which come down.
 
@@ -89,6 +98,7 @@ class Falling:
         """Forget all clouds."""
         self._seen: deque[_Seen] = deque()
         self._columns: list[_Column] = []
+        self._sign: _Sign | None = None
 
     def take_in(self, points: np.ndarray, free_m: np.ndarray, row_tan: float, motion: Motion) -> None:
         """Take in a cloud's points (n, 3), m, along the odometry's axes from the lidar, and what it saw free.
@@ -138,35 +148,63 @@ class Falling:
         return np.array(discs, float)
 
     def _signs(self, motion: Motion) -> list[_Column]:
+        """Return where something may come down, see `_new_sign`.
+
+        A UAV that flies on, or leans, may see it no longer. So it counts until it should have arrived, or
+        until it is seen to stand.
+        """
+        found = self._new_sign(motion)
+        if found is not None:
+            self._sign = found
+        elif self._sign is not None:
+            is_over = motion.stamp_s > self._sign.column.until_s
+            self._sign = None if is_over or self._stands(self._sign.cells) else self._sign
+        return [] if self._sign is None else [self._sign.column]
+
+    def _stands(self, cells: np.ndarray) -> bool:
+        """Return whether the newest cloud shows something in these cells (k,), and no lower than before."""
+        newest_s, now_m = self._seen[-1].stamp_s, self._seen[-1].lowest_m[cells, 2]
+        lately = [seen for seen in self._seen if newest_s - seen.stamp_s <= FALLING_SIGN_KEPT_S]
+        before_m = np.array([seen.lowest_m[cells, 2] for seen in lately])
+        before_m[np.isinf(before_m)] = -math.inf
+        is_lower = now_m < before_m.max(axis=0) - 0.5 * FALLING_DROP_M
+        return bool(np.isfinite(now_m).any()) and not is_lower.any()
+
+    def _new_sign(self, motion: Motion) -> _Sign | None:
         """Return where something has just come into view over the body, near the UAV, in two clouds.
 
         What stands in the open is seen from afar. Nearer, it leaves the view upwards. So what comes into view
-        from above sinks, and faster than the UAV could fly under it.
+        from above sinks, and faster than the UAV could fly under it. What stood behind something else comes
+        into view, too. So an earlier cloud must have seen its place free.
         """
         now_s = motion.stamp_s
         are_older = [FALLING_SIGN_S <= now_s - seen.stamp_s <= FALLING_SIGN_KEPT_S for seen in self._seen]
-        older = [seen.lowest_m[:, 2] for seen, is_older in zip(self._seen, are_older) if is_older]
+        older = [seen for seen, is_older in zip(self._seen, are_older) if is_older]
         if len(older) < FALLING_FEWEST:
-            return []
+            return None
         newest_m, before_m = self._seen[-1].lowest_m, self._seen[-2].lowest_m
         x, y, z = motion.position_m
         (cells,) = np.nonzero(np.isfinite(newest_m[:, 2]))  # few: the rest is not looked at
         cells = cells[np.hypot(newest_m[cells, 0] - x, newest_m[cells, 1] - y) < FALLING_SIGN_M]
-        places = newest_m[cells[np.isinf([heights_m[cells] for heights_m in older]).all(axis=0)]]
-        if not len(places):
-            return []
-        before = before_m[np.isinf(older).all(axis=0) & np.isfinite(before_m[:, 2])]
+        earlier_m = np.array([seen.lowest_m[:, 2] for seen in older])
+        cells = cells[np.isinf(earlier_m[:, cells]).all(axis=0)]
+        cells = np.array([c for c in cells if _was_seen_free(newest_m[c], older)], np.int64)
+        if not len(cells):
+            return None
+        places = newest_m[cells]
+        before = before_m[np.isinf(earlier_m).all(axis=0) & np.isfinite(before_m[:, 2])]
         if not len(before):
-            return []
+            return None
         apart_m = np.hypot(*(before[:, None, :2] - places[None, :, :2]).transpose(2, 0, 1))
         if apart_m.min() > FALLING_APART_M:
-            return []
+            return None
         places = self._with_unseen(places)
         x_m, y_m = places[:, :2].mean(axis=0).tolist()
         radius_m = float(np.hypot(*(places[:, :2] - (x_m, y_m)).T).max()) + FALLING_BEYOND_M
         gap_m = max(0.0, float(places[:, 2].min()) - z - self._above_m)
         arrives_s = now_s + gap_m / SINKING_FASTEST_M_S
-        return [_Column(x_m, y_m, radius_m, arrives_s - ARRIVES_S, arrives_s)]
+        disc = x_m, y_m, radius_m
+        return _Sign(_Column(*disc, arrives_s - ARRIVES_S, arrives_s + FALLING_SIGN_LATE_S), cells)
 
     def _coming(
         self, span_s: float, places: np.ndarray, heights: np.ndarray
@@ -240,6 +278,11 @@ class Falling:
             return one
         seen_m = np.ptp((away_m - away_m[nearest]) @ towards)
         return np.append(one, (one[nearest] + max(0.0, FALLING_LARGEST_M - seen_m) * towards)[None], axis=0)
+
+
+def _was_seen_free(place: np.ndarray, earlier: list[_Seen]) -> bool:
+    """Return whether one of these clouds has seen a place (3,), m in the odometry's frame, free."""
+    return any(seen.is_free(place - seen.position_m) for seen in earlier)
 
 
 def _was_free(places: np.ndarray, sunk_m: np.ndarray, seen: _Seen) -> np.ndarray:
