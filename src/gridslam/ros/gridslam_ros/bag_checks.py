@@ -8,7 +8,7 @@ import numpy as np
 
 from gridslam import PlanarScan, se2
 from gridslam.localisation.standstill import STILL_M, STILL_RAD, Standstill
-from gridslam_ros.bags import BagCount, BagError
+from gridslam_ros.bags import ODOMETRY, BagCount, BagError
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 
 WITHOUT_TF, WITHOUT_TF_SHARE = 3, 0.02
@@ -27,6 +27,8 @@ class BagChecks:
     """
 
     def __init__(self, topic: str, count: BagCount, frames: OdometryFrames) -> None:
+        self.odometry_topics: list[str] = []
+        """Of the bag's messages of nav_msgs/Odometry, which SLAM does not read in place of TF."""
         self._topic, self._count, self._frames = topic, count, frames
         self._standstill, self._changes = Standstill(), 0
         self._first: tuple[float, float, float] | None = None
@@ -91,5 +93,15 @@ class BagChecks:
 
     def _why_nothing(self) -> str:
         if self._count.without_tf:
-            return f"None of the {self._count.read} scans could be used: {self._why_without_tf()}."
+            why = f"{self._why_without_tf()}.{self._beside()}"
+            return f"None of the {self._count.read} scans could be used: {why}"
         return f"None of the {self._count.read} scans on {self._topic} could be used."
+
+    def _beside(self) -> str:
+        """Return a sentence if the bag has odometry, and not as TF."""
+        if not self.odometry_topics or self._frames.has_odometry:
+            return ""
+        return (
+            f" The bag has {ODOMETRY} on {', '.join(self.odometry_topics)}, but SLAM reads odometry from TF: "
+            "let its driver send TF, too, or robot_localization make TF of it."
+        )

@@ -109,6 +109,11 @@ def _make_readable(bag: rosbag.Bag) -> None:
     reader.read_messages = lambda *arguments: read(*arguments[:5])
 
 
+def topics_of(bag: rosbag.Bag, message_type: str) -> list[str]:
+    """Return the topics of a bag's messages of a type."""
+    return sorted({one.topic for one in bag._get_connections() if one.datatype == message_type})
+
+
 def topic_of(bag: rosbag.Bag, topic: str, message_type: str = LASER_SCAN) -> str:
     """Return the topic as the bag has it.
 
@@ -117,7 +122,7 @@ def topic_of(bag: rosbag.Bag, topic: str, message_type: str = LASER_SCAN) -> str
             topics that have some.
     """
     of_type = [one for one in bag._get_connections() if one.datatype == message_type]
-    own, others = CLASSES[message_type]._md5sum, sorted({one.topic for one in of_type})
+    own, others = CLASSES[message_type]._md5sum, topics_of(bag, message_type)
     for name in (topic, "/" + topic.lstrip("/"), topic.lstrip("/")):
         if name in others:
             if any(one.topic == name and one.md5sum == own for one in of_type):

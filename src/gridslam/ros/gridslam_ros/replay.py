@@ -32,7 +32,16 @@ from gridslam.volume.clouds import Pose
 from gridslam.volume.path_poses import OdometryHistory, PathCorrections
 from gridslam.warm_up import warm_up
 from gridslam_ros.bag_checks import BagChecks
-from gridslam_ros.bags import ODOMETRY, POINT_CLOUD, BagCount, BagError, BagScans, open_bag, topic_of
+from gridslam_ros.bags import (
+    ODOMETRY,
+    POINT_CLOUD,
+    BagCount,
+    BagError,
+    BagScans,
+    open_bag,
+    topic_of,
+    topics_of,
+)
 from gridslam_ros.beside.beside_scans import BesideScans
 from gridslam_ros.beside.clouds import CloudSource
 from gridslam_ros.beside.covariances import OdometryCovariances
@@ -198,6 +207,7 @@ class Replay:
         start_s = time.perf_counter()
         with open_bag(self._bag) as bag:
             topic, odometry, cloud = topic_of(bag, self._topics.scan), "", ""
+            self._checks.odometry_topics = topics_of(bag, ODOMETRY)
             if self._volume is not None:
                 topic_of(bag, self._volume.cloud, POINT_CLOUD)
             if self._beside.covariances is not None:

@@ -106,7 +106,10 @@ def swapped(first, second):
     ("given", "sentence"),
     [
         ({"edges": without}, "no TF has come at all"),
-        ({"static": [mounting], "edges": without}, 'no transform from "odom" to "base_link" has come'),
+        (
+            {"static": [mounting], "edges": without},
+            'no transform from "odom" to "base_link" has come; send odometry (lidar_odometry makes it of',
+        ),
         ({}, 'mounting lacks: no transform from "base_link" to "laser" has come; check /tf_static'),
         (
             {"static": [lambda: mounting("base_footprint")]},
@@ -283,6 +286,19 @@ def test_odometry_without_scans_is_refused(way, tmp_path, capsys):
             stamp = stamp_of(scan.stamp_s)
             opened.write("/tf", TFMessage(as_it_is(0, stamp, base)), stamp)
     assert "The bag has no scans on /scan" in refused(str(tmp_path / "none.bag"), capsys)
+
+
+def test_odometry_that_is_not_in_tf_is_named(way, tmp_path, capsys):
+    bag = write(tmp_path / "messages.bag", way, [mounting()], edges=without)
+    with rosbag.Bag(bag, "a") as opened:
+        opened.write("/wheels/odom", pytest.importorskip("nav_msgs.msg").Odometry(), stamp_of(1.0))
+    assert "The bag has nav_msgs/Odometry on /wheels/odom, but SLAM reads odometry from TF" in refused(
+        bag, capsys
+    )
+    mapped = write(tmp_path / "both.bag", way)
+    with rosbag.Bag(mapped, "a") as opened:
+        opened.write("/wheels/odom", pytest.importorskip("nav_msgs.msg").Odometry(), stamp_of(1.0))
+    assert "nav_msgs/Odometry" not in refused(mapped, capsys)  # it is the mounting that lacks
 
 
 @pytest.mark.parametrize(

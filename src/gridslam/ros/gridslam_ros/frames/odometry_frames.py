@@ -151,6 +151,11 @@ class OdometryFrames:
             )
         return lacks
 
+    @property
+    def has_odometry(self) -> bool:
+        """Whether a transform from the odometry's frame has come since the clock went back last."""
+        return self.newest_ns is not None
+
     def go_back(self) -> None:
         """Forget all moving transforms but the held ones, as after a clock that jumped back."""
         held = self._held

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+MADE_OF_SCANS = "lidar_odometry makes it of scans"
+
 
 class TfTree:
     """Frames and their parents. A frame has one parent in TF, but two publishers may tell two.
@@ -54,7 +56,9 @@ class TfTree:
         odom_frame = self._odom_frame
         base_root, lidar_root = self.root_of(base_frame), self.root_of(lidar_frame)
         if not self._parents:
-            return "no TF has come at all; SLAM needs odometry and the lidar's mounting there"
+            return (
+                f"no TF has come at all; SLAM needs odometry ({MADE_OF_SCANS}) and the lidar's mounting there"
+            )
         if not lidar_frame:
             return "the scans have no frame_id; the driver must set it to the lidar's frame in TF"
         if base_root != odom_frame and base_root != base_frame:
@@ -63,10 +67,11 @@ class TfTree:
                 f"set odom_frame:={base_root}, or let TF have one root"
             )
         if base_root != odom_frame:
+            below = self._below(odom_frame)
+            what = "odometry" if below else f"odometry ({MADE_OF_SCANS})"
             return (
-                f'odometry lacks: no transform from "{odom_frame}" to "{base_frame}" has come'
-                f"{self._below(odom_frame)}; send odometry, or set base_frame:=... and odom_frame:=... if "
-                "the frames have other names"
+                f'odometry lacks: no transform from "{odom_frame}" to "{base_frame}" has come{below}; '
+                f"send {what}, or set base_frame:=... and odom_frame:=... if the frames have other names"
             )
         if lidar_root == lidar_frame:
             return (
