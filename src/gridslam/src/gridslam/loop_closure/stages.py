@@ -18,6 +18,7 @@ from gridslam.loop_closure.local_maps.stretches import LocalMaps
 from gridslam.loop_closure.matches import match
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.alternatives import Alternatives, ScansAround, contradicting_steps
+from gridslam.loop_closure.path.contradiction import contradicted_m
 from gridslam.loop_closure.path.error_share import error_shares
 from gridslam.loop_closure.path.loose_parts import loose_parts
 from gridslam.loop_closure.path.measured_path import MeasuredPath
@@ -80,7 +81,8 @@ class Stages:
         self.agreed = False
         """Whether the last search found a place again, and the path and another match agreed with it."""
         self.open_m = 0.0
-        """How far the newest pose may be off by what is not decided: a single match, or an open step."""
+        """How far the newest pose may be off by what is not decided: a single match, an open step, or a
+        closure that the path contradicts."""
         self._recognised = 0
         self.spread: PoseSpread = NO_SPREAD
         """How uncertain the newest pose is."""
@@ -354,9 +356,12 @@ class Stages:
         return path.corrected_to(poses, fitted_heights(path, closures, p))
 
     def _open_m(self, doubtful: DoubtfulNodes) -> float:
-        """Return how far the newest pose is from where undecided matches, or open steps, would put it."""
+        """Return how far the newest pose is from where undecided matches, or open steps, would put it.
+
+        So far it may also be off if the newest closure contradicts the corrected path.
+        """
         path, newest = self._path, self._path.poses[-1, :2]
-        found_m = [0.0]
+        found_m = [contradicted_m(path.poses, [self._matches.matches[index] for index in self._counted])]
         for index in self._undecided():
             match = self._matches.matches[index]
             here = se2.between(path.poses[match.older], path.poses[match.newer])
