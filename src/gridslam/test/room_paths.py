@@ -11,7 +11,6 @@ from gridslam.loop_closure import LoopClosureParameters
 from gridslam.loop_closure.local_maps.stretches import LocalMaps
 from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.snapshot import Snapshot
-from gridslam.maps.beams import Beams
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
@@ -46,7 +45,7 @@ def snapshot_along(
         np.full(len(poses), np.nan) if heights_m is None else heights_m,
         tuple(scans),
         (None,) * len(poses),
-        tuple(Beams.from_scan(scan, parameters, is_matched=False) for scan in scans),
+        tuple(scans),
         first_in_map,
         np.ones(len(poses), bool),
         parameters,
@@ -63,7 +62,7 @@ def snapshot_of(log: Log, poses: np.ndarray) -> Snapshot:
         np.full(count, np.nan),
         tuple(log.scans[:count]),
         (None,) * count,
-        tuple(Beams.from_scan(scan, parameters, is_matched=False) for scan in log.scans[:count]),
+        tuple(log.scans[:count]),
         0,
         np.ones(count, bool),
         parameters,

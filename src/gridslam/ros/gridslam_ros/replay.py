@@ -52,6 +52,7 @@ from gridslam_ros.scan_source import ScanSource
 from gridslam_ros.sessions import Sessions
 from gridslam_ros.verdict import Verdict
 from gridslam_ros.volume.bag_volume import BagVolume, VolumeRequest, add_volume_arguments, volume_request
+from kernel_cache.compiler_memory import release_compiler
 
 SIDE = (
     "base_frame",
@@ -186,6 +187,7 @@ class Replay:
 
     def _begin(self) -> None:
         self._session = self._sessions.first()
+        self._session.draw_in_place()  # nobody waits for a scan of a bag
         self._unusable = 0
         self._stamps_s: list[float] = []
         self._odometry: list[np.ndarray] = []
@@ -204,6 +206,7 @@ class Replay:
             from gridslam.loop_closure.warm_up import warm_up_loop_closure
 
             warm_up_loop_closure()
+        release_compiler()
         start_s = time.perf_counter()
         with open_bag(self._bag) as bag:
             topic, odometry, cloud = topic_of(bag, self._topics.scan), "", ""
@@ -280,13 +283,14 @@ class Replay:
         grid = self._session.grid()
         render_s = time.process_time() - begun_s
         stamps_s = np.array(self._stamps_s)
-        online = Trajectory(stamps_s, np.array(self._online))
+        online, final = Trajectory(stamps_s, np.array(self._online)), self._final(stamps_s)
+        self._session.forget_maps()  # pictures of the map need as much memory
         try:
             write_tum(output / "trajectory_online.tum", online)
-            write_tum(output / "trajectory_final.tum", self._final(stamps_s))
+            write_tum(output / "trajectory_final.tum", final)
             write_map(output / "map", grid)
             write_picture(output / "map.png", grid)
-            volume = self._make_volume(stamps_s)
+            volume = self._make_volume(final)
             figures = {**self._figures(wall_s, render_s), **volume}  # last, as what is written needs memory
             replace_file(output / "timing.json", json.dumps(figures, indent=2) + "\n")
         except OSError as error:
@@ -300,11 +304,10 @@ class Replay:
             f"Map, trajectories and timing are in {output}"
         )
 
-    def _make_volume(self, stamps_s: np.ndarray) -> dict:
+    def _make_volume(self, path: Trajectory) -> dict:
         """Map the clouds along the final path, if asked for; return the figures."""
         if self._volume is None:
             return {}
-        path = self._final(stamps_s)
         corrections = PathCorrections(path.stamps_s, path.poses_in_map, self._history, path.heights_m)
         frames = self._settings.odom_frame, self._settings.base_frame
         figures = BagVolume(self._volume, frames, corrections, self._remarks.say).make(self._bag)

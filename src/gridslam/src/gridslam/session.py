@@ -240,6 +240,18 @@ class SlamSession:
             self._closer.decide(self.slam.snapshot(), self._odometry.last_s)
             self._take(self._closer, self.slam, math.inf)
 
+    def draw_in_place(self) -> None:
+        """Let corrections draw their map when they are taken, in the place of the old one.
+
+        So memory holds one of both only, but a scan waits for the drawing. The results are the same.
+        """
+        if self._closer is not None:
+            self._closer.draws_beside = False
+
+    def forget_maps(self) -> None:
+        """Drop the filter with its maps and its path, of which the caller has what it needs."""
+        self.slam = None
+
     def finish(self) -> None:
         """Correct the path by all closures. Call this after the last scan."""
         if self._closer is not None and self.slam is not None:

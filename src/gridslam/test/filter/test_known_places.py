@@ -8,7 +8,6 @@ from gridslam.filter.kept.light_poses import LightPose, LightPoses
 from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import ALL_HEIGHTS
 from gridslam.maps.newest_scans import NewestScans, placed
-from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.tracking.evidence import Agreement
 from gridslam.trajectory import Trajectory
@@ -99,8 +98,8 @@ def newest(places):
 
 def ranges_in_map(scans, path, usable, band=ALL_HEIGHTS):
     """Return x of the lidar and the range of each scan that enters a map, m."""
-    poses, beams = placed(scans.all(), path, np.array(usable), band, SlamParameters())
-    return sorted((float(x), float(each.ends[0, 0] * 0.05)) for (x, _, _), each in zip(poses, beams))
+    poses, entered = placed(scans.all(), path, np.array(usable), band)
+    return sorted((float(x), float(each.ranges_m[0])) for (x, _, _), each in zip(poses, entered))
 
 
 def test_the_newest_scans_of_a_place_enter_a_map_thrice_and_move_with_it():

@@ -58,6 +58,20 @@ def test_a_correction_is_given_once_at_the_stamp_when_it_is_due(monkeypatch):
     assert begun(monkeypatch, WAY[:3]).take(1.0) is not None
 
 
+@pytest.mark.parametrize("draws_beside", [True, False])
+def test_the_map_is_drawn_in_the_thread_or_by_the_filter(monkeypatch, draws_beside):
+    closer, drawn = LoopCloser(), []
+    closer.draws_beside = draws_beside
+    correction = Correction(WAY[:3], draw=lambda: drawn.append("a map") or drawn[-1])
+    monkeypatch.setattr(closer._stages, "on_the_way", lambda snapshot, doubtful: correction)
+    closer.add_node(0.0, WAY[0])
+    closer.search(snapshot_along(WAY[:3]))
+    taken = closer.take(math.inf)
+    assert (taken.draft, drawn) == (("a map", ["a map"]) if draws_beside else (None, []))
+    assert taken.drawn().draft == "a map"
+    assert len(drawn) == 1
+
+
 def test_a_correction_is_dropped_when_the_vehicle_is_put_elsewhere(monkeypatch):
     closer = begun(monkeypatch, WAY[:3])
     closer.drop()

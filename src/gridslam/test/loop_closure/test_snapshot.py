@@ -19,7 +19,7 @@ def test_a_snapshot_stays_as_it_is_while_the_filter_goes_on(log):
     slam = rooms.begin(log, keep_scans=True)
     rooms.run(slam, log, 0, 60)
     snapshot, path = slam.snapshot(), slam.trajectory()
-    before = [snapshot.poses_in_map.copy(), snapshot.odometry.copy(), snapshot.scans, snapshot.beams]
+    before = [snapshot.poses_in_map.copy(), snapshot.odometry.copy(), snapshot.scans, snapshot.in_map]
     rooms.run(slam, log, 60)
     slam.begin_map()
     # then it is the path of then, with the odometry at its scans, and nobody can write into it
@@ -29,7 +29,7 @@ def test_a_snapshot_stays_as_it_is_while_the_filter_goes_on(log):
     np.testing.assert_array_equal(snapshot.odometry, np.array(log.odometry)[at])
     np.testing.assert_array_equal(snapshot.poses_in_map, before[0])
     np.testing.assert_array_equal(snapshot.odometry, before[1])
-    assert (snapshot.scans, snapshot.beams) == (before[2], before[3])
+    assert (snapshot.scans, snapshot.in_map) == (before[2], before[3])
     for name in ("stamps_s", "poses_in_map", "odometry", "heights_m", "is_usable"):
         with pytest.raises(ValueError, match="read-only"):
             getattr(snapshot, name)[0] = 0.0

@@ -4,6 +4,7 @@ import dataclasses
 import json
 import math
 import resource
+import weakref
 from pathlib import Path
 
 import numpy as np
@@ -133,6 +134,25 @@ def test_the_peak_of_the_memory_is_that_of_the_whole_run(bag, tmp_path, monkeypa
     assert replay.main([str(bag), "--output", str(tmp_path), "throttle_scans:=3", *FEW]) == 0
     told_mb = json.loads((tmp_path / "timing.json").read_text())["peak_mb"]
     assert told_mb == pytest.approx(peak_mb(), abs=10.0)
+
+
+def test_no_map_of_the_filter_is_kept_while_the_files_are_written(bag, tmp_path, monkeypatch):
+    filters, write_picture = [], replay.write_picture
+    begin = SlamSession._begin
+
+    def begun(session, base):
+        slam = begin(session, base)
+        filters.append(weakref.ref(slam._map))
+        return slam
+
+    def looked_at(*given):
+        filters.append(filters[0]())
+        write_picture(*given)
+
+    monkeypatch.setattr(SlamSession, "_begin", begun)
+    monkeypatch.setattr(replay, "write_picture", looked_at)
+    assert replay.main([str(bag), "--output", str(tmp_path), "throttle_scans:=3", *FEW]) == 0
+    assert filters[1:] == [None]
 
 
 def peak_mb():

@@ -165,9 +165,13 @@ class GridSlam(ParticleFilter):
         pose = self._particles.poses[0].copy()
         self._map.change_band(band, self.node_poses())
         self._particles.place(np.tile(pose, (count, 1)))
-        is_known = any(len(beams.hits) for beams in self._map.beams)
+        is_known = any(map(self._tells, self._map.scans_in_map))
         is_misled = is_known and not self.odometry_in_space
         self.widen(START_DEVIATION if is_misled else (0.0, 0.0, 0.0))
+
+    def _tells(self, scan: PlanarScan | None) -> bool:
+        """Return whether a scan enters anything into a map."""
+        return scan is not None and len(Beams.from_scan(scan, self.parameters, is_matched=False).hits) > 0
 
     # Loop closure gets snapshots and gives corrections
 
@@ -185,7 +189,7 @@ class GridSlam(ParticleFilter):
             kept.heights_m,
             tuple(kept.scans),
             tuple(each.cloud for each in kept.in_space),
-            tuple(self._map.beams),
+            tuple(self._map.scans_in_map),
             pieces.first_in_map,
             pieces.is_usable(len(kept)),
             self.parameters,
@@ -202,9 +206,11 @@ class GridSlam(ParticleFilter):
         """
         path, poses = self.node_poses(), correction.poses
         since = se2.between(path[len(poses) - 1], path[len(poses) :])
-        draft = correction.draft
+        if correction.draft is None:  # its map is drawn in the place of the old one
+            self._map.drop()
+        first, band = correction.first_in_map, self._map.band
+        draft = correction.drawn().draft
         if draft is None:
-            first, band = correction.first_in_map, self._map.band
             draft = MapDraft(self.parameters, self._map.starting_map, first, band)
         self.adopt(np.vstack([poses, se2.compose(poses[-1], since)]), draft)
         if correction.heights_m is not None:

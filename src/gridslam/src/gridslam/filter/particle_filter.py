@@ -145,7 +145,7 @@ class ParticleFilter:
         beams, count = Beams.from_scan(scan, self.parameters), len(self._particles)
         self._map.tiles.insert(self._particles.poses, beams)
         self._step_check.remember(scan)
-        self._add_node(scan, beams, odometry)
+        self._add_node(scan, odometry)
         return self._update(scan, np.full(count, 1.0 / count), False, True)
 
     def _step(self, scan: PlanarScan, motion: Motion) -> ScanUpdate | None:
@@ -184,7 +184,7 @@ class ParticleFilter:
             return None
         is_node = not (best_matched and self._is_known(scan, beams, motion, before))
         if is_node:
-            self._add_node(scan, beams, motion.now)
+            self._add_node(scan, motion.now)
         if resample:
             self._resample(resampling.systematic(weights, uniform))
         if not self.localisation_only:
@@ -243,9 +243,9 @@ class ParticleFilter:
         self._particles.resample(parents)
         self._map.tiles.resample(parents)
 
-    def _add_node(self, scan: PlanarScan, beams: Beams, base_in_odom: np.ndarray) -> None:
+    def _add_node(self, scan: PlanarScan, base_in_odom: np.ndarray) -> None:
         self._particles.tree.extend(scan.stamp_s, self._particles.poses)
-        self._map.add_node(scan, beams, self._shifted(base_in_odom))
+        self._map.add_node(scan, self._shifted(base_in_odom))
 
     def _update(
         self, scan: PlanarScan, weights: np.ndarray, resampled: bool, matched: bool, is_node: bool = True

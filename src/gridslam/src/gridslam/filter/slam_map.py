@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Sequence
-
 import numpy as np
 
 from gridslam.errors import StateError
@@ -11,7 +9,6 @@ from gridslam.filter.kept.earlier_map import MapPieces
 from gridslam.filter.kept.kept_scans import KeptScans
 from gridslam.filter.kept.known_places import known_node
 from gridslam.filter.state import FilterState
-from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import ALL_HEIGHTS, Band, MapDraft, new_maps
 from gridslam.maps.newest_scans import NewestScans, placed
 from gridslam.maps.rendering import Renderer
@@ -63,8 +60,8 @@ class SlamMap:
         return self._kept
 
     @property
-    def beams(self) -> list[Beams]:
-        """What each processed scan enters into the map of the present heights."""
+    def scans_in_map(self) -> list[PlanarScan | None]:
+        """Each processed scan that enters the map of the present heights; None: it does not."""
         return self.kept.in_band(*self.band)
 
     def change_band(self, band: Band, poses: np.ndarray) -> None:
@@ -72,10 +69,10 @@ class SlamMap:
         self.band = band
         self.adopt(poses, None)
 
-    def add_node(self, scan: PlanarScan, beams: Beams, base_in_odom: np.ndarray) -> None:
+    def add_node(self, scan: PlanarScan, base_in_odom: np.ndarray) -> None:
         """Keep a processed scan, if they are kept. `tiles` get it otherwise."""
         if self._kept is not None:
-            self._kept.add(scan, beams, base_in_odom)
+            self._kept.add(scan, base_in_odom)
 
     def add_known(self, anchor: int, base_in_anchor: np.ndarray, scan: PlanarScan) -> None:
         """Keep a scan of a known place for a while: beside a node, where the base was (3,) in its frame."""
@@ -105,12 +102,16 @@ class SlamMap:
         """Take other maps for all particles."""
         self.tiles, self._renderer = tiles, Renderer(self._parameters)
 
+    def drop(self) -> None:
+        """Drop the maps, before others are drawn: so there is memory for one of both only."""
+        self.replace(new_maps(None, self._parameters.particles, self._parameters.delta))
+
     def begin_anew(self, nodes: int) -> None:
         """Begin an empty map after so many nodes. The present ones, all alike, become the earlier map."""
         self.pieces.begin(self.tiles, self._parameters, nodes)
         self.band = ALL_HEIGHTS
         self._leave_out()
-        self.replace(new_maps(None, self._parameters.particles, self._parameters.delta))
+        self.drop()
 
     def drop_own(self, nodes: int) -> None:
         """Go on with the earlier map after so many nodes. What was mapped since is lost."""
@@ -127,18 +128,18 @@ class SlamMap:
         Raises:
             StateError: the scans were not kept, or the poses are not one finite pose for each of them.
         """
-        beams, parameters = self.beams, self._parameters
-        if poses.shape != (len(beams), 3) or not np.isfinite(poses).all():
-            raise StateError(f"The corrected trajectory must be {len(beams)} finite poses x, y, yaw.")
+        scans, parameters = self.scans_in_map, self._parameters
+        if poses.shape != (len(scans), 3) or not np.isfinite(poses).all():
+            raise StateError(f"The corrected trajectory must be {len(scans)} finite poses x, y, yaw.")
         if draft is None or not draft.band.is_same(self.band):  # it was begun at other heights
             first = 0 if draft is None else draft.first
             draft = MapDraft(parameters, self.starting_map, first, self.band)
         if not self.is_fixed:
             is_empty = draft.scans == draft.first  # else it has them already
-            draft.add(poses[draft.scans :], beams[draft.scans :])
+            draft.add(poses[draft.scans :], scans[draft.scans :])
             if is_empty:
                 usable = self.pieces.is_usable(len(poses)) & (np.arange(len(poses)) >= draft.first)
-                draft.add_beside(*placed(self.newest.all(), poses, usable, draft.band, parameters))
+                draft.add_beside(*placed(self.newest.all(), poses, usable, draft.band))
         draft.maps.resample(np.zeros(parameters.particles, int))
         self.replace(draft.maps)
         if draft.first == 0:
@@ -154,8 +155,7 @@ class SlamMap:
         self.band = state.band
         self.pieces.restore(state.pieces, state.parameters, len(state.tree.stamps_s))
         if self._kept is not None and state.scans is not None and state.odometry is not None:
-            beams = _beams_of(state.scans, state.parameters)
-            self._kept.restore(state.scans, beams, state.odometry, state.in_space)
+            self._kept.restore(state.scans, state.odometry, state.in_space)
             self.newest.restore(state.newest_scans, len(state.scans))
         self._leave_out()
 
@@ -163,7 +163,3 @@ class SlamMap:
         """Let the scans that are in no map enter none."""
         if self._kept is not None:
             self._kept.leave_out(self.pieces.left_out)
-
-
-def _beams_of(scans: Sequence[PlanarScan], parameters: SlamParameters) -> list[Beams]:
-    return [Beams.from_scan(scan, parameters, is_matched=False) for scan in scans]

@@ -85,6 +85,8 @@ class LoopCloser:
         self._stages = Stages(self.parameters)
         self._thread = ThreadPoolExecutor(1, "loop_closure")
         self._work: BackgroundWork | None = None
+        self.draws_beside = True
+        """Whether the map of a correction is drawn in the thread, too, so that no scan waits for it."""
         self._base_in_odom: np.ndarray | None = None
         self._nodes = self._decided_nodes = 0
         """Number of nodes so far, and when what was pending was decided last."""
@@ -159,7 +161,11 @@ class LoopCloser:
         self._begin(stamp_s, lambda: self._stages.at_rest(snapshot, doubtful, is_searched))
 
     def _begin(self, begun_s: float, work: Callable[[], Correction | None]) -> None:
-        self._work = BackgroundWork(self._thread, begun_s, begun_s + self.parameters.answer_s, work)
+        def drawn() -> Correction | None:
+            correction = work()
+            return correction if correction is None or not self.draws_beside else correction.drawn()
+
+        self._work = BackgroundWork(self._thread, begun_s, begun_s + self.parameters.answer_s, drawn)
 
     def take(self, stamp_s: float) -> Correction | None:
         """Return the correction that is due at a scan's stamp, for the filter; None: the path is right.
@@ -195,7 +201,7 @@ class LoopCloser:
     def finish(self, snapshot: Snapshot) -> Correction | None:
         """Return the correction by all links and closures, with what is pending decided.
 
-        Call this at the end of the log, after ``take(math.inf)``.
+        Call this at the end of the log, after ``take(math.inf)``. Its map is not drawn yet.
         """
         if not len(snapshot):
             return None

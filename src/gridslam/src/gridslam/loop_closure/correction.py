@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import NamedTuple, Sequence
+from dataclasses import dataclass, replace
+from typing import Callable, NamedTuple, Sequence
 
 import numpy as np
 
@@ -36,9 +36,15 @@ class Correction:
     first_in_map: int = 0
     """Number of the first nodes whose scans stay in the earlier map; see `MapPieces`."""
     draft: MapDraft | None = None
-    """The map of the scans at these poses; None: the filter makes it."""
+    """The map of the scans at these poses; None: it is not drawn yet."""
     heights_m: np.ndarray | None = None
     """(k,) corrected heights of these nodes in the map; None: they stay."""
+    draw: Callable[[], MapDraft] | None = None
+    """Draws this map; None: the filter makes it of the scans that it has kept."""
+
+    def drawn(self) -> Correction:
+        """Return it with its map."""
+        return self if self.draw is None else replace(self, draft=self.draw(), draw=None)
 
 
 class Effort(NamedTuple):

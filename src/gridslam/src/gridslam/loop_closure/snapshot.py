@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from gridslam.level_cloud import LevelCloud
-from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import ALL_HEIGHTS, Band, MapDraft
 from gridslam.maps.newest_scans import NewestScan, placed
 from gridslam.occupancy_grid import OccupancyGrid
@@ -37,8 +36,8 @@ class Snapshot:
     """k scans."""
     clouds: tuple[LevelCloud | None, ...]
     """What the lidar saw in space at each; None: it told none."""
-    beams: tuple[Beams, ...]
-    """What each scan enters into a map."""
+    in_map: tuple[PlanarScan | None, ...]
+    """Each scan that enters the map; None: it was taken at another height, or is left out."""
     first_in_map: int
     """Number of nodes before the present map began; 0: the map holds all. See `MapPieces`."""
     is_usable: np.ndarray
@@ -48,7 +47,7 @@ class Snapshot:
     starting_map: OccupancyGrid | None = None
     """The map that the filter began with; None: an empty one."""
     band: Band = ALL_HEIGHTS
-    """Heights whose scans enter the map; the others' beams are none."""
+    """Heights whose scans enter the map."""
     newest: tuple[NewestScan, ...] = ()
     """Of known places."""
 
@@ -58,7 +57,7 @@ class Snapshot:
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         count = len(self.stamps_s)
-        lengths = {len(getattr(self, name)) for name in (*ARRAYS, "scans", "clouds", "beams")}
+        lengths = {len(getattr(self, name)) for name in (*ARRAYS, "scans", "clouds", "in_map")}
         if lengths != {count} or self.poses_in_map.shape != (count, 3) or self.odometry.shape != (count, 3):
             raise ValueError("a snapshot's path, scans and odometry are not of one length")
 
@@ -75,7 +74,7 @@ class Snapshot:
         What has changed in known places is in their newest scans, which enter it last.
         """
         draft = MapDraft(self.filter_parameters, self.starting_map, first, self.band)
-        draft.add(poses_in_map[first:], self.beams[first:])
+        draft.add(poses_in_map[first:], self.in_map[first:])
         usable = self.is_usable & (np.arange(len(self)) >= first)
-        draft.add_beside(*placed(self.newest, poses_in_map, usable, self.band, self.filter_parameters))
+        draft.add_beside(*placed(self.newest, poses_in_map, usable, self.band))
         return draft

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -392,11 +393,12 @@ class Stages:
         return float(max(level_m, climbed_m))
 
     def _correction(self, snapshot: Snapshot, corrected: MeasuredPath) -> Correction:
-        """Return a correction to a path, with the map that it makes."""
+        """Return a correction to a path. Its map is not drawn yet."""
         self._path = corrected
         first = self._first_in_map(snapshot)
         heights_m = corrected.heights_m if np.isfinite(corrected.heights_m).all() else None
-        return Correction(corrected.poses, first, snapshot.map_of(corrected.poses, first), heights_m)
+        draw = partial(snapshot.map_of, corrected.poses, first)
+        return Correction(corrected.poses, first, None, heights_m, draw)
 
     def _closure(self, match: Match) -> Closure:
         stamps = self._path.stamps_s

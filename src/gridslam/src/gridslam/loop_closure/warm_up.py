@@ -17,7 +17,6 @@ from gridslam.loop_closure.local_maps.local_map import LocalMapSizes, build_loca
 from gridslam.loop_closure.local_maps.refinement import refine
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.pose_graph import optimise
-from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import MapDraft
 from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 from gridslam.parameters import SlamParameters
@@ -44,5 +43,5 @@ def warm_up_loop_closure() -> float:
     surfaces = ScanSurfaces([surfaces_of(scan, 10.0)] * 2)
     link_pairs(np.array([(0, 1)]), surfaces, np.zeros((1, 1, 3)), LoopClosureParameters(), is_pass=True)
     parameters = SlamParameters()
-    MapDraft(parameters, None).add(np.zeros((1, 3)), [Beams.from_scan(scan, parameters)])
+    MapDraft(parameters, None).add(np.zeros((1, 3)), [scan])
     return time.perf_counter() - start

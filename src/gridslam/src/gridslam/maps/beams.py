@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple, Sequence
 
 import numpy as np
 
@@ -27,6 +28,24 @@ offset says nothing. Any weight would hold the pose where the search began, agai
 NOT_MATCHED = np.empty((0, 7))
 
 
+class Directions(NamedTuple):
+    """Where the beams of scans with the same angles point, in ascending order."""
+
+    order: np.ndarray
+    """(n,) the scan's beams in this order."""
+    bearings: np.ndarray
+    """(n,) rad"""
+    units: np.ndarray
+    """(n, 2) unit vectors."""
+
+    @classmethod
+    def of(cls, angles_rad: np.ndarray) -> Directions:
+        """Return the directions of beams at these angles (n,)."""
+        order = np.argsort(angles_rad, kind="stable")
+        bearings = angles_rad[order]
+        return cls(order, bearings, _units(bearings))
+
+
 @dataclass(frozen=True, eq=False)
 class Beams:
     """One scan's beams, in cells and in the base frame."""
@@ -41,13 +60,26 @@ class Beams:
     """(m, 7) the hits for scan matching, see kernels/nearest.py; none if the scan is not matched."""
 
     @classmethod
-    def from_scan(cls, scan: PlanarScan, parameters: SlamParameters, is_matched: bool = True) -> Beams:
-        """Prepare a scan; readings beyond maxRange are left out. ``is_matched``: not only for a map."""
+    def from_scan(
+        cls,
+        scan: PlanarScan,
+        parameters: SlamParameters,
+        is_matched: bool = True,
+        directions: Directions | None = None,
+    ) -> Beams:
+        """Prepare a scan; readings beyond maxRange are left out.
+
+        Args:
+            scan: of any lidar.
+            parameters: the filter's.
+            is_matched: the beams are not only for a map.
+            directions: of the scan's angles; None: they are not known yet.
+        """
         usable, greatest = parameters.ranges_for(scan.range_max_m)
-        order = np.argsort(scan.angles_rad, kind="stable")
-        bearings, ranges = scan.angles_rad[order], scan.ranges_m[order]
+        order, bearings, units = directions or Directions.of(scan.angles_rad)
+        ranges = scan.ranges_m[order]
         valid = (ranges <= greatest) & (ranges > 0.0)
-        bearings, ranges = bearings[valid], ranges[valid]
+        bearings, units, ranges = bearings[valid], units[valid], ranges[valid]
         scale = 1.0 / parameters.delta
         lidar = np.array(scan.lidar_in_base) * (scale, scale, 1.0)
         hits, ranges = ranges <= usable, np.minimum(ranges, usable) * scale
@@ -57,8 +89,8 @@ class Beams:
         if len(ranges) > BEAMS_MAX:
             kept = [_thinned(bearings[each], ranges[each]) for each in (hits, ~hits)]
             bearings, ranges = np.concatenate(kept, axis=1)
-            hits = np.arange(len(ranges)) < len(kept[0][0])
-        ends = se2.transform(lidar, _points(bearings, ranges))
+            hits, units = np.arange(len(ranges)) < len(kept[0][0]), _units(bearings)
+        ends = se2.transform(lidar, ranges[:, None] * units)
         return cls(lidar[:2].copy(), ends, hits, matching)
 
     @classmethod
@@ -66,13 +98,33 @@ class Beams:
         """Return a scan without beams."""
         return cls(np.zeros(2), np.empty((0, 2)), np.zeros(0, bool), NOT_MATCHED)
 
-    def for_map(self) -> Beams:
-        """Return the beams without those for scan matching."""
-        return Beams(self.lidar, self.ends, self.hits, NOT_MATCHED)
+
+def beams_for_map(scans: Sequence[PlanarScan | None], parameters: SlamParameters) -> list[Beams]:
+    """Return what each scan enters into a map: nothing for None.
+
+    Scans in a row that share their angles share the work on these, and one that comes again is the same.
+    """
+    found: list[Beams] = []
+    last: PlanarScan | None = None
+    directions, none = Directions.of(np.empty(0)), Beams.none()
+    for scan in scans:
+        if scan is None:
+            found.append(none)
+            continue
+        if last is None or scan.angles_rad is not last.angles_rad:
+            directions = Directions.of(scan.angles_rad)
+        is_again = scan is last and found[-1] is not none
+        found.append(found[-1] if is_again else Beams.from_scan(scan, parameters, False, directions))
+        last = scan
+    return found
+
+
+def _units(bearings: np.ndarray) -> np.ndarray:
+    return np.stack((np.cos(bearings), np.sin(bearings)), axis=1)
 
 
 def _points(bearings: np.ndarray, ranges: np.ndarray) -> np.ndarray:
-    return np.stack((ranges * np.cos(bearings), ranges * np.sin(bearings)), axis=1)
+    return ranges[:, None] * _units(bearings)
 
 
 def _thinned(bearings: np.ndarray, ranges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,10 +8,11 @@ from typing import NamedTuple, Sequence
 import numpy as np
 
 from gridslam.errors import MapError
-from gridslam.maps.beams import Beams
-from gridslam.maps.tile_map import TileMaps
+from gridslam.maps.beams import beams_for_map
+from gridslam.maps.tile_map import SCANS_AT_ONCE, TileMaps
 from gridslam.occupancy_grid import UNKNOWN, OccupancyGrid
 from gridslam.parameters import SlamParameters
+from gridslam.scan import PlanarScan
 
 BEAMS = 10
 """A known cell counts like one that this many beams have met."""
@@ -85,17 +86,19 @@ class MapDraft:
     def __init__(
         self, parameters: SlamParameters, grid: OccupancyGrid | None, first: int = 0, band: Band = ALL_HEIGHTS
     ):
-        self.first, self.band = first, band
+        self.first, self.band, self._parameters = first, band, parameters
         self.maps = new_maps(grid, 1, parameters.delta)
         """Of one particle."""
         self.scans = first
         """Number of scans that have entered it, and of those that do not."""
 
-    def add(self, poses_in_map: np.ndarray, beams: Sequence[Beams]) -> None:
-        """Enter the next scans, taken at these poses (k, 3)."""
-        self.maps.insert_path(poses_in_map, beams)
+    def add(self, poses_in_map: np.ndarray, scans: Sequence[PlanarScan | None]) -> None:
+        """Enter the next scans, taken at these poses (k, 3). None: nothing is entered there."""
+        self.add_beside(poses_in_map, scans)
         self.scans += len(poses_in_map)
 
-    def add_beside(self, poses_in_map: np.ndarray, beams: Sequence[Beams]) -> None:
+    def add_beside(self, poses_in_map: np.ndarray, scans: Sequence[PlanarScan | None]) -> None:
         """Enter scans, taken at these poses (n, 3), that are not among those of the path's nodes."""
-        self.maps.insert_path(poses_in_map, beams)
+        for first in range(0, len(scans), SCANS_AT_ONCE):
+            lot = slice(first, first + SCANS_AT_ONCE)
+            self.maps.insert_path(poses_in_map[lot], beams_for_map(scans[lot], self._parameters))

@@ -9,9 +9,7 @@ from typing import Sequence
 import numpy as np
 
 from gridslam import se2
-from gridslam.maps.beams import Beams
 from gridslam.maps.new_map import Band
-from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 
 STORED = 3
@@ -61,9 +59,9 @@ class NewestScans:
 
 
 def placed(
-    scans: Sequence[NewestScan], path: np.ndarray, usable: np.ndarray, band: Band, parameters: SlamParameters
-) -> tuple[np.ndarray, list[Beams]]:
-    """Return the poses (n, 3) of scans on a path, and what each enters into a map.
+    scans: Sequence[NewestScan], path: np.ndarray, usable: np.ndarray, band: Band
+) -> tuple[np.ndarray, list[PlanarScan]]:
+    """Return the poses (n, 3) at which scans enter a map of a path, and these scans.
 
     Each is there TIMES times.
 
@@ -72,12 +70,11 @@ def placed(
         path: (k, 3) of all nodes.
         usable: (k,) bool: whether a node is in the map.
         band: of the heights whose scans are in the map.
-        parameters: the filter's.
     """
-    poses, beams = [], []
+    poses, entered = [], []
     for each in scans:
         is_apart = abs(each.scan.height_m - band.middle_m) > band.half_m  # NaN is in every band
         if each.anchor < len(path) and usable[each.anchor] and not is_apart:
             poses += [se2.compose(path[each.anchor], each.base_in_anchor)] * TIMES
-            beams += [Beams.from_scan(each.scan, parameters, is_matched=False)] * TIMES
-    return np.reshape(poses, (-1, 3)), beams
+            entered += [each.scan] * TIMES
+    return np.reshape(poses, (-1, 3)), entered

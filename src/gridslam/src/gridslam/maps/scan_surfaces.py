@@ -16,6 +16,8 @@ CELL_M = 0.05
 THIN_SPACING, THIN_DEPTH = 0.5, 2.0
 """CELL_M: beams that end within this on one surface are averaged."""
 POINTS_MAX = 200
+NONE = np.empty((0, 2)), np.empty((0, 2)), np.empty(0)
+"""No points, normals and bearings."""
 
 
 def surfaces_of(scan: PlanarScan, range_m: float) -> Surfaces:
@@ -46,42 +48,21 @@ def surfaces_of(scan: PlanarScan, range_m: float) -> Surfaces:
 
 
 class ScanSurfaces:
-    """The surfaces of a path's scans."""
+    """The surfaces of several scans.
 
-    def __init__(self, scans: Iterable[Surfaces] = ()) -> None:
-        self.arrays = Scans(
-            np.empty((0, 2)), np.empty((0, 2)), np.empty(0), np.empty((0, 2)), np.zeros(1, int)
-        )
+    Args:
+        scans: the surfaces of each.
+        nodes: (k,) of the path at which each was taken, ascending; None: 0, 1, 2 ...
+    """
+
+    def __init__(self, scans: Iterable[Surfaces], nodes: np.ndarray | None = None) -> None:
+        columns = [*zip(*scans)] or [()] * 4
+        points, normals, bearings = (np.concatenate([none, *each]) for none, each in zip(NONE, columns))
+        starts = np.cumsum([0, *map(len, columns[0])])
+        self.arrays = Scans(points, normals, bearings, np.reshape(columns[3], (-1, 2)), starts)
         """The kernels' input."""
-        self._count = 0
-        for surfaces in scans:
-            self.append(surfaces)
+        self._nodes = nodes
 
-    def __len__(self) -> int:
-        return self._count
-
-    def append(self, surfaces: Surfaces) -> None:
-        """Add the next scan."""
-        scan, begin = self._count, int(self.arrays.starts[self._count])
-        end = begin + len(surfaces.points)
-        points, normals, bearings, lidars, starts = self.arrays
-        self.arrays = Scans(
-            _with_room(points, end),
-            _with_room(normals, end),
-            _with_room(bearings, end),
-            _with_room(lidars, scan + 1),
-            _with_room(starts, scan + 2),
-        )
-        for array, values in zip(self.arrays[:3], surfaces[:3]):
-            array[begin:end] = values
-        self.arrays.lidars[scan], self.arrays.starts[scan + 1] = surfaces.lidar, end
-        self._count += 1
-
-
-def _with_room(array: np.ndarray, least: int) -> np.ndarray:
-    """Return an array, or a copy with at least this many rows."""
-    if len(array) >= least:
-        return array
-    grown = np.empty((max(least, 2 * len(array)), *array.shape[1:]), array.dtype)
-    grown[: len(array)] = array
-    return grown
+    def places(self, nodes: np.ndarray) -> np.ndarray:
+        """Return at which places the scans of some nodes are, for an array of any shape."""
+        return nodes if self._nodes is None else np.searchsorted(self._nodes, nodes)

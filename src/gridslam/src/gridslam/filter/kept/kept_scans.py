@@ -8,7 +8,6 @@ from typing import NamedTuple, Sequence
 import numpy as np
 
 from gridslam.level_cloud import LevelCloud
-from gridslam.maps.beams import Beams
 from gridslam.scan import PlanarScan
 
 
@@ -22,12 +21,15 @@ class InSpace(NamedTuple):
 
 
 class KeptScans:
-    """Scans, what each enters into a map, and the odometry at each. Memory grows with the path."""
+    """Scans, whether each enters a map, and the odometry at each. Memory grows with the path.
+
+    What a map gets of a scan is made of it again for each map. It would take more memory than the scan.
+    """
 
     def __init__(self) -> None:
         self.scans: list[PlanarScan] = []
-        self.beams: list[Beams] = []
-        """Without those for matching."""
+        self._enters = bytearray()
+        """(k,) whether each scan enters a map."""
         self._odometry: list[np.ndarray] = []
         self.in_space: list[InSpace] = []
         self._heights_m: np.ndarray | None = None
@@ -60,10 +62,10 @@ class KeptScans:
         """How much higher the base is in the map since the newest scan than odometry says."""
         return self.in_space[-1].rise_m if self.in_space else 0.0
 
-    def add(self, scan: PlanarScan, beams: Beams, base_in_odom: np.ndarray) -> None:
+    def add(self, scan: PlanarScan, base_in_odom: np.ndarray) -> None:
         """Keep a scan."""
         self.scans.append(scan.sharing(self.scans[-1]) if self.scans else scan)
-        self.beams.append(beams.for_map())
+        self._enters.append(True)
         self._odometry.append(np.array(base_in_odom, float))
         self.in_space.append(InSpace(None, self.rise_m))
         self._heights_m = None
@@ -83,28 +85,32 @@ class KeptScans:
         ]
         self._heights_m = None
 
-    def in_band(self, band_m: float, half_m: float) -> list[Beams]:
-        """Return what each scan enters into the map of a height: none if it was taken at another one."""
-        if math.isnan(band_m):
-            return self.beams
-        none = Beams.none()
+    def in_band(self, band_m: float, half_m: float) -> list[PlanarScan | None]:
+        """Return the scans that enter the map of a height. None: it was taken at another one, or left out."""
+        is_any = math.isnan(band_m)
         return [
-            none if abs(scan.height_m - band_m) > half_m else beams  # NaN is in every band
-            for scan, beams in zip(self.scans, self.beams)
+            scan if enters and (is_any or not abs(scan.height_m - band_m) > half_m) else None  # NaN: in all
+            for scan, enters in zip(self.scans, self._enters)
         ]
 
     def leave_out(self, ranges: Sequence[tuple[int, int]]) -> None:
         """Let the scans in these ranges (first, after last) enter no map."""
         for first, last in ranges:
-            self.beams[first:last] = [Beams.none()] * (last - first)
+            self._enters[first:last] = bytes(last - first)
 
     def restore(
         self,
         scans: Sequence[PlanarScan],
-        beams: Sequence[Beams],
         odometry: np.ndarray,
         in_space: Sequence[InSpace],
     ) -> None:
-        """Keep these scans, with their beams, the odometry (k, 3), and what is known in space (k)."""
-        self.scans, self.beams, self._odometry = list(scans), list(beams), list(odometry)
+        """Keep these scans, with the odometry (k, 3), and what is known in space (k). All enter a map.
+
+        Raises:
+            ValueError: they are no scans.
+        """
+        if not all(isinstance(scan, PlanarScan) for scan in scans):
+            raise ValueError("what is kept of the path are no scans")
+        self.scans, self._odometry = list(scans), list(odometry)
+        self._enters = bytearray([True]) * len(self.scans)
         self.in_space, self._heights_m = list(in_space), None

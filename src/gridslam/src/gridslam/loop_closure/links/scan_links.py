@@ -5,18 +5,19 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from typing import Mapping, Sequence
+from typing import Any, Mapping, Sequence
 
 import numpy as np
 
 from gridslam import se2
 from gridslam.kernels.least_squares import inverse
-from gridslam.kernels.links import nearest_earlier
+from gridslam.kernels.links import Surfaces, nearest_earlier
 from gridslam.loop_closure.edges import Edge, Edges
 from gridslam.loop_closure.links.scan_pairs import link_pairs
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.path.odometry_scale import odometry_scale
+from gridslam.loop_closure.recent import Recent
 from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 from gridslam.maps.tile_pool import require_indices
 from gridslam.scan import PlanarScan
@@ -28,6 +29,8 @@ PASSES_MAX = 3
 """A scan is linked with at most this many scans of other passes, the nearest."""
 TRY_AGAIN_M = 0.1
 """m: two scans that could not be linked are tried again when their poses have moved by more than this."""
+SURFACES_MAX = 256
+"""The surfaces of so many scans are kept: of those just before the newest one, and of the pass beside it."""
 NOTHING = np.zeros((3, 3))
 OPEN_M = 1.0
 """m: a link with a greater standard deviation leaves a direction open, as along a bare corridor."""
@@ -56,7 +59,8 @@ class ScanLinks:
 
     def __init__(self, parameters: LoopClosureParameters) -> None:
         self._parameters = parameters
-        self._surfaces = ScanSurfaces()
+        self._scans: Sequence[PlanarScan] = ()
+        self._surfaces: Recent[Surfaces] = Recent(self._measured, SURFACES_MAX)
         self._heights_m: list[float] = []
         self._back: dict[tuple[int, int], Edge] = {}
         self._passes: dict[tuple[int, int], Edge] = {}
@@ -121,10 +125,8 @@ class ScanLinks:
         Where scans are far apart, the filter may have taken a wrong turn. So the search for a link begins at
         odometry's prediction, too.
         """
-        p = self._parameters
-        for node in range(len(self._surfaces), len(scans)):
-            self._surfaces.append(surfaces_of(scans[node], p.link_range_m))
-            self._heights_m.append(scans[node].height_m)
+        p, self._scans = self._parameters, scans
+        self._heights_m += [scan.height_m for scan in scans[len(self._heights_m) :]]
         for newer in range(len(self._information), len(scans)):
             self._information.append(NOTHING)
             if newer > 0:
@@ -135,10 +137,19 @@ class ScanLinks:
                 [se2.between(poses[pairs[:, 0]], poses[newer]) for poses in (path.poses, path.odometry)],
                 axis=1,
             )
-            edges = link_pairs(pairs, self._surfaces, predicted, p, most=p.links_back)
+            edges = self._linked(pairs, predicted, most=p.links_back)
             for edge, starts in zip(edges, predicted):
                 if edge is not None and not _is_astray(edge, starts):
                     self._add(edge)
+
+    def _measured(self, node: int) -> Surfaces:
+        return surfaces_of(self._scans[node], self._parameters.link_range_m)
+
+    def _linked(self, pairs: np.ndarray, predicted: np.ndarray, **options: Any) -> list[Edge | None]:
+        """Link pairs (m, 2) of nodes as `link_pairs` does."""
+        nodes = np.unique(pairs)
+        scans = ScanSurfaces(map(self._surfaces.of, nodes.tolist()), nodes)
+        return link_pairs(pairs, scans, predicted, self._parameters, **options)
 
     def _before(self, newer: int, way_m: np.ndarray) -> list[int]:
         """Return the nodes just before a node that may be linked with it, the last one first."""
@@ -167,7 +178,7 @@ class ScanLinks:
         if not pairs:
             return 0
         before, predicted = len(self._passes), _between(poses, pairs)
-        edges = link_pairs(np.array(pairs), self._surfaces, predicted[:, None], p, is_pass=True)
+        edges = self._linked(np.array(pairs), predicted[:, None], is_pass=True)
         for pair, pose, edge in zip(pairs, predicted, edges):
             if edge is None:
                 self._failed[pair] = pose
@@ -196,9 +207,7 @@ class ScanLinks:
         if not pairs:
             return False
         predicted = _between(poses, pairs)
-        edges = link_pairs(
-            np.array(pairs), self._surfaces, predicted[:, None], self._parameters, is_pass=True, most=1
-        )
+        edges = self._linked(np.array(pairs), predicted[:, None], is_pass=True, most=1)
         for edge, pose in zip(edges, predicted):
             if edge is not None:
                 return math.dist(edge.newer_in_older[:2], pose[:2]) < within_m
@@ -221,7 +230,7 @@ class ScanLinks:
         """
         for pairs in (*state.back[:2], *state.passes[:2], np.array(state.failed, int)):
             require_indices(pairs, nodes - 1, "the links' nodes")
-        self._surfaces, self._stacked = ScanSurfaces(), Edges.of([])
+        self._surfaces, self._stacked = Recent(self._measured, SURFACES_MAX), Edges.of([])
         self._heights_m = []
         self._is_spanned, self._information = bytearray(max(0, nodes - 1)), [NOTHING] * nodes
         self._back = {}

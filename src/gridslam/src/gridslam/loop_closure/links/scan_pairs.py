@@ -27,7 +27,7 @@ def link_pairs(
 
     Args:
         pairs: (m, 2), the older node and the newer one.
-        scans: of all nodes.
+        scans: of these nodes at least.
         predicted: (m, k, 3) poses of the newer node in the older's. The one that makes the most points fit
             counts.
         parameters: the link's.
@@ -39,7 +39,7 @@ def link_pairs(
     covariances, are_found = np.zeros((count, 3, 3)), np.zeros(count, bool)
     measure_pairs(
         scans.arrays,
-        pairs,
+        scans.places(pairs),
         poses,
         count if most is None else most,
         (p.link_pass_gate_m if is_pass else 0.0, p.link_gate_m),
@@ -52,8 +52,8 @@ def link_pairs(
     )
     found = poses[:, 0].copy()
     found[:, 2] = se2.wrap(found[:, 2])
-    return [
-        Edge(older, newer, pose, covariance) if is_found else None
+    return [  # copies, as a view would keep the arrays of all pairs
+        Edge(older, newer, pose.copy(), covariance.copy()) if is_found else None
         for (older, newer), pose, covariance, is_found in zip(
             pairs.tolist(), found, covariances + LEAST_COVARIANCE, are_found.tolist()
         )

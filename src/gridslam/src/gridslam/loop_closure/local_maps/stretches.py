@@ -1,4 +1,4 @@
-"""Builds the local maps of stretches of the path. The surfaces of each scan are measured once."""
+"""Builds the local maps of stretches of the path."""
 
 from __future__ import annotations
 
@@ -17,29 +17,33 @@ from gridslam.loop_closure.local_maps.local_map import (
 from gridslam.loop_closure.local_maps.refinement import match_information, normal_matrix
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.measured_path import MeasuredPath
+from gridslam.loop_closure.recent import Recent
 from gridslam.scan import PlanarScan
 
 SCAN_SPACING_M, SCAN_SPACING_RAD = 0.25, 0.2  # closer scans add nothing to a local map
+SURFACES_MAX = 256
+"""The surfaces of so many scans are kept: of several local maps. They take four times a scan's memory."""
 
 
 class LocalMaps:
-    """Keeps the scans of a path and their surfaces."""
+    """Has the scans of a path, and measures their surfaces."""
 
     def __init__(self, parameters: LoopClosureParameters) -> None:
         self._parameters = parameters
         self._scans: Sequence[PlanarScan] = ()
-        self._surfaces: list[SurfacePoints] = []
+        self._surfaces: Recent[SurfacePoints] = Recent(self._measured, SURFACES_MAX)
         self._informations: list[np.ndarray] = []
 
     def extend(self, scans: Sequence[PlanarScan]) -> None:
         """Take in the scans at all nodes of a path, of which the first ones may be known."""
-        p = self._parameters
-        for scan in scans[len(self._surfaces) :]:
-            surface = surface_points(scan, p.range_m)
-            self._surfaces.append(surface)
-            information = match_information(normal_matrix(surface), len(surface.points_xy_m), p)
-            self._informations.append(information)
         self._scans = scans
+        for node in range(len(self._informations), len(scans)):
+            surface = self._surfaces.of(node)
+            points = len(surface.points_xy_m)
+            self._informations.append(match_information(normal_matrix(surface), points, self._parameters))
+
+    def _measured(self, node: int) -> SurfacePoints:
+        return surface_points(self._scans[node], self._parameters.range_m)
 
     @property
     def informations(self) -> np.ndarray:
@@ -66,7 +70,7 @@ class LocalMaps:
         sizes = LocalMapSizes(resolution_m, blur_m, 2.0 * resolution_m, self._parameters.range_m)
         return build_local_map(
             anchor,
-            [self._surfaces[node] for node in kept],
+            [self._surfaces.of(node) for node in kept],
             [self._scans[node] for node in kept],
             se2.between(path.poses[anchor], path.poses[kept]),
             sizes,
