@@ -21,7 +21,7 @@ from flights.campaign.campaign import PATIENCE, Case
 from flights.campaign.flying import Flight, fly_to_goal
 from flights.campaign.mapping import MAP_METRICS, fly_and_map
 from flights.campaign.places import place_of
-from flights.campaign.sinking_load import could_be_avoided, load_in, sight_of
+from flights.campaign.sinking_load import could_be_avoided, load_in, uav_of
 from flights.flight.conditions import BOUNDS, Conditions
 from flights.flight.course import PhaseLimits
 from flights.flight.parameters import CEPA, ClosedLoopParameters
@@ -90,19 +90,20 @@ def _flown(case: Case) -> dict[str, Any]:
         algorithm.take_keep_out(keep_out)
         listeners = [ExactMap(keep_out)] if place.keep_out else []
         flight = fly_to_goal(parameters, algorithm, place.stuck_s, listeners)
-        unavoidable = flight.end == "collision" and _is_unavoidable(flight, settings, world)
+        unavoidable = flight.end == "collision" and _is_unavoidable(flight, settings, world, cepa)
     if entered(flight.poses, place.keep_out, cepa.body_radius):
         flight = replace(flight, end="collision")
     return {**outcome_of(flight, straight_s), "unavoidable": unavoidable}
 
 
-def _is_unavoidable(flight: Flight, settings: Mapping[str, Any], world: Path) -> bool:
+def _is_unavoidable(flight: Flight, settings: Mapping[str, Any], world: Path, cepa: CepaParameters) -> bool:
     """Return whether no command could have avoided a load that came down; False where none did."""
     load = load_in(world) if settings["world"] == SINKING else None
     if load is None:
         return False
-    sight = sight_of(settings.get("model", "iris"), settings["lidar"], settings["range_finders"])
-    return not could_be_avoided(flight.poses, load, sight)
+    model = settings.get("model", "iris")
+    uav = uav_of(model, settings["lidar"], settings["range_finders"], cepa.response)
+    return not could_be_avoided(flight.poses, load, uav)
 
 
 class ExactMap:
