@@ -4,19 +4,22 @@ import math
 
 import numpy as np
 import pytest
+from planar_flight import SCAN_EVERY, STEP_S, Scene, Uav, fly, to_goal
 
-from cepa import CepaParameters
+from cepa import CepaParameters, Dynamic
 from cepa.dynamic.candidates import STANDSTILL, candidates
 from cepa.dynamic.constants.response import MEETING_S, PATH_STEP_S
-from cepa.dynamic.cost import Cost
+from cepa.dynamic.cost import Cost, progress_of_evasion
 from cepa.dynamic.kernels.response import roll
 from cepa.dynamic.kernels.rollout import HIT
 from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, DistanceField, FreeSpace, Surroundings
 from cepa.dynamic.rollouts import Rollouts
+from cepa.dynamic.threats import evasion_speed
 
 PARAMETERS = CepaParameters()
 REFERENCE = np.array([2.0, 0.0, 0.0])
 COMMIT_S = 0.1
+RNG = np.random.default_rng(1)
 COMES_M_S, RADIUS_M, GROWTH_M_S = 2.0, 0.9, 0.2
 
 
@@ -63,3 +66,57 @@ def test_in_which_direction_it_may_leave_does_not_depend_on_who_of_a_group_is_be
     assessed = Rollouts(PARAMETERS).assess(sideways, state, around, REFERENCE[:2] / 2.0, COMMIT_S)
     assert assessed.outcomes[0, HIT] > 0.0
     assert assessed.is_admissible.all()
+
+
+def test_who_comes_nearer_is_outrun_up_to_a_limit():
+    def alone(x, speed):
+        return np.array([[x, 0.0, -speed, 0.0, 0.3, 0.1]])
+
+    assert evasion_speed(alone(6.0, 1.8), 2.0) == pytest.approx(2.7)
+    assert evasion_speed(alone(-6.0, 1.8), 2.0) == 2.0  # goes away
+    assert evasion_speed(alone(6.0, 1.2), 2.0) == 2.0
+    assert evasion_speed(alone(6.0, 8.0), 2.0) == 3.0
+    assert evasion_speed(alone(6.0, 8.0), 4.0) == 4.0
+    assert evasion_speed(np.empty((0, 6)), 2.0) == 2.0
+
+
+def test_the_faster_candidates_follow_the_others_and_are_only_there_to_evade():
+    usual = candidates(REFERENCE, REFERENCE, 2.0)
+    both = candidates(REFERENCE, REFERENCE, 2.0, 3.0)
+    assert np.array_equal(candidates(REFERENCE, REFERENCE, 2.0, 2.0), usual)
+    assert np.array_equal(both[: len(usual)], usual)
+    assert np.hypot(*both[len(usual) :, :2].T) == pytest.approx(3.0)
+    # However far they lead, they make no more progress than the best of the others that may be flown
+    progress, is_faster = np.array([1.0, 4.0, 6.0, 0.5]), np.array([False, False, True, True])
+    progress_of_evasion(progress, is_faster, np.array([True, False, True, True]))
+    assert progress.tolist() == [1.0, 4.0, 1.0, 0.5]
+    progress_of_evasion(progress, is_faster, is_faster)  # nothing else may be flown
+    assert progress.tolist() == [1.0, 4.0, 1.0, 0.5]
+
+
+class Runners(Scene):
+    """Persons who run along -x; they begin at places (n, 2), and each scan is one period later."""
+
+    def __init__(self, places, speed_m_s):
+        super().__init__(np.column_stack((places, np.full(len(places), 0.3))))
+        self._speed_m_s = speed_m_s
+
+    def ranges(self, *args, **kwargs):
+        self.circles[:, 0] -= self._speed_m_s * SCAN_EVERY * STEP_S
+        return super().ranges(*args, **kwargs)
+
+
+def test_people_abreast_who_are_faster_than_the_uav_do_not_drive_it_before_them():
+    # Given seven people side by side, whom a UAV meets that is asked to fly slower than they run
+    scene = Runners([(13.0, 1.5 * k - 4.5) for k in range(7)], 2.5)
+    # When it flies towards them
+    flight = fly(Dynamic(), scene, to_goal((20.0, 0.0)), Uav(velocity=(2.0, 0.0)), RNG, 8.0)
+    # Then it gets out of their way, and is far on when they have passed
+    assert not flight.contact
+    assert flight.path[-1][0] > 10.0
+
+
+def test_beside_a_runner_the_uav_does_not_fly_faster_than_it_is_asked_to():
+    scene = Runners([(12.0, 3.5)], 2.5)
+    flight = fly(Dynamic(), scene, to_goal((40.0, 0.0)), Uav(), RNG, 3.0)
+    assert np.hypot(*np.array(flight.commands).T).max() < 2.0 + 1e-6

@@ -20,10 +20,7 @@ from cepa.dynamic.constants.choice import (
 
 REFERENCE, LAST, STANDSTILL = range(3)
 """Rows of the candidates; the fan follows."""
-OFFSETS_RAD, SHARES = (
-    np.arange(FAN_DIRECTIONS) * (2.0 * math.pi / FAN_DIRECTIONS),
-    np.array(FAN_SPEEDS)[:, None],
-)
+OFFSETS_RAD, SHARES = np.arange(FAN_DIRECTIONS) * (2.0 * math.pi / FAN_DIRECTIONS), np.array(FAN_SPEEDS)
 
 
 class Chosen(NamedTuple):
@@ -37,16 +34,18 @@ class Chosen(NamedTuple):
     reason: Reason
 
 
-def candidates(v_ref: np.ndarray, last: np.ndarray, speed: float) -> np.ndarray:
+def candidates(v_ref: np.ndarray, last: np.ndarray, speed: float, fastest: float = 0.0) -> np.ndarray:
     """Return the velocities (n, 3), m/s: v_ref, the last command, standstill, and a fan of directions.
 
-    v_ref, last: (3,). The last command is limited to ``speed``, the greatest that the fan has, too.
+    v_ref, last: (3,). speed: the greatest that the fan has. fastest: if it is greater, all directions are
+    tried with it, too, behind the others. The last command is limited to the greater one.
     """
-    commands = np.zeros((STANDSTILL + 1 + len(FAN_SPEEDS) * FAN_DIRECTIONS, 3))
+    tried = np.append(speed * SHARES, fastest) if fastest > speed else speed * SHARES
+    commands = np.zeros((STANDSTILL + 1 + len(tried) * FAN_DIRECTIONS, 3))
     commands[REFERENCE] = v_ref
-    commands[LAST] = last * min(1.0, speed / max(math.hypot(last[0], last[1]), 1e-9))
+    commands[LAST] = last * min(1.0, max(speed, fastest) / max(math.hypot(last[0], last[1]), 1e-9))
     angles = math.atan2(v_ref[1], v_ref[0]) + OFFSETS_RAD
-    speeds, fans = speed * SHARES, commands[STANDSTILL + 1 :].reshape(len(FAN_SPEEDS), FAN_DIRECTIONS, 3)
+    speeds, fans = tried[:, None], commands[STANDSTILL + 1 :].reshape(len(tried), FAN_DIRECTIONS, 3)
     np.multiply(speeds, np.cos(angles), out=fans[:, :, 0])
     np.multiply(speeds, np.sin(angles), out=fans[:, :, 1])
     return commands

@@ -32,6 +32,16 @@ def progress_as_asked(progress_m: np.ndarray, asked_m: float) -> np.ndarray:
     return asked_m - np.abs(asked_m - progress_m)
 
 
+def progress_of_evasion(progress_m: np.ndarray, is_faster: np.ndarray, is_admissible: np.ndarray) -> None:
+    """Let commands that are faster than usual progress no farther than the best of the others; all (n,).
+
+    They are there to evade what comes, not to arrive sooner.
+    """
+    usual_m = progress_m[is_admissible & ~is_faster].max(initial=-np.inf)
+    if np.isfinite(usual_m):
+        progress_m[is_faster] = np.minimum(progress_m[is_faster], usual_m)
+
+
 class Cost:
     """Weighs progress against discomfort, against the loss by a contact, and against change."""
 

@@ -11,11 +11,11 @@ import numpy as np
 from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason, Vector2
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, Chosen, candidates, leads_back
-from cepa.dynamic.constants.choice import EVASION_M_S, HURRIED_EVASION_M_S
+from cepa.dynamic.constants.choice import EVASION_M_S, HURRIED_EVASION_M_S, SAME_SPEED_M_S
 from cepa.dynamic.constants.free_space import SLAB_RANGE_M
 from cepa.dynamic.constants.obstacle_tracks import LATE_S
 from cepa.dynamic.constants.response import MEETING_S
-from cepa.dynamic.cost import Cost, progress_as_asked
+from cepa.dynamic.cost import Cost, progress_as_asked, progress_of_evasion
 from cepa.dynamic.cost_to_go.course import Course, Reference, course_of, reference_of
 from cepa.dynamic.cost_to_go.hold_up import HoldUp
 from cepa.dynamic.cost_to_go.search import CostToGoSearch
@@ -32,7 +32,7 @@ from cepa.dynamic.remembered.single_beams import SingleBeams
 from cepa.dynamic.report import Considered, Explanation, Report, View, report_of, view_of
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.dynamic.space_knowledge import SpaceKnowledge
-from cepa.dynamic.threats import threats
+from cepa.dynamic.threats import evasion_speed, threats
 from cepa.dynamic.timing import ScanTiming
 from cepa.dynamic.ways_out.ways_out import WaysOut, must_brake_hard
 from cepa.keep_out import KeepOut, at_heights
@@ -257,6 +257,7 @@ class Dynamic(Algorithm):
         """Return those of the movers and columns that the UAV may meet."""
         met = np.concatenate((movers, columns[:, :6])) if len(columns) else movers
         evasion_m_s = HURRIED_EVASION_M_S if self._ways_out.is_hurried(columns) else EVASION_M_S
+        evasion_m_s = evasion_speed(met, evasion_m_s)
         fastest = max(evasion_m_s, reference_speed, math.hypot(state[0, 1], state[1, 1]))
         return threats(met, fastest, self.parameters.r_ub)
 
@@ -314,13 +315,17 @@ class Dynamic(Algorithm):
         reference, around, state = step.reference, outlook.around, step.snapshot.state
         is_threatened = len(outlook.around.movers) > 0
         fan_speed = max(reference.speed, EVASION_M_S) if is_threatened else reference.speed
-        level = candidates(reference.velocity, self._command, fan_speed)
+        evades_at = evasion_speed(around.movers, fan_speed)
+        level = candidates(reference.velocity, self._command, fan_speed, evades_at)
         commands = step.with_climbs(level, outlook.climb_m_s)  # 5 candidates
         assessed = self._rollouts.assess(commands, state, around, course.direction, self.commit_s)
         outcomes = assessed.outcomes
         if is_threatened and not outlook.around.cost_to_go.length.size:
             outcomes[:, PROGRESS] = progress_as_asked(outcomes[:, PROGRESS], reference.speed * MEETING_S)
         is_admissible = assessed.is_admissible & leads_back(commands, outlook.blind_way)  # 6 admissible
+        if evades_at > fan_speed:
+            is_faster = np.hypot(commands[:, 0], commands[:, 1]) > fan_speed + SAME_SPEED_M_S
+            progress_of_evasion(outcomes[:, PROGRESS], is_faster, is_admissible)
         own_speed = math.hypot(state[0, 1], state[1, 1])
         cost = self._cost.of(commands, outcomes, self._command, reference.speed, own_speed)  # 7 cost
         if outlook.height_m is not None:

@@ -12,6 +12,8 @@ from cepa.dynamic.constants.choice import (
     FRONT_M,
     FRONT_S,
     FRONT_STEP_M,
+    OUTRUN,
+    OUTRUN_MOST_M_S,
     SAME_WAY_M_S,
 )
 from cepa.dynamic.constants.response import BRAKE_S, LONGEST_COMMIT_S, MEETING_S, PATH_STEP_S
@@ -33,6 +35,16 @@ def threats(movers: np.ndarray, speed: float, near_m: float) -> np.ndarray:
     x, y, vx, vy, radius_m, growth = (column[:, None] for column in movers.T)
     apart_m = np.hypot(x + vx * TIMES_S, y + vy * TIMES_S) - radius_m - (growth + speed) * TIMES_S
     return movers[apart_m.min(axis=1) <= near_m]
+
+
+def evasion_speed(movers: np.ndarray, least_m_s: float) -> float:
+    """Return with which speed, m/s, the UAV evades ``movers`` (k, 6): faster than who comes nearer.
+
+    People who are as fast as the UAV, side by side, drive it before them for ever.
+    """
+    x, y, vx, vy = movers[:, :4].T
+    fastest = float(np.hypot(vx, vy)[x * vx + y * vy < 0.0].max(initial=0.0))
+    return max(least_m_s, min(OUTRUN * fastest, OUTRUN_MOST_M_S))
 
 
 def is_within(discs: np.ndarray) -> bool:

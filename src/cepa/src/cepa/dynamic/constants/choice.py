@@ -11,6 +11,15 @@ gaps."""
 EVASION_M_S = 1.5
 """m/s: It evades what moves with so much, even if the reference is slower. Source: chosen. Greater: faster
 evasion."""
+OUTRUN = 1.5
+"""1: It evades who comes nearer with so many times their speed: who is as fast as the UAV drives it before
+them, where its lidar does not look. Source: flown. Greater: it is out of their way sooner."""
+OUTRUN_MOST_M_S = 3.0
+"""m/s: But for that no faster than this, as EU 2019/945 has it near people. Source: chosen. Greater: it also
+outruns who cycles."""
+SAME_SPEED_M_S = 1e-6
+"""m/s: A candidate is faster than the usual ones only by more than this. Source: grid. Greater: no
+difference."""
 HURRIED_S = 3.0
 """s: If what sinks onto the UAV arrives within so much, the UAV hurries. Source: chosen. Greater: it hurries
 earlier."""
