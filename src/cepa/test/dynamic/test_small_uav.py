@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from spatial_flight import HEIGHT_M, Boxes, fly_along_x
+from spatial_flight import HEIGHT_M, PERIOD_S, Boxes, fly_along_x, motion_at
 
 from cepa import Cloud, Dynamic, Motion
 from cepa.dynamic.free_space.slab import Slab
@@ -12,6 +12,7 @@ from cepa.parameters import CepaParameters
 from cepa.scan import Beams
 
 HALF_M, HALF_HEIGHT_M = 0.2, 0.1
+NOTHING = np.empty((0, 2, 3))
 
 
 class SmallUav(Boxes):
@@ -49,3 +50,67 @@ def test_the_slab_holds_the_nearest_point_of_each_direction_without_floor_and_ce
     np.testing.assert_allclose(np.sort(beams.ranges[met]), (3.0, 5.0))
     angles = np.sort(np.remainder(beams.angles[met], 2.0 * math.pi))
     np.testing.assert_allclose(angles, (0.0, 0.5 * math.pi), atol=2.0 * beams.increment)
+
+
+@pytest.mark.parametrize(
+    ("stands", "person_m", "sees_m"),
+    [(True, 4.0, 4.0), (False, 4.0, 2.0), (True, 2.2, 2.0), (True, None, 2.0)],
+)
+def test_a_sill_that_stands_does_not_hide_what_is_behind_it_at_the_bodys_heights(stands, person_m, sees_m):
+    # Given a sill below the body, and perhaps a person behind it, in the same direction
+    rows = [(2.0, 0.01, -0.45)] + ([] if person_m is None else [(person_m, 0.01, 0.0)])
+    cloud = Cloud(np.array(rows), (-0.3, 0.3), 0.5, 100.0)
+    motion = Motion(0.0, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    nothing = Beams(np.full(4, math.inf), np.ones(4, bool), -math.pi, 0.5 * math.pi, math.inf)
+    # When the memory tells whether the sill has stood
+    asked = []
+
+    def have_stood(points):
+        asked.append(points)
+        return np.full(len(points), stands)
+
+    beams = Slab(CepaParameters()).beams(cloud, nothing, motion, have_stood)
+    # Then only one that stands is looked past
+    assert beams.nearest == pytest.approx(sees_m, abs=1e-3)
+    for points in asked:
+        np.testing.assert_allclose(points, [(2.0, 0.01, 0.0)], atol=0.02)
+
+
+AZIMUTHS_RAD = np.radians(np.arange(-29.9, 30.0, 0.6))
+
+
+class BehindASill(Boxes):
+    """A room with a low wall across the way, 3 m ahead; a person comes from 7 m behind that at 1 m/s."""
+
+    def __init__(self, corners=NOTHING):
+        super().__init__(corners)
+
+    def cloud(self, position):
+        """Return what a QT64 sees ahead, 0.6 degrees from beam to beam; none is on the border of a bin."""
+        up, azimuth = (axis.ravel() for axis in np.meshgrid(np.radians(np.arange(-40, 40)), AZIMUTHS_RAD))
+        beams = np.column_stack((np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)))
+        ranges = self.ranges(position, beams)
+        met = ranges < 20.0
+        return Cloud(beams[met] * ranges[met, None], (-0.7, 0.7), 0.05, 20.0)
+
+    def at(self, t_s, position):
+        wall = np.array([(3.0, -3.0, 0.0), (3.1, 3.0, 1.55)])
+        x = 10.0 - t_s
+        person = np.array([(x - 0.25, -0.25, 0.0), (x + 0.25, 0.25, 4.0)])
+        end = np.array([(12.0, -9.0, 0.0), (12.1, 9.0, 4.0)])
+        return BehindASill(np.array([wall, person, end]))
+
+
+def test_who_comes_towards_a_sill_is_known_before_the_uav_is_over_it():
+    # Given a UAV that hovers before the sill
+    steering, boxes, position = Dynamic(), BehindASill(), np.array([0.0, 0.0, HEIGHT_M])
+    for number in range(40):
+        motion = motion_at(number * PERIOD_S, position)
+        scan, cloud = boxes.at(number * PERIOD_S, position).senses(position)
+        steering.steer(scan, (0.5, 0.0), (0.0, 0.0), motion, cloud)
+    # Then it knows where the person is, and how fast
+    movers = steering.view().movers
+    assert len(movers) > 0
+    for mover in movers:
+        assert mover[:2] == pytest.approx((6.0, 0.0), abs=0.4)
+        assert mover[2:4] == pytest.approx((-1.0, 0.0), abs=0.3)

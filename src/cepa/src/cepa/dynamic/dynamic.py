@@ -293,7 +293,8 @@ class Dynamic(Algorithm):
         reads_clouds = self.wants_cloud and age_s <= LATE_S
         if cloud is not None and cloud.looks_all_around and reads_clouds:
             level = replace(now, orientation_xyzw=LEVEL)
-            slab = self._slab.beams(cloud, beams, now), level, age_s, SLAB_RANGE_M
+            has_stood = self._space.has_stood(now) if self._space is not None else None
+            slab = self._slab.beams(cloud, beams, now, has_stood), level, age_s, SLAB_RANGE_M
             return self._moving.take_in(*slab, False)
         counts = not (has_clouds and reads_clouds)
         return self._moving.take_in(beams, now, age_s, range_max, not has_clouds, counts)

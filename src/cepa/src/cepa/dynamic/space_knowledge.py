@@ -17,6 +17,7 @@ from cepa.dynamic.constants.response import CLIMB_LAG_S
 from cepa.dynamic.cost_to_go.course import Course, Reference
 from cepa.dynamic.cost_to_go.height_search import HeightSearch
 from cepa.dynamic.cost_to_go.search import CostToGoSearch, Found, Layers
+from cepa.dynamic.free_space.slab import HaveStood
 from cepa.dynamic.kernels.free_space import BY_REACH
 from cepa.dynamic.kernels.rollout import DISCOMFORT, LOSS
 from cepa.dynamic.kernels.surroundings import (
@@ -94,6 +95,10 @@ class SpaceKnowledge(Knowledge):
     def have_stood(self, scan: SegmentedScan, motion: Motion) -> np.ndarray:
         """Return which movers (k,) of a scan have stood where they are; see `SpaceMemory.have_stood`."""
         return self._memory.have_stood(scan.movers, scan.points, motion)
+
+    def has_stood(self, motion: Motion) -> HaveStood:
+        """Return what tells at which points, from the UAV, clouds have shown something for long."""
+        return self._memory.has_stood(motion)
 
     def columns(self, motion: Motion, is_open: bool) -> np.ndarray:
         """Return the discs (k, 8) that something comes down into, as the clouds until now have shown.

@@ -74,6 +74,12 @@ difference."""
 SLAB_MORE_M = 0.3
 """m: What moves is tracked so far above and below the body, and so far from floor and ceiling. Source:
 chosen. Greater: it evades what passes over it."""
+SLAB_OWN_M = 0.05
+"""m: The body's own heights, with this beyond them. What has stood for long outside of them, as the sill of a
+manhole, does not hide what is behind it. Source: chosen. Greater: a low sill hides more."""
+SLAB_BEHIND_M = 0.3
+"""m: What is behind is so much farther away. Source: chosen. Greater: what is close behind a sill is
+found later."""
 SLAB_BINS = 720
 """1: Directions in which a cloud's nearest point is tracked. Source: grid. Greater: finer."""
 SLAB_RANGE_M = 20.0

@@ -3,29 +3,42 @@
 from __future__ import annotations
 
 import math
+from typing import Callable
 
 import numpy as np
 
-from cepa.dynamic.constants.free_space import SLAB_BINS, SLAB_MORE_M, SLAB_RANGE_M
+from cepa.dynamic.constants.free_space import (
+    SLAB_BEHIND_M,
+    SLAB_BINS,
+    SLAB_MORE_M,
+    SLAB_OWN_M,
+    SLAB_RANGE_M,
+)
 from cepa.dynamic.free_space.kernels.clouds import slab_ranges
 from cepa.motion import Cloud, Motion
 from cepa.parameters import CepaParameters
 from cepa.scan import Beams
 
+HaveStood = Callable[[np.ndarray], np.ndarray]
+INCREMENT_RAD = 2.0 * math.pi / SLAB_BINS
+ANGLES_RAD = (np.arange(SLAB_BINS) + 0.5) * INCREMENT_RAD - math.pi
+
 
 class Slab:
     """Reads all channels of a lidar. So what is lower or higher than its level beams is tracked, too.
 
-    The slab reaches a little beyond the UAV's body, and leaves out floor and ceiling.
+    The slab reaches a little beyond the UAV's body, and leaves out floor and ceiling. What has stood for long
+    above or below the body, such as the sill of a manhole, does not hide what is behind it.
     """
 
     def __init__(self, parameters: CepaParameters) -> None:
         self._p = parameters
 
-    def beams(self, cloud: Cloud, scan: Beams, motion: Motion) -> Beams:
+    def beams(self, cloud: Cloud, scan: Beams, motion: Motion, have_stood: HaveStood | None = None) -> Beams:
         """Return the nearest of the slab's points in each direction, along the odometry's axes.
 
-        scan: of the same instant, perhaps of another lidar. What either shows counts.
+        scan: of the same instant, perhaps of another lidar. What either shows counts. have_stood: tells at
+        which points (n, 3), m, from the lidar something has stood for long (n,).
         """
         p, z = self._p, motion.position_m[2]
         low_m = max(-p.body_below - SLAB_MORE_M, p.floor_height + SLAB_MORE_M - z)
@@ -34,6 +47,11 @@ class Slab:
         limits = cloud.range_min_m, min(cloud.range_max_m, SLAB_RANGE_M), low_m, high_m
         points = np.asarray(cloud.points_m, np.float32)
         slab_ranges(points, motion.rotation(), *limits, ranges)
+        if have_stood is not None:
+            own_m = np.full(SLAB_BINS, math.inf)
+            own = max(low_m, -p.body_below - SLAB_OWN_M), min(high_m, p.body_above + SLAB_OWN_M)
+            slab_ranges(points, motion.rotation(), *limits[:2], *own, own_m)
+            _see_past(ranges, own_m, have_stood)
         if scan.nearest < SLAB_RANGE_M:
             met = scan.seen & (scan.ranges < SLAB_RANGE_M)
             angles, range_m = scan.angles[met], scan.ranges[met]
@@ -41,6 +59,16 @@ class Slab:
                 (range_m * np.cos(angles), range_m * np.sin(angles), np.zeros(len(angles)))
             )
             slab_ranges(ends.astype(np.float32), motion.rotation(), 0.0, *limits[1:], ranges)
-        increment_rad = 2.0 * math.pi / SLAB_BINS
         seen = np.ones(SLAB_BINS, np.bool_)
-        return Beams(ranges, seen, 0.5 * increment_rad - math.pi, increment_rad, float(ranges.min()))
+        return Beams(ranges, seen, float(ANGLES_RAD[0]), INCREMENT_RAD, float(ranges.min()))
+
+
+def _see_past(ranges: np.ndarray, own_m: np.ndarray, have_stood: HaveStood) -> None:
+    """Lengthen ``ranges`` (bins,), m, to those at the body's heights where what hides these has stood."""
+    hides = np.flatnonzero((own_m < math.inf) & (own_m > ranges + SLAB_BEHIND_M))
+    if not len(hides):
+        return
+    near_m, angles = ranges[hides], ANGLES_RAD[hides]
+    places = np.column_stack((near_m * np.cos(angles), near_m * np.sin(angles), np.zeros(len(hides))))
+    past = hides[have_stood(places)]
+    ranges[past] = own_m[past]

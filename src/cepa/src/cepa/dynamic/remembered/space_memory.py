@@ -15,6 +15,7 @@ from cepa.dynamic.constants.remembered import GREATEST_MOVE_M, SEEN_PAST_M, SEEN
 from cepa.dynamic.free_space.cloud_picture import CloudPicture
 from cepa.dynamic.free_space.planar_sensors import LidarPlane
 from cepa.dynamic.free_space.seen_cells import SeenCells
+from cepa.dynamic.free_space.slab import HaveStood
 from cepa.dynamic.obstacle_tracks.falling import Falling
 from cepa.dynamic.remembered.field_grid import FieldGrid
 from cepa.dynamic.remembered.kernels.voxels import outside
@@ -185,6 +186,11 @@ class SpaceMemory:
             new_share = STOOD_NEW_SHARE / max(1.0, radius / LONG_M)
             stood[number] = len(own) > 0 and 1.0 - is_old.mean() < new_share
         return stood
+
+    def has_stood(self, motion: Motion) -> HaveStood:
+        """Return what tells at which points, from the UAV, clouds have shown something for long."""
+        origin, stamp_s = np.array(motion.position_m), motion.stamp_s
+        return lambda points: self._points.have_stood(points, origin, stamp_s)
 
     def _remember(
         self,
