@@ -176,7 +176,8 @@ def start_at(time_s: float, poses: np.ndarray) -> Start:
     fit = np.polyfit(poses[first:last, 0] - time_s, poses[first:last, 1:4], min(3, last - first - 1))
     rates = [np.polyder(column, k) for k in range(3) for column in fit.T]
     place, velocity, acceleration = np.array([np.polyval(rate, 0.0) for rate in rates]).reshape(3, 3)
-    ahead, aside, _ = rotation_matrix(poses[last - 1, 4:])[:, 0]
+    qx, qy, qz, qw = poses[last - 1, 4:].tolist()
+    ahead, aside, _ = rotation_matrix((qx, qy, qz, qw))[:, 0]
     return Start(time_s, place, velocity, acceleration, math.atan2(aside, ahead))
 
 
