@@ -107,13 +107,13 @@ def test_a_column_is_as_open_as_its_best_layer(seed):
 
 
 @settings(max_examples=30, deadline=None)
-@given(seed=seeds)
-def test_the_picture_of_a_cloud_holds_the_least_distance_in_each_direction(seed):
+@given(seed=seeds, number=st.sampled_from([60, 600]))
+def test_the_picture_of_a_cloud_holds_the_least_distance_in_each_direction(seed, number):
     rng = np.random.default_rng(seed)
     rotation = turned(rng)
-    points = rng.uniform(-3.0, 3.0, (60, 3))
-    points[::7] = math.nan
-    nearest, levelled = np.empty((32, 24), np.float32), np.empty((60, 3))
+    points = rng.uniform(-3.0, 3.0, (number, 3))
+    points[::7], points[3] = math.nan, rotation.T @ (0.0, 0.0, 1.0)  # one is over the lidar
+    nearest, levelled = np.empty((32, 24), np.float32), np.empty((number, 3))
     free = np.empty((8, 12), np.float32)
     count = level(points, rotation, 0.5, 4.0, 0.05, levelled, nearest, free)
     ranges = np.linalg.norm(points, axis=1)
@@ -156,6 +156,13 @@ def test_the_field_of_view_of_a_lidar_that_leans_ends_where_its_angles_end(seed)
         a, b, c = rotation.T @ (math.cos(azimuth), math.sin(azimuth), (i - 3.5) * 0.2)
         is_seen = low <= math.atan2(c, math.hypot(a, b)) <= high and left <= math.atan2(b, a) <= right
         assert free[i, j] == (99.0 if is_seen else 0.0)
+
+
+@pytest.mark.parametrize(("elevation", "no_return_m"), [((-2.0, 2.0), 99.0), ((1.58, 2.0), 0.0)])
+def test_a_field_of_view_up_to_the_vertical_and_beyond_has_all_or_nothing(elevation, no_return_m):
+    free = np.full((8, 12), math.inf, np.float32)
+    open_empty(free, 4, 0.05, np.eye(3), elevation, (-math.pi, math.pi), 99.0)
+    np.testing.assert_array_equal(free, no_return_m)
 
 
 def plain_seen(free, row_tan, origin, own, near, before):
@@ -290,6 +297,21 @@ def test_remembered_points_are_those_of_a_plain_dictionary(seed):
         counts += stood.sum(), len(stood)
     assert known > 50
     assert 0 < counts[0] < 0.5 * counts[1]
+
+
+def test_where_numbers_have_no_digits_left_for_cells_points_stay_within_the_grid():
+    stores = np.empty((9, 3)), np.empty(9), np.empty(9), np.empty(9, np.uint8)
+    voxels = Voxels(*stores, np.full((40, 40, 48), NOBODY, np.int32), 0.15, 0.05)
+    origin, reach = np.array([1e18, -1e18, 1e18]), np.array([2.0, 0.8])
+    points = np.random.default_rng(4).uniform(-0.8, 0.8, (9, 3))
+    known, rest = remember(points, origin, 1.0, reach, voxels, 0)
+    assert (known, rest.size) == (1, 0)  # all are at the same place
+    assert (voxels.slots != NOBODY).sum() == 1
+    i, j, m = (
+        math.floor(place / edge) % n
+        for place, edge, n in zip(origin[[1, 0, 2]], (0.15, 0.15, 0.05), (40, 40, 48))
+    )
+    assert voxels.slots[i, j, m] == 0
 
 
 def test_near_the_lidar_a_beam_beside_a_point_tells_that_it_has_gone_but_slowly():

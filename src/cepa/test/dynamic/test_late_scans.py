@@ -90,6 +90,13 @@ def test_what_moves_is_where_it_will_be_when_an_answer_shows_its_effect(arrives)
         assert not segmented.is_moving[apart_m > 1.5].any()
 
 
+def test_the_response_is_not_worked_out_again_at_each_scan(monkeypatch):
+    asked, response = [], CepaParameters.response.fget
+    monkeypatch.setattr(CepaParameters, "response", property(lambda p: asked.append(p) or response(p)))
+    assert sum(len(segmented.movers) for _, segmented in watch(1.2, moves=True)) > 5
+    assert len(asked) == 1
+
+
 @pytest.mark.parametrize("age_s", [0.0, 0.02])
 def test_odometry_in_time_changes_nothing(age_s):
     tracker, beam_ends = ObstacleTracker(), BeamEnds()

@@ -44,6 +44,7 @@ class MovingObstacles:
 
     def __init__(self, parameters: CepaParameters):
         self._p, self._beam_ends = parameters, BeamEnds()
+        self._delay_s = parameters.response.delay_s
         self._tracker, self._late = ObstacleTracker(), LateScans()
         self.reset()
 
@@ -94,7 +95,7 @@ class MovingObstacles:
         is_moving = (
             self._moving.is_moving if in_time and counts else _are_in(_moved_on(movers, since_s), points)
         )
-        return SegmentedScan(points, free, is_moving, _moved_on(movers, since_s + self._p.response.delay_s))
+        return SegmentedScan(points, free, is_moving, _moved_on(movers, since_s + self._delay_s))
 
     def _follow(self, points: np.ndarray, free: FreeRanges, motion: Motion, are_upright: bool) -> None:
         x, y, z = motion.position_m

@@ -13,7 +13,11 @@ import numpy as np
 from cepa.dynamic.kernels.angles import ANGLE_ERROR_RAD, angle_of, column_of
 from kernel_cache.compiler import njit
 
+BLOCK = 256
+"""So many points are turned before they are entered into the picture."""
 LEAST_HORIZONTAL_M = 1e-3
+ROUNDING = 1e-6
+"""Two slopes that differ by less than this share may be the same."""
 
 
 @njit(cache=True)
@@ -39,27 +43,47 @@ def level(
     per_rad = bins / (2.0 * math.pi)
     nearest[:], free[:] = math.inf, math.inf
     count = 0
-    for k in range(points.shape[0]):
-        a, b, c = float(points[k, 0]), float(points[k, 1]), float(points[k, 2])
-        r2 = a * a + b * b + c * c
-        if not range_min * range_min <= r2 <= range_max * range_max:  # NaN fails, too
-            continue
-        x = rotation[0, 0] * a + rotation[0, 1] * b + rotation[0, 2] * c
-        y = rotation[1, 0] * a + rotation[1, 1] * b + rotation[1, 2] * c
-        z = rotation[2, 0] * a + rotation[2, 1] * b + rotation[2, 2] * c
-        levelled[count, 0], levelled[count, 1], levelled[count, 2] = x, y, z
-        count += 1
-        h = math.sqrt(x * x + y * y)
-        if h < LEAST_HORIZONTAL_M:
-            continue
-        row = math.floor(z / (h * row_tan) + 0.5 * rows)
-        if 0 <= row < rows:
-            column = column_of(x, y, per_rad, bins)
-            if h < nearest[row, column]:
-                nearest[row, column] = h
-                i, j = coarse_rows[row], coarse_columns[column]
-                free[i, j] = min(free[i, j], nearest[row, column])
+    block, seen_at = np.empty((3, BLOCK)), np.empty((3, BLOCK))
+    for first in range(0, points.shape[0], BLOCK):
+        begin = count
+        for k in range(first, min(points.shape[0], first + BLOCK)):
+            a, b, c = float(points[k, 0]), float(points[k, 1]), float(points[k, 2])
+            r2 = a * a + b * b + c * c
+            if range_min * range_min <= r2 <= range_max * range_max:  # NaN fails, too
+                x = rotation[0, 0] * a + rotation[0, 1] * b + rotation[0, 2] * c
+                y = rotation[1, 0] * a + rotation[1, 1] * b + rotation[1, 2] * c
+                z = rotation[2, 0] * a + rotation[2, 1] * b + rotation[2, 2] * c
+                block[0, count - begin], block[1, count - begin], block[2, count - begin] = x, y, z
+                levelled[count, 0], levelled[count, 1], levelled[count, 2] = x, y, z
+                count += 1
+        _place(block, count - begin, row_tan, 0.5 * rows, seen_at)
+        for k in range(count - begin):
+            h, row, turn = seen_at[0, k], seen_at[1, k], seen_at[2, k] * per_rad
+            if h < LEAST_HORIZONTAL_M or not 0.0 <= row < rows:
+                continue
+            i, j = np.uint32(row), np.uint32(turn)
+            if min(turn - j, j + 1.0 - turn) <= ANGLE_ERROR_RAD * per_rad:
+                j = np.uint32(int((math.atan2(block[1, k], block[0, k]) + math.pi) * per_rad) % bins)
+            if h < nearest[i, j]:
+                nearest[i, j] = h
+                m, n = coarse_rows[i], coarse_columns[j]
+                free[m, n] = min(free[m, n], nearest[i, j])
     return count
+
+
+@njit(cache=True, error_model="numpy")
+def _place(block: np.ndarray, count: int, row_tan: float, half_rows: float, seen_at: np.ndarray) -> None:
+    """Fill ``seen_at`` (3, n) with each point's distance in a plan, m, its row, and its angle from 0 on, rad.
+
+    block (3, n): x, y and z of the first ``count`` points, m. numpy's divisions do not ask whether they
+    divide by 0. So several go at once, and a point over the lidar gets a row of no meaning.
+    """
+    x, y, z = block[0], block[1], block[2]
+    away, rows, turns = seen_at[0], seen_at[1], seen_at[2]
+    for k in range(count):  # without a branch, so that several points go at once
+        h = math.sqrt(x[k] * x[k] + y[k] * y[k])
+        away[k], rows[k] = h, z[k] / (h * row_tan) + half_rows
+        turns[k] = angle_of(x[k], y[k]) + math.pi
 
 
 @njit(cache=True)
@@ -111,6 +135,7 @@ def open_empty(
     all_around = azimuth[1] - azimuth[0] > 2.0 * math.pi * (1.0 - 2.0 / bins)
     angles = (np.arange(bins) + 0.5) * 2.0 * math.pi / bins - math.pi
     cos, sin = np.cos(angles), np.sin(angles)
+    steepness = _squared_slope(elevation[0]), _squared_slope(elevation[1])
     for i in range(rows):
         up = (i + 0.5 - 0.5 * rows) * rows_in_one * row_tan
         for j in range(bins):
@@ -120,10 +145,34 @@ def open_empty(
             a = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * up
             b = rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * up
             c = rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * up
-            looked = _is_between(c, math.sqrt(a * a + b * b), elevation)
+            looked = _is_as_steep(c, a * a + b * b, steepness, elevation)
             if looked and not all_around:
                 looked = _is_between(b, a, azimuth)
             free[i, j] = no_return if looked else 0.0
+
+
+@njit(cache=True, inline="always")
+def _squared_slope(angle: float) -> float:
+    """Return the square of an elevation's tangent, with the elevation's sign; inf from the vertical on."""
+    if abs(angle) >= 0.5 * math.pi:
+        return math.inf if angle > 0.0 else -math.inf
+    slope = math.tan(angle)
+    return slope * abs(slope)
+
+
+@njit(cache=True, inline="always")
+def _is_as_steep(
+    c: float, squared: float, steepness: tuple[float, float], elevation: tuple[float, float]
+) -> bool:
+    """Whether atan2(c, sqrt(squared)) is within ``elevation``, rad; only near these it takes an arc tangent.
+
+    steepness: `_squared_slope` of both.
+    """
+    own = c * abs(c)
+    low, high = steepness[0] * squared, steepness[1] * squared
+    if min(abs(own - low), abs(own - high)) <= ROUNDING * abs(own):
+        return elevation[0] <= math.atan2(c, math.sqrt(squared)) <= elevation[1]
+    return not (own < low or own > high)
 
 
 @njit(cache=True, inline="always")
@@ -164,15 +213,16 @@ def stamp_seen(
     for k in range(levels):
         z = (first_z + k + 0.5) * cell[1] - origin[2]
         heights[(first_z + k) % levels], is_beyond[(first_z + k) % levels] = z, abs(z) > reach[1]
-    farthest = np.zeros(bins)
+    farthest, views = np.zeros(bins), np.ascontiguousarray(free.T)
     for k in range(rows):
         for m in range(bins):
             farthest[m] = max(farthest[m], free[k, m])
     for i in range(first_y, first_y + n):
-        y = (i + 0.5) * cell[0] - origin[1]
+        y, plane, at = (i + 0.5) * cell[0] - origin[1], stamps[i % n], first_x % n - 1
         for j in range(first_x, first_x + n):
             x = (j + 0.5) * cell[0] - origin[0]
-            column = stamps[i % n, j % n]
+            at = at + 1 if at + 1 < n else 0  # j % n
+            column = plane[at]
             if abs(x) > reach[0] or abs(y) > reach[0]:
                 column[:] = -math.inf
                 continue
@@ -183,13 +233,14 @@ def stamp_seen(
                     column[m] = -math.inf if is_beyond[m] else column[m]
                 continue
             per_m = 1.0 / (max(h, LEAST_HORIZONTAL_M) * row_tan)
+            view, ahead = views[b], h + 0.5 * cell[0]
+            stays_since, is_own = oldest if h < near else math.inf, h < own[0]
             for m in range(levels):
                 z = heights[m]
                 if is_beyond[m]:
                     column[m] = -math.inf
                     continue
-                row = math.floor(z * per_m + 0.5 * rows)
-                seen = 0 <= row < rows and free[row, b] > h + 0.5 * cell[0]
-                stays = h < near and column[m] >= oldest
-                if seen or stays or (h < own[0] and -own[1] <= z <= own[2]):
+                row = z * per_m + 0.5 * rows
+                is_seen = 0.0 <= row < rows and view[np.uint32(row)] > ahead
+                if is_seen or column[m] >= stays_since or (is_own and -own[1] <= z <= own[2]):
                     column[m] = stamp

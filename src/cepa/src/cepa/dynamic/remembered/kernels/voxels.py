@@ -38,6 +38,21 @@ def _cell(voxels: Voxels, x: float, y: float, z: float) -> tuple[int, int, int]:
     return i, j, math.floor(z / voxels.height_m) % levels
 
 
+@njit(cache=True, inline="always")
+def _first(origin: float, reach: float, edge: float, n: int) -> tuple[int, int]:
+    """Return the number of the first cell of a window along an axis, and its index among ``n`` cells."""
+    first = math.floor((origin - reach) / edge) - 1  # 1 for the rounding
+    return first, first % n
+
+
+@njit(cache=True, inline="always")
+def _wrapped(cell: int, n: int) -> int:
+    """Return ``cell`` % ``n``. A cell of the window is from 0 to before 2 n, and needs no slow division."""
+    if 0 <= cell < 2 * n:
+        return cell - n if cell >= n else cell
+    return cell % n  # so far from the odometry's origin that numbers have no digits left for cells
+
+
 @njit(cache=True)
 def remember(
     points: np.ndarray, origin: np.ndarray, stamp: float, reach: np.ndarray, voxels: Voxels, known: int
@@ -48,12 +63,19 @@ def remember(
     far. The second value (r,) are the indices of points for whose cells the list had no room.
     """
     rest, left = np.empty(points.shape[0], np.int64), 0
+    n, levels, edge_m, height_m = *voxels.slots.shape[1:], voxels.edge_m, voxels.height_m
+    origin_x, origin_y, origin_z = origin[0], origin[1], origin[2]
+    first_x, at_x = _first(origin_x, reach[0], edge_m, n)
+    first_y, at_y = _first(origin_y, reach[0], edge_m, n)
+    first_z, at_z = _first(origin_z, reach[1], height_m, levels)
     for k in range(points.shape[0]):
         x, y, z = float(points[k, 0]), float(points[k, 1]), float(points[k, 2])
         if abs(x) > reach[0] or abs(y) > reach[0] or abs(z) > reach[1]:
             continue
-        x, y, z = x + origin[0], y + origin[1], z + origin[2]
-        i, j, m = _cell(voxels, x, y, z)
+        x, y, z = x + origin_x, y + origin_y, z + origin_z
+        i = _wrapped(math.floor(y / edge_m) - first_y + at_y, n)
+        j = _wrapped(math.floor(x / edge_m) - first_x + at_x, n)
+        m = _wrapped(math.floor(z / height_m) - first_z + at_z, levels)
         slot = voxels.slots[i, j, m]
         if slot == NOBODY:
             if known == voxels.points.shape[0]:
