@@ -19,7 +19,7 @@ ELSEWHERE = [
     path for path in constants_page.DYNAMIC.rglob("*.py") if constants_page.FOLDER not in path.parents
 ]
 LAYOUT = {
-    *("ANGLE_ERROR_RAD", "LEAST_M", "LEAST_HORIZONTAL_M", "FIXED"),  # what arithmetic needs
+    *("ANGLE_ERROR_RAD", "LEAST_M", "LEAST_HORIZONTAL_M", "FIXED", "ROUNDING", "BLOCK"),  # of arithmetic
     *(
         "POSITION",
         "ACCELERATION_MAX",
