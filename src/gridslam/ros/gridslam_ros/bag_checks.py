@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from gridslam import PlanarScan, se2
-from gridslam.localisation.standstill import STILL_M, STILL_RAD, Standstill
+from gridslam import PlanarScan
+from gridslam.localisation.standstill import Standstill
+from gridslam.localisation.still_part import StillPart
 from gridslam_ros.bags import ODOMETRY, BagCount, BagError
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 
@@ -15,10 +14,13 @@ WITHOUT_TF, WITHOUT_TF_SHARE = 3, 0.02
 """More scans than both say may be left out because TF does not reach them, as at a bag's begin and end."""
 CHANGES = 3
 """So many times scans have changed while odometry stood still, and it has never moved: there is none."""
+INSTEAD = "play the bag to lidar_odometry, which makes odometry of scans"
+PARTS = {True: ("yaw", "turn", "rotation"), False: ("position", "move", "translation")}
+"""What has never changed, and what scans do, by whether the position has moved."""
 
 
 class BagChecks:
-    """Judges a bag by its count, its frames, and whether odometry has moved at all.
+    """Judges a bag by its count, its frames, and whether odometry has moved at all, and in all its parts.
 
     Args:
         topic: of the scans.
@@ -31,18 +33,15 @@ class BagChecks:
         """Of the bag's messages of nav_msgs/Odometry, which SLAM does not read in place of TF."""
         self._topic, self._count, self._frames = topic, count, frames
         self._standstill, self._changes = Standstill(), 0
-        self._first: tuple[float, float, float] | None = None
-        self._has_moved = self._has_met = False
+        self._part = StillPart()
+        self._has_met = False
 
     def add(self, scan: PlanarScan, base_in_odom: tuple[float, float, float]) -> None:
         """Take in a scan that is used, with the base in odom."""
         self._has_met = self._has_met or bool(np.isfinite(scan.ranges_m).any())
-        if self._has_moved:
-            return
-        self._first = self._first or base_in_odom
-        x, y, yaw = se2.between(self._first, base_in_odom)
-        self._has_moved = math.hypot(x, y) > STILL_M or abs(yaw) > STILL_RAD
-        self._changes += self._standstill.has_changed(scan, np.array(base_in_odom))
+        self._part.add(scan, base_in_odom)
+        if not (self._part.has_moved or self._part.has_turned):
+            self._changes += self._standstill.has_changed(scan, np.array(base_in_odom))
 
     def check(self, integrated: int, used: int, jumps: int) -> None:
         """Judge the whole bag, of which so many scans were integrated.
@@ -73,10 +72,21 @@ class BagChecks:
                 f"No beam of the {read} scans has met anything nearer than range_max; check the lidar, and "
                 "whether ranges and range_max are in metres."
             )
-        if not self._has_moved and self._changes >= CHANGES:
+        self._check_odometry(read)
+
+    def _check_odometry(self, read: int) -> None:
+        part = self._part
+        if not (part.has_moved or part.has_turned) and self._changes >= CHANGES:
             raise BagError(
                 f"Odometry stands still in the whole bag, but the scans change: none of the {read} scans has "
-                "odometry; play the bag to lidar_odometry, which makes odometry of scans."
+                f"odometry; {INSTEAD}."
+            )
+        if part.is_wrong:
+            same, changes, filled = PARTS[part.has_moved]
+            edge = f'"{self._frames.odom_frame}" -> "{self._frames.base_frame}"'
+            raise BagError(
+                f"Odometry's {same} is the same in the whole bag, but the scans {changes}: the driver must "
+                f"fill the {filled} of TF {edge}; or {INSTEAD}."
             )
 
     def what_is_left_out(self) -> str:

@@ -17,6 +17,7 @@ from gridslam.inputs.turns_watch import TurnsWatch
 from gridslam.mounting_watch import MountingWatch
 from gridslam.tracking.evidence import COMPARED_MIN
 from gridslam.way_watch import WayWatch
+from gridslam.yaw_watch import YawWatch
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 
 EMPTY_MAX = 10
@@ -49,6 +50,8 @@ class ScanSource:
         """By the lidar's frame."""
         self._ways: dict[str, WayWatch] = {}
         """By the lidar's frame."""
+        self._yaws: dict[str, YawWatch] = {}
+        """By the lidar's frame."""
         self._clocks: dict[str, ClockWatch] = {}
         """By the lidar's frame."""
         self._in_turns: dict[tuple[str, int], TurnsWatch] = {}
@@ -65,7 +68,7 @@ class ScanSource:
             FrameError: TF does not know where the lidar was.
             ScanError: the scan or its frames make no sense, or no lidar measures such a scan.
             MountingError: the lidar is upside down or turned, and TF does not tell, or two lidars have one
-                frame, or odometry's metre is wrong.
+                frame, or odometry's metre or its yaw is wrong.
         """
         base_in_odom, lidar_in_base = self._frames.look_up(scan)
         ranges_m = np.asarray(scan.ranges)
@@ -81,6 +84,7 @@ class ScanSource:
         self._watch_lidar(scan)
         self._watch_beams(scan, planar)
         self._watch.check(ranges_m, planar, base)
+        self._yaws.setdefault(scan.header.frame_id, YawWatch()).check(planar, base)
         self._mounting.setdefault(scan.header.frame_id, MountingWatch()).check(planar, base)
         self._ways.setdefault(scan.header.frame_id, WayWatch()).check(planar, base)
         lidar = (scan.header.frame_id, len(scan.ranges))

@@ -136,5 +136,5 @@ def _sentence(ratio: complex) -> str:
     much = f"{abs(off_deg):.0f} degrees"
     return (
         f"The scans move {much} farther to the {side} than odometry: the yaw of the lidar's mounting in TF "
-        f"is wrong by so much (it should be {much} {change}), or odometry's axes are."
+        f"is wrong by so much (it should be {much} {change}), or odometry's axes, or its yaw, are."
     )

@@ -133,7 +133,7 @@ def swapped(first, second):
         ({"static": [mounting], "stamps": lambda _: rospy.Time(5)}, "have the stamp of the scan before"),
         (
             {"static": [lambda: mounting(turned_rad=2.0)]},
-            "degrees less), or odometry's axes are. No map is written.",
+            "degrees less), or odometry's axes, or its yaw, are. No map is written.",
         ),
     ],
     ids=[
@@ -151,6 +151,33 @@ def swapped(first, second):
 def test_what_lacks_is_named(way, tmp_path, capsys, given, sentence):
     given = {**given, "static": [edge() for edge in given.get("static", [])]}
     assert sentence in refused(write(tmp_path / "bad.bag", way, **given), capsys)
+
+
+@pytest.mark.parametrize(
+    ("told", "sentence"),
+    [
+        (
+            (1.0, 1.0, 0.0),
+            "Odometry's yaw is the same in the whole bag, but the scans turn: the driver must fill",
+        ),
+        (
+            (0.0, 0.0, 1.0),
+            "Odometry's position is the same in the whole bag, but the scans move: the driver ",
+        ),
+        ((1.0, 1.0, np.degrees(1.0)), "its yaw is wrong; check whether it is in radians, not in degrees"),
+    ],
+    ids=["same_yaw", "same_position", "yaw_in_degrees"],
+)
+def test_odometry_of_which_a_part_is_wrong_is_refused(tmp_path, capsys, told, sentence):
+    truth = planar_world.along(ROUTE, 0.25)
+    way = planar_world.drive(planar_world.scattered_boxes(1, truth), truth, LIDAR, seed=4)
+    bag = write(
+        tmp_path / "part.bag",
+        way,
+        [mounting()],
+        lambda index, stamp, base: as_it_is(index, stamp, base * told),
+    )
+    assert sentence in refused(bag, capsys)
 
 
 def without_a_frame(message):
