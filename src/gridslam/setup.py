@@ -35,6 +35,7 @@ setup(
             "gridslam.volume.plates",
             "gridslam.volume.saved",
             "gridslam.volume.scans",
+            "gridslam.watches",
             "gridslam_ros",
             "gridslam_ros.beside",
             "gridslam_ros.frames",

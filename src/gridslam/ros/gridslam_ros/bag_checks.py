@@ -6,7 +6,7 @@ import numpy as np
 
 from gridslam import PlanarScan
 from gridslam.localisation.standstill import Standstill
-from gridslam.localisation.still_part import StillPart
+from gridslam.watches.still_part import StillPart
 from gridslam_ros.bags import ODOMETRY, BagCount, BagError
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 

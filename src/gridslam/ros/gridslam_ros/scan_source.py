@@ -10,14 +10,14 @@ import numpy as np
 from sensor_msgs.msg import LaserScan
 
 from gridslam import PlanarScan
-from gridslam.filter.clock_watch import ClockWatch
 from gridslam.inputs.levelling import Levelling
 from gridslam.inputs.scan_watch import ScanWatch
 from gridslam.inputs.turns_watch import TurnsWatch
-from gridslam.mounting_watch import MountingWatch
 from gridslam.tracking.evidence import COMPARED_MIN
-from gridslam.way_watch import WayWatch
-from gridslam.yaw_watch import YawWatch
+from gridslam.watches.clock_watch import ClockWatch
+from gridslam.watches.mounting_watch import MountingWatch
+from gridslam.watches.way_watch import WayWatch
+from gridslam.watches.yaw_watch import YawWatch
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 
 EMPTY_MAX = 10

@@ -9,7 +9,7 @@ import planar_world
 import pytest
 
 from gridslam.errors import MountingError
-from gridslam.yaw_watch import YawWatch
+from gridslam.watches.yaw_watch import YawWatch
 
 LIDAR = planar_world.Lidar(4.7, 180, 10.0, 0.01, 10.0)
 ROUTE = np.array([(-8.0, -5.0), (-5.0, -5.0), (-5.0, -2.0), (-8.0, -2.0), (-8.0, -4.0)])

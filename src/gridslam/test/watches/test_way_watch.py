@@ -11,7 +11,7 @@ import pytest
 
 from gridslam.errors import MountingError
 from gridslam.evaluation import Walls
-from gridslam.way_watch import WayWatch
+from gridslam.watches.way_watch import WayWatch
 
 LIDAR = planar_world.Lidar(4.7, 180, 10.0, 0.01, 10.0)
 ROUTE = np.array([(-8.0, -5.0), (0.0, -5.0), (0.0, 3.0), (-6.0, 3.0)])

@@ -6,7 +6,7 @@ import numpy as np
 import planar_world
 import pytest
 
-from gridslam.filter.clock_watch import PAIRS_MAX, ClockWatch, offset_of
+from gridslam.watches.clock_watch import PAIRS_MAX, ClockWatch, offset_of
 
 LIDAR = planar_world.Lidar(4.7, 180, 10.0, 0.01, 10.0)
 ROUTE = np.array([(-8.0, -5.0), (8.0, -5.0)])

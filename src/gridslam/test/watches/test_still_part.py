@@ -8,7 +8,7 @@ import pytest
 
 from gridslam import se2
 from gridslam.evaluation import Walls
-from gridslam.localisation.still_part import StillPart
+from gridslam.watches.still_part import StillPart
 
 LIDAR = planar_world.Lidar(4.7, 180, 10.0, 0.01, 10.0)
 ROUTE = np.array([(-8.0, -5.0), (0.0, -5.0), (0.0, 3.0), (-6.0, 3.0)])

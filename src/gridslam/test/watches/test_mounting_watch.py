@@ -9,7 +9,7 @@ import planar_world
 import pytest
 
 from gridslam.errors import MountingError
-from gridslam.mounting_watch import MountingWatch
+from gridslam.watches.mounting_watch import MountingWatch
 
 LIDAR = planar_world.Lidar(6.2, 180, 20.0, 0.01, 10.0)
 ROUTE = np.array([(-8.0, -5.0), (0.0, -5.0), (0.0, 3.0), (-6.0, 3.0), (-6.0, 0.0)])
