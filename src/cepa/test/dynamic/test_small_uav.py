@@ -87,11 +87,11 @@ class BehindASill(Boxes):
 
     def cloud(self, position):
         """Return what a QT64 sees ahead, 0.6 degrees from beam to beam; none is on the border of a bin."""
-        up, azimuth = (axis.ravel() for axis in np.meshgrid(np.radians(np.arange(-40, 40)), AZIMUTHS_RAD))
+        up, azimuth = (axis.ravel() for axis in np.meshgrid(np.radians(np.arange(-40, 53)), AZIMUTHS_RAD))
         beams = np.column_stack((np.cos(up) * np.cos(azimuth), np.cos(up) * np.sin(azimuth), np.sin(up)))
         ranges = self.ranges(position, beams)
         met = ranges < 20.0
-        return Cloud(beams[met] * ranges[met, None], (-0.7, 0.7), 0.05, 20.0)
+        return Cloud(beams[met] * ranges[met, None], (-0.7, 0.92), 0.05, 20.0)
 
     def at(self, t_s, position):
         wall = np.array([(3.0, -3.0, 0.0), (3.1, 3.0, 1.55)])

@@ -293,7 +293,9 @@ class Dynamic(Algorithm):
         reads_clouds = self.wants_cloud and age_s <= LATE_S
         if cloud is not None and cloud.looks_all_around and reads_clouds:
             level = replace(now, orientation_xyzw=LEVEL)
-            has_stood = self._space.has_stood(now) if self._space is not None else None
+            # With others what leans in and out of view would look like somebody who comes
+            sees_past = self._space if self._space is not None and self._space.looks_up else None
+            has_stood = sees_past.has_stood(now) if sees_past is not None else None
             slab = self._slab.beams(cloud, beams, now, has_stood), level, age_s, SLAB_RANGE_M
             return self._moving.take_in(*slab, False)
         counts = not (has_clouds and reads_clouds)
