@@ -31,6 +31,7 @@ from cepa.dynamic.constants.obstacle_tracks import (
     SINKING_SPANS_S,
     SINKING_SURE_S,
     SINKING_TIMES,
+    SINKING_TIMES_OF_ROOFS,
     SINKING_UNEVEN,
     UPRIGHT_COSINE,
 )
@@ -63,6 +64,10 @@ class _Column(NamedTuple):
     y_m: float
     arrives_s: float
     """When it is at the body's height."""
+    z_m: float = math.nan
+    """How high it was when it was found, at ``found_s``."""
+    found_s: float = math.nan
+    rises_m_s: float = 0.0
 
     def is_closed(self, now_s: float) -> bool:
         """Return whether it counts."""
@@ -117,9 +122,9 @@ class Sinking:
         for ranging in rangings:
             self._keep(ranging, motion, clouds_show)
         now_s, (x, y, _) = motion.stamp_s, motion.position_m
-        columns = [(*c, way) for way, c in self._columns.items() if c.is_closed(now_s)]
+        columns = [(*c[:3], way) for way, c in self._columns.items() if c.is_closed(now_s)]
         if self._sign is not None and not columns:
-            columns = [(*self._sign, 1.0)]
+            columns = [(*self._sign[:3], 1.0)]
         if not columns:
             return NO_COLUMNS
         discs = [(cx - x, cy - y, 0, 0, SINKING_RADIUS_M, 0, s - now_s, way) for cx, cy, s, way in columns]
@@ -155,12 +160,15 @@ class Sinking:
         if speed < 0.0:  # it comes, also if the beam should miss it from now on
             arrives_s = motion.stamp_s + max(0.0, gap_m) / -speed
             is_soon = arrives_s <= motion.stamp_s + SINKING_SURE_S and not is_roofed
-            if self._times[way] < SINKING_TIMES and not is_soon:
+            fewest = SINKING_TIMES_OF_ROOFS if is_roofed else SINKING_TIMES
+            if self._times[way] < fewest and not is_soon:
                 return  # there is time to look again, or a roof is over the UAV and clouds show loads
             known, (x_m, y_m) = self._columns.get(way), _middle_of(heights, way, rises_m_s)
             if known is not None and known.holds(heights[-1][1:3], motion.stamp_s):
                 x_m, y_m = known[:2]
-            self._columns[way] = _Column(x_m, y_m, arrives_s)
+            self._columns[way] = _Column(x_m, y_m, arrives_s, height_m, motion.stamp_s, rises_m_s)
+        elif way in self._columns and _stands(self._columns[way], heights):
+            del self._columns[way]
 
     def _take_sign(self, heights: deque[_Height], gap_m: float) -> None:
         """Take in that something has just appeared near over the body, where it was open.
@@ -219,6 +227,32 @@ def _speed_m_s(heights: deque[_Height], gap_m: float, clouds_show: bool, is_roof
         if residual_m < most_m and abs(speed) > least:
             return speed
     return 0.0
+
+
+def _stands(column: _Column, heights: deque[_Height]) -> bool:
+    """Return whether the heights since something was found to come show that it stands.
+
+    Noise, or an estimate of the own height that drifts, may look once like a floor that rises slowly. Its
+    column would stay closed until the floor should have arrived.
+    """
+    since = [height for height in heights if height.stamp_s > column.found_s]
+    z_m = np.array([column.z_m, *(height.z_m for height in since)])
+    if (
+        len(since) < SINKING_FEWEST[0]
+        or not np.isfinite(z_m).all()
+        or np.abs(np.diff(z_m)).max() > SINKING_GAP_M
+    ):
+        return False  # the beam has met something else, or nothing
+    if not all(math.dist(height[1:3], column[:2]) <= SINKING_RADIUS_M for height in since):
+        return False
+    times_s = np.array([height.stamp_s for height in since])
+    times_s -= times_s.mean()
+    spread = float(times_s @ times_s)
+    speed = float(times_s @ z_m[1:]) / spread
+    residual_m = math.sqrt(float(np.mean((z_m[1:] - z_m[1:].mean() - speed * times_s) ** 2)))
+    sure_m_s = SINKING_SIGNIFICANCE * max(residual_m, SINKING_NOISE_M) / math.sqrt(spread)
+    way = math.copysign(1.0, column.rises_m_s)
+    return way * speed + sure_m_s < 0.5 * abs(column.rises_m_s)
 
 
 def _middle_of(heights: deque[_Height], way: float, rises_m_s: float) -> tuple[float, float]:

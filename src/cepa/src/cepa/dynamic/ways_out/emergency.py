@@ -3,29 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from cepa.dynamic.constants.choice import (
     EMERGENCY_DEPTH_M,
-    EMERGENCY_DIRECTIONS,
     EMERGENCY_IDLE_SHARE,
-    EMERGENCY_NARROWNESS,
-    EMERGENCY_REACH_M,
-    EMERGENCY_TURN_M,
 )
 from cepa.dynamic.kernels.surroundings import Surroundings
 from cepa.dynamic.rollouts import cost_horizon_s
+from cepa.dynamic.ways_out.straight_ways import WayOut, straight_ways
 from cepa.parameters import CepaParameters
-
-
-class WayOut(NamedTuple):
-    """A straight flight that regains r_LB. A narrow one counts as longer."""
-
-    direction: np.ndarray
-    """Unit vector (2,)."""
-    length_m: float
 
 
 class Emergency:
@@ -80,24 +68,10 @@ class Emergency:
 
         On its way it keeps the hull's margin, or what it has where it is. A wider way counts as shorter.
         """
-        distance, cell_m, _, _ = around.field
-        field = distance[len(distance) // 2]
-        middle = len(field) // 2
-        angles = np.arange(EMERGENCY_DIRECTIONS) * (2.0 * math.pi / EMERGENCY_DIRECTIONS)
-        directions = np.stack((np.cos(angles), np.sin(angles)), axis=1)
-        steps = np.arange(cell_m, EMERGENCY_REACH_M, cell_m)
-        nodes = np.rint(steps[:, None, None] * directions / cell_m).astype(int) + middle
-        columns, rows = np.clip(nodes, 0, 2 * middle).transpose(2, 0, 1)
-        along_m = field[rows, columns]
-        narrowest_m = np.minimum.accumulate(along_m, axis=0)
-        keep_m = min(self._hull_m, float(field[middle, middle]))
-        is_regained = (narrowest_m >= keep_m) & (along_m >= self._p.r_lb)
-        first = is_regained.argmax(axis=0)
-        way_m = np.where(is_regained.any(axis=0), steps[first], math.inf)
-        way_m += EMERGENCY_NARROWNESS * (self._p.r_lb - narrowest_m[first, np.arange(EMERGENCY_DIRECTIONS)])
-        way_m += EMERGENCY_TURN_M * (1.0 - directions @ self._last)
-        if math.isinf(way_m.min()):
-            return None
-        best = int(np.argmin(way_m))
-        self._last = directions[best]
-        return WayOut(self._last, float(way_m[best]))
+        ways = straight_ways(around.field)
+        keep_m = min(self._hull_m, ways.here_m)
+        is_regained = (ways.narrowest_m >= keep_m) & (ways.clearance_m >= self._p.r_lb)
+        way = ways.soonest(is_regained, self._p.r_lb, self._last)
+        if way is not None:
+            self._last = way.direction
+        return way

@@ -25,6 +25,7 @@ from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, Surroundings
 from cepa.dynamic.knowledge import Observation, Snapshot, Step
 from cepa.dynamic.rollouts import Rollouts
 from cepa.dynamic.threats import are_within, arrives_in_s
+from cepa.dynamic.ways_out.straight_ways import straight_ways
 from cepa.motion import Ranging
 from cepa.parameters import CepaParameters
 
@@ -34,39 +35,72 @@ class WayAside:
 
     def __init__(self, parameters: CepaParameters, rollouts: Rollouts, cost: Cost):
         self._p, self._rollouts, self._cost = parameters, rollouts, cost
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the way past what stands."""
+        self._last = np.zeros(2)
 
     def is_hurried(self, columns: np.ndarray) -> bool:
         """Return whether something soon sinks onto the UAV, or rises to it. columns: see `Observation`."""
         return min(arrives_in_s(columns, self._p.body_radius)) <= HURRIED_S
 
+    def way_past(self, around: Surroundings, columns: np.ndarray) -> np.ndarray | None:
+        """Return the direction (2,) of a straight flight out of the columns, past what stands.
+
+        None: the UAV is in none, nothing stands in the way of the shortest flight out, or in that of each.
+        """
+        within = columns[np.hypot(columns[:, 0], columns[:, 1]) < columns[:, 4]]
+        if not len(within):
+            self._last = np.zeros(2)
+            return None
+        ways = straight_ways(around.field)
+        places = ways.steps_m[:, None, None] * ways.directions
+        rim_m = within[:, 4] + self._p.body_radius
+        away_m = np.hypot(places[..., 0, None] - within[:, 0], places[..., 1, None] - within[:, 1])
+        is_out = (away_m >= rim_m).all(axis=-1)
+        is_open = ways.narrowest_m >= min(self._rollouts.hull_m, ways.here_m)
+        way = ways.soonest(is_out & is_open, self._p.r_lb, self._last)
+        shortest = int(is_out.any(axis=1).argmax()) if is_out.any() else len(is_out) - 1
+        is_blocked = not is_open[shortest, is_out[shortest]].any()
+        self._last = np.zeros(2) if way is None or not is_blocked else way.direction
+        return self._last if self._last.any() else None
+
     def choose(self, step: Step, around: Surroundings, shown: np.ndarray) -> Chosen:
         """Return the admissible velocity that leaves the columns soonest, to any side.
 
-        A flight that would end at what stands stays within the columns for the rest of the horizon. By its
-        lean the UAV rises and sinks a little; that leads to no other height. It sinks on its way out only if
-        something is about to touch it. shown (k, 8): of the columns those that tell how soon it must be gone.
+        A flight that would end at what stands stays within the columns for the rest of the horizon. Where
+        something stands in the way of the shortest flight out, it follows the shortest past it, also if that
+        leads through the middle. By its lean the UAV rises and sinks a little; that leads to no other height.
+        It sinks on its way out only if something is about to touch it. shown (k, 8): of the columns those
+        that tell how soon it must be gone.
         """
         snapshot, last_command, commit_s = step.snapshot, step.last_command, step.commit_s
         observed, p = snapshot.observed, self._p
         columns, movers = _over(observed.columns[:, :6], p.body_radius), observed.movers
         others = movers[~are_within(movers, columns)]  # a scan may show the thing itself, as it sinks
-        movers = np.concatenate((others, columns))
+        past = self.way_past(around, observed.columns)
+        movers = others if past is not None else np.concatenate((others, columns))
         around = around._replace(cost_to_go=NO_COST_TO_GO, movers=movers)
         speed = max(step.reference.speed, self._evasion_m_s(observed, shown))
-        commands = candidates(step.reference.velocity, last_command, speed)
+        away = np.zeros(2) if past is None else past
+        led = step.reference.velocity if past is None else np.array([*(speed * past), 0.0])
+        commands = candidates(led, last_command, speed)
         commands[:, 2] = 0.0
-        state, nowhere = snapshot.state.copy(), np.zeros(2)
+        state = snapshot.state.copy()
         state[2, 1:] = 0.0
-        assessed = self._rollouts.assess(commands, state, around, nowhere, commit_s, is_emergency=True)
+        assessed = self._rollouts.assess(commands, state, around, away, commit_s, is_emergency=True)
         lost, here = assessed.outcomes[:, LOSS], self._rollouts.discomfort_in_emergency(around)
-        cost = self._cost.of_leaving(commands, assessed.outcomes, last_command, False) + here * lost
+        cost = (
+            self._cost.of_leaving(commands, assessed.outcomes, last_command, past is not None) + here * lost
+        )
         cost[~assessed.is_admissible] = math.inf
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
         command = commands[best].copy()
         above_s, below_s = arrives_in_s(observed.columns, p.body_radius)
         if -NOT_COME_S <= above_s <= SINK_ALONG_S < below_s and _can_sink(snapshot, p):
             sinking = np.array((*command[:2], -p.climb_max))
-            seen = self._rollouts.assess(sinking[None], state, around, nowhere, commit_s, True)
+            seen = self._rollouts.assess(sinking[None], state, around, away, commit_s, True)
             command = sinking if seen.is_admissible[0] else command
         return Chosen(command, float(cost[best]), len(commands), Reason.MARGIN_LOST)
 

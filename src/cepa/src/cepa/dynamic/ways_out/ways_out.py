@@ -31,10 +31,15 @@ class WaysOut:
     def reset(self) -> None:
         """Forget that it is an emergency."""
         self._emergency.reset()
+        self._way_aside.reset()
 
     def is_hurried(self, columns: np.ndarray) -> bool:
         """Return whether something soon sinks onto the UAV, or rises to it. columns: see `Observation`."""
         return self._way_aside.is_hurried(columns)
+
+    def must_make_way(self, columns: np.ndarray, around: Surroundings) -> bool:
+        """Return whether the UAV must leave the columns now: soon something comes, or the way out is long."""
+        return self.is_hurried(columns) or self._way_aside.way_past(around, columns) is not None
 
     def must_leave(self, around: Surroundings, progress_m: float, speed: float, end_m: float) -> bool:
         """Return whether it is an emergency; see `Emergency.is_needed`."""
