@@ -37,6 +37,20 @@ def contact_of_moving(least: float, here: float) -> float:
 
 
 @njit(cache=True)
+def steps_until_met(
+    movers: np.ndarray, state: State, first: int, last: int, step_s: float, least: float
+) -> int:
+    """Return after how many steps a UAV that stays where it is from step ``first`` on is met; ``last``: never.
+
+    Who flies as far as a wall is met there by what comes. Else no way past it would be as good.
+    """
+    for k in range(first, last):
+        if clearance_of_moving(movers, state, (k + 1) * step_s) < least:
+            return k
+    return last
+
+
+@njit(cache=True)
 def fly_on(
     state: State,
     law: Law,
@@ -51,8 +65,8 @@ def fly_on(
 ) -> None:
     """Fly u, m/s, for the whole horizon; fill ``outcome`` (5,): see ``roll_out``.
 
-    After the first steps (``hold``) it flies along the way out. The first contact ends the flight. A fast
-    climb leaves the layers before the end; that alone costs nothing, for `is_admissible` keeps within them.
+    After the first steps (``hold``) it flies along the way out. The first contact ends the flight: where it is
+    then, what moves may still meet it. A fast climb leaves the layers before the end; that alone costs nothing, for `is_admissible` keeps within them.
 
     The way out counts a metre beside an obstacle as up to three, so what is left of it falls by three for a
     metre that is flown there. What the path's own metres cost beyond 1 is taken off again if they are flown
@@ -87,6 +101,9 @@ def fly_on(
             state = before[0], before[1], state[2]
             outcome[LOSS if d < least else HIT] = 1.0 - k / horizon.cost
             discomfort += horizon.cost - k
+            if d < least and movers.size:
+                met = steps_until_met(movers, state, k, horizon.cost, law[-1], least_of_movers)
+                outcome[HIT] = 1.0 - met / horizon.cost
             break
         if d < outer:
             flown_m = math.hypot(state[0][0] - before[0][0], state[1][0] - before[1][0])
