@@ -22,7 +22,7 @@ from cepa.dynamic.cost_to_go.search import CostToGoSearch
 from cepa.dynamic.destination import Destination
 from cepa.dynamic.free_space.slab import Slab
 from cepa.dynamic.heading import Heading
-from cepa.dynamic.kernels.rollout import DISCOMFORT, HIT, LOSS, PROGRESS
+from cepa.dynamic.kernels.rollout import DISCOMFORT, LOSS, PROGRESS
 from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot, Step
 from cepa.dynamic.observer import Observer
 from cepa.dynamic.obstacle_tracks.moving_obstacles import MovingObstacles, SegmentedScan
@@ -30,7 +30,7 @@ from cepa.dynamic.obstacle_tracks.sinking import NO_COLUMNS, Sinking
 from cepa.dynamic.plane_knowledge import PlaneKnowledge
 from cepa.dynamic.remembered.single_beams import SingleBeams
 from cepa.dynamic.report import Considered, Explanation, Report, View, report_of, view_of
-from cepa.dynamic.rollouts import Assessment, Rollouts, cost_horizon_s
+from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.dynamic.space_knowledge import SpaceKnowledge
 from cepa.dynamic.threats import evasion_speed, threats
 from cepa.dynamic.timing import ScanTiming
@@ -321,12 +321,7 @@ class Dynamic(Algorithm):
         evades_at = evasion_speed(around.movers, fan_speed)
         level = candidates(reference.velocity, self._command, fan_speed, evades_at)
         commands = step.with_climbs(level, outlook.climb_m_s)  # 5 candidates
-        assessed = self._rollouts.assess(commands, state, around, course.direction, self.commit_s)
-        if is_threatened and not _passes(assessed):
-            surest = around.movers.copy()
-            surest[:, 5] = 0.0
-            around = around._replace(movers=surest)
-            assessed = self._rollouts.assess(commands, state, around, course.direction, self.commit_s)
+        assessed = self._rollouts.assess_passing(commands, state, around, course.direction, self.commit_s)
         outcomes = assessed.outcomes
         if is_threatened and not outlook.around.cost_to_go.length.size:
             outcomes[:, PROGRESS] = progress_as_asked(outcomes[:, PROGRESS], reference.speed * MEETING_S)
@@ -384,11 +379,6 @@ class Dynamic(Algorithm):
             climb_m_s=up if step.snapshot.space is not None else None,
             warnings=(*step.snapshot.warnings, *told),
         )
-
-
-def _passes(assessed: Assessment) -> bool:
-    """Return whether one of the admissible velocities meets nothing that moves."""
-    return bool((assessed.outcomes[assessed.is_admissible, HIT] == 0.0).any())
 
 
 def _reason(has_way: bool, is_clear: bool, best: int) -> Reason:

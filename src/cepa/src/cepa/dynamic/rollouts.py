@@ -21,7 +21,7 @@ from cepa.dynamic.constants.response import (
 from cepa.dynamic.cost_to_go.course import Reference
 from cepa.dynamic.kernels.admissible import braking
 from cepa.dynamic.kernels.clear_path import is_clear
-from cepa.dynamic.kernels.rollout import OUTCOME_COLUMNS, roll_out
+from cepa.dynamic.kernels.rollout import HIT, OUTCOME_COLUMNS, roll_out
 from cepa.dynamic.kernels.surroundings import Braking, Cushions, Horizon, Surroundings
 from cepa.dynamic.knowledge import Snapshot
 from cepa.dynamic.observer import response_of
@@ -42,6 +42,11 @@ class Assessment(NamedTuple):
     """How much more than it must keep the UAV keeps from everything if it brakes at once."""
     brakes_too_late: bool
     """Whether it then comes too near to what stands, see `is_too_late`."""
+
+    @property
+    def passes(self) -> bool:
+        """Whether one of the admissible commands meets nothing that moves."""
+        return bool((self.outcomes[self.is_admissible, HIT] == 0.0).any())
 
 
 class Rollouts:
@@ -97,6 +102,27 @@ class Rollouts:
         roll_out(state, commands, *world, direction, is_admissible, outcomes)
         steps = horizon.commit + horizon.brake
         return Assessment(is_admissible, outcomes, margin_m, is_too_late(clearance_m[:steps], self.hull_m))
+
+    def assess_passing(
+        self,
+        commands: np.ndarray,
+        state: np.ndarray,
+        around: Surroundings,
+        direction: np.ndarray,
+        commit_s: float,
+    ) -> Assessment:
+        """Return the same; if all commands meet what may move, then as it moves now.
+
+        Where it will be is less sure with time. After 3 s it may be anywhere near a UAV with a wall behind it.
+        If that alone counted, all commands would be as bad, and the UAV would wait at the wall.
+        """
+        assessed = self.assess(commands, state, around, direction, commit_s)
+        if not around.movers[:, 5].any() or assessed.passes:
+            return assessed
+        movers = around.movers.copy()
+        movers[:, 5] = 0.0
+        as_now = self.assess(commands, state, around._replace(movers=movers), direction, commit_s)
+        return as_now if as_now.passes else assessed
 
     def discomfort_in_emergency(self, around: Surroundings) -> float:
         """Return the discomfort in an emergency of staying where the UAV is, by what moves."""

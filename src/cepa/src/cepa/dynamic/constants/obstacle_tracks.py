@@ -183,9 +183,8 @@ SINKING_TIMES = 2
 """1: Findings without a break after which it counts: plates and stiffeners over a beam that leans look once
 like a load. Source: flown. Greater: found later."""
 SINKING_TIMES_OF_ROOFS = 5
-"""1: The same under a roof, where clouds show loads from afar: a beam that leans runs down the webs of a tank.
-Source: flown. Greater: loads that clouds do not show are found later.
-"""
+"""1: The same under a roof, where clouds show loads from afar: a beam that leans runs down a tank's webs.
+Source: flown. Greater: loads that clouds do not show are found later."""
 SINKING_SIGN_M = 2.0
 """m: In the open, what appears over the body within so much may be a load. The UAV goes back until it knows.
 Source: chosen. Greater: it goes back for more of what stands."""

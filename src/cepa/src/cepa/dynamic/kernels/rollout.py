@@ -40,7 +40,7 @@ def contact_of_moving(least: float, here: float) -> float:
 def steps_until_met(
     movers: np.ndarray, state: State, first: int, last: int, step_s: float, least: float
 ) -> int:
-    """Return after how many steps a UAV that stays where it is from step ``first`` on is met; ``last``: never.
+    """Return after how many steps a UAV that stays from step ``first`` on is met; ``last``: never.
 
     Who flies as far as a wall is met there by what comes. Else no way past it would be as good.
     """
@@ -65,8 +65,9 @@ def fly_on(
 ) -> None:
     """Fly u, m/s, for the whole horizon; fill ``outcome`` (5,): see ``roll_out``.
 
-    After the first steps (``hold``) it flies along the way out. The first contact ends the flight: where it is
-    then, what moves may still meet it. A fast climb leaves the layers before the end; that alone costs nothing, for `is_admissible` keeps within them.
+    After the first steps (``hold``) it flies along the way out. The first contact ends the flight. At what
+    stands, the UAV stays, and what moves may meet it there. A fast climb leaves the layers before the end;
+    that alone costs nothing, for `is_admissible` keeps within them.
 
     The way out counts a metre beside an obstacle as up to three, so what is left of it falls by three for a
     metre that is flown there. What the path's own metres cost beyond 1 is taken off again if they are flown
