@@ -4,20 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from spatial_flight import LEVEL, STEP_S, Boxes
+from flight_beside import BEAMS, DOWN, PERIOD_S, UP, fly_beside
+from spatial_flight import LEVEL, Boxes
 
 from cepa import Dynamic, LaserScan2D, Motion, Ranging
-from cepa.dynamic.kernels.response import fly
-from cepa.dynamic.observer import response_of
 from cepa.dynamic.obstacle_tracks.sinking import Sinking
 from cepa.dynamic.remembered.voxel_memory import VoxelMemory
-from cepa.motion import Cloud
 
-PERIOD_S, HEIGHT_M, RANGE_MAX_M = 0.1, 2.0, 40.0
-BEAMS = 360
-ANGLES = -math.pi + np.arange(BEAMS) * 2.0 * math.pi / BEAMS
-AROUND = np.stack([np.cos(ANGLES), np.sin(ANGLES), np.zeros(BEAMS)], axis=1)
-UP, DOWN = (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)
+HEIGHT_M, RANGE_MAX_M = 2.0, 40.0
 
 
 def found_at(height_of, rng, way=UP, speed=0.0, until_s=30.0):
@@ -110,6 +104,30 @@ def test_the_plates_of_a_tank_over_a_beam_that_leans_do_not_come_down():
     for t in np.arange(10.2, 20.0, 0.2).tolist():
         motion = Motion(t, (-1.9, 0.0, 1.26), LEVEL, (0.0, 0.0, 0.0))
         assert not len(sinking.take_in([], motion))
+
+
+def test_a_web_of_a_tank_down_which_a_beam_runs_does_not_come_down():
+    """Heights of one flight along a frame: the UAV turns on the spot, and leans ever more to one side."""
+    sinking = Sinking(0.17, 0.05)
+    for number, z in enumerate((5.02, 4.88, 4.87, 4.70, 4.62, 4.46, 4.32, 4.05, 5.04, 5.10)):
+        motion = Motion(0.1 * number, (-0.02 * number, 0.0, 1.26), LEVEL, (-0.2, 0.0, 0.0))
+        ranging = Ranging((0.0, 0.0, 0.0), UP, z - 1.26, 0.05, RANGE_MAX_M)
+        assert not len(sinking.take_in([ranging], motion, clouds_show=True))
+
+
+@pytest.mark.parametrize(("way", "near_m"), [(UP, 0.9), (DOWN, 0.9), (DOWN, 0.8)])
+@pytest.mark.parametrize("is_load", [False, True])
+def test_what_stands_after_all_is_given_up_and_what_comes_is_not(way, near_m, is_load):
+    """It comes by 0.15 m/s, as the floor does if the UAV's own height drifts for 1.5 s, or as a load does."""
+    sinking, rng, is_closed = Sinking(0.3, 0.15), np.random.default_rng(5), {}
+    for number in range(45):
+        t = PERIOD_S * number
+        range_m = near_m - 0.15 * (t if is_load else min(t, 1.5)) + rng.normal(0.0, 0.01)
+        motion = Motion(t, (0.0, 0.0, HEIGHT_M), LEVEL, (0.0, 0.0, 0.0))
+        ranging = Ranging((0.0, 0.0, 0.0), way, range_m, 0.05, RANGE_MAX_M)
+        is_closed[number] = bool(len(sinking.take_in([ranging], motion)))
+    assert is_closed[15]
+    assert all(is_closed[number] == is_load for number in range(30, 45))
 
 
 def test_the_disc_stays_where_it_was_found_while_the_uav_flies_on_under_the_load():
@@ -220,54 +238,15 @@ def test_what_appeared_over_the_uav_in_the_open_counts_while_the_beam_misses_it(
 def fly_near_a_load(
     edge_m, bottom_of, reference_of, until_s, place_m=(0.0, 0.0, HEIGHT_M), speed=0.0, has_puck=False
 ):
-    """Fly a UAV with a planar lidar and range finders; return its least distance to the load, and height.
+    """Return how near the UAV came to a cube whose bottom is at a height at a time, and its least height."""
+    half = 0.5 * edge_m
 
-    bottom_of: the load's height at a time. reference_of: v_ref at the UAV's place. speed: along x at first.
-    has_puck: clouds come, too, of channels up to 15 degrees.
-    """
-    steering, position, state = Dynamic(), np.array(place_m), np.zeros((3, 4))
-    model = steering.parameters.response
-    command = np.array([speed, 0.0, 0.0])
-    state[0, 1], half = speed, 0.5 * edge_m
-    response, clearance_m, lowest_m = response_of(model, STEP_S), math.inf, HEIGHT_M
-    for number in range(round(until_s / PERIOD_S)):
-        bottom_m = bottom_of(number * PERIOD_S)
-        load = Boxes(np.array([[(-half, -half, bottom_m), (half, half, bottom_m + edge_m)]]))
-        ranges = load.ranges(position, AROUND)
-        ranges = np.where(ranges <= 10.0, ranges, math.inf)
-        scan = LaserScan2D(ranges, -math.pi, 2 * math.pi / BEAMS, 0.06, 10.0)
-        steering.take_ranges(
-            [
-                Ranging(
-                    (0.0, 0.0, 0.0), way, float(load.ranges(position, np.array([way]) + 1e-9)[0]), 0.05, 40.0
-                )
-                for way in (UP, DOWN)
-            ]
-        )
-        climb_ref = float(np.clip(place_m[2] - position[2], -1.0, 1.0))
-        motion = Motion(number * PERIOD_S, tuple(position), LEVEL, tuple(state[:, 1]), climb_ref)
-        cloud = cloud_of_puck(load, position) if has_puck else None
-        decision = steering.steer(scan, reference_of(position), tuple(state[:2, 1]), motion, cloud)
-        late, command = command, np.array([*decision.velocity_xy, decision.climb_m_s or 0.0])
-        state[:, 0] = 0.0
-        commands = np.array([[0.0, 9.0, *late], [model.delay_s, 9.0, *command]])
-        fly(state, commands, 0, 2, 0.0, PERIOD_S, response)
-        position = position + state[:, 0]
-        clearance_m = min(clearance_m, load.clearance(position, 0.35, 0.25, 0.1))
-        lowest_m = min(lowest_m, position[2])
-    return clearance_m, lowest_m
+    def load_at(t):
+        bottom_m = bottom_of(t)
+        return (-half, -half, bottom_m), (half, half, bottom_m + edge_m)
 
-
-def cloud_of_puck(load, position):
-    """Return the cloud of 16 channels, 2 degrees apart, that meet a load."""
-    elevations = np.repeat(np.radians(np.arange(-15.0, 16.0, 2.0)), 180)
-    angles = np.tile(np.radians(np.arange(0.0, 360.0, 2.0)), 16)
-    level = np.cos(elevations)
-    directions = np.stack([level * np.cos(angles), level * np.sin(angles), np.sin(elevations)], axis=1)
-    ranges = load.ranges(position, directions)
-    hit = ranges < 50.0
-    limits_rad = math.radians(-15.0), math.radians(15.0)
-    return Cloud(ranges[hit, None] * directions[hit], limits_rad, 0.4, 100.0)
+    nearest = fly_beside(load_at, reference_of, until_s, place_m, speed, has_puck)
+    return nearest.box_m, nearest.lowest_m
 
 
 def test_spots_of_what_comes_are_forgotten_and_nothing_beside_or_under_the_uav():

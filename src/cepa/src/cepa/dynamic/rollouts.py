@@ -113,8 +113,8 @@ class Rollouts:
     ) -> Assessment:
         """Return the same; if all commands meet what may move, then as it moves now.
 
-        Where it will be is less sure with time. After 3 s it may be anywhere near a UAV with a wall behind it.
-        If that alone counted, all commands would be as bad, and the UAV would wait at the wall.
+        Where it will be is less sure with time: after 3 s anywhere near a UAV that has a wall behind it. If
+        that alone counted, all commands would be as bad, and the UAV would wait at the wall.
         """
         assessed = self.assess(commands, state, around, direction, commit_s)
         if not around.movers[:, 5].any() or assessed.passes:
