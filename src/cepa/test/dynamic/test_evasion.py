@@ -9,7 +9,7 @@ from planar_flight import SCAN_EVERY, STEP_S, Scene, Uav, fly, to_goal
 from cepa import CepaParameters, Dynamic
 from cepa.dynamic.candidates import STANDSTILL, candidates
 from cepa.dynamic.constants.response import MEETING_S, PATH_STEP_S
-from cepa.dynamic.cost import Cost, progress_of_evasion
+from cepa.dynamic.cost import Cost, limit_loss, progress_of_evasion
 from cepa.dynamic.kernels.response import roll
 from cepa.dynamic.kernels.rollout import HIT
 from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, DistanceField, FreeSpace, Surroundings
@@ -92,6 +92,12 @@ def test_the_faster_candidates_follow_the_others_and_are_only_there_to_evade():
     assert progress.tolist() == [1.0, 4.0, 1.0, 0.5]
     progress_of_evasion(progress, is_faster, is_faster)  # nothing else may be flown
     assert progress.tolist() == [1.0, 4.0, 1.0, 0.5]
+
+
+def test_who_evades_loses_no_more_than_it_is_asked_to_gain():
+    progress = np.array([0.5, -0.2, -4.0])
+    limit_loss(progress, 0.4)
+    assert progress.tolist() == [0.5, -0.2, -0.4]
 
 
 class Runners(Scene):

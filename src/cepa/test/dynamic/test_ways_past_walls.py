@@ -43,18 +43,29 @@ def test_a_load_that_sinks_near_walls_touches_nobody(place, edge_m, sinks_m_s, h
 
 
 @pytest.mark.parametrize("has_puck", [False, True])
-@pytest.mark.parametrize(("speed", "from_m"), [(0.8, (-6.0, 2.0)), (1.2, (-5.0, 0.5)), (1.2, (-6.0, 0.0))])
-def test_a_person_who_walks_up_to_a_uav_before_a_wall_touches_nobody(speed, from_m, has_puck):
-    """He stops 0.2 m before where it hovers."""
+@pytest.mark.parametrize(
+    ("half_m", "speed", "from_m"),
+    [
+        (0.25, 0.8, (-6.0, 2.0)),
+        (0.25, 1.2, (-5.0, 0.5)),
+        (0.25, 1.2, (-6.0, 0.0)),
+        (0.6, 1.72, (-3.8, 6.6)),
+        (0.6, 1.78, (-2.0, -6.7)),
+    ],
+)
+def test_a_person_or_a_truck_that_comes_to_a_uav_before_a_wall_touches_nobody(
+    half_m, speed, from_m, has_puck
+):
+    """It stops just before where the UAV hovers."""
     away_m = math.hypot(*from_m)
 
-    def person_at(t):
-        share = max(1.0 - speed * t / away_m, 0.2 / away_m)
+    def comes_at(t):
+        share = max(1.0 - speed * t / away_m, (2.0 * half_m - 0.3) / away_m)
         x, y = share * from_m[0], share * from_m[1]
-        return (x - 0.25, y - 0.25, 0.0), (x + 0.25, y + 0.25, 1.75)
+        return (x - half_m, y - half_m, 0.0), (x + half_m, y + half_m, 1.75)
 
     hovers, until_s = (0.0, 0.0, 1.2), away_m / speed + 4.0
-    nearest = fly_beside(person_at, back, until_s, hovers, has_puck=has_puck, walls=np.array(PLACES["wall"]))
+    nearest = fly_beside(comes_at, back, until_s, hovers, has_puck=has_puck, walls=np.array(PLACES["wall"]))
     assert nearest.box_m > 0.0
     assert nearest.walls_m > 0.0
 

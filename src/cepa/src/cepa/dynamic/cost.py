@@ -32,6 +32,14 @@ def progress_as_asked(progress_m: np.ndarray, asked_m: float) -> np.ndarray:
     return asked_m - np.abs(asked_m - progress_m)
 
 
+def limit_loss(progress_m: np.ndarray, asked_m: float) -> None:
+    """Let no command lose more progress (n,), m, than the UAV is asked to make in the same time.
+
+    Else a UAV that slowly comes back to its place would rather be hit there than fly away from it.
+    """
+    np.maximum(progress_m, -asked_m, out=progress_m)
+
+
 def progress_of_evasion(progress_m: np.ndarray, is_faster: np.ndarray, is_admissible: np.ndarray) -> None:
     """Let commands that are faster than usual progress no farther than the best of the others; all (n,).
 

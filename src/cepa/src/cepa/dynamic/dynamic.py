@@ -15,7 +15,7 @@ from cepa.dynamic.constants.choice import EVASION_M_S, HURRIED_EVASION_M_S, SAME
 from cepa.dynamic.constants.free_space import SLAB_RANGE_M
 from cepa.dynamic.constants.obstacle_tracks import LATE_S
 from cepa.dynamic.constants.response import MEETING_S
-from cepa.dynamic.cost import Cost, progress_as_asked, progress_of_evasion
+from cepa.dynamic.cost import Cost, limit_loss, progress_as_asked, progress_of_evasion
 from cepa.dynamic.cost_to_go.course import Course, Reference, course_of, reference_of
 from cepa.dynamic.cost_to_go.hold_up import HoldUp
 from cepa.dynamic.cost_to_go.search import CostToGoSearch
@@ -325,6 +325,8 @@ class Dynamic(Algorithm):
         outcomes = assessed.outcomes
         if is_threatened and not outlook.around.cost_to_go.length.size:
             outcomes[:, PROGRESS] = progress_as_asked(outcomes[:, PROGRESS], reference.speed * MEETING_S)
+        if is_threatened:
+            limit_loss(outcomes[:, PROGRESS], reference.speed * MEETING_S)
         is_admissible = assessed.is_admissible & leads_back(commands, outlook.blind_way)  # 6 admissible
         if evades_at > fan_speed:
             is_faster = np.hypot(commands[:, 0], commands[:, 1]) > fan_speed + SAME_SPEED_M_S
