@@ -55,12 +55,12 @@ def test_it_stays_before_what_has_stood_and_evades_what_comes(monkeypatch, y_m, 
         steering.steer(NO_SCAN, (0.0, 0.0), (0.0, 0.0), motion_at(stamp_s, position), box.cloud(position))
     points = SIDE + np.array((0.0, y_m, 0.0))
     comes = np.array([[3.2, y_m, -3.2, -y_m, 0.6, 0.1]])
-    take_in = steering._moving.take_in
+    take_in = steering._separation._moving.take_in
 
     def told(*given):
         return take_in(*given)._replace(points=points, is_moving=np.ones(9, bool), movers=comes)
 
-    monkeypatch.setattr(steering._moving, "take_in", told)
+    monkeypatch.setattr(steering._separation._moving, "take_in", told)
     motion = motion_at(1.5, position)
     decision = steering.steer(NO_SCAN, (0.0, 0.0), (0.0, 0.0), motion, box.cloud(position))
     assert (math.hypot(*decision.velocity_xy) > 0.1) == evades

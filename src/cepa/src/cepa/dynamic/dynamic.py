@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Sequence
 
 import numpy as np
@@ -11,36 +10,30 @@ import numpy as np
 from cepa.algorithm import Algorithm
 from cepa.decision import Decision, Reason, Vector2
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, Chosen, candidates, leads_back
-from cepa.dynamic.constants.choice import EVASION_M_S, HURRIED_EVASION_M_S, SAME_SPEED_M_S
-from cepa.dynamic.constants.free_space import SLAB_RANGE_M
-from cepa.dynamic.constants.obstacle_tracks import LATE_S
+from cepa.dynamic.constants.choice import EVASION_M_S, SAME_SPEED_M_S
 from cepa.dynamic.constants.response import MEETING_S
 from cepa.dynamic.cost import Cost, limit_loss, progress_as_asked, progress_of_evasion
 from cepa.dynamic.cost_to_go.course import Course, Reference, course_of, reference_of
 from cepa.dynamic.cost_to_go.hold_up import HoldUp
 from cepa.dynamic.cost_to_go.search import CostToGoSearch
 from cepa.dynamic.destination import Destination
-from cepa.dynamic.free_space.slab import Slab
 from cepa.dynamic.heading import Heading
 from cepa.dynamic.kernels.rollout import DISCOMFORT, LOSS, PROGRESS
-from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Snapshot, Step
+from cepa.dynamic.knowledge import Knowledge, Observation, Outlook, Step
 from cepa.dynamic.observer import Observer
-from cepa.dynamic.obstacle_tracks.moving_obstacles import MovingObstacles, SegmentedScan
-from cepa.dynamic.obstacle_tracks.sinking import NO_COLUMNS, Sinking
+from cepa.dynamic.obstacle_tracks.separation import Came, Separation
 from cepa.dynamic.plane_knowledge import PlaneKnowledge
 from cepa.dynamic.remembered.single_beams import SingleBeams
 from cepa.dynamic.report import Considered, Explanation, Report, View, report_of, view_of
 from cepa.dynamic.rollouts import Rollouts, cost_horizon_s
 from cepa.dynamic.space_knowledge import SpaceKnowledge
-from cepa.dynamic.threats import evasion_speed, threats
+from cepa.dynamic.threats import evasion_speed
 from cepa.dynamic.timing import ScanTiming
 from cepa.dynamic.ways_out.ways_out import WaysOut, must_brake_hard
-from cepa.keep_out import KeepOut, at_heights
-from cepa.motion import LEVEL, Cloud, Motion, Ranging
+from cepa.keep_out import KeepOut
+from cepa.motion import Cloud, Motion, Ranging
 from cepa.parameters import CepaParameters
-from cepa.scan import Beams, LaserScan2D
-
-NOTHING = np.empty((0, 3))
+from cepa.scan import LaserScan2D
 
 
 class Dynamic(Algorithm):
@@ -61,21 +54,20 @@ class Dynamic(Algorithm):
         self._observer = Observer(p.response)
         self._timing = ScanTiming(p.commit_s)
         self._single_beams = SingleBeams()
-        self._moving, self._sinking = MovingObstacles(p), Sinking(p.body_below, p.body_above)
-        self._slab, self._destination = Slab(p), Destination()
+        self._separation, self._destination = Separation(p), Destination()
         self._rollouts = Rollouts(p)
         self._search = CostToGoSearch(p) if p.window_m > 0.0 else None
         self._plane = PlaneKnowledge(p, self._rollouts, self._search)
         self._cost = Cost(p)
         self._ways_out = WaysOut(p, self._rollouts, self._cost)
         self.wants_cloud = p.climb_max > 0.0
-        self._keep_out, self._hold_up = KeepOut(), HoldUp()
+        self._hold_up = HoldUp()
         super().__init__(p)
 
     def reset(self) -> None:
         """Forget what was seen, what moves and what was commanded."""
         super().reset()
-        for part in (self._observer, self._timing, self._single_beams, self._moving, self._sinking):
+        for part in (self._observer, self._timing, self._single_beams, self._separation):
             part.reset()
         for part_of_choice in (self._destination, self._plane, self._ways_out, self._hold_up):
             part_of_choice.reset()
@@ -93,9 +85,8 @@ class Dynamic(Algorithm):
         self._observer.take_over(earlier._observer)
         self._timing.take_over(earlier._timing)
         self._single_beams = earlier._single_beams
-        self._moving.take_over(earlier._moving)
-        self._sinking.take_over(earlier._sinking)
-        self._destination, self._keep_out = earlier._destination, earlier._keep_out
+        self._separation.take_over(earlier._separation)
+        self._destination = earlier._destination
         self._plane.take_over(earlier._plane)
         self._hold_up = earlier._hold_up
         self._command, self._is_guessed = earlier._command.copy(), earlier._is_guessed
@@ -123,7 +114,7 @@ class Dynamic(Algorithm):
 
     def take_keep_out(self, keep_out: KeepOut) -> None:
         """Keep out of these boxes from now on: their walls count as obstacles."""
-        self._keep_out = keep_out
+        self._separation.keep_out = keep_out
 
     def report(self) -> Report | None:
         """Return the reasons of the last answer; None: there was none yet."""
@@ -152,10 +143,22 @@ class Dynamic(Algorithm):
         heading = Heading(now.yaw_rad)
         reference = reference_of(heading.into_odometry(self._allowed(v_ref), now.climb_ref_m_s))
         self._destination.update(now.position_m, reference.velocity.tolist())
-        seen = beams, scan.range_max, now, told.age_s, state, cloud
-        observed = self._observe(*seen, reference.speed)  # 2 what moves
+        rangings, self._rangings = self._rangings, ()
+        came = Came(
+            beams,
+            scan.range_max,
+            now,
+            told.age_s,
+            state,
+            cloud,
+            rangings,
+            reference.speed,
+            self._hold_up.is_held,
+        )
+        observed = self._separation.observe(came, self._space)  # 2 what moves
         knowledge = self._knowledge_of(observed)
-        snapshot = self._with_newest(knowledge.take_in(observed), reference.speed)  # 2 memory
+        snapshot = knowledge.take_in(observed)  # 2 memory
+        snapshot = self._separation.with_newest(snapshot, self._space, reference.speed)
         step = Step(knowledge, snapshot, reference, heading, self._command, self.commit_s)
         clear = knowledge.clear_reference(step.snapshot, reference, self.commit_s)  # 3 clear?
         if clear is not None:
@@ -199,107 +202,8 @@ class Dynamic(Algorithm):
         self._timing.take_in(told.stamp_s)
         told_s, later_s = told.stamp_s - told.age_s, told.stamp_s + self._delay_s
         state, way_m = self._observer.update(told_s, told.velocity_m_s, told.stamp_s, later_s)
-        turn_rad = self._moving.tell(told)
+        turn_rad = self._separation.tell(told)
         return (told.moved(way_m, turn_rad) if told.age_s > 0.0 else told), state
-
-    def _observe(
-        self,
-        beams: Beams,
-        range_max: float,
-        now: Motion,
-        age_s: float,
-        state: np.ndarray,
-        cloud: Cloud | None,
-        reference_speed: float,
-    ) -> Observation:
-        """Tell what moves from what stands; return it with all that came with the scan."""
-        scan = self._scan_of(beams, range_max, now, age_s, cloud)
-        if self._space is not None and len(scan.movers) and self._space.has_clouds:
-            scan = scan.without(self._space.have_stood(scan, now))
-        standing = NOTHING
-        if len(scan.points):
-            standing = scan.points[~scan.is_moving] if len(scan.movers) else scan.points.copy()
-        walls = self._keep_out.walls(now.position_m)
-        if len(walls):
-            p = self.parameters
-            standing = np.concatenate((standing, at_heights(walls, -p.body_below, p.body_above)))
-        rangings, self._rangings = self._rangings, ()
-        columns = self._sinking.take_in(rangings, now, self._clouds_show_loads(now))
-        is_open = self._sinking.is_in_the_open(now.stamp_s)
-        falling = self._space.columns(now, is_open) if self._space is not None else NO_COLUMNS
-        columns = np.concatenate((columns, falling))
-        if self._space is not None and self._ways_out.is_hurried(columns):
-            for way in np.unique(columns[:, 7]).tolist():
-                rangings = [r for r in rangings if way * r.direction[2] <= 0.0]
-                self._space.forget_over(now, way)
-        return Observation(
-            motion=now,
-            state=state,
-            beams=beams,
-            range_max=range_max,
-            points=scan.points,
-            is_moving=scan.is_moving,
-            standing=standing,
-            free=scan.free,
-            movers=scan.movers,
-            columns=columns,
-            falling=falling,
-            walls=walls,
-            threats=self._threats(scan.movers, columns, state, reference_speed),
-            cloud=cloud,
-            rangings=rangings,
-            is_held=self._hold_up.is_held,
-        )
-
-    def _threats(
-        self, movers: np.ndarray, columns: np.ndarray, state: np.ndarray, reference_speed: float
-    ) -> np.ndarray:
-        """Return those of the movers and columns that the UAV may meet."""
-        met = np.concatenate((movers, columns[:, :6])) if len(columns) else movers
-        evasion_m_s = HURRIED_EVASION_M_S if self._ways_out.is_hurried(columns) else EVASION_M_S
-        evasion_m_s = evasion_speed(met, evasion_m_s)
-        fastest = max(evasion_m_s, reference_speed, math.hypot(state[0, 1], state[1, 1]))
-        return threats(met, fastest, self.parameters.r_ub)
-
-    def _with_newest(self, snapshot: Snapshot, reference_speed: float) -> Snapshot:
-        """Return a snapshot with what its own cloud has just shown to come down."""
-        observed = snapshot.observed
-        if self._space is None or observed.cloud is None:
-            return snapshot
-        is_open = self._sinking.is_in_the_open(observed.motion.stamp_s)
-        falling = self._space.columns(observed.motion, is_open)
-        if np.array_equal(falling, observed.falling):
-            return snapshot
-        sinking = observed.columns[: len(observed.columns) - len(observed.falling)]
-        columns = np.concatenate((sinking, falling))
-        met = self._threats(observed.movers, columns, observed.state, reference_speed)
-        return snapshot._replace(observed=observed._replace(columns=columns, falling=falling, threats=met))
-
-    def _clouds_show_loads(self, now: Motion) -> bool:
-        """Return whether clouds come, and they show loads from afar, or none are to be expected here."""
-        if self._space is None or not self._space.has_clouds:
-            return False
-        return self._space.looks_up or not self._sinking.is_in_the_open(now.stamp_s)
-
-    def _scan_of(
-        self, beams: Beams, range_max: float, now: Motion, age_s: float, cloud: Cloud | None
-    ) -> SegmentedScan:
-        """Return what moves and what stands in a scan.
-
-        While clouds come that look all around, they tell what moves, for a planar scan passes over and under
-        things. With late odometry the scan does: its pose is known later.
-        """
-        has_clouds = self._space is not None and self._space.has_clouds
-        reads_clouds = self.wants_cloud and age_s <= LATE_S
-        if cloud is not None and cloud.looks_all_around and reads_clouds:
-            level = replace(now, orientation_xyzw=LEVEL)
-            # With others what leans in and out of view would look like somebody who comes
-            sees_past = self._space if self._space is not None and self._space.looks_up else None
-            has_stood = sees_past.has_stood(now) if sees_past is not None else None
-            slab = self._slab.beams(cloud, beams, now, has_stood), level, age_s, SLAB_RANGE_M
-            return self._moving.take_in(*slab, False)
-        counts = not (has_clouds and reads_clouds)
-        return self._moving.take_in(beams, now, age_s, range_max, not has_clouds, counts)
 
     def _knowledge_of(self, observed: Observation) -> Knowledge:
         """Return what takes in an observation: from the first cloud or range on that in space."""
@@ -357,7 +261,8 @@ class Dynamic(Algorithm):
     def _shown(self, step: Step) -> np.ndarray:
         """Return those of the columns (k, 8) that tell how soon the UAV must be gone."""
         observed = step.snapshot.observed
-        return observed.falling if self._clouds_show_loads(observed.motion) else observed.columns
+        is_by_clouds = self._separation.clouds_show_loads(observed.motion, self._space)
+        return observed.falling if is_by_clouds else observed.columns
 
     def _answer(self, step: Step, chosen: Chosen, considered: Considered | None = None) -> Decision:
         """Return what was chosen as an answer, and keep what the next step needs of it."""

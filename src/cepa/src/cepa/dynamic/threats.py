@@ -12,6 +12,7 @@ from cepa.dynamic.constants.choice import (
     FRONT_M,
     FRONT_S,
     FRONT_STEP_M,
+    HURRIED_S,
     OUTRUN,
     OUTRUN_MOST_M_S,
     SAME_WAY_M_S,
@@ -45,6 +46,11 @@ def evasion_speed(movers: np.ndarray, least_m_s: float) -> float:
     x, y, vx, vy = movers[:, :4].T
     fastest = float(np.hypot(vx, vy)[x * vx + y * vy < 0.0].max(initial=0.0))
     return max(least_m_s, min(OUTRUN * fastest, OUTRUN_MOST_M_S))
+
+
+def is_hurried(columns: np.ndarray, body_m: float) -> bool:
+    """Return whether something soon sinks onto the UAV, or rises to it; see `arrives_in_s`."""
+    return min(arrives_in_s(columns, body_m)) <= HURRIED_S
 
 
 def is_within(discs: np.ndarray) -> bool:

@@ -12,7 +12,6 @@ from cepa.dynamic.constants.choice import (
     EVASION_M_S,
     HURRIED_BY_CLOUDS_S,
     HURRIED_EVASION_M_S,
-    HURRIED_S,
     NOT_COME_S,
     RIM_M,
     SINK_ALONG_S,
@@ -40,10 +39,6 @@ class WayAside:
     def reset(self) -> None:
         """Forget the way past what stands."""
         self._last = np.zeros(2)
-
-    def is_hurried(self, columns: np.ndarray) -> bool:
-        """Return whether something soon sinks onto the UAV, or rises to it. columns: see `Observation`."""
-        return min(arrives_in_s(columns, self._p.body_radius)) <= HURRIED_S
 
     def way_past(self, around: Surroundings, columns: np.ndarray) -> np.ndarray | None:
         """Return the direction (2,) of a straight flight out of the columns, past what stands.

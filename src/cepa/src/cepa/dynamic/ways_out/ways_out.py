@@ -13,7 +13,7 @@ from cepa.dynamic.cost import Cost
 from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, Surroundings
 from cepa.dynamic.knowledge import Outlook, Step
 from cepa.dynamic.rollouts import Rollouts
-from cepa.dynamic.threats import is_within
+from cepa.dynamic.threats import is_hurried, is_within
 from cepa.dynamic.ways_out.emergency import Emergency
 from cepa.dynamic.ways_out.hard_braking import hardest_braking
 from cepa.dynamic.ways_out.way_aside import WayAside
@@ -33,13 +33,10 @@ class WaysOut:
         self._emergency.reset()
         self._way_aside.reset()
 
-    def is_hurried(self, columns: np.ndarray) -> bool:
-        """Return whether something soon sinks onto the UAV, or rises to it. columns: see `Observation`."""
-        return self._way_aside.is_hurried(columns)
-
     def must_make_way(self, columns: np.ndarray, around: Surroundings) -> bool:
         """Return whether the UAV must leave the columns now: soon something comes, or the way out is long."""
-        return self.is_hurried(columns) or self._way_aside.way_past(around, columns) is not None
+        is_soon = is_hurried(columns, self._p.body_radius)
+        return is_soon or self._way_aside.way_past(around, columns) is not None
 
     def must_leave(self, around: Surroundings, progress_m: float, speed: float, end_m: float) -> bool:
         """Return whether it is an emergency; see `Emergency.is_needed`."""
