@@ -12,6 +12,7 @@ from gridslam import se2
 from gridslam.errors import MountingError
 from gridslam.filter.step_check import Link
 from gridslam.scan import PlanarScan
+from gridslam.watches.kept_scan import KeptScan
 
 TURN_MIN_RAD, TURN_MAX_RAD, WAY_MAX_M = 0.25, 1.2, 1.0
 """Two scans are compared if odometry has turned and moved by so much between them."""
@@ -31,7 +32,7 @@ class MountingWatch:
     """
 
     def __init__(self) -> None:
-        self._before: tuple[PlanarScan, np.ndarray] | None = None
+        self._before = KeptScan()
         self._mirrored = self._proper = self._undecided = 0
 
     def check(self, scan: PlanarScan, base_in_odom: Sequence[float]) -> None:
@@ -47,16 +48,14 @@ class MountingWatch:
             )
         if self._proper >= VOTES or self._undecided >= UNDECIDED_MAX:
             return
-        base = np.asarray(base_in_odom, dtype=np.float64)
-        if self._before is None:
-            self._before = scan, base
+        compared = self._before.step_to(scan, base_in_odom)
+        if compared is None:
             return
-        before, was = self._before
-        step = se2.between(was, base)
+        before, step = compared
         way_m, turn_rad = math.hypot(step[0], step[1]), abs(step[2])
         if way_m < WAY_MAX_M and turn_rad < TURN_MIN_RAD:
             return
-        self._before = scan, base
+        self._before.keep(scan, base_in_odom)
         if way_m < WAY_MAX_M and turn_rad < TURN_MAX_RAD:
             self._vote(before, scan, step)
 

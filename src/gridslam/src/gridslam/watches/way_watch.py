@@ -15,6 +15,7 @@ from gridslam import se2
 from gridslam.errors import MountingError
 from gridslam.filter.step_check import Link
 from gridslam.scan import PlanarScan
+from gridslam.watches.kept_scan import KeptScan
 
 WAY_MIN_M, WAY_MAX_M, TURN_MAX_RAD = 0.5, 1.0, 0.1
 """Two scans are compared if odometry has moved by so much between them, and turned by less."""
@@ -49,7 +50,7 @@ class WayWatch:
     """
 
     def __init__(self) -> None:
-        self._before: tuple[PlanarScan, np.ndarray] | None = None
+        self._before = KeptScan()
         self._votes: list[complex] = []
         """By what odometry's way must be turned and stretched, in the last comparisons in a row."""
         self._in_order = self._undecided = 0
@@ -64,16 +65,14 @@ class WayWatch:
             raise MountingError(_sentence(complex(np.mean(self._votes))))
         if self._in_order >= TRUSTED or self._undecided >= UNDECIDED_MAX:
             return
-        base = np.asarray(base_in_odom, dtype=np.float64)
-        if self._before is None:
-            self._before = scan, base
+        compared = self._before.step_to(scan, base_in_odom)
+        if compared is None:
             return
-        before, was = self._before
-        step = se2.between(was, base)
+        before, step = compared
         way_m, turn_rad = math.hypot(step[0], step[1]), abs(step[2])
         if way_m < WAY_MIN_M and turn_rad < TURN_MAX_RAD:
             return
-        self._before = scan, base
+        self._before.keep(scan, base_in_odom)
         if WAY_MIN_M <= way_m < WAY_MAX_M and turn_rad < TURN_MAX_RAD:
             self._vote(before, scan, step)
 

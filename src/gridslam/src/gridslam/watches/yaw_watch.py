@@ -10,6 +10,7 @@ from gridslam import se2
 from gridslam.errors import MountingError
 from gridslam.filter.step_check import Link
 from gridslam.scan import PlanarScan
+from gridslam.watches.kept_scan import KeptScan
 
 TURN_MIN_RAD, PERIOD_MAX_S = 0.1, 1.0
 """Two scans are compared as soon as odometry has turned by so much between them, if that took no longer."""
@@ -33,7 +34,7 @@ class YawWatch:
     """
 
     def __init__(self) -> None:
-        self._before: tuple[PlanarScan, np.ndarray] | None = None
+        self._before = KeptScan()
         self._last: tuple[float, float] | None = None
         """Stamp, s, and yaw of odometry, rad, of the last scan."""
         self._votes: list[tuple[float, float]] = []
@@ -50,17 +51,16 @@ class YawWatch:
             raise MountingError(_sentence(np.array(self._votes)))
         if self._in_order >= TRUSTED:
             return
-        base = np.asarray(base_in_odom, dtype=np.float64)
-        is_fast = self._is_fast(scan.stamp_s, float(base[2]))
-        self._last = scan.stamp_s, float(base[2])
-        if self._before is None:
-            self._before = scan, base
+        is_fast = self._is_fast(scan.stamp_s, float(base_in_odom[2]))
+        self._last = scan.stamp_s, float(base_in_odom[2])
+        compared = self._before.step_to(scan, base_in_odom)
+        if compared is None:
             return
-        before, was = self._before
-        step, period_s = se2.between(was, base), scan.stamp_s - before.stamp_s
+        before, step = compared
+        period_s = scan.stamp_s - before.stamp_s
         if abs(step[2]) < TURN_MIN_RAD and 0.0 <= period_s <= PERIOD_MAX_S:
             return
-        self._before = scan, base
+        self._before.keep(scan, base_in_odom)
         if abs(step[2]) >= TURN_MIN_RAD and 0.0 < period_s <= PERIOD_MAX_S:
             self._vote(before, scan, step, is_fast)
 
