@@ -68,6 +68,7 @@ class _Column(NamedTuple):
     """How high it was when it was found, at ``found_s``."""
     found_s: float = math.nan
     rises_m_s: float = 0.0
+    """How fast it rose then; < 0: it came down."""
 
     def is_closed(self, now_s: float) -> bool:
         """Return whether it counts."""

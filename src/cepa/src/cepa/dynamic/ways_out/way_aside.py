@@ -43,7 +43,7 @@ class WayAside:
     def way_past(self, around: Surroundings, columns: np.ndarray) -> np.ndarray | None:
         """Return the direction (2,) of a straight flight out of the columns, past what stands.
 
-        None: the UAV is in none, nothing stands in the way of the shortest flight out, or in that of each.
+        None: the UAV is in no column, or the shortest flight out is free, or no straight flight is.
         """
         within = columns[np.hypot(columns[:, 0], columns[:, 1]) < columns[:, 4]]
         if not len(within):
