@@ -89,7 +89,7 @@ def test_who_stops_at_a_wall_is_met_there_by_what_comes():
     )
     assert met[LOSS] == alone[LOSS] > 0.0
     assert alone[HIT] == 0.0
-    # He is at least as near as his radius and r_LB after 3 m less than that; the UAV stays 0.1 m off his way
+    # He has come within his radius and r_LB when he has walked 3 m, less these two
     least_m = CepaParameters().r_lb + radius_m
     met_s = (1.0 - met[HIT]) * MEETING_S
     assert met_s == pytest.approx((from_m - least_m) / speed, abs=0.15)

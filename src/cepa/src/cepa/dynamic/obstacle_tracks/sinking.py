@@ -214,10 +214,7 @@ def _speed_m_s(heights: deque[_Height], gap_m: float, clouds_show: bool, is_roof
         lasted_s = newest.stamp_s - part[-1, 0]
         if len(part) < fewest or lasted_s < 0.8 * span_s:
             continue
-        times_s, z_m = part[:, 0] - part[:, 0].mean(), part[:, 3] - part[:, 3].mean()
-        spread = float(times_s @ times_s)
-        speed = float(times_s @ z_m) / spread
-        residual_m = math.sqrt(float(np.mean((z_m - speed * times_s) ** 2)))
+        speed, residual_m, spread = _line(part[:, 0], part[:, 3])
         flown_m_s = math.dist(part[0, 1:3], part[-1, 1:3]) / lasted_s
         noise = max(residual_m, floor_m) / math.sqrt(spread)
         is_soon = not clouds_show and gap_m <= SINKING_SOON_S * abs(speed)
@@ -228,6 +225,17 @@ def _speed_m_s(heights: deque[_Height], gap_m: float, clouds_show: bool, is_roof
         if residual_m < most_m and abs(speed) > least:
             return speed
     return 0.0
+
+
+def _line(stamps_s: np.ndarray, heights_m: np.ndarray) -> tuple[float, float, float]:
+    """Return a line's speed through heights (n,), m/s, how far off it they are, m, and the times' spread.
+
+    The spread is the sum of the squares of the times from their mean, s².
+    """
+    times_s, z_m = stamps_s - stamps_s.mean(), heights_m - heights_m.mean()
+    spread = float(times_s @ times_s)
+    speed = float(times_s @ z_m) / spread
+    return speed, math.sqrt(float(np.mean((z_m - speed * times_s) ** 2))), spread
 
 
 def _stands(column: _Column, heights: deque[_Height]) -> bool:
@@ -246,11 +254,8 @@ def _stands(column: _Column, heights: deque[_Height]) -> bool:
         return False  # the beam has met something else, or nothing
     if not all(math.dist(height[1:3], column[:2]) <= SINKING_RADIUS_M for height in since):
         return False
-    times_s = np.array([height.stamp_s for height in since])
-    times_s -= times_s.mean()
-    spread = float(times_s @ times_s)
-    speed = float(times_s @ z_m[1:]) / spread
-    residual_m = math.sqrt(float(np.mean((z_m[1:] - z_m[1:].mean() - speed * times_s) ** 2)))
+    stamps_s = np.array([height.stamp_s for height in since])
+    speed, residual_m, spread = _line(stamps_s, z_m[1:])
     sure_m_s = SINKING_SIGNIFICANCE * max(residual_m, SINKING_NOISE_M) / math.sqrt(spread)
     way = math.copysign(1.0, column.rises_m_s)
     return way * speed + sure_m_s < 0.5 * abs(column.rises_m_s)
