@@ -217,8 +217,9 @@ class Dynamic(Algorithm):
 
     def _least_costly(self, step: Step, outlook: Outlook, course: Course) -> Decision:
         """Return the least costly of the admissible candidates, or the way out of an emergency."""
-        if self._ways_out.must_make_way(step.snapshot.observed.columns, outlook.around):
-            return self._answer(step, self._ways_out.make_way(step, outlook, self._shown(step)))
+        aside = self._ways_out.make_way(step, outlook, self._shown(step))
+        if aside is not None:
+            return self._answer(step, aside)
         reference, around, state = step.reference, outlook.around, step.snapshot.state
         is_threatened = len(outlook.around.movers) > 0
         fan_speed = max(reference.speed, EVASION_M_S) if is_threatened else reference.speed

@@ -43,7 +43,8 @@ class WayAside:
     def way_past(self, around: Surroundings, columns: np.ndarray) -> np.ndarray | None:
         """Return the direction (2,) of a straight flight out of the columns, past what stands.
 
-        None: the UAV is in no column, or the shortest flight out is free, or no straight flight is.
+        None: the UAV is in no column, or the shortest flight out is free, or no straight flight is. It
+        remembers its last direction, so it is asked once a step.
         """
         within = columns[np.hypot(columns[:, 0], columns[:, 1]) < columns[:, 4]]
         if not len(within):
@@ -61,20 +62,19 @@ class WayAside:
         self._last = np.zeros(2) if way is None or not is_blocked else way.direction
         return self._last if self._last.any() else None
 
-    def choose(self, step: Step, around: Surroundings, shown: np.ndarray) -> Chosen:
+    def choose(self, step: Step, around: Surroundings, shown: np.ndarray, past: np.ndarray | None) -> Chosen:
         """Return the admissible velocity that leaves the columns soonest, to any side.
 
         A flight that would end at what stands stays within the columns for the rest of the horizon. Where
         something stands in the way of the shortest flight out, it follows the shortest past it, also if that
         leads through the middle. By its lean the UAV rises and sinks a little; that leads to no other height.
         It sinks on its way out only if something is about to touch it. shown (k, 8): of the columns those
-        that tell how soon it must be gone.
+        that tell how soon it must be gone. past: see `way_past`.
         """
         snapshot, last_command, commit_s = step.snapshot, step.last_command, step.commit_s
         observed, p = snapshot.observed, self._p
         columns, movers = _over(observed.columns[:, :6], p.body_radius), observed.movers
         others = movers[~are_within(movers, columns)]  # a scan may show the thing itself, as it sinks
-        past = self.way_past(around, observed.columns)
         movers = others if past is not None else np.concatenate((others, columns))
         around = around._replace(cost_to_go=NO_COST_TO_GO, movers=movers)
         speed = max(step.reference.speed, self._evasion_m_s(observed, shown))

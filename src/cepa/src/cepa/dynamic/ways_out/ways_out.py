@@ -33,11 +33,6 @@ class WaysOut:
         self._emergency.reset()
         self._way_aside.reset()
 
-    def must_make_way(self, columns: np.ndarray, around: Surroundings) -> bool:
-        """Return whether the UAV must leave the columns now: soon something comes, or the way out is long."""
-        is_soon = is_hurried(columns, self._p.body_radius)
-        return is_soon or self._way_aside.way_past(around, columns) is not None
-
     def must_leave(self, around: Surroundings, progress_m: float, speed: float, end_m: float) -> bool:
         """Return whether it is an emergency; see `Emergency.is_needed`."""
         return self._emergency.is_needed(around, progress_m, speed, end_m)
@@ -63,9 +58,16 @@ class WaysOut:
         best = int(np.argmin(cost)) if np.isfinite(cost).any() else STANDSTILL
         return Chosen(commands[best], float(cost[best]), len(commands), Reason.MARGIN_LOST)
 
-    def make_way(self, step: Step, outlook: Outlook, shown: np.ndarray) -> Chosen:
-        """Leave the columns that something comes down into soonest, to any side; see `WayAside.choose`."""
-        return self._way_aside.choose(step, outlook.around, shown)
+    def make_way(self, step: Step, outlook: Outlook, shown: np.ndarray) -> Chosen | None:
+        """Leave the columns that something comes down into soonest, to any side; see `WayAside.choose`.
+
+        None: the UAV need not leave yet. Nothing comes soon, and the way out is short.
+        """
+        columns, around = step.snapshot.observed.columns, outlook.around
+        past = self._way_aside.way_past(around, columns)
+        if past is None and not is_hurried(columns, self._p.body_radius):
+            return None
+        return self._way_aside.choose(step, around, shown, past)
 
     def brake_hard(self, step: Step, tested: int) -> Chosen:
         """Brake as hard as the UAV can. tested: so many candidates."""
