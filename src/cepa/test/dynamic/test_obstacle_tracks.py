@@ -114,7 +114,9 @@ def watch(
             t,
             shift,
             points,
-            movers.update(t, points - place - shift, place + shift, free_as(bins), doubt=doubt),
+            movers.update(
+                t, points - place - shift, place + shift, free_as(bins), doubt=doubt, speed_m_s=speed
+            ),
         )
 
 
@@ -321,7 +323,8 @@ def test_what_stops_stands():
 
     sets = list(watch(Stops(), 3.0, seed=5))
     assert any(len(moving.positions) == 1 for t, _, _, moving in sets if t < 1.2)
-    assert all(len(moving.positions) == 0 for t, _, _, moving in sets if t > 2.4)
+    # Its evidence is used up within EVIDENCE_MAX_S / EVIDENCE_LOSS_OF_SLOW = 1 s after its velocity has gone
+    assert all(len(moving.positions) == 0 for t, _, _, moving in sets if t > 1.2 + 0.25 + 1.0)
 
 
 def test_the_floor_is_no_thing_that_moves():

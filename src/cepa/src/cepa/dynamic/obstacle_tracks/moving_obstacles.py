@@ -102,7 +102,8 @@ class MovingObstacles:
         floor_m, ceiling_m = self._p.floor_height - z, self._p.ceiling_height - z
         is_level = self._tracker.clear_of_floor(points, floor_m, ceiling_m) if len(points) else NO_POINTS
         scan = points, (x, y), free, is_level, z
-        self._moving = self._tracker.update(motion.stamp_s, *scan, are_upright, motion.doubt)
+        speed_m_s = math.hypot(*motion.velocity_m_s[:2])
+        self._moving = self._tracker.update(motion.stamp_s, *scan, are_upright, motion.doubt, speed_m_s)
         self._moving_s = motion.stamp_s
 
 

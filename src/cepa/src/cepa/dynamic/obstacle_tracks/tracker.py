@@ -85,6 +85,7 @@ class ObstacleTracker:
         height_m: float = 0.0,
         are_upright: bool = True,
         doubt: Doubt = DOUBTED,
+        speed_m_s: float = math.inf,
     ) -> MovingTracks:
         """Return what moves at a scan.
 
@@ -95,8 +96,8 @@ class ObstacleTracker:
         how wide it is. is_level: (n,) bool, which points belong neither to floor nor ceiling
         (`clear_of_floor`); None: all. height_m: of the lidar in the odometry's frame. are_upright: things
         are taken to be the same at all heights, so an earlier scan that leant otherwise tells, too. doubt:
-        what of the odometry may be drift; the rest is taken as it is. After a clock that went back, or
-        LONGEST_SCAN_GAP_S without a scan, everything is forgotten.
+        what of the odometry may be drift; the rest is taken as it is. speed_m_s: of the UAV. After a clock
+        that went back, or LONGEST_SCAN_GAP_S without a scan, everything is forgotten.
         """
         dt_s = stamp_s - self._stamp_s
         if not 0.0 < dt_s <= LONGEST_SCAN_GAP_S:
@@ -125,7 +126,7 @@ class ObstacleTracker:
         self._align(dt_s, points, pose, clusters, owners, doubt)
         plane = plane_of(height_m, free) * (UPRIGHT if are_upright else 1.0)
         planes = self._frames.planes * (UPRIGHT if are_upright else 1.0)
-        self._learn(dt_s, points, pose, (plane, planes), free, clusters, owners)
+        self._learn(dt_s, points, pose, (plane, planes), free, clusters, owners, p.least(speed_m_s))
         owners = self._forget(pose, np.minimum(sight_m, level_m), owners)
         owners = self._begin(clusters, matches, owners)
         if self._moving.any():
@@ -174,14 +175,18 @@ class ObstacleTracker:
         free: FreeRanges,
         clusters: np.ndarray,
         owners: np.ndarray,
+        least: tuple[float, float],
     ) -> None:
-        """Take in the clusters; planes: of this scan (3,) and of the frames, see `Frames.planes`."""
+        """Take in the clusters; planes: of this scan (3,) and of the frames, see `Frames.planes`.
+
+        least: see `TrackerParameters.least`.
+        """
         p = self.parameters
         shares = math.exp(-dt_s / RADIUS_MEMORY_S), 1.0 - math.exp(-dt_s / SIDES_LEARNING_S)
         scan = clusters, owners, points, pose
         correct(self._tracks, *scan, p.deviation_m, p.deviation_hidden_m, *shares)
         tracks, is_fast = self._tracks, np.empty(len(owners), np.bool_)
-        are_fast(tracks, owners, p.speed_min_m_s, p.significance, is_fast)
+        are_fast(tracks, owners, *least, is_fast)
         shown = is_fast.copy()
         if is_fast.any():
             larger = np.maximum(1.0, tracks[:, columns.RADIUS] / LONG_M)
@@ -201,7 +206,7 @@ class ObstacleTracker:
             )
         losses, limits = (
             (EVIDENCE_LOSS_OF_FAST, EVIDENCE_LOSS_OF_SLOW),
-            (p.evidence_s, EVIDENCE_MAX_S, p.speed_min_m_s),
+            (p.evidence_s, EVIDENCE_MAX_S, least[0]),
         )
         weigh(tracks, owners, is_fast, shown, dt_s, losses, *limits, self._moving)
 

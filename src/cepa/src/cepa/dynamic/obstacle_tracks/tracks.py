@@ -49,6 +49,14 @@ class TrackerParameters:
     significance: float = limited(2.0, above=0.0)
     """1: A velocity counts if it is so many times its standard deviation. Source: chosen. Greater: motion is
     found later."""
+    hovering_m_s: float = limited(0.5, above=0.0)
+    """m/s: A UAV that is slower hovers. It sees the same sides of a thing all the time, and it does not fly
+    away from who comes slowly. Source: chosen. Greater: slow walkers are found while it flies, but more of
+    what stands seems to move."""
+    speed_min_hovering_m_s: float = limited(0.25, above=0.0)
+    """m/s: `speed_min_m_s` while the UAV hovers. Source: chosen. Greater: slow walkers count as standing."""
+    significance_hovering: float = limited(1.0, above=0.0)
+    """1: `significance` while the UAV hovers. Source: chosen. Greater: slow walkers are found later."""
     evidence_s: float = limited(0.07, above=0.0)
     """s: How long the evidence must last. Source: chosen. Greater: motion is found later."""
     floor_gap_m: float = limited(0.3, above=0.0)
@@ -63,6 +71,15 @@ class TrackerParameters:
 
     def __post_init__(self) -> None:
         check_limits(self, ParameterError, "The tracker's {}")
+
+    def least(self, speed_m_s: float) -> tuple[float, float]:
+        """Return which speed, m/s, and how many standard deviations a velocity must exceed.
+
+        speed_m_s: of the UAV.
+        """
+        if speed_m_s < self.hovering_m_s:
+            return self.speed_min_hovering_m_s, self.significance_hovering
+        return self.speed_min_m_s, self.significance
 
 
 @dataclass(frozen=True, eq=False)
