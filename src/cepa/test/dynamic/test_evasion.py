@@ -9,7 +9,7 @@ from planar_flight import SCAN_EVERY, STEP_S, Scene, Uav, fly, to_goal
 from cepa import CepaParameters, Dynamic
 from cepa.dynamic.candidates import STANDSTILL, candidates
 from cepa.dynamic.constants.response import MEETING_S, PATH_STEP_S
-from cepa.dynamic.cost import Cost, limit_loss, progress_of_evasion
+from cepa.dynamic.cost import Cost, limit_progress
 from cepa.dynamic.kernels.response import roll
 from cepa.dynamic.kernels.rollout import HIT
 from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, DistanceField, FreeSpace, Surroundings
@@ -88,16 +88,17 @@ def test_the_faster_candidates_follow_the_others_and_are_only_there_to_evade():
     assert np.hypot(*both[len(usual) :, :2].T) == pytest.approx(3.0)
     # However far they lead, they make no more progress than the best of the others that may be flown
     progress, is_faster = np.array([1.0, 4.0, 6.0, 0.5]), np.array([False, False, True, True])
-    progress_of_evasion(progress, is_faster, np.array([True, False, True, True]))
+    limit_progress(progress, 9.0, True, is_faster, np.array([True, False, True, True]))
     assert progress.tolist() == [1.0, 4.0, 1.0, 0.5]
-    progress_of_evasion(progress, is_faster, is_faster)  # nothing else may be flown
+    limit_progress(progress, 9.0, True, is_faster, is_faster)  # nothing else may be flown
     assert progress.tolist() == [1.0, 4.0, 1.0, 0.5]
 
 
-def test_who_evades_loses_no_more_than_it_is_asked_to_gain():
+@pytest.mark.parametrize(("has_end", "farthest_m"), [(True, 0.5), (False, 0.3)])
+def test_who_evades_loses_no_more_than_it_is_asked_to_gain(has_end, farthest_m):
     progress = np.array([0.5, -0.2, -4.0])
-    limit_loss(progress, 0.4)
-    assert progress.tolist() == [0.5, -0.2, -0.4]
+    limit_progress(progress, 0.4, has_end, np.zeros(3, bool), np.ones(3, bool))
+    assert progress == pytest.approx([farthest_m, -0.2, -0.4])
 
 
 class Runners(Scene):

@@ -11,7 +11,7 @@ from cepa import CepaParameters
 from cepa.dynamic.candidates import candidates
 from cepa.dynamic.constants.choice import EVASION_M_S
 from cepa.dynamic.constants.response import MEETING_S
-from cepa.dynamic.cost import Cost, progress_as_asked
+from cepa.dynamic.cost import Cost, limit_progress
 from cepa.dynamic.kernels.rollout import PROGRESS
 from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, DistanceField, FreeSpace, Surroundings
 from cepa.dynamic.rollouts import Rollouts
@@ -74,7 +74,8 @@ def test_beside_what_moves_the_uav_does_not_hurry(last_m_s):
     # When it chooses the least costly command
     assessed = rollouts.assess(commands, moving_at(last_m_s), around(mover), np.array([1.0, 0.0]), COMMIT_S)
     outcomes = assessed.outcomes
-    outcomes[:, PROGRESS] = progress_as_asked(outcomes[:, PROGRESS], 0.2 * MEETING_S)
+    none_is, all_are = np.zeros(len(commands), bool), np.ones(len(commands), bool)
+    limit_progress(outcomes[:, PROGRESS], 0.2 * MEETING_S, False, none_is, all_are)
     cost = Cost(PARAMETERS).of(commands, outcomes, last, 0.2, last_m_s)
     best = commands[np.argmin(np.where(assessed.is_admissible, cost, math.inf))]
     # Then it does not fly past the place that it is led to, though it might fly so fast to evade

@@ -23,28 +23,23 @@ from cepa.dynamic.kernels.rollout import HEIGHT
 from cepa.parameters import CepaParameters
 
 
-def progress_as_asked(progress_m: np.ndarray, asked_m: float) -> np.ndarray:
-    """Return progress (n,), m, where each metre beyond ``asked_m`` counts as one that is missed.
+def limit_progress(
+    progress_m: np.ndarray, asked_m: float, has_end: bool, is_faster: np.ndarray, is_admissible: np.ndarray
+) -> None:
+    """Limit the progress (n,), m, of commands while something moves; all arrays (n,).
 
-    Without a cost-to-go, progress has no end. A UAV that may fly faster than it is asked to, because
-    something moves, would fly past the place that it is led to.
+    asked_m: what the UAV is asked to make in the same time. has_end: a cost-to-go tells where the way ends.
+    is_faster: which commands are faster than usual, to evade what comes.
+
+    - Without an end, each metre beyond ``asked_m`` counts as one that is missed. Else a UAV that may fly
+      faster than it is asked to would fly past the place that it is led to.
+    - No command loses more than ``asked_m``. Else a UAV that slowly comes back to its place would rather be
+      hit there than fly away from it.
+    - The faster ones progress no farther than the best of the others: they are not there to arrive sooner.
     """
-    return asked_m - np.abs(asked_m - progress_m)
-
-
-def limit_loss(progress_m: np.ndarray, asked_m: float) -> None:
-    """Let no command lose more progress (n,), m, than the UAV is asked to make in the same time.
-
-    Else a UAV that slowly comes back to its place would rather be hit there than fly away from it.
-    """
+    if not has_end:
+        progress_m[:] = asked_m - np.abs(asked_m - progress_m)
     np.maximum(progress_m, -asked_m, out=progress_m)
-
-
-def progress_of_evasion(progress_m: np.ndarray, is_faster: np.ndarray, is_admissible: np.ndarray) -> None:
-    """Let commands that are faster than usual progress no farther than the best of the others; all (n,).
-
-    They are there to evade what comes, not to arrive sooner.
-    """
     usual_m = progress_m[is_admissible & ~is_faster].max(initial=-np.inf)
     if np.isfinite(usual_m):
         progress_m[is_faster] = np.minimum(progress_m[is_faster], usual_m)

@@ -12,7 +12,7 @@ from cepa.decision import Decision, Reason, Vector2
 from cepa.dynamic.candidates import REFERENCE, STANDSTILL, Chosen, candidates, leads_back
 from cepa.dynamic.constants.choice import EVASION_M_S, SAME_SPEED_M_S
 from cepa.dynamic.constants.response import MEETING_S
-from cepa.dynamic.cost import Cost, limit_loss, progress_as_asked, progress_of_evasion
+from cepa.dynamic.cost import Cost, limit_progress
 from cepa.dynamic.cost_to_go.course import Course, Reference, course_of, reference_of
 from cepa.dynamic.cost_to_go.hold_up import HoldUp
 from cepa.dynamic.cost_to_go.search import CostToGoSearch
@@ -221,21 +221,18 @@ class Dynamic(Algorithm):
         if aside is not None:
             return self._answer(step, aside)
         reference, around, state = step.reference, outlook.around, step.snapshot.state
-        is_threatened = len(outlook.around.movers) > 0
+        is_threatened = len(around.movers) > 0
         fan_speed = max(reference.speed, EVASION_M_S) if is_threatened else reference.speed
         evades_at = evasion_speed(around.movers, fan_speed)
         level = candidates(reference.velocity, self._command, fan_speed, evades_at)
         commands = step.with_climbs(level, outlook.climb_m_s)  # 5 candidates
         assessed = self._rollouts.assess_passing(commands, state, around, course.direction, self.commit_s)
         outcomes = assessed.outcomes
-        if is_threatened and not outlook.around.cost_to_go.length.size:
-            outcomes[:, PROGRESS] = progress_as_asked(outcomes[:, PROGRESS], reference.speed * MEETING_S)
-        if is_threatened:
-            limit_loss(outcomes[:, PROGRESS], reference.speed * MEETING_S)
         is_admissible = assessed.is_admissible & leads_back(commands, outlook.blind_way)  # 6 admissible
-        if evades_at > fan_speed:
+        if is_threatened:
+            asked_m, has_end = reference.speed * MEETING_S, around.cost_to_go.length.size > 0
             is_faster = np.hypot(commands[:, 0], commands[:, 1]) > fan_speed + SAME_SPEED_M_S
-            progress_of_evasion(outcomes[:, PROGRESS], is_faster, is_admissible)
+            limit_progress(outcomes[:, PROGRESS], asked_m, has_end, is_faster, is_admissible)
         own_speed = math.hypot(state[0, 1], state[1, 1])
         cost = self._cost.of(commands, outcomes, self._command, reference.speed, own_speed)  # 7 cost
         if outlook.height_m is not None:
