@@ -76,6 +76,23 @@ def test_a_sill_that_stands_does_not_hide_what_is_behind_it_at_the_bodys_heights
         np.testing.assert_allclose(points, [(2.0, 0.01, 0.0)], atol=0.02)
 
 
+@pytest.mark.parametrize(("column_deg", "is_whole"), [(1.0, True), (2.0, True), (5.0, False)])
+def test_between_the_columns_of_a_cloud_a_scan_does_not_look_past_a_thing(column_deg, is_whole):
+    # Given a thing 2 m ahead, below the scan's plane and 20 degrees wide, and a scan of a wall 7 m away
+    azimuths = np.radians(np.arange(-10.0, 10.1, column_deg))
+    rows = np.column_stack((2.0 * np.cos(azimuths), 2.0 * np.sin(azimuths), np.full(len(azimuths), -0.3)))
+    cloud = Cloud(rows, (-0.3, 0.3), 0.5, 100.0)
+    motion = Motion(0.0, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    wall = Beams(
+        np.full(720, 7.0), np.ones(720, bool), math.radians(0.25) - math.pi, math.radians(0.5), 7.0
+    )  # none is on the border of a bin
+    beams = Slab(CepaParameters()).beams(cloud, wall, motion)
+    # Then the thing is whole, if its columns are not too far apart, and no wider than it is
+    angles_deg = np.degrees(np.remainder(beams.angles + math.pi, 2.0 * math.pi) - math.pi)
+    assert (beams.ranges[np.abs(angles_deg) < 9.5] < 3.0).all() == is_whole
+    np.testing.assert_allclose(beams.ranges[np.abs(angles_deg) > 10.8], 7.0, atol=1e-3)
+
+
 AZIMUTHS_RAD = np.radians(np.arange(-29.9, 30.0, 0.6))
 
 

@@ -82,6 +82,10 @@ SLAB_BEHIND_M = 0.3
 found later."""
 SLAB_BINS = 720
 """1: Directions in which a cloud's nearest point is tracked. Source: grid. Greater: finer."""
+SLAB_GAP_BINS = 4
+"""bins: Between two columns of a cloud that are so near, a planar scan does not look past a thing. Source:
+chosen. Greater: sparser clouds show things whole; of two that are beside each other, what is between them is
+found later."""
 SLAB_RANGE_M = 20.0
 """m: It is tracked up to here; farther away the channels are too far apart. Source: chosen. Greater: things
 flicker between channels."""

@@ -10,6 +10,7 @@ import numpy as np
 from cepa.dynamic.constants.free_space import (
     SLAB_BEHIND_M,
     SLAB_BINS,
+    SLAB_GAP_BINS,
     SLAB_MORE_M,
     SLAB_OWN_M,
     SLAB_RANGE_M,
@@ -37,8 +38,8 @@ class Slab:
     def beams(self, cloud: Cloud, scan: Beams, motion: Motion, have_stood: HaveStood | None = None) -> Beams:
         """Return the nearest of the slab's points in each direction, along the odometry's axes.
 
-        scan: of the same instant, perhaps of another lidar. What either shows counts. have_stood: tells at
-        which points (n, 3), m, from the lidar something has stood for long (n,).
+        scan: of the same instant, perhaps of another lidar. What either shows counts (see `_merge`).
+        have_stood: tells at which points (n, 3), m, from the lidar something has stood for long (n,).
         """
         p, z = self._p, motion.position_m[2]
         low_m = max(-p.body_below - SLAB_MORE_M, p.floor_height + SLAB_MORE_M - z)
@@ -58,9 +59,27 @@ class Slab:
             ends = np.column_stack(
                 (range_m * np.cos(angles), range_m * np.sin(angles), np.zeros(len(angles)))
             )
-            slab_ranges(ends.astype(np.float32), motion.rotation(), 0.0, *limits[1:], ranges)
+            scan_m = np.full(SLAB_BINS, math.inf)
+            slab_ranges(ends.astype(np.float32), motion.rotation(), 0.0, *limits[1:], scan_m)
+            _merge(ranges, scan_m)
         seen = np.ones(SLAB_BINS, np.bool_)
         return Beams(ranges, seen, float(ANGLES_RAD[0]), INCREMENT_RAD, float(ranges.min()))
+
+
+def _merge(ranges: np.ndarray, scan_m: np.ndarray) -> None:
+    """Shorten a cloud's ``ranges`` (bins,), m, to those of a planar scan.
+
+    Between the columns of a sparse cloud, a scan looks over a low thing at what is behind it. Such an end
+    does not count. Else the thing falls apart, and nobody sees it move.
+    """
+    between = np.flatnonzero((scan_m < math.inf) & (ranges == math.inf))
+    if len(between):
+        steps = np.arange(1, SLAB_GAP_BINS + 1)[:, None]
+        left_m, right_m = (ranges[(between + way * steps) % SLAB_BINS].min(axis=0) for way in (-1, 1))
+        beside_m = np.maximum(left_m, right_m)
+        is_past = scan_m[between] > beside_m + SLAB_BEHIND_M
+        scan_m[between[is_past]] = beside_m[is_past]
+    np.minimum(ranges, scan_m, out=ranges)
 
 
 def _see_past(ranges: np.ndarray, own_m: np.ndarray, have_stood: HaveStood) -> None:
