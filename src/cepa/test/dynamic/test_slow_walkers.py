@@ -21,10 +21,8 @@ def back(position):
 @pytest.mark.parametrize(
     ("walls", "speed", "from_m"),
     [
-        (NO_WALLS, 0.4, (-2.0, 2.0)),
         (NO_WALLS, 0.45, (-3.0, 0.5)),
         (WALL, 0.3, (-3.0, 0.0)),
-        (WALL, 0.4, (-3.0, 0.5)),
         (WALL, 0.5, (-2.0, 2.0)),
     ],
 )
