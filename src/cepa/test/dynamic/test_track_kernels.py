@@ -11,7 +11,13 @@ from cepa.dynamic.obstacle_tracks.kernels import columns
 from cepa.dynamic.obstacle_tracks.kernels.clusters import placed
 from cepa.dynamic.obstacle_tracks.kernels.drift import align
 from cepa.dynamic.obstacle_tracks.kernels.evidence import HEADING_ERROR_RAD, _is_free
-from cepa.dynamic.obstacle_tracks.kernels.sides import SIDES_DAMPING, SIDES_OUTLIER_M, shift_of
+from cepa.dynamic.obstacle_tracks.kernels.sides import (
+    SIDES_AGREE,
+    SIDES_DAMPING,
+    SIDES_NEW_M,
+    SIDES_OUTLIER_M,
+    shift_of,
+)
 from cepa.dynamic.obstacle_tracks.kernels.tracks import _hold, are_fast, associate, correct, predict, weigh
 
 ANY = np.array([[-math.inf] * 3, [math.inf] * 3])
@@ -20,29 +26,54 @@ ENDS = [columns.CUT_FIRST, columns.CUT_LAST]
 
 
 def plain_shift(reaches, track):
-    """Return the damped least squares of what the sides say; from round to round outliers count less."""
-    known = ~np.isnan(reaches)
-    normals = columns.NORMALS[known]
-    off = (reaches - track[columns.REACH :])[known] - normals @ track[[columns.X, columns.Y]]
-    shift = np.zeros(2)
-    for _ in range(3):
-        weights = 1.0 / (1.0 + ((off - normals @ shift) / SIDES_OUTLIER_M) ** 2)
-        damped = SIDES_DAMPING * np.eye(2) + (weights * normals.T) @ normals
-        shift = np.linalg.solve(damped, normals.T @ (weights * off))
-    return shift, known.sum()
+    """Return the damped least squares of what the sides say; from round to round outliers count less.
+
+    In a last round those that contradict the others do not count at all. Returns them, too.
+    """
+    off = reaches - track[columns.REACH :] - columns.NORMALS @ track[[columns.X, columns.Y]]
+    shift, new = np.zeros(2), np.zeros(len(reaches), bool)
+    for last in (False, False, False, True):
+        rest = off - columns.NORMALS @ shift
+        if last and np.sum(np.abs(rest) < SIDES_OUTLIER_M) >= SIDES_AGREE:
+            new = np.abs(rest) > SIDES_NEW_M
+        if not last or new.any():
+            used = ~np.isnan(off) & ~new
+            normals, weights = columns.NORMALS[used], 1.0 / (1.0 + (rest[used] / SIDES_OUTLIER_M) ** 2)
+            damped = SIDES_DAMPING * np.eye(2) + (weights * normals.T) @ normals
+            shift = np.linalg.solve(damped, normals.T @ (weights * off[used]))
+    return shift, np.sum(~np.isnan(off) & ~new), new
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(20))
 def test_sides_tell_how_far_a_thing_is_from_its_track(seed):
     rng = np.random.default_rng(seed)
-    track, shift = rng.normal(size=columns.TRACK_COLUMNS), np.empty(2)
+    track, shift, new = rng.normal(size=columns.TRACK_COLUMNS), np.empty(2), np.empty(16, bool)
     reaches = track[columns.REACH :] + columns.NORMALS @ (track[[columns.X, columns.Y]] + (0.04, -0.03))
     reaches[4 + rng.integers(4) :] = math.nan
-    reaches[rng.integers(4)] += 0.5  # another thing has come near there
-    known = shift_of(reaches, track, shift)
-    expected, expected_known = plain_shift(reaches, track)
+    reaches[rng.integers(4)] += rng.choice([0.0, 0.15, 0.5])  # another thing has come near there
+    known = shift_of(reaches, track, shift, new)
+    expected, expected_known, expected_new = plain_shift(reaches, track)
     assert known == expected_known
     assert shift == pytest.approx(expected)
+    np.testing.assert_array_equal(new, expected_new)
+
+
+def test_a_side_that_contradicts_the_others_tells_nothing():
+    # Given a thing that is 0.1 m farther along x, and of which 0.8 m more are in sight on one side
+    track, shift, new = np.zeros(columns.TRACK_COLUMNS), np.empty(2), np.empty(16, bool)
+    reaches = 0.1 * columns.NORMALS[:, 0]
+    reaches[9:], reaches[4] = math.nan, 0.8
+    assert shift_of(reaches, track, shift, new) == 8
+    assert np.flatnonzero(new).tolist() == [4]
+    assert shift == pytest.approx((0.1, 0.0), abs=0.01)
+
+
+def test_sides_that_all_disagree_are_kept():
+    track, shift, new = np.zeros(columns.TRACK_COLUMNS), np.empty(2), np.empty(16, bool)
+    reaches = np.full(16, math.nan)
+    reaches[[0, 4]] = 0.9, -0.9
+    assert shift_of(reaches, track, shift, new) == 2
+    assert not new.any()
 
 
 def test_the_filter_is_a_kalman_filter_of_constant_velocity():

@@ -37,6 +37,11 @@ SIDES_DAMPING = 0.2
 later."""
 SIDES_OUTLIER_M = 0.1
 """m: A side that is off by more counts little. Source: chosen. Greater: wrong sides count."""
+SIDES_NEW_M = 0.25
+"""m: A side that is off by more, while others agree, is measured anew. Source: chosen. Greater: what comes
+into view in parts gets a wrong velocity."""
+SIDES_AGREE = 2
+"""1: So many sides must agree within SIDES_OUTLIER_M for that. Source: chosen. Greater: the same."""
 RESIZED_M = 0.08
 """m: A cluster that is smaller by so much may be cut off by a leaning lidar. Source: chosen. Greater:
 rarer."""

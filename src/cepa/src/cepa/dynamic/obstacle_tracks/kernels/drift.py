@@ -55,13 +55,14 @@ def align(
         if owners[t] >= 0 and moving[t]:
             moves += 1
     shifts, reaches = np.full((tracks.shape[0], 2), math.nan), np.empty(NORMALS.shape[0])
+    are_new = np.empty(NORMALS.shape[0], np.bool_)
     for t in range(tracks.shape[0]):
         if owners[t] < 0 or moving[t] or tracks[t, UNSEEN] > 1.5 * dt:
             continue
         cluster = clusters[owners[t]]
         if max(cluster[CUT_FIRST], cluster[CUT_LAST]) < HIDDEN:
             reaches_of(points, cluster, pose, HIDDEN, reaches)
-            if shift_of(reaches, tracks[t], shifts[t]) == 0:
+            if shift_of(reaches, tracks[t], shifts[t], are_new) == 0:
                 shifts[t] = math.nan
     for _ in range(4):
         matrix = np.diag(np.array([1.0 / DRIFT_SHIFT_M**2, 1.0 / DRIFT_SHIFT_M**2, 1.0 / DRIFT_TURN_RAD**2]))

@@ -107,12 +107,12 @@ def correct(
     """Take the sides of the clusters as measurements of their tracks; deviations in m.
 
     The middle of what is in sight jumps when another side comes into sight, or a part goes out of it. A side
-    does not. The track learns by the share ``learning`` where its sides are. Before it moves, a thing without
-    a known side is measured by its middle. ``memory`` (0 to 1) of the disc's radius is left after each scan,
-    and then it grows and shifts so that it holds the cluster. A lidar that leans may see less of a thing
-    because its beams pass over the rest. Then a tilted end is cut.
+    does not. The track learns by the share ``learning`` where its sides are, and at once where a new one is.
+    Before it moves, a thing without a known side is measured by its middle. ``memory`` (0 to 1) of the disc's
+    radius is left after each scan, and then it grows and shifts so that it holds the cluster. A lidar that
+    leans may see less of a thing because its beams pass over the rest. Then a tilted end is cut.
     """
-    reaches, shift = np.empty(NORMALS.shape[0]), np.empty(2)
+    reaches, shift, are_new = np.empty(NORMALS.shape[0]), np.empty(2), np.empty(NORMALS.shape[0], np.bool_)
     for t in range(tracks.shape[0]):
         if owners[t] < 0:
             continue
@@ -121,7 +121,7 @@ def correct(
         is_smaller = cluster[SIZE] < track[RADIUS] - max(RESIZED_M, RESIZED_SHARE * track[RADIUS])
         reaches_of(points, cluster, pose, TILTED if is_smaller else HIDDEN, reaches)
         sigma = deviation
-        known = shift_of(reaches, track, shift)
+        known = shift_of(reaches, track, shift, are_new)
         if known == 0 and track[EVIDENCE] == 0.0:
             shift[0], shift[1] = cluster[MIDDLE_X] - track[X], cluster[MIDDLE_Y] - track[Y]
             sigma = deviation_hidden
@@ -137,7 +137,7 @@ def correct(
             track[PP] *= 1.0 - gain_p
         for k in range(NORMALS.shape[0]):
             reach = reaches[k] - NORMALS[k, 0] * track[X] - NORMALS[k, 1] * track[Y]
-            if math.isnan(track[REACH + k]):
+            if math.isnan(track[REACH + k]) or are_new[k]:
                 track[REACH + k] = reach
             elif not math.isnan(reach):
                 track[REACH + k] += learning * (reach - track[REACH + k])
