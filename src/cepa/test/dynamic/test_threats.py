@@ -12,10 +12,10 @@ from cepa.dynamic.candidates import candidates
 from cepa.dynamic.constants.choice import EVASION_M_S
 from cepa.dynamic.constants.response import MEETING_S
 from cepa.dynamic.cost import Cost, limit_progress
-from cepa.dynamic.kernels.rollout import PROGRESS
+from cepa.dynamic.kernels.rollout import HIT, PROGRESS
 from cepa.dynamic.kernels.surroundings import NO_COST_TO_GO, DistanceField, FreeSpace, Surroundings
 from cepa.dynamic.rollouts import Rollouts
-from cepa.dynamic.threats import are_within, arrives_in_s, fronts, is_within, threats
+from cepa.dynamic.threats import are_within, arrives_in_s, as_seen, fronts, is_within, threats
 
 PARAMETERS = CepaParameters()
 OPEN_FIELD = DistanceField(np.full((1, 151, 151), 1.3), 0.1, 1.0, 1.3)
@@ -133,3 +133,39 @@ def test_the_uav_is_within_a_disc_that_holds_its_place():
     assert is_within(np.array([[1.0, 0.0, 0.0, 0.0, 1.1, 0.0]]))
     assert not is_within(np.array([[1.0, 0.0, 0.0, 0.0, 0.9, 0.0]]))
     assert not is_within(NO_MOVERS)
+
+
+def people_abreast():
+    """Return the points (m, 2) that a scan shows of five people abreast, 2.5 m ahead."""
+    arc_rad = np.linspace(0.6 * math.pi, 1.4 * math.pi, 15)
+    front = 0.3 * np.column_stack((np.cos(arc_rad), np.sin(arc_rad)))
+    return np.concatenate([front + np.array((2.8, y)) for y in (-1.6, -0.8, 0.0, 0.8, 1.6)])
+
+
+def test_where_the_disc_of_people_abreast_reaches_the_uav_it_flies_away_from_what_it_sees():
+    commands = np.array([[0.0, 0.0, 0.0], [-2.5, 0.0, 0.0]])
+    disc = around(np.array([[2.8, 0.0, -1.5, 0.0, 2.0, 0.4]]))
+    flown = commands, np.zeros((3, 4)), disc, np.zeros(2), COMMIT_S
+    rollouts = Rollouts(PARAMETERS)
+    unseen = rollouts.assess_passing(*flown, np.empty((0, 2)))
+    assert not unseen.passes
+    assessed = rollouts.assess_passing(*flown, people_abreast())
+    assert (assessed.outcomes[:, HIT] > 0.0).tolist() == [True, False]
+
+
+@given(a_mover, st.floats(0.0, 0.3))
+def test_discs_hold_all_that_the_scan_shows_and_move_alike(mover, delay_s):
+    near = people_abreast()
+    points = np.concatenate((near, near + np.array((30.0, 0.0))))
+    discs = as_seen(np.array([mover]), points, delay_s)
+    assert (discs[:, 2:4] == mover[2:4]).all()
+    assert not discs[:, 5].any()
+    way_m = delay_s * np.array(mover[2:4])
+    own = points[np.hypot(*(points - mover[:2] + way_m).T) < mover[4]]
+    apart_m = np.hypot(*(own[:, None] + way_m - discs[:, :2]).transpose(2, 0, 1))
+    assert (apart_m.min(axis=1) <= discs[0, 4]).all()
+
+
+def test_who_is_out_of_sight_keeps_the_disc():
+    mover = (3.0, 1.0, -1.0, 0.0, 0.5, 0.4)
+    assert as_seen(np.array([mover]), people_abreast() + 9.0, 0.1).tolist() == [[*mover[:5], 0.0]]

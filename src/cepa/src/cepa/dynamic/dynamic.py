@@ -226,7 +226,8 @@ class Dynamic(Algorithm):
         evades_at = evasion_speed(around.movers, fan_speed)
         level = candidates(reference.velocity, self._command, fan_speed, evades_at)
         commands = step.with_climbs(level, outlook.climb_m_s)  # 5 candidates
-        assessed = self._rollouts.assess_passing(commands, state, around, course.direction, self.commit_s)
+        flown = commands, state, around, course.direction, self.commit_s
+        assessed = self._rollouts.assess_passing(*flown, step.snapshot.observed.moving)
         outcomes = assessed.outcomes
         is_admissible = assessed.is_admissible & leads_back(commands, outlook.blind_way)  # 6 admissible
         if is_threatened:

@@ -58,6 +58,11 @@ class Observation(NamedTuple):
     is_held: bool = False
     """Whether the UAV has got nowhere for long, see `HoldUp`."""
 
+    @property
+    def moving(self) -> np.ndarray:
+        """(m, 2) m: where the beams meet what moves."""
+        return self.points[self.is_moving, :2]
+
 
 class Snapshot(NamedTuple):
     """What is known at one scan, once its observation was taken in."""

@@ -25,6 +25,7 @@ from cepa.dynamic.kernels.rollout import HIT, OUTCOME_COLUMNS, roll_out
 from cepa.dynamic.kernels.surroundings import Braking, Cushions, Horizon, Surroundings
 from cepa.dynamic.knowledge import Snapshot
 from cepa.dynamic.observer import response_of
+from cepa.dynamic.threats import as_seen
 from cepa.dynamic.ways_out.hard_braking import is_too_late
 from cepa.parameters import CepaParameters
 
@@ -55,7 +56,7 @@ class Rollouts:
     def __init__(self, parameters: CepaParameters):
         p, model = parameters, parameters.response
         self._r_ub_m, self._radius_m = float(p.r_ub), float(p.body_radius)
-        self.response = response_of(model, PATH_STEP_S)
+        self.response, self._delay_s = response_of(model, PATH_STEP_S), model.delay_s
         steps = _steps(LONGEST_COMMIT_S) + _steps(BRAKE_S)
         tube_m = model.tube_m(PATH_STEP_S, steps)[1:]
         self.hull_m = float(min(p.body_radius + p.margin, p.r_lb))
@@ -110,19 +111,24 @@ class Rollouts:
         around: Surroundings,
         direction: np.ndarray,
         commit_s: float,
+        shown: np.ndarray,
     ) -> Assessment:
         """Return the same; if all commands meet what may move, then as it moves now.
 
         Where it will be is less sure with time: after 3 s anywhere near a UAV that has a wall behind it. If
-        that alone counted, all commands would be as bad, and the UAV would wait at the wall.
+        that alone counted, all commands would be as bad, and the UAV would wait at the wall. If all commands
+        meet it then, too, only what the scan shows of it counts, the points ``shown`` (m, 2), m: see `as_seen`.
         """
         assessed = self.assess(commands, state, around, direction, commit_s)
-        if not around.movers[:, 5].any() or assessed.passes:
+        if not len(around.movers) or assessed.passes:
             return assessed
-        movers = around.movers.copy()
-        movers[:, 5] = 0.0
-        as_now = self.assess(commands, state, around._replace(movers=movers), direction, commit_s)
-        return as_now if as_now.passes else assessed
+        as_now = around.movers.copy()
+        as_now[:, 5] = 0.0
+        assessed = self.assess(commands, state, around._replace(movers=as_now), direction, commit_s)
+        if assessed.passes:
+            return assessed
+        seen = around._replace(movers=as_seen(around.movers, shown, self._delay_s))
+        return self.assess(commands, state, seen, direction, commit_s)
 
     def discomfort_in_emergency(self, around: Surroundings) -> float:
         """Return the discomfort in an emergency of staying where the UAV is, by what moves."""

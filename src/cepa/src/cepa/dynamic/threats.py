@@ -16,7 +16,9 @@ from cepa.dynamic.constants.choice import (
     OUTRUN,
     OUTRUN_MOST_M_S,
     SAME_WAY_M_S,
+    SEEN_DISC_M,
 )
+from cepa.dynamic.constants.obstacle_tracks import BESIDE_DISC_M
 from cepa.dynamic.constants.response import BRAKE_S, LONGEST_COMMIT_S, MEETING_S, PATH_STEP_S
 
 FORESEEN_S = max(MEETING_S, LONGEST_COMMIT_S + BRAKE_S)
@@ -74,6 +76,26 @@ def arrives_in_s(columns: np.ndarray, body_m: float) -> tuple[float, float]:
     within = columns[np.hypot(columns[:, 0], columns[:, 1]) < columns[:, 4] + body_m]
     above, below = (within[within[:, 7] == way, 6].min(initial=math.inf) for way in (1.0, -1.0))
     return float(above), float(below)
+
+
+def as_seen(movers: np.ndarray, points: np.ndarray, delay_s: float) -> np.ndarray:
+    """Return ``movers`` (k, 6) as small discs (n, 6) on the points that the scan shows of each.
+
+    points (m, 2), m: what moves in the scan, ``delay_s`` before the movers. A disc around people abreast, or
+    around a lorry, reaches far before them. What has no point keeps its disc. Nothing grows.
+    """
+    parts = []
+    for mover in movers:
+        way_m = delay_s * mover[2:4]
+        apart = points - (mover[:2] - way_m)
+        own = points[np.hypot(apart[:, 0], apart[:, 1]) < mover[4] + BESIDE_DISC_M]
+        places = np.unique(np.round(own / SEEN_DISC_M), axis=0) * SEEN_DISC_M + way_m
+        discs = np.tile(mover, (max(1, len(places)), 1))
+        discs[:, 5] = 0.0
+        if len(places):
+            discs[:, :2], discs[:, 4] = places, SEEN_DISC_M
+        parts.append(discs)
+    return np.concatenate(parts)
 
 
 def fronts(movers: np.ndarray) -> np.ndarray:

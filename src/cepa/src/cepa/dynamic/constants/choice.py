@@ -17,6 +17,9 @@ them, where its lidar does not look. Source: flown. Greater: it is out of their 
 OUTRUN_MOST_M_S = 3.0
 """m/s: But for that no faster than this, as EU 2019/945 has it near people. Source: chosen. Greater: it also
 outruns who cycles."""
+SEEN_DISC_M = 0.15
+"""m: Where nothing passes what moves, discs of this radius, so far apart, hold what the scan shows of it.
+Source: chosen. Greater: fewer ways past it."""
 SAME_SPEED_M_S = 1e-6
 """m/s: A candidate is faster than the usual ones only by more than this. Source: grid. Greater: no
 difference."""
