@@ -117,7 +117,7 @@ class Rollouts:
 
         Where it will be is less sure with time: after 3 s anywhere near a UAV that has a wall behind it. If
         that alone counted, all commands would be as bad, and the UAV would wait at the wall. If all commands
-        meet it then, too, only what the scan shows of it counts, the points ``shown`` (m, 2), m: see `as_seen`.
+        meet it then, too, only the points (m, 2), m, count that the scan has ``shown`` of it: see `as_seen`.
         """
         assessed = self.assess(commands, state, around, direction, commit_s)
         if not len(around.movers) or assessed.passes:
