@@ -76,7 +76,8 @@ class PlaneKnowledge(Knowledge):
     def outlook(self, snapshot: Snapshot, reference: Reference, course: Course) -> Outlook:
         """Return the clearances, the free space and the cost-to-go around the UAV."""
         observed = snapshot.observed
-        recalled = self._memory.recall(observed.standing, observed.free, observed.motion)
+        known = observed.standing, observed.free, observed.motion
+        recalled = self._memory.recall(*known, must_flee=len(observed.threats) > 0)
         field = DistanceField(self._distances(recalled), self._grid.cell_m, 1.0, self.far_m)
         cost_to_go: CostToGo | None = NO_COST_TO_GO
         if self._search is not None and reference.speed >= self._p.reference_speed_min:

@@ -13,8 +13,10 @@ leaning lidar changes sizes."""
 SHOWN_HEIGHT_M = 1.5
 """m: A beam so far above the lidar may pass over a wall. Source: chosen. Greater: walls seem to move."""
 EARLIER_SCANS = 40
-"""1: Earlier scans that cover the blind sector. A UAV that flies back from people needs more than 2 s of
-them. Source: flown. Greater: it remembers longer what was free."""
+"""1: Earlier scans that cover the blind sector while something comes. A UAV that flies back from people needs
+more than 2 s of them. Source: flown. Greater: it remembers longer what was free."""
+NEWEST_SCANS = 20
+"""1: So many of them do while nothing comes. Source: grid. Greater: it turns less often to look for a way."""
 EARLIER_PERIOD_S = 0.1
 """s: Time between them. Source: grid. Greater: longer memory, fewer places."""
 BLIND_STEP_M = 0.2

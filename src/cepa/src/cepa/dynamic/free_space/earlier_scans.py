@@ -31,14 +31,20 @@ class EarlierScans:
         self._free_m[place] = free_m
         self._taken += 1
 
-    @property
-    def _kept(self) -> tuple[np.ndarray, np.ndarray, int]:
-        return self._xy, self._free_m, min(self._taken, EARLIER_SCANS)
+    def _newest(self, scans: int) -> tuple[np.ndarray, np.ndarray, int]:
+        count = min(self._taken, scans, EARLIER_SCANS)
+        places = (self._taken - 1 - np.arange(count)) % EARLIER_SCANS
+        return self._xy[places], self._free_m[places], count
 
-    def have_seen_around(self, free_m: np.ndarray, x_m: float, y_m: float, radius_m: float) -> bool:
-        """Return whether they have seen the rim of the body where ``free_m`` (RANGE_BINS,) is below 0."""
-        return bool(was_seen_around(free_m, x_m, y_m, *self._kept, radius_m))
+    def have_seen_around(
+        self, free_m: np.ndarray, x_m: float, y_m: float, radius_m: float, scans: int
+    ) -> bool:
+        """Return whether the newest have seen the body's rim where ``free_m`` (RANGE_BINS,) is below 0."""
+        return bool(was_seen_around(free_m, x_m, y_m, *self._newest(scans), radius_m))
 
-    def fill(self, free_m: np.ndarray, x_m: float, y_m: float, own_place_m: float) -> None:
-        """Fill in ``free_m`` (RANGE_BINS,), m, where it is below 0. own_place_m: what the body covers."""
-        fill_blind(free_m, x_m, y_m, *self._kept, BLIND_STEP_M, BLIND_REACH_M, own_place_m)
+    def fill(self, free_m: np.ndarray, x_m: float, y_m: float, own_place_m: float, scans: int) -> None:
+        """Fill in ``free_m`` (RANGE_BINS,), m, where it is below 0, by the newest scans.
+
+        own_place_m: what the body covers.
+        """
+        fill_blind(free_m, x_m, y_m, *self._newest(scans), BLIND_STEP_M, BLIND_REACH_M, own_place_m)

@@ -10,7 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from cepa.dynamic.constants.distance_fields import FIELD_WINDOW_M
-from cepa.dynamic.constants.free_space import EARLIER_PERIOD_S, EARLIER_SCANS, OWN_PLACE_M, RANGE_BINS
+from cepa.dynamic.constants.free_space import (
+    EARLIER_PERIOD_S,
+    EARLIER_SCANS,
+    NEWEST_SCANS,
+    OWN_PLACE_M,
+    RANGE_BINS,
+)
 from cepa.dynamic.constants.remembered import MOST_TRUST, POINT_CELL_M, SEEN_PAST_M
 from cepa.dynamic.free_space.blind_way import BlindWay
 from cepa.dynamic.free_space.earlier_scans import EarlierScans
@@ -115,11 +121,13 @@ class PlaneMemory:
         motion: Motion,
         forgets: bool = True,
         patience: int = MOST_TRUST,
+        must_flee: bool = False,
     ) -> RecalledPlane:
         """Return what is known: what stands still (n, 3) in the scan, m, what it sees free, and the memory.
 
         forgets: what is seen free or too old leaves the memory. Otherwise nothing changes. patience: so many
-        scans at most may see past a point before it is forgotten.
+        scans at most may see past a point before it is forgotten. must_flee: something comes, so older scans
+        tell, too, what is free where no beam looks. Otherwise the UAV rather turns and looks again.
         """
         self._take_in()
         p, (x, y, _) = self._p, motion.position_m
@@ -134,17 +142,18 @@ class PlaneMemory:
         found = recall(*window, free_m, SEEN_PAST_M, patience, *cells, self._recalled, self._hidden)
         remembered, is_hidden = self._recalled[:found], self._hidden[:found]
         obstacles = np.concatenate((standing[:, :2], remembered[is_hidden]))
-        blind_way = self._follow_blind_way(free_m, motion, forgets)
-        self._earlier.fill(free_m, x, y, p.body_radius + OWN_PLACE_M)
+        scans = EARLIER_SCANS if must_flee else NEWEST_SCANS
+        blind_way = self._follow_blind_way(free_m, motion, forgets, scans)
+        self._earlier.fill(free_m, x, y, p.body_radius + OWN_PLACE_M, scans)
         reach_m = np.empty(RANGE_BINS)
         reach_in_sight(free_m, float(p.body_radius), reach_m)
         return RecalledPlane(obstacles, remembered, is_hidden, reach_m, blind_way)
 
-    def _follow_blind_way(self, free_m: np.ndarray, motion: Motion, forgets: bool) -> np.ndarray:
+    def _follow_blind_way(self, free_m: np.ndarray, motion: Motion, forgets: bool, scans: int) -> np.ndarray:
         """Return the direction (2,) of a way that was gone too far without a look; see `BlindWay`."""
         p, (x, y, _) = self._p, motion.position_m
         radius_m = float(p.body_radius)
-        is_seen = p.memory_s == 0.0 or self._earlier.have_seen_around(free_m, x, y, radius_m)
+        is_seen = p.memory_s == 0.0 or self._earlier.have_seen_around(free_m, x, y, radius_m, scans)
         return (self._blind_way if forgets else copy(self._blind_way)).follow(motion, is_seen, free_m)
 
     @property
