@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from cepa.dynamic.candidates import leads_back
+from cepa.dynamic.constants.free_space import EARLIER_SCANS, NEWEST_SCANS
 from cepa.dynamic.free_space.blind_way import BlindWay
+from cepa.dynamic.free_space.earlier_scans import EarlierScans
 from cepa.motion import Motion
 
 NOT_LONG = [0.0, 0.0]
@@ -71,3 +73,17 @@ def test_what_leads_back_is_within_60_degrees_of_the_way_back_or_stands():
         True,
     ]
     assert leads_back(commands, np.zeros(2)).all()
+
+
+@pytest.mark.parametrize(
+    ("ago", "must_flee", "is_known"), [(19, False, True), (25, False, False), (25, True, True)]
+)
+def test_while_something_comes_older_scans_tell_what_is_free_behind(ago, must_flee, is_known):
+    """The UAV stands at (2, 3). So many scans ago one from there saw free to 5 m all around; none since."""
+    scans, free_m = EarlierScans(), BLIND.copy()
+    for age in range(EARLIER_SCANS + 7, -1, -1):
+        scans.take_in(2.0, 3.0, np.full(360, 5.0) if age == ago else BLIND)
+    asked = EARLIER_SCANS if must_flee else NEWEST_SCANS
+    assert scans.have_seen_around(free_m, 2.0, 3.0, 0.35, asked) == is_known
+    scans.fill(free_m, 2.0, 3.0, 0.6, asked)
+    assert free_m == pytest.approx(np.full(360, 3.0 if is_known else 0.6))

@@ -188,19 +188,28 @@ class PathPlannerTest(unittest.TestCase):
         self.plans.last(lambda plan: plan.poses and points_of(plan)[:, 1].max() > 6.0, "far door again")
         # When the UAV has jumped past the wall, then the path begins there; at the goal it ends
         self.send_pose((7.0, 7.0, 2.0))
-        self.plans.last(
+        there = self.plans.last(
             lambda plan: plan.poses and np.allclose(points_of(plan)[0], (7.0, 7.0, 2.0)), "from there"
         )
+        flown = [p.pose.position for p in there.poses[1:]]
+        self.missions.last(lambda goal: [p.position for p in goal.goal.waypoints] == flown, "its mission")
 
     def test_6_a_goal_waits_until_the_uav_hovers(self):
         # Given: a UAV on the ground
         self.send_map(room([NEAR, FAR]))
         self.ready.send(Bool(False))
-        sent = len(self.missions.messages)
         # When it gets a goal, then a sentence says why nothing flies
         self.send_pose(START)
         self.goals.send(stamped(PoseStamped, GOAL))
         self.warned.wait_for("The goal waits until the UAV hovers.")
+        rospy.sleep(0.5)  # a mission that was sent before that may still be on its way
+        sent = len(self.missions.messages)
+        # When the near door closes, then there is another plan, but no mission
+        self.send_map(room([FAR]))
+        wait_until(
+            lambda: points_of(self.plans.messages[-1])[:, 1].max() > 6.0, "a plan through the far door"
+        )
+        rospy.sleep(0.5)
         self.assertEqual(len(self.missions.messages), sent)
         # When it hovers, then the mission begins
         self.ready.send(Bool(True))
