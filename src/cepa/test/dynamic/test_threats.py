@@ -169,3 +169,8 @@ def test_discs_hold_all_that_the_scan_shows_and_move_alike(mover, delay_s):
 def test_who_is_out_of_sight_keeps_the_disc():
     mover = (3.0, 1.0, -1.0, 0.0, 0.5, 0.4)
     assert as_seen(np.array([mover]), people_abreast() + 9.0, 0.1).tolist() == [[*mover[:5], 0.0]]
+
+
+def test_who_walks_through_the_column_of_a_load_does_not_take_its_place():
+    column = (2.8, 0.0, 0.0, 0.0, 1.5, 0.0)
+    assert as_seen(np.array([column]), people_abreast(), 0.1).tolist() == [list(column)]

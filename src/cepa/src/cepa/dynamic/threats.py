@@ -82,18 +82,20 @@ def as_seen(movers: np.ndarray, points: np.ndarray, delay_s: float) -> np.ndarra
     """Return ``movers`` (k, 6) as small discs (n, 6) on the points that the scan shows of each.
 
     points (m, 2), m: what moves in the scan, ``delay_s`` before the movers. A disc around people abreast, or
-    around a lorry, reaches far before them. What has no point keeps its disc. Nothing grows.
+    around a lorry, reaches far before them. What has no point keeps its disc, and so does a column that a
+    load comes down into (it does not grow): who walks through it shows nothing of the load. Nothing grows.
     """
     parts = []
     for mover in movers:
         way_m = delay_s * mover[2:4]
         apart = points - (mover[:2] - way_m)
         own = points[np.hypot(apart[:, 0], apart[:, 1]) < mover[4] + BESIDE_DISC_M]
+        if mover[5] == 0.0 or not len(own):
+            parts.append(np.array([[*mover[:5], 0.0]]))
+            continue
         places = np.unique(np.round(own / SEEN_DISC_M), axis=0) * SEEN_DISC_M + way_m
-        discs = np.tile(mover, (max(1, len(places)), 1))
-        discs[:, 5] = 0.0
-        if len(places):
-            discs[:, :2], discs[:, 4] = places, SEEN_DISC_M
+        discs = np.tile(mover, (len(places), 1))
+        discs[:, :2], discs[:, 4], discs[:, 5] = places, SEEN_DISC_M, 0.0
         parts.append(discs)
     return np.concatenate(parts)
 
