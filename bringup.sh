@@ -10,6 +10,7 @@ log_file=$root/logs/bringup.log
 caller_path=$PATH
 export PATH="/usr/sbin:/usr/bin:/sbin:/bin:$PATH"
 unset PYTHONHOME
+export HOME=${HOME:-$(getent passwd "$(id -u)" | cut -d: -f6)} # ROS and pip need it; services and containers may have none
 # Images for containers often set this. Then every node would compile its own sources at each start.
 unset PYTHONDONTWRITEBYTECODE
 cd "$root"

@@ -28,6 +28,20 @@ find_launch_file() {
 # takes_argument LAUNCH_FILE NAME
 takes_argument() { grep -q "<arg name=\"$2\"" "$1"; }
 
+# path_of_caller LAUNCH_FILE NAME VALUE: prints the value, as a path from the caller's folder if it is one, because nodes run
+# in another folder. The argument's doc tells that it is one: it begins with "file" or "folder", or it speaks of them
+# and the value is there, or has a file's ending.
+path_of_caller() {
+  local doc
+  doc=$(tr '\n' ' ' <"$1" | grep -oP "<arg name=\"$2\"[^>]*?doc=\"\K[^\"]*" | head -n 1)
+  if [[ $3 == @(./*|../*|"~/"*) ]] || [[ -n $3 && $doc =~ ^((YAML|SDF)\ )?(world\ )?[Ff](ile|older) ]] ||
+    { [[ -n $3 && $doc =~ (file|folder|mesh|plan|program) ]] && [[ -e $caller/$3 || $3 =~ \.[a-z]+[0-9]*$ ]]; }; then
+    absolute "$3"
+  else
+    echo "$3"
+  fi
+}
+
 # check_logs: ends the call if ROS cannot write its logs. roslaunch itself would end in a traceback.
 check_logs() {
   local logs=${ROS_LOG_DIR:-${ROS_HOME:-$HOME/.ros}/log}
@@ -42,12 +56,7 @@ launch() {
   package=$(package_of "$file")
   shift
   for argument in "$@"; do
-    case $argument in # nodes run in another folder
-      world:=hold_3d | world:=hold_3d_cargo | world:=ballast_tank) ;; # names of ours, not files
-      world:=?* | results:=?* | mission:=?* | limits:=?* | plan:=?* | drawing:=?* | defects:=?* | starting_map:=?* | slam_config:=?* | settings:=?* | ardupilot:=?*)
-        argument=${argument%%:=*}:=$(absolute "${argument#*:=}")
-        ;;
-    esac
+    argument=${argument%%:=*}:=$(path_of_caller "$file" "${argument%%:=*}" "${argument#*:=}")
     given+="${argument%%:=*} "
     arguments+=("$argument")
   done

@@ -142,7 +142,7 @@ finish_venv() {
   [[ -n $venv_step ]] || return 0
   finish_step "$venv_step" || explain_failure "The Python packages of requirements.txt could not be installed."
   venv_step=
-  start_step "removing what no node needs from .venv" slim_python # after the compiler's package, which contains `strip`
+  start_step "making the Python packages smaller (their tests and debug symbols)" slim_python # after the compiler's package, which contains `strip`
   slimming_step=$step
 }
 
