@@ -56,7 +56,15 @@ def test_a_circle_of_types_is_found(tmp_path):
 # -- the picture: which package may import which ------------------------------------------------------------
 
 HELPERS = frozenset(
-    {"flight_basics", "flight_limits", "input_checks", "kernel_cache", "mesh_files", "node_tools", "stamp_pairing"}
+    {
+        "flight_basics",
+        "flight_limits",
+        "input_checks",
+        "kernel_cache",
+        "mesh_files",
+        "node_tools",
+        "stamp_pairing",
+    }
 )
 MAY_IMPORT: dict[str, frozenset[str]] = {
     **dict.fromkeys(HELPERS, frozenset()),

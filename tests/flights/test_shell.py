@@ -96,6 +96,31 @@ def test_bringup_without_arguments_flies_the_forest_with_the_safer_algorithm(tmp
     assert run.stdout.split() == [file, "scenario:=forest", "algorithm:=dynamic", *rviz]
 
 
+def test_relative_paths_of_arguments_are_the_callers(tmp_path):
+    """What an argument's doc calls a file or a folder is one; names of ours stay names."""
+    (tmp_path / "mine.world").touch()
+    (tmp_path / "forest").mkdir()
+    launch = ROOT / "src/extensions/flights/launch"
+    expected = {
+        (launch / "inspection.launch", "world", "mine.world"): f"{tmp_path}/mine.world",
+        (launch / "inspection.launch", "world", "hold_3d"): "hold_3d",
+        (launch / "inspection.launch", "model", "iris"): "iris",
+        (launch / "inspection.launch", "model", "./iris"): f"{tmp_path}/./iris",
+        (launch / "inspection.launch", "results", "out"): f"{tmp_path}/out",
+        (ROOT / "src/gridslam/launch/gridslam.launch", "state_file", "state"): f"{tmp_path}/state",
+        (ROOT / "src/master_thesis/launch/experiment_1.launch", "scenario", "forest"): "forest",
+    }
+    absolute = (
+        "absolute"
+        + (ROOT / "bringup.sh").read_text().partition("\nabsolute")[2].partition("\n}\n")[0]
+        + "\n}"
+    )
+    calls = "; ".join(f"path_of_caller {file} {name} {value}" for file, name, value in expected)
+    script = f"caller={tmp_path}; {absolute}\nsource {ROOT}/scripts/launch.sh; {calls}"
+    run = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True)
+    assert run.stdout.split() == list(expected.values())
+
+
 @pytest.mark.timeout(SETUP_PATIENCE_S + 240.0)
 def test_bringup_takes_a_worlds_path_from_the_callers_folder(processes, tmp_path):
     folder = tmp_path / "a folder"

@@ -47,6 +47,11 @@ def test_a_yaw_in_degrees_is_refused_with_its_radians():
     assert scenario.place_and_yaw("start", "0 0 0 -6.28") == (0.0, 0.0, 0.0, -6.28)
 
 
+@pytest.mark.parametrize("given", ["16 -4 1.2", "16,-4,1.2", "(16, -4, 1.2)", "[16, -4, 1.2]"])
+def test_a_place_is_read_however_it_was_copied(given):
+    assert scenario.place("goal", given) == (16.0, -4.0, 1.2)
+
+
 @pytest.mark.parametrize("given", ["ballast-tank", "/home/me/ballast-tank", "/worlds/none.world"])
 def test_a_world_that_is_not_there_lists_the_names(given):
     with pytest.raises(

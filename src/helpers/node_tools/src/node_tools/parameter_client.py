@@ -36,6 +36,8 @@ def main(words: Sequence[str]) -> int:
         refused = [f"{node} takes no {' and '.join(wanted)}: {error}."]
     for sentence in refused:
         print(sentence, file=sys.stderr)
+    if not refused:
+        print(f"{node} uses {', '.join(f'{name} = {value}' for name, value in wanted.items())}.")
     return 1 if refused else 0
 
 

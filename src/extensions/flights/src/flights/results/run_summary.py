@@ -50,7 +50,7 @@ def headline(content: dict) -> str:
         "scenario": "{scenario}, {steering}, {lidar}, seed {seed}".format(
             steering=steering(content["algorithm"]), **content
         ),
-        "reached goal": "yes" if content["reached_goal"] else "no",
+        "mission ended" if content.get("mission") else "reached goal": _arrival(content),
         "collision": "yes" if content["collision"] else "no",
         "landed": "yes" if content.get("landed") else "no",
         "landing error": _in_unit("m", 2, content.get("landing_error_m")),
@@ -64,6 +64,14 @@ def headline(content: dict) -> str:
     if content["failure"]:
         rows["failure"] = content["failure"]
     return "\n".join(f"  {name:<22} {value}" for name, value in rows.items())
+
+
+def _arrival(content: dict) -> str:
+    """Return whether the goal was reached, and how far from it the UAV was before it landed."""
+    off_m = content.get("goal_error_m")
+    return ("yes" if content["reached_goal"] else "no") + (
+        "" if off_m is None else f", {off_m:.2f} m from the goal"
+    )
 
 
 def truth_digest(folder: Path, content: dict) -> str | None:

@@ -180,13 +180,13 @@ def place_and_yaw(what: str, text: str) -> tuple[float, float, float, float]:
 
 
 def _numbers(what: str, text: str, names: Sequence[str]) -> tuple[float, ...]:
-    """Read "1 2 0.5" as that many finite numbers as there are names.
+    """Read "1 2 0.5", "1,2,0.5" or "(1, 2, 0.5)" as that many finite numbers as there are names.
 
     Raises:
         ScenarioError: a sentence that says what is expected.
     """
     try:
-        values = tuple(map(float, str(text).replace(",", " ").split()))
+        values = tuple(map(float, str(text).translate(dict.fromkeys(map(ord, ",()[]"), " ")).split()))
     except ValueError:
         values = ()
     if len(values) != len(names) or not all(math.isfinite(value) for value in values):
