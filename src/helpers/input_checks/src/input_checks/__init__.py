@@ -1,1 +1,1 @@
-"""Compares the inputs of a node with each other: tells one sentence, or what to leave out. It imports no ROS."""
+"""Compares the inputs of a node with each other. Each check tells one sentence, or what to leave out; no ROS."""
