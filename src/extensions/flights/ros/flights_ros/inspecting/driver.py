@@ -152,6 +152,7 @@ def _complete(flown: FlownRun, survey: SurveyPart, ship: Path | None, content: d
         if not _command(*_searching(folder.path, plan)):
             folder.lacks("There is no findings.json; the log of this run tells why findings failed.")
     content = complete_run(*flown, content, ProgressLog())
+    folder.write_result(content, is_whole=True)  # the report tells how the run ended, as result.json does
     if judged is not None and not _command(*_reporting(folder.path, ship)):
         folder.lacks("There is no report.html; the log of this run tells why inspection_report failed.")
     return content
