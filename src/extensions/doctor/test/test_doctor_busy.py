@@ -112,3 +112,13 @@ def test_a_publisher_that_hovers_between_scans_is_no_fault():
     """Its setpoints have the scan's stamp; at a hover without scans they have the present, which is later."""
     name = "/mavros/setpoint_raw/local"
     assert graph.check(with_topic(name, stamps_s=(14.0, 13.98, 14.1) * 20, received_s=(14.1,) * 60)) == []
+
+
+def test_a_publisher_that_was_started_again_under_a_new_name_is_no_second_one():
+    found = recorder.Recorder()
+    for k in range(100):
+        now_s = 1.7e9 + 0.1 * k
+        node = "/controller_1_17" if k < 50 else "/controller_2_99"
+        found.hear("/UAV/vel_setpoint/raw/body", "any/Stamped", node, stamped(now_s), now_s)
+    told = [one.what for one in bag.check(found.recording(1.7e9 + 10.0))]
+    assert not [what for what in told if "both publish" in what], told

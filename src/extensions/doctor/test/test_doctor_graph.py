@@ -23,6 +23,7 @@ from recordings import (
     late,
     scan,
     times,
+    topic,
     with_edge,
     with_scan,
     with_topic,
@@ -280,6 +281,23 @@ def test_padded_beams_and_free_space_are_no_fault():
     """NaN of the padding and +inf of the open field are what REP-117 means them to be."""
     open_field = scan(ranges=np.array([math.nan, math.inf, math.inf, math.inf, math.nan]))
     assert graph.check(having(scans=(open_field,))) == []
+
+
+def test_a_transform_that_amcl_dates_ahead_is_no_wrong_clock():
+    pose = topic("/amcl_pose", "geometry_msgs/PoseWithCovarianceStamped", "/amcl", 10)
+    ahead = edge("map", "odom", "/amcl", stamps_s=tuple(t + 0.5 for t in times(100)))
+    amcl = having(topics={**HEALTHY.topics, pose.name: pose}, transforms=(*HEALTHY.transforms, ahead))
+    assert [one.severity for one in graph.check(amcl)] == [NOTE]
+
+
+def test_who_takes_over_a_transform_is_no_rival():
+    first, then = (tuple(t for t in times(100) if (t < 12.0) == early) for early in (True, False))
+    taken = [
+        edge("odom", "base_frame", name, received_s=stamps_s, stamps_s=stamps_s)
+        for name, stamps_s in (("/odometry_1_17", first), ("/odometry_2_99", then))
+    ]
+    others = [one for one in HEALTHY.transforms if one.child != "base_frame"]
+    assert not [one for one in graph.check(having(transforms=(*others, *taken))) if "both" in one.what]
 
 
 def test_a_wrong_clock_is_told_once_not_of_every_topic():

@@ -30,16 +30,23 @@ NOT_NEEDED = (
 @dataclass
 class _Heard:
     type: str
-    publishers: set[str] = field(default_factory=set)
+    spans_s: dict[str, tuple[float, float]] = field(default_factory=dict)
+    """Of each publisher: when its first and its last message came."""
     received_s: list[float] = field(default_factory=list)
     stamps_s: list[float] = field(default_factory=list)
     wall_s: list[float] = field(default_factory=list)
 
-    def add(self, received_s: float, stamp_s: float, wall_s: float) -> None:
+    def add(self, publisher: str, received_s: float, stamp_s: float, wall_s: float) -> None:
         """Take in a message."""
+        self.spans_s[publisher] = self.spans_s.get(publisher, (received_s,))[0], received_s
         self.received_s.append(received_s)
         self.stamps_s.append(stamp_s)
         self.wall_s.append(wall_s)
+
+    def publishers(self) -> list[str]:
+        """Return who publishes, sorted, without those that others took over from: they were restarted."""
+        newest_s = max((first_s for first_s, _ in self.spans_s.values()), default=0.0)
+        return sorted(name for name, (_, last_s) in self.spans_s.items() if not last_s < newest_s)
 
 
 class Recorder:
@@ -73,9 +80,8 @@ class Recorder:
         kind: its type, e.g. sensor_msgs/LaserScan. received_s: the graph's clock. wall_s: wall time, if live.
         """
         heard = self._heard.setdefault(topic, _Heard(kind))
-        heard.publishers.add(publisher)
         stamped = hasattr(message, "header") and not latched
-        heard.add(received_s, message.header.stamp.to_sec() if stamped else math.nan, wall_s)
+        heard.add(publisher, received_s, message.header.stamp.to_sec() if stamped else math.nan, wall_s)
         if topic == "/clock":
             self._clock_s.append(message.clock.to_sec())
             self._clock_wall_s.append(wall_s)
@@ -97,8 +103,7 @@ class Recorder:
             parent, child = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
             key = (parent, child, publisher, static)
             edge = self._edges.setdefault(key, _Heard("tf"))
-            edge.publishers.add(publisher)
-            edge.add(received_s, transform.header.stamp.to_sec(), wall_s)
+            edge.add(publisher, received_s, transform.header.stamp.to_sec(), wall_s)
             shift, turn = transform.transform.translation, transform.transform.rotation
             length = math.hypot(turn.x, turn.y, turn.z, turn.w)
             if not math.isfinite(shift.x + shift.y + shift.z) or not abs(length - 1.0) < 1e-2:
@@ -168,9 +173,7 @@ class Recorder:
             topics[name] = Topic(
                 name,
                 heard.type,
-                tuple(
-                    sorted((publishers or {}).get(name, () if publishers is not None else heard.publishers))
-                ),
+                tuple(heard.publishers() if publishers is None else sorted(publishers.get(name, ()))),
                 tuple(sorted((subscribers or {}).get(name, ()))),
                 tuple(heard.received_s),
                 tuple(heard.stamps_s),
@@ -196,7 +199,7 @@ class Recorder:
         """Return a function like `_latest_clock`. When rosbag hears /clock late, all stamps seem early."""
         leads_s: dict[str, list[float]] = defaultdict(list)
         for heard in (*self._heard.values(), *self._edges.values()):
-            for publisher in heard.publishers:
+            for publisher in heard.spans_s:
                 leads_s[publisher] += (stamp - come for come, stamp in zip(heard.received_s, heard.stamps_s))
         medians_s = sorted(
             float(np.nanmedian(leads)) for leads in leads_s.values() if np.isfinite(leads).any()

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Iterable, Iterator
+from typing import Iterable, Iterator, Sequence
 
 from doctor.diagnosis import ERROR, WARNING, Diagnosis
 from doctor.expectations import QUIET_TOPICS, SETPOINTS
-from doctor.snapshot import Graph, Recording
+from doctor.snapshot import Graph, Recording, Topic
 
 LATE_S, EARLY_S = 1.0, 0.1
 """A stamp that is older on arrival is useless. A stamp this far ahead is from another clock."""
@@ -57,19 +57,32 @@ def stamps(recording: Recording) -> Iterator[Diagnosis]:
     for topic in recording.topics.values():
         if topic.name in ("/tf", "/tf_static") or QUIET_TOPICS.match(topic.name):
             continue  # transforms.py checks it
-        times = [
-            (received_s, latest_s, stamp_s)
-            for received_s, latest_s, stamp_s in zip(
-                topic.received_s, topic.latest_s or topic.received_s, topic.stamps_s
-            )
-            if stamp_s > 0.0 and not math.isnan(received_s)
-        ]
+        times = _times(topic)
         if times:
-            age_s = median(received_s - stamp_s for received_s, _, stamp_s in times)
-            early_s = median(stamp_s - latest_s for _, latest_s, stamp_s in times)
-            yield from _ages(topic.name, age_s, early_s, recording.is_simulated)
+            yield from _ages(topic.name, *_age_and_early(times), recording.is_simulated)
         if times and not SETPOINTS.match(topic.name):  # these have a scan's stamp, or at a hover the present
             yield from _order(topic.name, len(set(topic.publishers)), [stamp_s for _, _, stamp_s in times])
+
+
+def is_right(node: str, recording: Recording) -> bool:
+    """Return whether a node stamps what it alone publishes by this clock. False also if it stamps nothing."""
+    own = [_times(topic) for topic in recording.topics.values() if set(topic.publishers) == {node}]
+    stamped = [_age_and_early(times) for times in own if times]
+    return bool(stamped) and all(
+        early_s <= EARLY_S and age_s <= ANOTHER_CLOCK_S for age_s, early_s in stamped
+    )
+
+
+def _times(topic: Topic) -> list[tuple[float, float, float]]:
+    """Return of each stamped message: when it was received, at the latest, and its stamp, s."""
+    received = zip(topic.received_s, topic.latest_s or topic.received_s, topic.stamps_s)
+    return [times for times in received if times[2] > 0.0 and not math.isnan(times[0])]
+
+
+def _age_and_early(times: Sequence[tuple[float, float, float]]) -> tuple[float, float]:
+    """Return how old stamps are when they come, and how far ahead, s."""
+    age_s = median(received_s - stamp_s for received_s, _, stamp_s in times)
+    return age_s, median(stamp_s - latest_s for _, latest_s, stamp_s in times)
 
 
 def median(values: Iterable[float]) -> float:

@@ -57,7 +57,8 @@ class RunFolder:
     def write_result(self, content: dict, is_whole: bool = False) -> dict:
         """Write result.json, and return its content.
 
-        is_whole: all files that tell of the flight are written; a report may follow. Until then, and if a part is missing, it tells no success.
+        is_whole: all files that tell of the flight are written; a report may follow. Until then, and if a
+            part is missing, it tells no success.
         """
         self._newest = content
         told = self._with_failure(content, is_whole)
