@@ -205,6 +205,11 @@ def test_decimal_commas_of_stl_and_obj(tmp_path):
         ("a.gltf", b'{"asset":', "is no glTF, or it is damaged"),
         ("a.gltf", b'{"asset": {"version": "1.0"}}', 'is glTF "1.0"'),
         ("a.dae", b"<COLLADA><asset/></COLLADA>", "no visual scene"),
+        (
+            "a.dae",
+            b'<COLLADA><node><instance_controller url="#s"/></node><instance_visual_scene url="#v"/></COLLADA>',
+            "hangs on a skeleton",
+        ),
         ("a.dae", b"<html></html>", "is a web page, not a mesh"),
         ("a.stl", b"  <!DOCTYPE html><title>404</title>" + b"<p>" * 40, "is a web page, not a mesh"),
         ("a.obj", b"version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 9\n", "git lfs pull"),

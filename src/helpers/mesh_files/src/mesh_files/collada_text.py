@@ -15,6 +15,7 @@ from mesh_files.polygons import ears, has_inward_corner
 _UNIT = re.compile(rb"(<(?:\w+:)?unit\b[^>]*?\bmeter\s*=\s*[\"'])([^\"']*)([\"'])")
 _WIDE = re.compile(rb"<(?:\w+:)?(?:polylist|polygons)\b")
 _SCENE = re.compile(rb"<(?:\w+:)?instance_visual_scene\b")
+_SKIN = re.compile(rb"<(?:\w+:)?instance_controller\b")
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -22,13 +23,17 @@ def plain_collada(content: bytes) -> bytes:
     """Return a COLLADA file as pycollada reads it right.
 
     Raises:
-        MeshFileError: its unit is no length, or it has no scene.
+        MeshFileError: its unit is no length, it has no scene, or a shape in it hangs on a skeleton.
     """
     if content.startswith(_UTF16):
         text = content.decode("utf-16", errors="replace")
         content = re.sub(r"^(<\?xml[^>]*?)\s+encoding\s*=\s*([\"']).*?\2", r"\1", text).encode()
     if not _SCENE.search(content):
         raise MeshFileError("the COLLADA has no visual scene, or it is cut. Export it again")
+    if _SKIN.search(content):  # pycollada leaves such shapes out
+        raise MeshFileError(
+            "a shape of it hangs on a skeleton (instance_controller). Export it without armature"
+        )
     content = _UNIT.sub(_with_point, content)
     return _with_ears(content) if _WIDE.search(content) else content
 
