@@ -207,7 +207,7 @@ def test_decimal_commas_of_stl_and_obj(tmp_path):
         ("a.dae", b"<COLLADA><asset/></COLLADA>", "no visual scene"),
         (
             "a.dae",
-            b'<COLLADA><node><instance_controller url="#s"/></node><instance_visual_scene url="#v"/></COLLADA>',
+            b'<COLLADA><instance_controller url="#s"/><instance_visual_scene url="#v"/></COLLADA>',
             "hangs on a skeleton",
         ),
         ("a.dae", b"<html></html>", "is a web page, not a mesh"),

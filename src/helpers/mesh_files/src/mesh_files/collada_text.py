@@ -31,9 +31,7 @@ def plain_collada(content: bytes) -> bytes:
     if not _SCENE.search(content):
         raise MeshFileError("the COLLADA has no visual scene, or it is cut. Export it again")
     if _SKIN.search(content):  # pycollada leaves such shapes out
-        raise MeshFileError(
-            "a shape of it hangs on a skeleton (instance_controller). Export it without armature"
-        )
+        raise MeshFileError("a shape hangs on a skeleton (instance_controller). Export it without one")
     content = _UNIT.sub(_with_point, content)
     return _with_ears(content) if _WIDE.search(content) else content
 
