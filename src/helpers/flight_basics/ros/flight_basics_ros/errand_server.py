@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import logging
+import time
 import traceback
 from functools import partial
 from typing import Any, Callable, Protocol
@@ -9,7 +11,6 @@ from typing import Any, Callable, Protocol
 import numpy as np
 import rospy
 from actionlib import ActionServer, ServerGoalHandle
-from actionlib_msgs.msg import GoalStatus
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, LaserScan
 from std_msgs.msg import Header, String
@@ -21,7 +22,7 @@ from flight_basics.errand.errand import Errand
 from flight_basics.errand.errand_thread import ErrandThread
 from flight_basics.errand.inbox import Worker
 from flight_basics.errand.leader import Here, Leader
-from flight_basics.errors import PoseError
+from flight_basics.errors import PoseError, sentence_of
 from flight_basics_ros.begun_goal import identity_of
 from flight_basics_ros.pose_source import PoseSource
 from node_tools.node import give_up
@@ -74,7 +75,8 @@ class ErrandServer:
         self._links, self._content, self._on_arrival = links, content, on_goal
         self._warnings = ThrottledWarnings()
         self.say, self.say_if_it_lasts = self._warnings.say, self._warnings.say_if_it_lasts
-        self._thread = ErrandThread(errand, leader, self._carry_out, self.fail)
+        clock_s = rospy.get_time
+        self._thread = ErrandThread(errand, leader, self._carry_out, self.fail, self._on_fault, clock_s)
         self._intake = Worker("goals", self.fail)
         self.put, self.ask, self.worker = self._thread.put, self._thread.ask, self._thread.worker
         self._processed = rospy.Publisher("~processed", Header, queue_size=1, tcp_nodelay=True)
@@ -126,8 +128,13 @@ class ErrandServer:
         self.subscribe("battery", BatteryState, self._on_battery, 10)
 
     def listen_to_slam(self) -> None:
-        """Take SLAM's state."""
+        """Take SLAM's state, and which map it makes."""
         self.subscribe("slam_state", String, lambda state: self.put(came.SlamState(state.data)), 10)
+        self.listen_to_map_id()
+
+    def listen_to_map_id(self) -> None:
+        """Take which map SLAM makes."""
+        self.subscribe("map_id", String, lambda told: self.put(came.MapId(told.data)), 1)
 
     def listen_to_scans(self) -> None:
         """Take scans, to acknowledge them in lockstep."""
@@ -147,13 +154,14 @@ class ErrandServer:
 
     def _on_goal(self, handle: ServerGoalHandle) -> None:
         self._on_arrival()
-        self._intake.do(partial(self._take_goal, handle))
+        self._intake.do(partial(self._take_goal, handle, time.monotonic_ns()))
 
-    def _take_goal(self, handle: ServerGoalHandle) -> None:
-        """Put a goal. The master, which knows its sender, may be far away."""
+    def _take_goal(self, handle: ServerGoalHandle, came_ns: int) -> None:
+        """Put a goal. The master, which knows its sender, may be far away: orders overtake the goal."""
         told = handle.get_goal_id()
         identity = identity_of(handle, *filter(None, (self._content,)))
-        self.put(came.Goal(told.id, handle.get_goal(), identity, told.stamp.to_sec(), handle))
+        stamp_s = told.stamp.to_sec()
+        self.put(came.Goal(told.id, handle.get_goal(), identity, stamp_s, handle, came_ns))
 
     def _on_cancel(self, handle: ServerGoalHandle) -> None:
         self.put(came.Cancel(handle.get_goal_id().id))
@@ -191,10 +199,7 @@ class ErrandServer:
         self._carries[type(output)](output)
 
     def _accept(self, accept: out.Accept) -> None:
-        handle = accept.goal.handle
-        handle.set_accepted("This goal has been accepted.")
-        if handle.get_goal_status().status == GoalStatus.PREEMPTING:  # it was cancelled before
-            self.put(came.Cancel(accept.goal.name))
+        accept.goal.handle.set_accepted("This goal has been accepted.")
 
     def _finish(self, finish: out.Finish) -> None:
         handle = finish.goal.handle
@@ -217,6 +222,12 @@ class ErrandServer:
             rospy.logwarn("%s", say.words)
         elif say.words:
             rospy.loginfo("%s", say.words)
+
+    @staticmethod
+    def _on_fault(error: Exception) -> None:
+        """Write into the node's log file what nobody expected; whom it concerns is told in a sentence."""
+        rospy.logerr_throttle_identical(10.0, sentence_of(error))
+        logging.getLogger("rospy.core").error("%s", "".join(traceback.format_exception(error)))
 
     @staticmethod
     def fail(error: Exception) -> None:

@@ -5,6 +5,14 @@ class FlightBasicsError(Exception):
     """Base of every error that these packages raise; its message is one sentence for the user."""
 
 
+def sentence_of(error: Exception) -> str:
+    """Return what is wrong in one sentence, also of an error that nobody expected."""
+    if isinstance(error, FlightBasicsError):
+        return str(error)
+    words = " ".join(str(error).split())
+    return f"It failed with {type(error).__name__} ({words}), which nobody expected; see the node's log file."
+
+
 class ParameterError(FlightBasicsError):
     """A parameter, or a combination of parameters, that makes no sense."""
 

@@ -40,6 +40,7 @@ class Away:
         self.has_map = True
         self.must_land = False
         self.home_m = None
+        self.until_s = float("inf")
         self._looks = 0
         self.rested_at_home = False
 
@@ -47,6 +48,11 @@ class Away:
         if content == "no":
             raise FlightBasicsError("It cannot be read.")
         return content
+
+    def mind(self, here):
+        """Its time ends when the stamps say so."""
+        if here.time_s > self.until_s:
+            self.end = self.end or "time"
 
     def begin(self, plan, here, kept):
         if plan == "late no":
@@ -65,7 +71,8 @@ class Away:
         return True
 
     def look(self, here, readings):
-        self._looks += bool(self.end)
+        self.mind(here)
+        self._looks += bool(self.end) and not here.silent_s
         if any(charge < 0.1 for _, charge in readings):
             self.end = self.end or "battery"
         return []
@@ -89,6 +96,10 @@ class Away:
 
     def give_way(self):
         self.abort("Another one.")
+
+    def strand(self, why, here):
+        self.abort(why)
+        self.reason, self.must_land = f"{self.reason} {why}", True
 
     def stop_waiting(self):
         return ""

@@ -81,13 +81,13 @@ def test_a_goal_that_was_cancelled_while_it_was_read_comes_home_at_once():
 @pytest.mark.parametrize(
     ("message", "who"),
     [
-        (came.Command("abort"), "Somebody ended the test by the service ~abort."),
-        (came.Cancel("one"), "Somebody cancelled the goal of the test."),
+        (lambda: came.Command("abort"), "Somebody ended the test by the service ~abort."),
+        (lambda: came.Cancel("one"), "Somebody cancelled the goal of the test."),
     ],
 )
 def test_a_flight_that_somebody_ends_says_how(message, who):
     hands = flying()
-    hands.give(message)
+    hands.give(message())
     assert (hands.leader.end, hands.leader.reason) == ("aborted", who)
 
 
@@ -148,3 +148,78 @@ def test_what_goes_on_after_a_flight_is_told_before_its_result():
     end = kinds.index(out.Finish)
     assert hands.leader.rested_at_home
     assert out.Settled in kinds[end - 2 : end]
+
+
+def test_without_a_pose_time_and_battery_count_and_who_cannot_come_home_is_told_to_land():
+    hands = flying()
+    hands.leader.until_s = 300.0
+    for second in range(400):
+        hands.give(came.Battery(10.0 + second, 0.9))
+        hands.work_all()
+    (finish,) = hands.finished
+    assert hands.leader.end == "time"
+    assert hands.leader.must_land
+    assert finish.end is out.End.SUCCEEDED
+    assert "cannot come home" in hands.leader.reason
+
+
+def test_a_pose_that_comes_back_finds_the_time_that_has_passed_and_a_paused_clock_tells_none():
+    hands = flying()
+    for second in range(30):
+        hands.give(came.Tick(5e8 + second))
+        hands.give(came.Tick(5e8 + second))
+    assert not hands.finished
+    hands.give(pose(40.0))
+    assert hands.errand.here.time_s == pytest.approx(40.0, abs=2.0)
+    assert not [each for each in hands.told(out.Say) if "clock was set" in each.words]
+
+
+@pytest.mark.parametrize("content", ["yes", "no"])
+def test_a_second_goal_that_comes_in_flight_keeps_the_home(content):
+    hands = flying()
+    hands.give(pose(10.1, (3.0, 0.0, 2.0)))
+    hands.give(goal("two", content, 11.0))
+    hands.give(came.Command("abort"))
+    hands.work_all()
+    assert hands.leader.home_m == [0.0, 0.0, 2.0]
+    assert hands.leader.end == "aborted"
+
+
+def test_a_decision_that_fails_brings_the_uav_home_and_one_that_fails_again_and_again_lands_it():
+    hands = flying()
+    hands.give(came.Looked(fault="It failed."))
+    assert (hands.leader.end, hands.leader.must_land) == ("aborted", False)
+    for _ in range(5):
+        hands.give(came.Looked(fault="It failed."))
+    assert hands.leader.must_land
+    assert not hands.errand.is_active
+
+
+def test_places_of_a_map_that_slam_has_begun_anew_are_not_flown_to():
+    hands = Hands(PARAMETERS)
+    hands.give(came.MapId("one"))
+    hands.give(pose(10.0))
+    hands.give(came.Battery(10.0, 0.9))
+    hands.give(goal("one", stamp_s=10.0))
+    hands.work_all()
+    hands.give(came.MapId("one"))
+    assert hands.errand.is_active
+    hands.give(came.MapId("two"))
+    (finish,) = hands.finished
+    assert hands.leader.must_land
+    assert "another map" in finish.words
+    # A new goal has places of the new map
+    hands.give(goal("two", stamp_s=11.0))
+    hands.work_all()
+    assert hands.errand.is_active
+
+
+def test_a_flight_that_a_node_goes_on_with_after_a_restart_may_be_of_another_map():
+    kept = Kept()
+    before = flying(kept)
+    before.give(came.MapId("one"))
+    again = Hands(PARAMETERS, kept=kept)
+    for message in (came.MapId("two"), pose(11.0), came.Battery(11.0, 0.9), goal("one", stamp_s=10.0)):
+        again.give(message)
+    again.work_all()
+    assert again.leader.must_land

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import replace
+
 import hypothesis.strategies as st
 from errand_model import Away, Hands, pose
 from hypothesis import settings
@@ -21,36 +24,61 @@ class AnyOrder(RuleBasedStateMachine):
     def begin(self, is_lockstep):
         self.barrier = MapBarrier if is_lockstep else None
         self.stamp_s, self.sent, self.latched = 100.0, 0, None
+        self.ordered = {}
+        """What people want of each goal that was sent: "" to fly, "pause" or "end"."""
+        self.held_back = []
+        """Goals that have come, and whose sender the master is asked for."""
         self.replies, self.scans, self.messages = [], [], []
         self.hands = Hands(PARAMETERS, self.barrier)
 
     # the goals
 
-    @rule(content=st.sampled_from(["yes", "yes", "no", "late no"]), late_s=st.sampled_from([0.0, 0.0, 50.0]))
-    def send_goal(self, content, late_s):
+    @rule(
+        content=st.sampled_from(["yes", "yes", "no", "late no"]),
+        late_s=st.sampled_from([0.0, 0.0, 50.0]),
+        is_asked_for=st.booleans(),
+    )
+    def send_goal(self, content, late_s, is_asked_for):
         self.sent += 1
         name = f"goal {self.sent}"
+        self.ordered[name] = ""
         self.latched = came.Goal(name, content, identity=name, stamp_s=self.stamp_s - late_s)
-        self.hands.give(self.latched)
+        self.held_back.append(self.latched)
+        if not is_asked_for:
+            self.tell_who_sent()
+
+    @rule()
+    def tell_who_sent(self):
+        while self.held_back:
+            self.hands.give(self.held_back.pop(0))
 
     @rule(back=st.integers(0, 3))
     def cancel(self, back):
-        self.hands.give(came.Cancel(f"goal {self.sent - back}"))
+        name = f"goal {self.sent - back}"
+        self.hands.give(came.Cancel(name))
+        if name in self.ordered:
+            self.ordered[name] = "end"
 
     @rule()
     def die_and_start_again(self):
         """Nobody is told by a node that died; its sender latches the newest goal, and it comes again."""
         kept, is_flown = self.hands.kept, self.hands.errand.is_active
+        accepted = self.hands.accepted
         home_m, was = self.hands.leader.home_m, self.hands.kept.values.get("goal")
         wall_s = self.hands.wall_s
         self.hands = Hands(PARAMETERS, self.barrier, kept, Away())
         self.hands.wall_s = wall_s
         self.scans.clear()
         self.messages.clear()
+        self.held_back.clear()
         self.replies = [reply for reply in self.replies if reply.done()]
         if self.latched is None:
             return
         had_ended = was == self.latched.identity and kept.values["has_ended"]
+        came_again = replace(self.latched, came_ns=time.monotonic_ns())
+        if self.latched not in accepted:
+            self.ordered[came_again.name] = ""  # no node had heard of it
+        self.latched = came_again
         self.hands.give(self.latched)
         assert (self.latched in self.hands.accepted) is not had_ended
         if is_flown and was == self.latched.identity:
@@ -107,6 +135,10 @@ class AnyOrder(RuleBasedStateMachine):
         command = came.Command(name)
         self.hands.give(command)
         assert command.reply.done()  # at once, whatever the worker does
+        if command.reply.result().success:
+            given = {"abort": "end", "pause": "pause", "resume": ""}[name]
+            for each, order in self.ordered.items():
+                self.ordered[each] = order if order == "end" else given
 
     @rule(needs_flight=st.booleans())
     def ask(self, needs_flight):
@@ -139,25 +171,31 @@ class AnyOrder(RuleBasedStateMachine):
         hands = getattr(self, "hands", None)
         if hands is None:
             return
+        self._is_obeyed()
         assert len(hands.open) <= 2  # one is flown, one is new
         self.scans = [each for each in self.scans if each not in hands.acknowledged]
         if hands.errand.is_active:
             assert not hands.kept.values["has_ended"]
         assert self._looks() <= 1
-        if self._prepares():  # a leader begins only while nobody looks
-            assert not self._looks() or isinstance(hands.jobs[0], out.Look) or self._has_looked()
+        # A leader begins only while nobody looks
+        steps = [type(each) for each in (*self.messages, *hands.jobs)]
+        prepares = next(
+            (i for i, step in enumerate(steps) if step in (came.Prepared, out.Prepare)), len(steps)
+        )
+        assert not {came.Looked, out.Look} & set(steps[prepares:])
+
+    def _is_obeyed(self):
+        """An order concerns every goal that was sent before it, in whatever state that was."""
+        errand, leader = self.hands.errand, self.hands.leader
+        flown = errand.is_active and errand._goals.flown
+        order = self.ordered[flown.name] if flown else ""
+        assert order != "end" or leader.end
+        assert order != "pause" or leader.is_paused or leader.end
 
     def _looks(self):
         """Number of looks that are to be done, or not heard of yet."""
         looking = [job for job in self.hands.jobs if isinstance(job, out.Look)]
         return len(looking) + len([each for each in self.messages if isinstance(each, came.Looked)])
-
-    def _has_looked(self):
-        return any(isinstance(each, came.Looked) for each in self.messages)
-
-    def _prepares(self):
-        preparing = [job for job in self.hands.jobs if isinstance(job, out.Prepare)]
-        return preparing or [each for each in self.messages if isinstance(each, came.Prepared)]
 
     def _be_told(self):
         self.stamp_s += 0.02
@@ -175,6 +213,7 @@ class AnyOrder(RuleBasedStateMachine):
         """Whatever came, a UAV that is told to come home does so, and nobody waits any more."""
         if not hasattr(self, "hands"):
             return
+        self.tell_who_sent()
         self.hands.give(came.SlamState("tracking"))
         for _ in range(5):
             self._be_told()
@@ -187,8 +226,7 @@ class AnyOrder(RuleBasedStateMachine):
         assert self.hands.open == []
         assert all(reply.done() for reply in self.replies)
         assert all(each in self.hands.acknowledged for each in self.scans)
-        if self.hands.kept.values:
-            assert self.hands.kept.values["has_ended"]
+        assert self.hands.kept.values.get("has_ended", True)
 
 
 TestAnyOrder = AnyOrder.TestCase

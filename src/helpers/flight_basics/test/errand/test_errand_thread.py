@@ -73,6 +73,40 @@ def test_a_question_that_makes_no_sense_is_answered_with_its_sentence(flight):
     assert flight.ask(came.Question(answer)) == (False, "There is no map.")
 
 
+class Broken(Away):
+    """Whatever it does in the worker raises what nobody expects."""
+
+    def prepare(self, content):
+        if content == "broken":
+            raise KeyError("why")
+        return content
+
+    def look(self, here, readings):
+        raise ZeroDivisionError
+
+
+def test_what_the_worker_raises_refuses_a_goal_or_ends_a_flight_and_the_node_flies_on():
+    outputs, errors, faults, leader = queue.SimpleQueue(), [], queue.SimpleQueue(), Broken()
+    errand = Errand(leader, BegunGoal(Kept()), ErrandParameters("test", "Nothing is flown."))
+    thread = ErrandThread(errand, leader, outputs.put, errors.append, faults.put)
+    thread.start()
+    thread.put(pose(1.0))
+
+    def finished():
+        while not isinstance(output := outputs.get(timeout=PATIENCE_S), out.Finish):
+            thread.put(pose(1.0))
+        return output
+
+    thread.put(came.Goal("one", "broken", "one"))
+    assert finished().end is out.End.ABORTED
+    assert isinstance(faults.get(timeout=PATIENCE_S), KeyError)
+    thread.put(came.Goal("two", "yes", "two"))
+    assert finished().end is out.End.SUCCEEDED
+    assert leader.must_land
+    assert thread.close(PATIENCE_S)
+    assert errors == []
+
+
 def test_what_a_thread_raises_is_told():
     errors, leader = queue.SimpleQueue(), Away()
     errand = Errand(leader, BegunGoal(Kept()), ErrandParameters("test", "Nothing is flown."))

@@ -32,7 +32,7 @@ class MissionLeader:
         status: of the newest pose; None: there is none. reached: waypoints that are done.
     """
 
-    end = reason = ""
+    reason = ""
     is_paused = is_busy = False
     has_map = True
 
@@ -51,6 +51,11 @@ class MissionLeader:
         self.status: MissionStatus | None = None
         self.reached = 0
 
+    @property
+    def end(self) -> str:
+        """In a word, that it is cancelled; empty: it is not."""
+        return "canceled" if self._is_cancelled else ""
+
     def prepare(self, content: Any) -> tuple[Waypoint, ...]:
         """Return the waypoints of a goal. Raises FlightBasicsError."""
         waypoints = self._read(content)
@@ -59,7 +64,7 @@ class MissionLeader:
 
     def begin(self, plan: tuple[Waypoint, ...], here: Here | None, kept: Mapping[str, Any] | None) -> str:
         """Begin, or go on after the waypoints that are done. Raises MissionError."""
-        reached = 0 if kept is None else kept["reached"]
+        reached = (kept or {}).get("reached", 0)
         self._mission = Mission(plan, self._patience_s, reached, NEARER_M)
         self._is_cancelled, self._outcome, self.status = False, None, None
         self.reached, self.kept = reached, {"reached": reached}
@@ -120,6 +125,14 @@ class MissionLeader:
     def abort(self, reason: str) -> None:
         """Hold the place of the next pose."""
         self._is_cancelled = True
+
+    def strand(self, why: str, here: Here | None) -> None:
+        """Hold the last place."""
+        if here is None:
+            self._mission, self._outcome = None, Outcome(why, "canceled")
+        elif self._outcome is None:
+            end = "canceled" if self._is_cancelled else "aborted"
+            self._stop_at(here, end, f"{why} The mission ends, and the UAV holds its place.")
 
     def give_way(self) -> None:
         """Keep to the last setpoint until the other mission begins."""

@@ -150,6 +150,12 @@ class Exploration:
         self.resume()
         self._end(End.ABORTED, reason)
 
+    def strand(self, why: str) -> None:
+        """Land here: the UAV cannot come home."""
+        if not self.must_land:
+            self._end(End.ABORTED, why)
+            self._must_land_instead_of_home(End.CUT_OFF, "" if why in self.explored.reason else why)
+
     @property
     def is_paused(self) -> bool:
         """Whether it hovers by `pause`."""
@@ -214,9 +220,8 @@ class Exploration:
             self._steep.note(place_m)
         way = self._guide.way
         self._back.note_pace(stamp_s, here_m, way.rest_m if way.is_left else ())
-        self._mind_the_energy(stamp_s, here_m)
+        self.mind(stamp_s, here_m)
         if self.is_in_doubt:
-            self._mind_the_time(stamp_s)
             if self._guide.way.is_left:  # the look before had set out meanwhile
                 self._guide.hover(here_m)
             return
@@ -235,11 +240,12 @@ class Exploration:
 
     def _wait_for_map(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Hover until a cloud has come. Come home the way it came if that lasts too long."""
-        self._mind_the_time(stamp_s)
         if self.explored.end is not None and not self.is_paused:
             self._go_home(stamp_s, here_m)
 
-    def _mind_the_time(self, stamp_s: float) -> None:
+    def mind(self, stamp_s: float, here_m: np.ndarray) -> None:
+        """End if the energy or the time says so. here_m: where the UAV was last, (x, y, z)."""
+        self._mind_the_energy(stamp_s, here_m)
         if stamp_s - self._began_s > self._p.time_max:
             self._end(End.TIME, f"The time of {self._p.time_max:g} s is over.")
 
@@ -266,7 +272,7 @@ class Exploration:
         if self.explored.end is End.EXPLORED:
             self.explored.end = end
         if self.explored.end is not None:
-            self.explored.reason += f" {reason}"
+            self.explored.reason = f"{self.explored.reason} {reason}".rstrip()
 
     def _end(self, end: End, reason: str) -> None:
         """Come home, unless it does already. If it is paused, then after the pause."""
@@ -312,9 +318,6 @@ class Exploration:
             self._go_home(stamp_s, here_m)
 
     def _next_view(self, stamp_s: float, here_m: np.ndarray) -> None:
-        self._mind_the_time(stamp_s)
-        if self.explored.end is not None:
-            return
         decision = self._explorer.decide(self._planner.space(stamp_s, here_m), here_m)
         self.explored.views += 1
         if decision.is_shut_in and self._backs_out(stamp_s):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Callable, Mapping, Sequence
+from typing import Any, Callable, Mapping
 
 import numpy as np
 
@@ -41,8 +41,7 @@ class ExplorationLeader(ForwardingLeader[Exploration]):
         self._make = lambda: Exploration(planner, explorer, parameters, energy, smaller)
         self._planner, self._energy = planner, energy
         self._note_place, self._say = note_place, say
-        super().__init__()
-        self.kept: Mapping[str, Any] = {}
+        super().__init__(energy)
 
     @property
     def exploration(self) -> Exploration | None:
@@ -82,14 +81,7 @@ class ExplorationLeader(ForwardingLeader[Exploration]):
     def begin(self, plan: float | None, here: Here | None, kept: Mapping[str, Any] | None) -> str:
         """Begin. Raises ParameterError: the time makes no sense."""
         assert here is not None
-        if self.exploration is None:
-            self.led = self._make()
-        if kept is None:
-            self._it.begin(here.time_s, here.place_m, time_max_s=plan)
-            self.kept = {"home": self._it.home_m.tolist(), "began": here.stamp_s}
-        else:
-            self._it.begin(kept["began"], here.place_m, np.array(kept["home"]), plan)
-            self.kept = {name: kept[name] for name in ("home", "began")}
+        self._begin(self.exploration or self._make(), plan, here, kept)
         x_m, y_m, z_m = here.place_m
         return f"The exploration begins at ({x_m:.1f}, {y_m:.1f}, {z_m:.1f})."
 
@@ -103,13 +95,6 @@ class ExplorationLeader(ForwardingLeader[Exploration]):
         if sentence:
             self._say(sentence)
         return self._it.follow(here.time_s, here.place_m)
-
-    def look(self, here: Here, readings: Sequence[tuple[float, float]]) -> list[str]:
-        """Decide."""
-        energy = self._energy
-        warnings = [] if energy is None else [energy.offer(*reading) for reading in readings]
-        self._it.look(here.time_s, here.place_m)
-        return [sentence for sentence in warnings if sentence]
 
     def rest(self) -> None:
         """Nothing is to be done."""

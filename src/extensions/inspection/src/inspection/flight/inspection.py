@@ -147,6 +147,14 @@ class Inspection:
             self.resume()
             self.come_home(reason, End.ABORTED)
 
+    def strand(self, why: str) -> None:
+        """Land here: the UAV cannot come home."""
+        with self._lock:
+            self.come_home(why, End.ABORTED)
+            if not self.must_land and why not in self.reason:
+                self.reason = f"{self.reason} {why}"
+            self.must_land = True
+
     def come_home(self, reason: str, end: End) -> None:
         """Come home, unless it does already. If it is paused, then after the pause."""
         with self._lock:
@@ -305,6 +313,16 @@ class Inspection:
         for place_m in (*been_m, here_m):
             with suppress(MapError):  # no map reaches so far
                 self._planner.assume_free(place_m, self._planner.parameters.radius)
+        self.mind(stamp_s, here_m)
+        if self._is_paused:
+            return
+        if self.end is None and self._planner.has_map and not self._is_in_doubt:
+            self._go_on(stamp_s, here_m)
+        if self.end is not None:
+            self._go_home(stamp_s, here_m)
+
+    def mind(self, stamp_s: float, here_m: np.ndarray) -> None:
+        """End if the energy or the time says so. here_m: where the UAV was last, (x, y, z)."""
         decision = self._homing.decide(stamp_s, here_m)
         if decision is not None and decision.verdict is not Verdict.GO_ON:
             self.must_land = self.must_land or decision.verdict is Verdict.LAND
@@ -313,12 +331,6 @@ class Inspection:
                 self.resume()
         if self.end is None and stamp_s - self._began_s > self._p.time_max:
             self.come_home(f"The time of {self._p.time_max:g} s is over.", End.TIME)
-        if self._is_paused:
-            return
-        if self.end is None and self._planner.has_map and not self._is_in_doubt:
-            self._go_on(stamp_s, here_m)
-        if self.end is not None:
-            self._go_home(stamp_s, here_m)
 
     def _go_on(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Keep to the way if it is clear; else find another one, or the next photograph."""

@@ -96,10 +96,9 @@ class SurveyLeader(ForwardingLeader[Inspection]):
         tell: Callable[[str], None] = lambda _: None,
     ) -> None:
         self._goals, self._photographer = goals, photographer
-        self._planner, self._energy, self._closer_mm = planner, energy, closer_mm
+        self._planner, self._closer_mm = planner, closer_mm
         self._is_marking, self._tell = is_marking, tell
-        super().__init__()
-        self.kept: Mapping[str, Any] = {}
+        super().__init__(energy)
 
     @property
     def inspection(self) -> Inspection | None:
@@ -146,15 +145,8 @@ class SurveyLeader(ForwardingLeader[Inspection]):
         """Begin, or go on with what is left. Raises ParameterError: the time makes no sense."""
         assert here is not None
         inspection = plan.inspection
-        if kept is None:
-            inspection.begin(here.time_s, here.place_m, time_max_s=plan.time_max_s)
-            assert inspection.home_m is not None
-            self.kept = {"home": inspection.home_m.tolist(), "began": here.stamp_s}
-        else:
-            inspection.begin(kept["began"], here.place_m, np.array(kept["home"]), plan.time_max_s)
-            self.kept = {name: kept[name] for name in ("home", "began")}
+        self._begin(inspection, plan.time_max_s, here, kept)
         self._photographer.begin(inspection, self._goals.album)
-        self.led = inspection
         return f"The survey begins; photographs to take: {len(inspection.queue.open)}."
 
     def note(self, here: Here) -> None:
@@ -172,12 +164,9 @@ class SurveyLeader(ForwardingLeader[Inspection]):
         return is_due
 
     def look(self, here: Here, readings: Sequence[tuple[float, float]]) -> list[str]:
-        """Decide."""
-        energy, inspection = self._energy, self._it
-        warnings = [] if energy is None else [energy.offer(*reading) for reading in readings]
+        """Decide, also of what is photographed next."""
         self.rest()
-        inspection.look(here.time_s, here.place_m)
-        return [sentence for sentence in warnings if sentence]
+        return super().look(here, readings)
 
     def rest(self) -> None:
         """Ask the search of photographs, or take its answer; also while the UAV has landed to wait for it."""

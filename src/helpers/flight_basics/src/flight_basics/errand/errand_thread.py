@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from concurrent.futures import TimeoutError as TooLateError
 from functools import partial
 from typing import Any, Callable
@@ -12,7 +14,7 @@ from flight_basics.errand import outputs as out
 from flight_basics.errand.errand import Errand
 from flight_basics.errand.inbox import Inbox, Worker
 from flight_basics.errand.leader import Leader
-from flight_basics.errors import FlightBasicsError
+from flight_basics.errors import FlightBasicsError, sentence_of
 
 WAKE_S = 0.5
 """Wall time after which the errand looks whether something is to do."""
@@ -27,7 +29,8 @@ class ErrandThread:
 
     Args:
         errand, leader: what is run. carry_out: called in the errand's thread with each output that is not for
-            the worker. on_error: told what ends a thread, in that thread.
+            the worker. on_error: told what ends the errand's thread, in that thread. on_fault: told what a
+            job of the worker has raised, which nobody expected; the worker goes on. clock_s: ROS's time.
 
     Attributes:
         worker: does what takes long; the planner's map belongs to its thread.
@@ -39,12 +42,15 @@ class ErrandThread:
         leader: Leader,
         carry_out: Callable[[out.Output], None],
         on_error: Callable[[Exception], None],
+        on_fault: Callable[[Exception], None] = lambda _: None,
+        clock_s: Callable[[], float | None] = lambda: None,
     ) -> None:
         self._errand, self._leader = errand, leader
-        self._carry_out, self._on_error = carry_out, on_error
+        self._carry_out, self._on_error, self._on_fault = carry_out, on_error, on_fault
+        self._clock_s = clock_s
         self._inbox = Inbox()
         self._is_closing = False
-        self.worker = Worker("worker", on_error)
+        self.worker = Worker("worker", on_fault)
         self._thread = threading.Thread(target=self._run, name="errand", daemon=True)
 
     def start(self) -> None:
@@ -75,13 +81,21 @@ class ErrandThread:
         return not self._thread.is_alive()
 
     def _run(self) -> None:
+        woke_s = -math.inf
         try:
             while not self._is_closing:
                 message = self._inbox.get(WAKE_S)
-                for output in self._errand.take(came.Tick() if message is None else message):
-                    self._give(output)
+                if message is None or time.monotonic() >= woke_s + WAKE_S:
+                    woke_s = time.monotonic()
+                    self._take(came.Tick(self._clock_s()))
+                if message is not None:
+                    self._take(message)
         except Exception as error:
             self._on_error(error)
+
+    def _take(self, message: came.Message) -> None:
+        for output in self._errand.take(message):
+            self._give(output)
 
     def _give(self, output: out.Output) -> None:
         if isinstance(output, out.Prepare):
@@ -98,22 +112,27 @@ class ErrandThread:
     # in the worker's thread
 
     def _prepare(self, goal: came.Goal) -> None:
-        try:
-            self.put(came.Prepared(goal, self._leader.prepare(goal.content)))
-        except FlightBasicsError as error:
-            self.put(came.Prepared(goal, why=str(error)))
+        plan, why = self._told(lambda: self._leader.prepare(goal.content))
+        self.put(came.Prepared(goal, plan, why))
 
     def _look(self, look: out.Look) -> None:
-        if look.here is None:
-            self._leader.rest()
+        here = look.here
+        if here is None:
+            self._told(self._leader.rest)
             self.put(came.Looked())
-        else:
-            self.put(came.Looked(tuple(self._leader.look(look.here, look.readings))))
+            return
+        warnings, fault = self._told(lambda: self._leader.look(here, look.readings))
+        self.put(came.Looked(tuple(warnings or ()), fault))
 
-    @staticmethod
-    def _answer(asked: out.Ask) -> None:
+    def _answer(self, asked: out.Ask) -> None:
+        answer, why = self._told(lambda: asked.question.answer(asked.place_m))
+        asked.question.reply.set_result(came.Answer(False, why) if why else answer)
+
+    def _told(self, work: Callable[[], Any]) -> tuple[Any, str]:
+        """Return what a job returns, and what is wrong. Whatever it raises, the node flies on."""
         try:
-            answer = asked.question.answer(asked.place_m)
-        except FlightBasicsError as error:
-            answer = came.Answer(False, str(error))
-        asked.question.reply.set_result(answer)
+            return work(), ""
+        except Exception as error:
+            if not isinstance(error, FlightBasicsError):
+                self._on_fault(error)
+            return None, sentence_of(error)

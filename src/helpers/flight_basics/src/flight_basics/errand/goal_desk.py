@@ -15,13 +15,12 @@ class GoalDesk:
     """Takes goals, and returns what ends in their place.
 
     Attributes:
-        new: the newest goal, which is not answered yet. is_new_cancelled: nobody wants it any more.
+        new: the newest goal, which is not answered yet.
         flown: the goal of the flight; None: there is no flight, or its goal was replaced.
     """
 
     def __init__(self) -> None:
         self.new: Goal | None = None
-        self.is_new_cancelled = False
         self.flown: Goal | None = None
         self._until_s = self._newest_stamp_s = -math.inf
 
@@ -33,20 +32,13 @@ class GoalDesk:
         if goal.stamp_s < self._newest_stamp_s:
             return [Finish(goal, End.CANCELED, REPLACED)]
         before = [each for each in (self.new, self.flown) if each is not None]
-        self.new, self.is_new_cancelled, self.flown = goal, False, None
+        self.new, self.flown = goal, None
         self._until_s, self._newest_stamp_s = until_s, goal.stamp_s
         return [Finish(each, End.CANCELED, REPLACED) for each in before]
 
     def note_clock_set_back(self) -> None:
         """Let the next goal be the newest one, whatever its stamp."""
         self._newest_stamp_s = -math.inf
-
-    def cancel(self, name: str) -> bool:
-        """Take what nobody wants any more. Return whether it is flown."""
-        if self.new is not None and self.new.name == name:
-            self.is_new_cancelled = True
-            return False
-        return self.flown is not None and self.flown.name == name
 
     def is_due(self, missing: str, longer_s: float, now_s: float) -> bool:
         """Return whether the new goal is to be answered. missing: what it waits for; longer_s: if need be."""

@@ -33,7 +33,7 @@ class Inbox:
 class Worker:
     """A thread that does one thing after the other.
 
-    on_error: told what a job has raised, in this thread; it does no more then.
+    on_error: told what a job has raised, in this thread. The next job follows.
     """
 
     def __init__(self, name: str, on_error: Callable[[Exception], None]) -> None:
@@ -46,8 +46,8 @@ class Worker:
         self._jobs.put(job)
 
     def _run(self) -> None:
-        try:
-            while True:
+        while True:
+            try:
                 self._jobs.get()()
-        except Exception as error:
-            self._on_error(error)
+            except Exception as error:
+                self._on_error(error)

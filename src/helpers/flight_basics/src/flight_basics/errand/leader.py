@@ -12,7 +12,8 @@ from flight_basics.pose.trust import Trust
 class Here(NamedTuple):
     """Where the UAV is. time_s: of a clock that nobody sets. stamp_s: of the message. more: as in `Pose`.
 
-    deviation_m: standard deviation of the place, beside what its message tells.
+    deviation_m: standard deviation of the place, beside what its message tells. silent_s: no pose has come
+    for so long, so the UAV is somewhere else now; 0: the place is that of this instant.
     """
 
     time_s: float
@@ -20,6 +21,7 @@ class Here(NamedTuple):
     place_m: np.ndarray
     more: Any = None
     deviation_m: float = 0.0
+    silent_s: float = 0.0
 
 
 class Outcome(NamedTuple):
@@ -73,7 +75,8 @@ class Leader(Protocol):
     def begin(self, plan: Any, here: Here | None, kept: Mapping[str, Any] | None) -> str:
         """Begin what `prepare` returned; no look is under way. Return a sentence for the log.
 
-        kept: of the node that died while it flew this goal; None: it is a new goal.
+        kept: of the node that died while it flew this goal. It holds only `home` if the goal before this one
+        is still flown. None: a flight begins.
 
         Raises:
             FlightBasicsError: it cannot be flown, in one sentence.
@@ -86,7 +89,10 @@ class Leader(Protocol):
         """Follow the way. Return whether it is time to `look`."""
 
     def look(self, here: Here, readings: Sequence[tuple[float, float]]) -> list[str]:
-        """Decide, in the worker's thread. Return what is wrong, in sentences. readings: of the battery."""
+        """Decide, in the worker's thread. Return what is wrong, in sentences. readings: of the battery.
+
+        While no pose comes (`here.silent_s`), only time and battery count.
+        """
 
     def rest(self) -> None:
         """Do what is to be done while nothing is flown, in the worker's thread."""
@@ -102,6 +108,9 @@ class Leader(Protocol):
 
     def abort(self, reason: str) -> None:
         """End what is flown as soon as may be: come home, or stay where the UAV is."""
+
+    def strand(self, why: str, here: Here | None) -> None:
+        """End here, because the UAV cannot come home. here: its last place."""
 
     def give_way(self) -> None:
         """Fly what is best until another goal begins, which has just come."""

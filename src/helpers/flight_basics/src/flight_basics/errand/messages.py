@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from typing import Any, Callable, NamedTuple
@@ -14,7 +15,7 @@ class Goal:
     """A goal of the action. content: what it asks for.
 
     identity: tells it from all others, also after a restart. stamp_s: when its sender made it, by his
-    clock. handle: whatever the node answers it with.
+    clock. handle: whatever the node answers it with. came_ns: when the node heard of it, wall time.
     """
 
     name: str
@@ -22,12 +23,15 @@ class Goal:
     identity: str
     stamp_s: float = 0.0
     handle: Any = None
+    came_ns: int = field(default_factory=time.monotonic_ns)
 
 
-class Cancel(NamedTuple):
-    """The sender of a goal does not want it any more."""
+@dataclass(frozen=True)
+class Cancel:
+    """The sender of a goal does not want it any more. came_ns: as that of a goal."""
 
     name: str
+    came_ns: int = field(default_factory=time.monotonic_ns)
 
 
 class Pose(NamedTuple):
@@ -57,6 +61,12 @@ class MapCame(NamedTuple):
     """The planner knows a map of this time."""
 
     stamp_s: float
+
+
+class MapId(NamedTuple):
+    """Which map SLAM makes. Places of another one are in another frame."""
+
+    word: str
 
 
 class SlamState(NamedTuple):
@@ -91,10 +101,14 @@ class Answer(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """What a person asks for by a service: pause, resume or abort. reply: gets an `Answer`."""
+    """What a person asks for by a service: pause, resume or abort. reply: gets an `Answer`.
+
+    came_ns: as that of a goal.
+    """
 
     name: str
     reply: Future[Any] = field(default_factory=Future)
+    came_ns: int = field(default_factory=time.monotonic_ns)
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,9 +135,10 @@ class Prepared:
 
 
 class Looked(NamedTuple):
-    """The worker has decided. warnings: what it has found wrong, in sentences."""
+    """The worker has decided. warnings: what it has found wrong. fault: why it could not decide."""
 
     warnings: tuple[str, ...] = ()
+    fault: str = ""
 
 
 class Due(NamedTuple):
@@ -131,10 +146,12 @@ class Due(NamedTuple):
 
 
 class Tick(NamedTuple):
-    """Nothing has come for a while."""
+    """Some wall time has passed. stamp_s: by ROS's clock; None: that is not known."""
+
+    stamp_s: float | None = None
 
 
 Message = (
-    Goal | Cancel | Pose | Battery | MapCame | SlamState | Scan | Steered | Heard | Command | Question
+    Goal | Cancel | Pose | Battery | MapCame | MapId | SlamState | Scan | Steered | Heard | Command | Question
     | Prepared | Looked | Due | Tick
 )  # fmt: skip
