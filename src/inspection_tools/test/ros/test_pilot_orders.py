@@ -13,10 +13,19 @@ import pytest
 pytest.importorskip("flight_basics_ros.pose_source", reason="needs the workspace's environment")
 
 from geometry_msgs.msg import Point
+from inspection_tools_ros import leaders
 
 from inspection_tools.charge_thresholds import ChargeWatch
 from inspection_tools.pilot_buttons import Order, PilotButtons
-from node_tools import ending
+from node_tools import ending, services
+
+
+def kept_parameter():
+    """A parameter that outlives the node."""
+    kept = SimpleNamespace(values={})
+    kept.keep = lambda values: setattr(kept, "values", dict(values))
+    return kept
+
 
 NODE = Path(__file__).resolve().parents[2] / "nodes/pilot_orders"
 
@@ -39,14 +48,16 @@ def program():
 def node(program, monkeypatch):
     """A node whose services and topics are lists: what it called, what it sent."""
     made = object.__new__(program.PilotOrders)
-    made.leaders, made.called, made.sent = {}, [], []
+    made.leaders, made.called, made.sent, made.kept = {}, [], [], kept_parameter()
 
     def service(name, _kind):
         def call():
             made.called.append(name)
             leader = name.split("/")[1]
             if leader not in made.leaders:
-                raise program.rospy.ServiceException("there is no such service")
+                raise services.NoServiceError("there is no such service")
+            if made.leaders[leader] is None:
+                raise program.rospy.ServiceException("it gave no answer within 5 s")
             return SimpleNamespace(success=made.leaders[leader], message=f"{leader} says so.")
 
         return call
@@ -55,14 +66,20 @@ def node(program, monkeypatch):
         made.called.append(mode)
         return SimpleNamespace(mode_sent=True)
 
-    monkeypatch.setattr(program, "ServiceCall", service)
+    monkeypatch.setattr(leaders, "ServiceCall", service)
+    monkeypatch.setattr(leaders.time, "monotonic", lambda: made.wall_s)
+    made.wall_s = 0.0
     for say in ("loginfo", "logwarn", "logerr"):
         monkeypatch.setattr(program.rospy, say, lambda *_: None)
     made._lock, made._landing_mode, made._steers = threading.RLock(), "AUTO.LAND", True
     made._watch, made._buttons, made._set_mode = ChargeWatch(), PilotButtons(), set_mode
-    made._here, made._home, made._goal = Point(4.0, 0.0, 2.0), Point(0.0, 0.0, 2.0), Point(9.0, 0.0, 2.0)
-    made._is_armed, made._leading = True, {"explore": False, "inspect": False}
-    made._setpoints = SimpleNamespace(publish=lambda pose: made.sent.append(pose.position.x))
+    made._flight = made.kept
+    made._here, made._goal = Point(0.0, 0.0, 2.0), Point(9.0, 0.0, 2.0)
+    made._on_ready(SimpleNamespace(data=True))
+    made._here, made._is_armed = Point(4.0, 0.0, 2.0), True
+    made._leaders = leaders.Leaders(on_change=lambda name: made._keep("leads", name))
+    made._on_status = made._leaders.note
+    made._setpoints = SimpleNamespace(send=lambda pose: made.sent.append(pose.position.x))
     made._in_background = lambda order: made._on_order(order, None)
     return made
 
@@ -101,13 +118,70 @@ def test_nodes_that_wait_for_an_order_do_not_refuse_those_by_setpoints(node):
 
 def test_a_second_order_to_explore_does_not_begin_anew(node):
     begun = []
-    node._explore = SimpleNamespace(get_num_connections=lambda: 1, publish=begun.append)
+    node._begins = {"explore": SimpleNamespace(get_num_connections=lambda: 1, publish=begun.append)}
     node._time_max_s = 600.0
+    assert not node._begin_to_explore().success  # it may lead already: nothing was heard of it
+    node._on_status("explore", statuses())
     assert node._begin_to_explore().success
     node._on_status("explore", statuses(1))
     answer = node._begin_to_explore()
     assert (answer.success, answer.message.split(";")[0]) == (False, "The node explore leads already")
     assert len(begun) == 1
+
+
+@pytest.mark.parametrize("is_known", [True, False])
+def test_a_leader_that_is_silent_leads_all_the_same(node, is_known):
+    if is_known:
+        node._on_status("explore", statuses(1))
+    node.leaders = {"explore": None}
+    node.wall_s = 3600.0
+    answer = node._on_order(Order.HOME, None)
+    assert not answer.success
+    assert "explore" in answer.message
+    assert node.sent == []
+
+
+def test_a_leader_that_died_goes_on_when_it_has_started_again_and_then_is_asked(node):
+    node._on_status("inspect", statuses(1))
+    assert not node._on_order(Order.HOME, None).success  # its node is gone, but not for long
+    node.leaders = {"inspect": False}
+    node._on_status("inspect", statuses())  # it has started again, and got no goal
+    assert node._on_order(Order.HOME, None).success
+    assert node.sent == [0.0]
+
+
+def test_a_leader_that_is_gone_for_long_leads_no_more(node):
+    node._on_status("inspect", statuses(1))
+    node.wall_s = leaders.RESTART_S + 1.0
+    assert node._on_order(Order.HOME, None).success
+    assert node.sent == [0.0]
+
+
+def test_a_node_that_starts_again_in_flight_knows_home_goal_and_leader(program, node):
+    node._on_status("explore", statuses(1))
+    node._on_status("explore", statuses(3))
+    assert node._on_order(Order.PAUSE, None).success
+    again = object.__new__(program.PilotOrders)
+    again.__dict__.update(node.__dict__)
+    again._goal, again._here, again._is_armed = None, Point(20.0, 0.0, 2.0), None
+    again._on_ready(SimpleNamespace(data=True))  # it is latched
+    again._on_state(SimpleNamespace(armed=True))
+    for order in (Order.RESUME, Order.HOME):
+        assert again._on_order(order, None).success
+    assert node.sent == [4.0, 9.0, 0.0]
+    node._on_status("explore", statuses(1))
+    assert leaders.Leaders(node.kept.values["leads"]).leading == "explore"
+    again._on_state(SimpleNamespace(armed=False))  # the next flight has another home
+    again._on_ready(SimpleNamespace(data=True))
+    assert again._place("home") == Point(20.0, 0.0, 2.0)
+
+
+def test_home_is_a_place_of_one_map(node):
+    for name in ("one", "one"):
+        node._on_map_id(SimpleNamespace(data=name))
+    assert node._on_order(Order.HOME, None).success
+    node._on_map_id(SimpleNamespace(data="two"))
+    assert not node._on_order(Order.HOME, None).success
 
 
 def test_without_a_leader_it_hovers_goes_on_and_comes_home_by_setpoints(node):

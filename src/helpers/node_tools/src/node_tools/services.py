@@ -26,6 +26,10 @@ LOOK_S = 0.1
 """Wall time between two questions whether a service is there."""
 
 
+class NoServiceError(rospy.ServiceException):  # type: ignore[misc]
+    """Nobody offers the service, or nothing listens at its address any more: its node has ended."""
+
+
 class ServiceCall:
     """A service that is called like a rospy.ServiceProxy. Several threads may call it.
 
@@ -48,7 +52,8 @@ class ServiceCall:
         """Return the answer to a request, which is given whole or by its fields.
 
         Raises:
-            rospy.ServiceException: there is no such service, it failed, or it did not answer in time.
+            NoServiceError: there is no such service, or its node has died.
+            rospy.ServiceException: it failed, or it did not answer in time.
         """
         end_s = time.monotonic() + self._patience_s
         request = rospy.msg.args_kwds_to_message(self._class._request_class, arguments, named)
@@ -65,12 +70,14 @@ class ServiceCall:
         timer = threading.Timer(left_s, give_up)
         timer.daemon = True
         timer.start()
+        is_connected = False
         try:
             transport.connect(*rospy.core.parse_rosrpc_uri(uri), uri, timeout=left_s)
+            is_connected = True
             transport.send_message(request, 1)
             answers = transport.receive_once()
         except (TransportException, TransportInitError, OSError) as error:
-            self._raise(is_late.is_set(), str(error))
+            self._raise(is_late.is_set(), str(error), is_absent=not is_connected)
         finally:
             timer.cancel()
             transport.close()
@@ -82,12 +89,13 @@ class ServiceCall:
         """Wait until the service is there; raises rospy.ROSException if it is not in this wall time."""
         rospy.wait_for_service(self.name, timeout_s)
 
-    def _raise(self, is_late: bool, why: str) -> None:
+    def _raise(self, is_late: bool, why: str, is_absent: bool = False) -> None:
         if rospy.is_shutdown():
             raise ROSInterruptException("The node ends, so the service was not waited for.")
         if is_late:
             why = f"it gave no answer within {self._patience_s:g} s"
-        raise rospy.ServiceException(f"{self.name} failed: {why}")
+        is_absent = is_absent and not is_late
+        raise (NoServiceError if is_absent else rospy.ServiceException)(f"{self.name} failed: {why}")
 
     def _uri(self, until_s: float) -> str:
         """Return where the service is, which may have to come first; raises rospy.ServiceException."""
@@ -101,5 +109,5 @@ class ServiceCall:
             if code == 1:
                 return uri
             if time.monotonic() >= until_s or rospy.is_shutdown():
-                self._raise(False, "there is no such service")
+                self._raise(False, "there is no such service", is_absent=True)
             time.sleep(LOOK_S)
