@@ -101,6 +101,16 @@ class SlamTest(unittest.TestCase):
         commands.next()
         self.assertGreater(math.hypot(*xyz(commands.next().twist.linear)), 0.0)
 
+        # When SLAM begins another map, then the setpoint is a place of the old one, and the UAV hovers
+        maps = Input("map_id", String)
+        maps.send(String("one"))
+        maps.send(String("two"))
+        warned.wait_for("another map")
+        for _ in range(300):
+            poses.send(odometry_of(stamps.next(0.01), (-3.0, 37.0, 2.0)))
+            command = commands.next()
+        self.assertAlmostEqual(math.hypot(*xyz(command.twist.linear)), 0.0)
+
     def test_ground_truth_is_in_world(self):
         poses, setpoints = Input("gt/ground_truth", Odometry), Input("gt/pos_setpoint", Pose)
         commands = Output("gt/vel_setpoint_out", TwistStamped)

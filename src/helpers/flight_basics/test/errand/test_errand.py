@@ -205,6 +205,9 @@ def test_places_of_a_map_that_slam_has_begun_anew_are_not_flown_to():
     hands.give(came.MapId("one"))
     assert hands.errand.is_active
     hands.give(came.MapId("two"))
+    hands.leader.setpoint = hands.leader.setpoint + 5.0
+    hands.give(pose(11.0))
+    assert [each.setpoint[0] for each in hands.told(out.Send) if each.setpoint is not None] == [0.0]
     (finish,) = hands.finished
     assert hands.leader.must_land
     assert "another map" in finish.words

@@ -128,10 +128,10 @@ class MissionLeader:
 
     def strand(self, why: str, here: Here | None) -> None:
         """Hold the last place."""
+        end = "canceled" if self._is_cancelled else "aborted"
         if here is None:
-            self._mission, self._outcome = None, Outcome(why, "canceled")
+            self._mission, self._outcome = None, Outcome(why, end, log=why)
         elif self._outcome is None:
-            end = "canceled" if self._is_cancelled else "aborted"
             self._stop_at(here, end, f"{why} The mission ends, and the UAV holds its place.")
 
     def give_way(self) -> None:

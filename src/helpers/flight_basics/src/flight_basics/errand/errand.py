@@ -71,7 +71,7 @@ class Errand:
         self._end_before = ""
         self._rested_s = -math.inf
         self.here: Here | None = None
-        self.is_active = False
+        self.is_active = self._is_stranded = False
         self._battery: came.Battery | None = None
         self._trust = PoseTrust(parameters.photographs)
         self._jumps = PoseJumps()
@@ -202,7 +202,7 @@ class Errand:
         if self.here is not None:
             self._barrier.note_map(self.here.stamp_s)
         self._map_came_s, self._told_s = self._time.now_s, -math.inf
-        self._is_due, self.is_active, self._faults = False, True, 0
+        self._is_due, self.is_active, self._is_stranded, self._faults = False, True, False, 0
         self._trust.begin()
         self._out.append(out.Say("info", words))
         self._mind_the_map(str(self._begun.known.get("map", "")))
@@ -286,7 +286,7 @@ class Errand:
             return
         is_over = bool(self._leader.end) and not self._leader.is_paused
         if is_over and (self.here is None or silent_s >= STRANDED_S):
-            self._strand("No pose tells where the UAV is, so it cannot come home.")
+            self._strand("No pose tells where the UAV is, so it cannot come home.", self.here)
         elif self.here is not None and not 0.0 <= self._time.now_s - self._looked_s < LOOK_S:
             words = f"No pose has come for {silent_s:.0f} s. The UAV hovers; time and battery still count."
             self._out.append(out.Say("rarely", words))
@@ -294,13 +294,14 @@ class Errand:
             self._leader.trust(Trust.HOVER, words, self.here)
             self._send()
 
-    def _strand(self, why: str) -> None:
-        """End here: the UAV cannot come home."""
-        self._leader.strand(why, self.here)
+    def _strand(self, why: str, here: Here | None) -> None:
+        """End here, and send no more setpoints: the UAV cannot come home. here: its last place."""
+        self._leader.strand(why, here)
         self._send()
+        self._is_stranded = True
 
     def _send(self) -> None:
-        setpoint = self._leader.setpoint
+        setpoint = None if self._is_stranded else self._leader.setpoint
         new = setpoint if setpoint is not self._sent else None
         self._sent = self._sent if setpoint is None else setpoint
         self._out.append(out.Send(new, self.here))
@@ -341,8 +342,7 @@ class Errand:
         elif self._map_id not in ("", before):
             words = "SLAM has begun another map, so the places of home and goals are not known any more."
             self._out.append(out.Say("warn", f"{words} The {self._p.name} ends."))
-            self._leader.abort(words)
-            self._strand(words)
+            self._strand(words, None)
 
     def _on_tick(self, tick: came.Tick) -> None:
         if tick.stamp_s is not None:
@@ -432,7 +432,7 @@ class Errand:
             self._out.append(out.Say("rarely", f"{looked.fault} The UAV is to come home."))
             self._leader.abort(looked.fault)
             if self._faults > FAULTS:
-                self._strand(looked.fault)
+                self._strand(looked.fault, self.here)
         if self.is_active:
             if not self._end_before and self._leader.end:
                 words = f"The {self._p.name} ends ({self._leader.end}): {self._leader.reason}"

@@ -110,7 +110,7 @@ class Leader(Protocol):
         """End what is flown as soon as may be: come home, or stay where the UAV is."""
 
     def strand(self, why: str, here: Here | None) -> None:
-        """End here, because the UAV cannot come home. here: its last place."""
+        """End here, because the UAV cannot come home. here: its last place; None: in no frame any more."""
 
     def give_way(self) -> None:
         """Fly what is best until another goal begins, which has just come."""
