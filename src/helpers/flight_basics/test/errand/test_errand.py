@@ -91,6 +91,27 @@ def test_a_flight_that_somebody_ends_says_how(message, who):
     assert (hands.leader.end, hands.leader.reason) == ("aborted", who)
 
 
+@pytest.mark.parametrize("dies", [False, True])
+@pytest.mark.parametrize("order", ["abort", "pause"])
+def test_an_order_counts_for_a_goal_that_is_still_read_and_after_a_restart(order, dies):
+    kept = Kept()
+    hands, two = flying(kept), goal("two", stamp_s=11.0)
+    command = came.Command(order)
+    hands.give(two)
+    hands.give(command)
+    assert command.reply.result().success
+    if dies:
+        hands = Hands(PARAMETERS, kept=kept)
+        for message in (pose(11.0, (5.0, 0.0, 2.0)), came.Battery(11.0, 0.9), two):
+            hands.give(message)
+    hands.work_all()
+    assert hands.errand.is_active
+    assert (hands.leader.end, hands.leader.is_paused) == (
+        ("aborted", False) if order == "abort" else ("", True)
+    )
+    assert hands.leader.home_m == [0.0, 0.0, 2.0]
+
+
 def test_an_older_goal_of_another_sender_does_not_replace_the_newest_unless_the_clock_was_set_back():
     hands = flying()
     hands.give(goal("older", stamp_s=9.0))
