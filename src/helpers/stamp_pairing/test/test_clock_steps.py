@@ -8,7 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stamp_pairing.clock_steps import BACK_S, LONGEST_GAP_S, SharedSteadyTime, SteadyTime, clock_step_s
+from stamp_pairing.clock_steps import (
+    BACK_S,
+    LONGEST_GAP_S,
+    LONGEST_SPARSE_GAP_S,
+    SharedSteadyTime,
+    SteadyTime,
+    clock_step_s,
+)
 
 YEAR_S = 31_536_000.0
 STEPS_S = [-YEAR_S, -600.0, -0.6, 2.5, 600.0, YEAR_S]
@@ -68,6 +75,37 @@ def test_it_never_goes_back_and_never_leaps(stamps_s):
         now_s = time.at(stamp_s)
         assert before_s is None or -1e-6 <= now_s - before_s <= LONGEST_GAP_S + 1e-6
         before_s = now_s
+
+
+@pytest.mark.parametrize("clock_s", [100.0, 0.0, 50.0 * YEAR_S])
+def test_while_it_is_silent_any_other_stream_leads_the_time_by_its_own_clock(clock_s):
+    time = SteadyTime()
+    time.at(100.0)
+    for second in range(31):
+        time.passes("battery", clock_s + second)
+        time.passes("frozen", clock_s)
+    assert time.silent_s == 30.0
+    assert time.now_s == 130.0
+    assert time.at(130.4) == pytest.approx(130.4)  # and the stream's return is no step
+    assert (time.step_s, time.silent_s) == (0.0, 0.0)
+
+
+def test_streams_of_a_clock_that_is_set_or_paused_tell_no_time():
+    time = SteadyTime()
+    time.at(100.0)
+    for stamp_s in (0.0, 600.0, 600.0, 600.0, -YEAR_S):
+        time.passes("clock", stamp_s)
+    assert (time.now_s, time.silent_s) == (100.0, 0.0)
+
+
+@given(st.lists(st.tuples(st.sampled_from(["leads", "one", "two"]), st.floats(-300.0, 300.0)), max_size=50))
+def test_it_never_goes_back_whoever_leads(told):
+    time, before_s = SteadyTime(), 0.0
+    time.at(before_s)
+    for stream, stamp_s in told:
+        _ = time.at(stamp_s) if stream == "leads" else time.passes(stream, stamp_s)
+        assert -1e-6 <= time.now_s - before_s <= LONGEST_SPARSE_GAP_S + 1e-6
+        before_s = time.now_s
 
 
 @pytest.mark.parametrize("step_s", [2.5, 600.0, YEAR_S])

@@ -196,7 +196,7 @@ class Errand:
         words = self._leader.begin(prepared.plan, self.here, known if is_flown else home)
         self._kept = self._leader.kept
         if not is_flown:
-            self._begun.begin(identity, {**self._kept, "map": known["map"] if home else self._map_id})
+            self._begun.begin(identity, {**self._kept, "map": known.get("map", "") if home else self._map_id})
         if self._battery is not None and self._readings is not None:
             self._readings.begin(self._time.now_s, self._battery.charge)
         if self.here is not None:
