@@ -26,7 +26,7 @@ LOOK_S = 0.1
 """Wall time between two questions whether a service is there."""
 
 
-class NoServiceError(rospy.ServiceException):  # type: ignore[misc]
+class NoServiceError(rospy.ServiceException):
     """Nobody offers the service, or nothing listens at its address any more: its node has ended."""
 
 

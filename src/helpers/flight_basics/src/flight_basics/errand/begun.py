@@ -68,6 +68,14 @@ class BegunGoal:
         """Whether a goal is flown, or came while the goal before it was."""
         return bool(self.flown) and identity in (self.flown, *(each[0] for each in self._orders))
 
+    def expect(self, identity: str) -> None:
+        """A goal has come. It is of the flight that is flown. Another one that was expected has ended."""
+        orders = [each for each in self._orders if each[0] in (self.flown, identity)]
+        if self.flown and identity not in [each[0] for each in orders]:
+            orders.append([identity, *Order()])
+        if orders != self._orders:
+            self.keep({"orders": orders})
+
     def order(self, identity: str) -> Order:
         """Return what people want of a goal."""
         return next((Order(*each[1:]) for each in self._orders if each[0] == identity), Order())

@@ -125,8 +125,10 @@ class Errand:
         self._out.append(out.Accept(goal))
         patience_s = self._p.restart_s if self._begun.flown == goal.identity else FIRST_S
         self._out += self._goals.take(goal, self._now_s() + patience_s)
+        if self._goals.new is not goal:
+            return
         self._orders.take(goal)
-        if self._goals.new is goal and self.is_active:
+        if self.is_active:
             self._leader.give_way()
             self._send()
 

@@ -36,11 +36,10 @@ class Orders:
 
     def take(self, goal: Goal) -> None:
         """Take a goal. An order that came after it may have been taken before."""
+        self._begun.expect(goal.identity)
         for order in self._given:
             if _concerns(order, goal):
                 self._obey(order, goal.identity)
-        if self._begun.flown:  # it belongs to the same flight
-            self._begun.give(goal.identity, self.of(goal))
 
     def of(self, goal: Goal) -> Order:
         """Return what people want of a goal."""
