@@ -108,3 +108,21 @@ def test_a_node_that_died_in_flight_comes_home_to_the_same_place():
     again.fly_home()
     assert np.allclose(again.place_m, HOVER_M, atol=0.5)
     assert again.kept.values["has_ended"]
+
+
+def test_without_a_pose_it_hovers_and_lands_where_it_is_when_the_energy_says_come_home():
+    uav = Uav()
+    uav.begin()
+    uav.place_m = FAR_M
+    uav.step()
+    for second in range(1000):
+        uav.charge = 0.9 - second / 1000.0
+        uav.give(came.Battery(uav.stamp_s + second, uav.charge))
+        if not uav.errand.is_active:
+            break
+    (finish,) = uav.ended
+    assert uav.leader.end == "battery"
+    assert uav.leader.outcome().must_land
+    assert "cannot come home" in finish.words
+    assert uav.charge > 0.1
+    assert np.allclose(uav.place_m, FAR_M)
