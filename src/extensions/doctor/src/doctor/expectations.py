@@ -47,6 +47,7 @@ OPTIONAL_INPUTS = re.compile(
     r"|/UAV/(pos_setpoint/final|use_pos_setpoint|vision_state|front)$"
     r"|/.*/working$"  # in lockstep the simulator hears it of each participant; only slow ones send it
     r"|/joy$|/explore/explore/status$|/inspect/survey/status$"  # what `pilot_orders` hears
+    r"|/gridslam/map_id$"  # another SLAM may not tell it
     r"|/initialpose$|/clicked_point$"  # RViz's, when somebody clicks
     r"|/.*/cancel$"  # of an action: who sends goals need not cancel them
     r"|/gazebo/odometry_without_gnss$"  # `tools.launch` gives this name where lidar_odometry sends TF
