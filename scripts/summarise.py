@@ -46,10 +46,17 @@ def main(path: Path, launch_code: int = 0) -> int:
     except (OSError, ValueError) as error:
         print(f"{path} cannot be read: {error}", file=sys.stderr)
         return 1
-    print(f"\nResults in {path.parent}:\n{headline(result)}")
-    digest = run_summary.truth_digest(path.parent, result)
+    try:
+        told, success = headline(result), result["success"]
+        digest = run_summary.truth_digest(path.parent, result)
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        print(
+            f"{path} was changed, or is of another version: {error!r}. It is not summarised.", file=sys.stderr
+        )
+        return 1
+    print(f"\nResults in {path.parent}:\n{told}")
     print(f"  {'digest of truth.csv':<22} {digest}\n" if digest else "")
-    if not result["success"]:
+    if not success:
         print("The run failed; see result.json and ROS's logs.")
         return 1
     if launch_code:

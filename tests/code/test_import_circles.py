@@ -60,6 +60,7 @@ HELPERS = frozenset(
         "flight_basics",
         "flight_limits",
         "input_checks",
+        "input_schemas",
         "kernel_cache",
         "mesh_files",
         "node_tools",
@@ -69,6 +70,7 @@ HELPERS = frozenset(
 MAY_IMPORT: dict[str, frozenset[str]] = {
     **dict.fromkeys(HELPERS, frozenset()),
     "flight_basics": frozenset({"node_tools", "stamp_pairing"}),
+    "flight_limits": frozenset({"input_schemas"}),
     **dict.fromkeys(("simulation_tools", "inspection_tools", "cepa", "gridslam", "exploration"), HELPERS),
     "inspection": HELPERS | {"exploration"},
 }

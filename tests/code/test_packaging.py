@@ -73,7 +73,7 @@ BY_ROSDEP = {
     "yaml": "python3-yaml",
 }
 """Python modules and rosdep's names for them."""
-BY_REQUIREMENTS = {"dask", "distributed", "embreex", "evo", "optuna", "pybullet"}
+BY_REQUIREMENTS = {"cattrs", "dask", "distributed", "embreex", "evo", "optuna", "pybullet"}
 BY_REQUIREMENTS |= {"pymavlink", "trimesh"}
 """Python modules that rosdep does not know; requirements.txt has them."""
 

@@ -195,5 +195,5 @@ def test_bad_effects_are_refused_with_a_sentence(tmp_path, words, said):
     path.write_text(
         yaml.safe_dump({"defects": [], "effects": dict([words.split("=") if "=" in words else (words, 1)])})
     )
-    with pytest.raises(PhotographError, match=r"a\.defects\.yaml: "):
+    with pytest.raises(PhotographError, match=r"a\.defects\.yaml, line "):
         read_defects(path)

@@ -47,30 +47,11 @@ def test_whatever_editor_has_written_them(tmp_path, encoding):
     assert [box.name for box in read_limits(tmp_path / "limits.yaml").boxes] == ["Lüfter"]
 
 
-@pytest.mark.parametrize(
-    ("content", "words"),
-    [
-        ("[", "not YAML"),
-        ("5", "mapping"),
-        ("{floor: 1}", "no 'floor'"),
-        ("{keep_in: 5}", "box keep_in is 5"),
-        ("{ceiling: high}", "ceiling is 'high'"),
-        ("{ceiling: .nan}", "ceiling is nan"),
-        ("{keep_out: {low: 1}}", "no list"),
-        ("{keep_out: [{low: [0, 0, 0]}]}", "box 1 is"),
-        ("{keep_out: [{low: [0, 0], high: [1, 1]}]}", r"corner \(0, 0\)"),
-        ("{keep_out: [{low: [0, 0, a], high: [1, 1, 1]}]}", "corner"),
-        ("{keep_out: [{low: [0, 0, .nan], high: [1, 1, 1]}]}", "corner"),
-        ("{keep_out: [{low: 0, high: 1}]}", "as lists"),
-        ("{keep_out: [{low: [0, 0, 2], high: [1, 1, 1], name: tank}]}", "box tank has z from 2 to 1 m"),
-    ],
-)
-def test_a_file_that_makes_no_sense_is_refused_with_a_sentence(tmp_path, content, words):
+def test_a_box_the_wrong_way_round_is_refused_with_a_sentence(tmp_path):
     path = tmp_path / "limits.yaml"
-    path.write_text(content)
-    with pytest.raises(LimitsError, match=words) as told:
+    path.write_text("{keep_out: [{low: [0, 0, 2], high: [1, 1, 1], name: tank}]}")
+    with pytest.raises(LimitsError, match=r"limits\.yaml: .*box tank has z from 2 to 1 m"):
         read_limits(path)
-    assert "limits.yaml" in str(told.value)
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path):

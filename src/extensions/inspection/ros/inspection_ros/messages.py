@@ -13,14 +13,16 @@ from sensor_msgs.msg import BatteryState, Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from flight_basics.geometry import Quaternion, Vector3, heading_rate, multiply, yaw_of
+from flight_basics.errors import FlightBasicsError
+from flight_basics.geometry import Vector3, heading_rate, multiply, yaw_of
 from inspection.flight import Inspection, Task
 from inspection.flight.leader import SurveyPose
 from inspection.flight.motion import Motion
-from inspection.flight.photograph_records import StampedPose
+from inspection.flight.photograph_records import ShutterAnswer, StampedPose
 from inspection.flight.slam_path import LevelPose, SlamPath
 from inspection.msg import SurveyFeedback, SurveyResult
-from node_tools.conversions import xyz, xyzw
+from inspection_ros.camera_link import CameraError
+from node_tools.conversions import xyz
 from node_tools.conversions import yaw_of as yaw_of_message
 
 OPEN, DONE = ColorRGBA(0.1, 0.4, 1.0, 0.9), ColorRGBA(0.1, 0.7, 0.2, 0.9)
@@ -79,15 +81,25 @@ def stamped_pose(
 
 
 def slam_path_of(path: Path) -> SlamPath:
-    """Return a nav_msgs/Path of SLAM."""
-    poses = [(*xyz(each.pose.position), yaw_of(xyzw(each.pose.orientation))) for each in path.poses]
+    """Return a nav_msgs/Path of SLAM. Raises PoseError if one of its poses is none."""
+    known = (pose_messages.pose_of(each.pose) for each in path.poses)
+    poses = [(*place_m, yaw_of(orientation)) for place_m, orientation in known]
     stamps_s = np.array([each.header.stamp.to_sec() for each in path.poses])
     return SlamPath(stamps_s, np.array(poses, float).reshape(-1, 4))
 
 
-def camera_in_body(told: Any) -> tuple[Vector3, Quaternion]:
-    """Return where the camera was in the UAV's frame, by its answer."""
-    return pose_messages.pose_of(told.pose)
+def shutter_answer(told: Any) -> ShutterAnswer:
+    """Return what the camera answered to Shoot.srv.
+
+    Raises:
+        CameraError: it makes no sense: a pose that is none, or a value that is negative or no number.
+    """
+    try:
+        place_m, orientation = pose_messages.pose_of(told.pose)
+        values = (told.exposure, told.iso, told.lux, told.blur, told.shift, told.turn)
+        return ShutterAnswer(told.stamp.to_sec(), place_m, orientation, *values)
+    except FlightBasicsError as error:
+        raise CameraError(f"The camera's answer makes no sense: {error}") from None
 
 
 def small(picture: np.ndarray, stamp: Any) -> Image:

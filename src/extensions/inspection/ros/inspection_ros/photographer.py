@@ -162,11 +162,15 @@ class Photographer:
             self._miss(asked, str(error))
 
     def _taken(self, asked: Asked, bias_ev: float, told: Any) -> PendingPhotograph:
-        """Judge a photograph whose shutter has just opened, before its picture can come or be lost."""
+        """Judge a photograph whose shutter has just opened, before its picture can come or be lost.
+
+        Raises:
+            CameraError: the camera's answer makes no sense; its picture is not taken.
+        """
         inspection, _, task = asked
-        stamp_s = told.stamp.to_sec()
-        body = self.poses.at(stamp_s)
-        record = record_of(task, stamp_s, body, messages.camera_in_body(told), told)
+        answer = messages.shutter_answer(told)
+        body = self.poses.at(answer.stamp_s)
+        record = record_of(task, body, answer)
         self.shots += inspection is self._inspection
         fault = inspection.judge_quality(task, quality_of(record))
         if fault:

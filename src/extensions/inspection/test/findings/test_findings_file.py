@@ -100,33 +100,10 @@ def test_the_command_decides_and_refuses_in_one_sentence(tmp_path, capsys):
     assert read_findings(path)[1].status == "under review"
 
 
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
-        ("status", "fine"),
-        ("position_m", [0.0, None, 0.0]),
-        ("length_m", float("nan")),
-        ("id", 1),
-        ("places_m", [[0.0, 1.0]]),
-        ("places_m", [[0.0, 1.0, float("nan")]]),
-        ("places_m", 3),
-    ],
-)
-def test_a_damaged_file_is_refused(tmp_path, key, value):
+def test_two_findings_of_one_number_are_refused(tmp_path):
     path = tmp_path / "findings.json"
-    write_findings(
-        path,
-        SearchRecord(
-            (
-                RUST,
-                CRACK,
-            )
-        ),
-    )
-    content = json.loads(path.read_text())
-    content["findings"][1][key] = value
-    path.write_text(json.dumps(content))
-    with pytest.raises(ReportError, match=r"findings\.json"):
+    write_findings(path, SearchRecord((RUST, replace(CRACK, id=RUST.id))))
+    with pytest.raises(ReportError, match=r"findings\.json: Two findings have the same id"):
         read_findings(path)
 
 

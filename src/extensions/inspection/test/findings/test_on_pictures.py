@@ -99,8 +99,8 @@ def test_findings_that_cannot_be_read_are_named_by_the_command(tmp_path, capsys)
     (tmp_path / "1.json").write_text(json.dumps({"position_m": [0, 0, 0], "orientation_xyzw": [0, 0, 0, 1]}))
     (tmp_path / "findings.json").write_text('{"findings": [')
     assert report([str(tmp_path)]) == 0
-    assert "findings.json are not JSON" in capsys.readouterr().err
-    assert "are not JSON" in words(tmp_path / "report.html")
+    assert "findings.json cannot be read" in capsys.readouterr().err
+    assert "is not JSON" in words(tmp_path / "report.html")
 
 
 def mottled(picture):

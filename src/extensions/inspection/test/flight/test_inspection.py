@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -32,7 +31,14 @@ from inspection.flight import (
     PriorMap,
     Task,
 )
-from inspection.flight.photograph_records import RecentPoses, StampedPose, done_in, quality_of, record_of
+from inspection.flight.photograph_records import (
+    RecentPoses,
+    ShutterAnswer,
+    StampedPose,
+    done_in,
+    quality_of,
+    record_of,
+)
 from inspection.flight.places import body_place_m
 from inspection.photographs.folder import PhotographFolder
 from inspection.photographs.record import PhotographRecord, read_record
@@ -265,9 +271,10 @@ def test_a_photograph_whose_pose_was_not_sure_is_shot_again():
     poses, matched = RecentPoses(), tuple((0.02**2 * np.eye(6)).ravel())
     poses.note(StampedPose(1.0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), (0.0,) * 36, 1.0))
     poses.note_match(1.0, matched)
-    camera = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))
-    answer = SimpleNamespace(exposure=0.002, iso=100.0, lux=90.0, blur=0.1, shift=1e-5, turn=0.0)
-    told = record_of(Task(1, VIEWS[0]), 1.0, poses.at(1.0), camera, answer)
+    camera = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)
+    told = record_of(
+        Task(1, VIEWS[0]), poses.at(1.0), ShutterAnswer(1.0, *camera, 0.002, 100.0, 90.0, 0.1, 1e-5, 0.0)
+    )
     assert quality_of(told).deviation_m == pytest.approx(math.hypot(1.0, 0.02))
     assert "known to 1.00 m only" in quality_of(told).fault(InspectionParameters())
 
@@ -297,9 +304,8 @@ def test_after_a_restart_the_folder_tells_what_is_done(tmp_path):
     camera = ((0.1, 0.0, -0.05), (-0.5, 0.5, -0.5, 0.5))
     queue = PhotographQueue(VIEWS)
     for task, shift_m in zip(queue.tasks, (0.0003, 0.0007)):
-        told = type("Told", (), {"exposure": 0.002, "iso": 800.0, "lux": 90.0, "blur": 1.0})
-        told.shift, told.turn = shift_m, 0.0
-        record = record_of(task, 5.0 + task.number, body, camera, told)
+        told = ShutterAnswer(5.0 + task.number, *camera, 0.002, 800.0, 90.0, 1.0, shift_m, 0.0)
+        record = record_of(task, body, told)
         np.testing.assert_allclose(record.position_m, (1.1, 2.0, 2.95))
         folder.save(np.zeros((48, 64, 3), np.uint8), record)
     assert done_in(tmp_path, QUICK, VIEWS) == {1}  # the second one is blurred

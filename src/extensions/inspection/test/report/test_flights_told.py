@@ -7,22 +7,23 @@ from page_words import words
 
 from inspection.report.command import main
 from inspection.report.records import flights
+from inspection.report.result_file import FlownFlight, RunRecord, Surveyed
 from inspection.report.tables import unseen_tables
 from inspection.ship.ship import Ship
 
 
 def test_fewer_photographs_than_planned_are_told():
     plan = SimpleNamespace(views=(None,) * 40, flights=())
-    record = SimpleNamespace(result={"inspection": {"taken": 8, "asked": 8}}, plan=plan)
+    record = SimpleNamespace(result=RunRecord(inspection=Surveyed(taken=8, asked=8)), plan=plan)
     told = " ".join(flights(record)["told"])
     assert "8 of 8 photographs were taken. Only 8 of the plan's 40 photographs were asked for." in told
-    record.result["inspection"] = {"taken": 38, "asked": 40}
+    record.result = RunRecord(inspection=Surveyed(taken=38, asked=40))
     assert "Only" not in " ".join(flights(record)["told"])
 
 
 def test_a_column_without_a_value_is_left_out(tmp_path):
-    flown = [{"photographs": [1, 2], "time_s": 60.0, "battery_start": 1.0, "battery_end": 0.8}]
-    found = flights(SimpleNamespace(result={"flights": flown}, plan=None))
+    flown = FlownFlight([1, 2], time_s=60.0, battery_start=1.0, battery_end=0.8)
+    found = flights(SimpleNamespace(result=RunRecord((flown,)), plan=None))
     assert found["has"] == {"time_min": True, "way_m": False, "battery_start": True, "battery_end": True}
     path = folder(tmp_path / "all")
     assert main([str(path)]) == 0

@@ -66,7 +66,7 @@ def test_a_plain_folder_of_photographs_gives_a_page_that_names_what_is_missing(t
 
 
 @pytest.mark.parametrize(
-    ("name", "told"), [("coverage.npz", "is no record of a surface"), ("findings.json", "are not JSON")]
+    ("name", "told"), [("coverage.npz", "is no record of a surface"), ("findings.json", "is not JSON")]
 )
 def test_a_damaged_record_is_told_on_the_page(tmp_path, name, told):
     path = folder(tmp_path / "all")

@@ -43,8 +43,6 @@ def test_things_of_the_mesh_have_a_surveyors_words():
         "ladders, gratings",
         "not surveyed",
     ]
-    with pytest.raises(ShipError, match="parts"):
-        parse_ship({**SHIP, "parts": ["ground_plane"]})
 
 
 def test_a_ship_that_is_turned_in_the_map_tells_the_same_places():
@@ -142,11 +140,10 @@ def test_a_bulkhead_on_the_centre_line_stays_on_the_side_of_its_area():
         (("areas", 1, "frames"), [0, 99], "give two from 0 to 30"),
         (("areas", 1, "sides"), ["X"], "P, S or both"),
         (("areas", 2, "sides"), ["P"], '"port" and "walls" overlap'),
-        (("ap",), [1.0, 2.0], "three numbers"),
         (("plate_frames",), 0, "plate_frames"),
-        (("colour",), "red", '"colour", which is unknown'),
-        (("particulars",), {"flag": "Malta"}, '"flag", which is unknown'),
-        (("particulars",), ["imo"], "it needs the keys imo, class_number"),
+        (("colour",), "red", "'colour', which is unknown"),
+        (("plate_frame",), 5, "did you mean 'plate_frames'?"),
+        (("particulars",), {"flag": "Malta"}, "'flag', which is unknown"),
     ],
 )
 def test_a_ship_that_makes_no_sense_is_refused_in_one_sentence(path, value, told):
@@ -161,11 +158,6 @@ def test_a_ship_that_makes_no_sense_is_refused_in_one_sentence(path, value, told
     assert "\n" not in str(refused.value)
 
 
-def test_a_file_that_is_missing_or_no_yaml_is_named(tmp_path):
-    with pytest.raises(ShipError, match="cannot be read"):
-        read_ship(tmp_path / "none.yaml")
-    (tmp_path / "bad.yaml").write_text("a: [1\nb: 2")
-    with pytest.raises(ShipError, match=r"bad\.yaml is not YAML, line 2"):
-        read_ship(tmp_path / "bad.yaml")
+def test_a_file_of_a_ship_is_read(tmp_path):
     (tmp_path / "good.yaml").write_text(yaml.safe_dump(SHIP))
     assert read_ship(tmp_path / "good.yaml") == parse_ship(SHIP)

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from flight_basics.yaml_file import text_of
 from gridslam.errors import MapError, reason_of
 from gridslam.files.replacing import replace_file, replace_files
 from gridslam.occupancy_grid import CELLS_MAX, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from input_schemas import text_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PillowImage

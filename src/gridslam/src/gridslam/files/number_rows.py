@@ -10,8 +10,8 @@ from typing import Mapping, Sequence
 
 import numpy as np
 
-from flight_basics.yaml_file import text_of
 from gridslam.errors import EvaluationError, reason_of
+from input_schemas import text_of
 
 
 def read_rows(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import codecs
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Iterable, Mapping
+from typing import Iterable
+
+from input_schemas import MaybeInfinite, read_made, structured
 
 FARTHEST_M = 1e6
 """m: A box ends here at the latest."""
@@ -65,68 +66,48 @@ class Limits:
             raise LimitsError(f"ceiling is {self.ceiling_m!r}; it must be a height in metres.")
 
 
+@dataclass(frozen=True)
+class BoxEntry:
+    """A box in a file of limits; see `KeepOutBox`."""
+
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+    name: str = ""
+
+    def box(self, name: str) -> KeepOutBox:
+        """Return the box; it has this name unless the file gives one."""
+        return KeepOutBox(self.low, self.high, self.name or name)
+
+
+@dataclass(frozen=True)
+class LimitsFile:
+    """The file of limits. ceiling: greatest height, m. keep_in: all around it is kept out."""
+
+    ceiling: MaybeInfinite = field(default=MaybeInfinite(math.inf))
+    keep_out: tuple[BoxEntry, ...] = ()
+    keep_in: BoxEntry | None = None
+
+
 def read_limits(path: str | Path) -> Limits:
-    """Return the limits in a YAML file: see `parse_limits` for its form.
+    """Return the limits in a YAML file: see `LimitsFile` for its form.
 
     Raises:
         LimitsError: it cannot be read or makes no sense. The sentence names the file.
     """
-    import yaml  # only if a file is read
-
-    try:
-        content = yaml.safe_load(_text_of(Path(path).read_bytes()))
-    except OSError as error:
-        raise LimitsError(f"The limits {path} cannot be read: {error.strerror}.") from None
-    except (yaml.YAMLError, ValueError, RecursionError):  # no text, endless digits, endless depth
-        raise LimitsError(f"The limits {path} are not YAML.") from None
-    try:
-        return parse_limits(content)
-    except LimitsError as error:
-        raise LimitsError(f"{path}: {error}") from None
-
-
-def _text_of(content: bytes) -> str:
-    """Return a file's text: UTF-8, UTF-16 with its mark as PowerShell writes it, or of an older editor."""
-    try:
-        is_utf_16 = content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-        return content.decode("utf-16" if is_utf_16 else "utf-8-sig")
-    except UnicodeDecodeError:
-        return content.decode("latin-1")  # only names and remarks hold other than ASCII
+    return read_made(path, "The limits", parse_limits, LimitsError)
 
 
 def parse_limits(content: object) -> Limits:
     """Return the limits from the content of a YAML file.
 
-    The content is a mapping with these keys, none of which is needed:
-      - `ceiling`: greatest height, m.
-      - `keep_out`: a list of boxes, each with `low` and `high` ([x, y, z], m) and, if you like, a `name`.
-      - `keep_in`: a box with `low` and `high`. All around it is kept out.
-
     Raises:
         LimitsError: one sentence that names the box and the fault.
     """
-    if not isinstance(content, Mapping):
-        raise LimitsError("Limits are a mapping with the keys ceiling, keep_out and keep_in.")
-    unknown = sorted(set(content) - {"ceiling", "keep_out", "keep_in"}, key=str)
-    if unknown:
-        raise LimitsError(f"Limits have a ceiling, keep_out and keep_in, but no '{unknown[0]}'.")
-    listed = content.get("keep_out") or []
-    if not isinstance(listed, list):
-        raise LimitsError("keep_out is no list; give a list of boxes with low and high.")
-    boxes = tuple(
-        _box(f"The keep-out box {number}", str(number), given) for number, given in enumerate(listed, start=1)
-    )
-    if "keep_in" in content:
-        boxes += _around(_box("The box keep_in", "keep_in", content["keep_in"]))
-    return Limits(boxes, content.get("ceiling", math.inf))
-
-
-def _box(words: str, name: str, given: object) -> KeepOutBox:
-    if not isinstance(given, Mapping) or not {"low", "high"} <= set(given) <= {"low", "high", "name"}:
-        raise LimitsError(f"{words} is {given!r}; give it low, high and perhaps a name.")
-    if not all(isinstance(given[corner], (list, tuple)) for corner in ("low", "high")):
-        raise LimitsError(f"{words} needs low and high as lists: [x, y, z].")
-    return KeepOutBox(tuple(given["low"]), tuple(given["high"]), str(given.get("name", name)))
+    told = structured(content, LimitsFile, LimitsError)
+    boxes = tuple(each.box(str(number)) for number, each in enumerate(told.keep_out, start=1))
+    if told.keep_in is not None:
+        boxes += _around(told.keep_in.box("keep_in"))
+    return Limits(boxes, told.ceiling)
 
 
 def _around(inner: KeepOutBox) -> tuple[KeepOutBox, ...]:

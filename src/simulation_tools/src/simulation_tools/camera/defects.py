@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import MISSING, dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import yaml
 
 from flight_basics.checks import check_limits, limited
-from simulation_tools.camera.effects.amounts import Effects, effects_of
+from input_schemas import read_file
+from simulation_tools.camera.effects.amounts import Effects
 from simulation_tools.camera.errors import PhotographError
 from simulation_tools.camera.surfaces import Surfaces
 
@@ -51,12 +51,14 @@ class Defect:
 class DefectFile:
     """The defects of a world, and the colours of its coatings, sRGB 0..1, by the model's name.
 
-    effects: that its photographs show, too.
+    effects: that its photographs show, too. world, seed: for which and with which the file was made.
     """
 
     defects: tuple[Defect, ...]
-    coatings: dict[str, tuple[float, float, float]]
+    coatings: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     effects: Effects = field(default_factory=Effects)
+    world: str = ""
+    seed: int = 0
 
 
 class Decals(NamedTuple):
@@ -101,26 +103,7 @@ def read_defects(path: Path) -> DefectFile:
     Raises:
         PhotographError: it cannot be read, or an entry makes no sense.
     """
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-        defects = tuple(_defect(entry) for entry in content["defects"])
-        coatings = {
-            name: (float(r), float(g), float(b)) for name, (r, g, b) in content.get("coatings", {}).items()
-        }
-        effects = effects_of(dict(content.get("effects") or {}))
-    except OSError as error:
-        raise PhotographError(f"{path}: cannot be read: {error.strerror}.") from None
-    except PhotographError as error:
-        raise PhotographError(f"{path}: {error}") from None
-    except (yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError) as error:
-        raise PhotographError(f"{path}: is no file of defects ({type(error).__name__}: {error}).") from None
-    return DefectFile(defects, coatings, effects)
-
-
-def _defect(entry: dict[str, Any]) -> Defect:
-    vectors = {name: tuple(map(float, entry[name])) for name in ("position_m", "normal", "along")}
-    sizes = {name: float(entry[name]) for name in ("length_m", "width_m")}
-    return Defect(kind=str(entry["kind"]), seed=int(entry.get("seed", 0)), **vectors, **sizes)  # type: ignore[arg-type]
+    return read_file(path, "The defects", DefectFile, PhotographError)
 
 
 def decals_of(defects: tuple[Defect, ...], surfaces: Surfaces) -> Decals:

@@ -20,8 +20,16 @@ from flights.trials.run import run_trials, version
 from flights.trials.store import Store
 from flights.trials.trial import Failed, Row, Trial, several_versions
 from flights.trials.workers import Workers
+from input_schemas import read_file
 
 FINISHED, TABLE, COSTS, DESCRIPTION = "trials.jsonl", "trials.csv", "costs.csv", "campaign.json"
+
+
+@dataclass(frozen=True)
+class Digest:
+    """What of a folder's description tells of which campaign it is."""
+
+    digest: str
 
 
 @dataclass(frozen=True)
@@ -67,10 +75,7 @@ class CampaignFolder:
         path = self.path / DESCRIPTION
         if not path.exists():
             return
-        try:
-            digest = json.loads(path.read_text(encoding="utf-8"))["digest"]
-        except (OSError, ValueError, KeyError, TypeError):
-            raise CampaignError(f"{path} is damaged; choose another folder with --out.") from None
+        digest = read_file(path, "The campaign of this folder", Digest, CampaignError, other_keys=True).digest
         if digest != self._campaign.digest:
             raise CampaignError(
                 f"{self.path} holds trials of another campaign, or of this file before it was changed; "

@@ -10,10 +10,10 @@ from typing import Any, Iterable, Mapping
 import numpy as np
 
 from cepa import CepaParameters
-from flight_basics.yaml_file import text_of
 from flights.campaign.axes import CEPA_PREFIX, KINDS, SLAM_PREFIX, Axis, Value, axes_of
 from flights.campaign.campaign import PATIENCE, SEEDS_MAX, Block, Campaign, Tuning
 from flights.errors import CampaignError
+from input_schemas import read_made
 
 SHIPPED = Path(__file__).resolve().parents[3] / "config" / "campaigns"
 _KEYS = ("kind", "seed", "seeds", "trials", "smallest", "tune")
@@ -31,11 +31,10 @@ def read_campaign(path: Path, smallest: bool = False, seeds: int | None = None) 
         CampaignError: a sentence that says what is wrong with the file.
     """
     path = located(path)
-    try:
-        campaign = campaign_of(_loaded(path), path.stem, smallest)
-        return campaign if seeds is None else dataclasses.replace(campaign, seeds=seeds)
-    except CampaignError as error:
-        raise CampaignError(f"{path}: {error}") from None
+    campaign = read_made(
+        path, "The campaign", lambda content: campaign_of(content, path.stem, smallest), CampaignError
+    )
+    return campaign if seeds is None else dataclasses.replace(campaign, seeds=seeds)
 
 
 def located(path: Path) -> Path:
@@ -48,19 +47,6 @@ def located(path: Path) -> Path:
         return shipped
     names = ", ".join(sorted(file.stem for file in SHIPPED.glob("*.yaml")))
     raise CampaignError(f"There is no campaign file {path}; give a YAML file, or one of {names}.")
-
-
-def _loaded(path: Path) -> Any:
-    import yaml
-
-    try:
-        return yaml.safe_load(text_of(path.read_bytes()))
-    except OSError as error:
-        raise CampaignError(f"the file cannot be read: {error.strerror}.") from None
-    except yaml.YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        line = f"line {mark.line + 1} is" if mark else "it is"
-        raise CampaignError(f"{line} no YAML: {getattr(error, 'problem', error)}.") from None
 
 
 def campaign_of(content: Any, name: str, smallest: bool = False) -> Campaign:

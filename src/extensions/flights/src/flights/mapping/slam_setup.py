@@ -11,6 +11,7 @@ from flights.mapping.mapping_flight import PACKAGE
 from gridslam import OccupancyGrid, SlamParameters
 from gridslam.loop_closure import LoopClosureParameters
 from gridslam.session import SlamSession, closure_parameters
+from input_schemas import read_made
 
 CLOSURE_PREFIX = "closure_"
 
@@ -43,13 +44,8 @@ def read_setup(world: str) -> SlamSetup:
         ScenarioError: there is no such file.
         SlamError: a parameter makes no sense.
     """
-    import yaml  # only if a file is read
-
     path = Path(PACKAGE) / "config" / f"gridslam_{world}.yaml"
-    try:
-        return setup_of(yaml.safe_load(path.read_text(encoding="utf-8")))
-    except OSError as error:
-        raise ScenarioError(f"SLAM's parameters {path} cannot be read: {error.strerror}.") from None
+    return read_made(path, "SLAM's parameters", setup_of, ScenarioError)
 
 
 def setup_of(given: Mapping) -> SlamSetup:

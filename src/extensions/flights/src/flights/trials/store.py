@@ -12,6 +12,7 @@ from typing import IO
 from flights.errors import TrialsError
 from flights.files import plain, replace_file
 from flights.trials.trial import Row, Trial
+from input_schemas import InputError, structured
 
 
 class Store:
@@ -60,8 +61,8 @@ class Store:
         rows = {}
         for number, line in enumerate(content.split(b"\n")[:-1], start=1):
             try:
-                row = Row(**json.loads(line))
-            except (ValueError, TypeError):
+                row = structured(json.loads(line), Row)
+            except (ValueError, InputError):
                 raise TrialsError(f"{self.path} is damaged in line {number}; move it away.") from None
             rows[row.name] = row
         return rows

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import queue
 import subprocess
 import sys
 import threading
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, Sequence
 
+from input_schemas import InputError, structured
 from inspection.survey.views.candidates import View
 
 ENDING_S = 10.0
@@ -35,6 +36,15 @@ class Answer(NamedTuple):
     views: tuple[View, ...]
     says: str
     is_last: bool = True
+
+
+@dataclass(frozen=True)
+class AnswerLine:
+    """An answer as the process writes it. views: x, y, z in m, yaw and tilt in rad."""
+
+    views: tuple[tuple[float, float, float, float, float], ...]
+    says: str
+    is_last: bool
 
 
 class BackgroundSearch:
@@ -111,13 +121,10 @@ class BackgroundSearch:
 
 
 def _answer_in(line: str, process: subprocess.Popen) -> Answer:
-    try:
-        told = json.loads(line)
-        views = tuple(View((x, y, z), yaw, tilt) for x, y, z, yaw, tilt in told["views"])
-        if all(math.isfinite(value) for row in told["views"] for value in row):
-            return Answer(views, str(told["says"]), told["is_last"] is True)
-    except (ValueError, KeyError, TypeError):
-        pass
+    with suppress(ValueError, InputError):
+        told = structured(json.loads(line), AnswerLine)
+        views = tuple(View((x, y, z), yaw, tilt) for x, y, z, yaw, tilt in told.views)
+        return Answer(views, told.says, told.is_last)
     try:
         code = process.wait(ENDING_S)
     except subprocess.TimeoutExpired:

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import fcntl
 import json
-import math
 import os
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Iterator, Mapping, Sequence
-
-import numpy as np
+from typing import Iterator, Sequence
 
 from flight_basics.errors import ReportError
-from flight_basics.yaml_file import text_of
+from input_schemas import read_made, structured
 from inspection.files.whole import write_whole
-from inspection.findings.merging import Finding
+from inspection.findings.merging import STATUSES, Finding
 from inspection.findings.pairing import pairs_of
-from inspection.findings.picture.on_pictures import MarkedPicture, marked_in, rows_of
+from inspection.findings.picture.on_pictures import MarkedPicture
 from inspection.photographs.listing import LeftOut
+from inspection.photographs.searched import LeftOutEntry
 
-NEW, UNDER_REVIEW, CONFIRMED, DISMISSED = STATUSES = ("new", "under review", "confirmed", "dismissed")
+NEW, UNDER_REVIEW, CONFIRMED, DISMISSED = STATUSES
 
 
 @dataclass(frozen=True)
@@ -47,57 +45,33 @@ def read_findings(path: Path) -> list[Finding]:
     return list(read_search(path).findings)
 
 
+@dataclass(frozen=True)
+class FindingsFile:
+    """What is in a file of findings; see `SearchRecord`."""
+
+    findings: tuple[Finding, ...]
+    searched: tuple[str, ...] | None = None
+    left_out: tuple[LeftOutEntry, ...] = ()
+    red: tuple[str, ...] = ()
+    without_pose: tuple[MarkedPicture, ...] = ()
+    flawed: tuple[LeftOutEntry, ...] = ()
+
+
 def read_search(path: Path) -> SearchRecord:
     """Read a file of findings.
 
     Raises:
         ReportError: one sentence that names the file, the finding and the fault.
     """
-    try:
-        content = json.loads(text_of(path.read_bytes()))
-    except OSError as error:
-        raise ReportError(f"The findings {path} cannot be read: {error.strerror}.") from None
-    except (ValueError, RecursionError) as error:
-        raise ReportError(f"The findings {path} are not JSON ({error}).") from None
-    entries = content.get("findings") if isinstance(content, Mapping) else None
-    if not isinstance(entries, list):
-        raise ReportError(f'{path}: there is no list "findings" in it.')
-    found = [_finding(path, number, each) for number, each in enumerate(entries, start=1)]
-    if len({each.id for each in found}) < len(found):
-        raise ReportError(f"{path}: two findings have the same id. Give each its own.")
-    try:
-        searched = None if content.get("searched") is None else tuple(map(str, content["searched"]))
-        left_out, flawed = (
-            tuple(LeftOut(str(each["photograph"]), str(each["why"])) for each in content.get(key, ()))
-            for key in ("left_out", "flawed")
-        )
-        red = tuple(map(str, content.get("red", ())))
-    except (KeyError, TypeError) as error:
-        raise ReportError(
-            f"{path}: searched, left_out, flawed and red must be lists of photographs ({error})."
-        ) from None
-    return SearchRecord(tuple(found), searched, left_out, red, marked_in(content, path), flawed)
+    return read_made(path, "The findings", _search_in, ReportError)
 
 
-def _finding(path: Path, number: int, given: Any) -> Finding:
-    where = f"{path}, entry {number}"
-    try:
-        known: dict[str, Any] = {
-            key: tuple(value) if isinstance(value, list) else value for key, value in given.items()
-        }
-        finding = Finding(**known)
-        numbers = (*finding.position_m, *finding.normal, finding.length_m, finding.area_m2)
-        good = len(numbers) == 8 and all(math.isfinite(each) for each in numbers)
-        places_m = np.array(finding.places_m, float).reshape(len(finding.places_m), 3)
-        good &= bool(np.isfinite(places_m).all())
-        good &= isinstance(finding.id, int) and all(isinstance(each, str) for each in finding.photographs)
-    except (TypeError, ValueError, AttributeError) as error:
-        raise ReportError(f"{where}: is no finding ({error}).") from None
-    if not good:
-        raise ReportError(f"{where}: it needs a whole id, finite numbers, and names of photographs.")
-    if finding.status not in STATUSES:
-        raise ReportError(f'{where}: the status is "{finding.status}"; give one of {", ".join(STATUSES)}.')
-    return replace(finding, remark=str(finding.remark), places_m=tuple(map(tuple, places_m.tolist())))
+def _search_in(content: object) -> SearchRecord:
+    told = structured(content, FindingsFile, ReportError, other_keys=True)
+    if len({each.id for each in told.findings}) < len(told.findings):
+        raise ReportError("Two findings have the same id. Give each its own.")
+    left_out, flawed = (tuple(each.left_out for each in given) for given in (told.left_out, told.flawed))
+    return SearchRecord(told.findings, told.searched, left_out, told.red, told.without_pose, flawed)
 
 
 def write_findings(path: Path, record: SearchRecord) -> None:
@@ -110,7 +84,11 @@ def write_findings(path: Path, record: SearchRecord) -> None:
     )
     searched += f'"flawed": {flawed}, ' if record.flawed else ""
     searched += f'"red": {json.dumps(record.red)}, ' if record.red else ""
-    searched += f'"without_pose": {json.dumps(rows_of(record.without_pose))}, ' if record.without_pose else ""
+    searched += (
+        f'"without_pose": {json.dumps([asdict(each) for each in record.without_pose])}, '
+        if record.without_pose
+        else ""
+    )
     text = f'{{"frame": "map", {searched}"left_out": {left_out}, "findings": [\n{rows}\n]}}\n'
     try:
         write_whole({path: text.encode()})

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Iterator, Sequence
+from typing import Iterator, Literal, Sequence, get_args
 
 import numpy as np
 from scipy.spatial import cKDTree
 
+from flight_basics.geometry import Vector3
 from inspection.findings.kinds import kind_of
 from inspection.findings.linking import linked
 from inspection.findings.placing import Placed, extent
@@ -21,6 +22,9 @@ CELL_M = 0.05
 SPARSE = 2.0
 """A photograph shows the surface up to so many times the distance between its points around them."""
 
+Status = Literal["new", "under review", "confirmed", "dismissed"]
+STATUSES: tuple[Status, ...] = get_args(Status)
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -32,15 +36,15 @@ class Finding:
 
     id: int
     kind: str
-    position_m: tuple[float, ...]
-    normal: tuple[float, ...]
+    position_m: Vector3
+    normal: Vector3
     length_m: float
     area_m2: float
     photographs: tuple[str, ...]
-    status: str = "new"
+    status: Status = "new"
     remark: str = ""
     detail_mm: float = 0.0
-    places_m: tuple[tuple[float, ...], ...] = ()
+    places_m: tuple[Vector3, ...] = ()
 
 
 def merged(placed: Sequence[Placed], apart_m: float) -> list[Finding]:

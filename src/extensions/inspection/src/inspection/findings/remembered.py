@@ -12,7 +12,7 @@ import hashlib
 import io
 import json
 import math
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
 from typing import Sequence
@@ -20,7 +20,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from flight_basics.yaml_file import text_of
+from input_schemas import read_file
 from inspection.files.whole import write_whole
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.candidates import Candidate
@@ -28,6 +28,31 @@ from inspection.photographs.record import PhotographError
 
 SUFFIX = ".candidates.npz"
 MARKS = ".marks.json"
+
+
+@dataclass(frozen=True)
+class MarkEntry:
+    """A candidate in a file of marks; see the module. Raises ValueError as `marked`."""
+
+    kind: str
+    pixels: tuple[tuple[float, float], ...]
+    size_px: int
+
+    def __post_init__(self) -> None:
+        _ = self.candidate
+
+    @property
+    def candidate(self) -> Candidate:
+        """What was marked."""
+        return marked(self.kind, np.reshape(self.pixels, (-1, 2)), self.size_px)
+
+
+@dataclass(frozen=True)
+class MarksFile:
+    """The marks of another detector; see the module."""
+
+    candidates: tuple[MarkEntry, ...]
+    photograph: str | None = None
 
 
 def read_marks(photograph: Path) -> list[Candidate] | None:
@@ -39,17 +64,10 @@ def read_marks(photograph: Path) -> list[Candidate] | None:
     path = photograph.with_suffix(MARKS)
     if not path.exists():
         return None
-    try:
-        content = json.loads(text_of(path.read_bytes()))
-        marked_one = content.get("photograph")
-        if marked_one is not None and marked_one != _digest_of(photograph):
-            return None
-        given = content["candidates"]
-        return [marked(str(each["kind"]), np.array(each["pixels"]), each["size_px"]) for each in given]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise PhotographError(
-            f"{path}: cannot be read ({error}). Delete it, or let the detector mark the photograph again."
-        ) from None
+    told = read_file(path, "The marks", MarksFile, PhotographError, other_keys=True)
+    if told.photograph is not None and told.photograph != _digest_of(photograph):
+        return None
+    return [each.candidate for each in told.candidates]
 
 
 def write_marks(photograph: Path, found: Sequence[Candidate], detector: str) -> None:

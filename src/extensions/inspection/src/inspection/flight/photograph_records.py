@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from dataclasses import dataclass, replace
+from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
-from typing import Protocol, Sequence
+from typing import Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from flight_basics.checks import check_limits, limited
+from flight_basics.errors import ParameterError
 from flight_basics.geometry import Quaternion, Vector3
 from inspection.flight.parameters import InspectionParameters
 from inspection.flight.photograph_quality import PhotographQuality
@@ -100,29 +102,41 @@ def covariance_of(told: Sequence[float]) -> tuple[float, ...]:
     return tuple(values.tolist())
 
 
-class ShutterReport(Protocol):
-    """What the camera told of a photograph."""
+@dataclass(frozen=True)
+class ShutterAnswer:
+    """What the camera told of a photograph. position_m, orientation_xyzw: of the optical frame in the UAV's.
 
-    exposure: float
-    iso: float
-    lux: float
-    blur: float
-    shift: float
-    turn: float
+    The others are those of Shoot.srv.
+
+    Raises:
+        ParameterError: one of them is negative, or no number.
+    """
+
+    stamp_s: float
+    position_m: Vector3
+    orientation_xyzw: Quaternion
+    exposure: float = limited(MISSING, 0.0)
+    iso: float = limited(MISSING, 0.0)
+    lux: float = limited(MISSING, 0.0)
+    blur: float = limited(MISSING, 0.0)
+    shift: float = limited(MISSING, 0.0)
+    turn: float = limited(MISSING, 0.0)
+
+    def __post_init__(self) -> None:
+        check_limits(self, ParameterError)
 
 
-def record_of(
-    task: Task, stamp_s: float, body: StampedPose, camera: tuple[Vector3, Quaternion], told: ShutterReport
-) -> PhotographRecord:
-    """Return the record of a photograph. camera: the optical frame in the UAV's frame."""
+def record_of(task: Task, body: StampedPose, told: ShutterAnswer) -> PhotographRecord:
+    """Return the record of a photograph."""
     turn = Rotation.from_quat(body.orientation_xyzw)
-    place_m = np.array(body.place_m) + turn.apply(camera[0])
-    optical = (turn * Rotation.from_quat(camera[1])).as_quat()
+    place_m = np.array(body.place_m) + turn.apply(told.position_m)
+    optical = (turn * Rotation.from_quat(told.orientation_xyzw)).as_quat()
     x, y, z = place_m.tolist()
     qx, qy, qz, qw = optical.tolist()
     return PhotographRecord(
-        stamp_s, (x, y, z), (qx, qy, qz, qw), told.exposure, told.iso, told.lux, told.blur, body.covariance,
-        view=task.number, shift_m=told.shift, turn_rad=told.turn, viewpoint=row_of(task.view),
+        told.stamp_s, (x, y, z), (qx, qy, qz, qw), told.exposure, told.iso, told.lux, told.blur,
+        body.covariance, view=task.number, shift_m=told.shift, turn_rad=told.turn,
+        viewpoint=row_of(task.view),
     )  # fmt: skip
 
 

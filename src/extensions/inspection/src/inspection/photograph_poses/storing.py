@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import yaml
 
-from flight_basics.yaml_file import text_of
+from input_schemas import read_file
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.files.whole import write_whole
 from inspection.photograph_poses.pose import Pose, Poses
@@ -66,14 +66,20 @@ def _alike(one: SurveyCamera, other: SurveyCamera) -> bool:
     ) < 1e-4
 
 
+@dataclass(frozen=True)
+class Placed:
+    """What of a photograph's JSON tells who has written it."""
+
+    placed_by: str = ""
+
+
 def _is_of_another(path: Path) -> bool:
-    try:
-        content = json.loads(text_of(path.read_bytes()))
-    except OSError:
+    if not path.exists():
         return False
-    except ValueError:
+    try:
+        return read_file(path, "The record", Placed, PhotographError, other_keys=True).placed_by != BY
+    except PhotographError:
         return True
-    return not (isinstance(content, dict) and content.get("placed_by") == BY)
 
 
 def _json(path: Path, pose: Pose) -> bytes:

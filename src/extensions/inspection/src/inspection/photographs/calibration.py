@@ -9,7 +9,7 @@ import numpy as np
 import yaml
 
 from flight_basics.errors import ParameterError
-from flight_basics.yaml_file import text_of
+from input_schemas import text_of
 from inspection.camera.lens import Lens, lens_of
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photographs.record import PhotographError

@@ -19,7 +19,7 @@ import numpy as np
 from PIL import Image, ImageOps
 
 from flight_basics.errors import FlightBasicsError
-from flight_basics.yaml_file import text_of
+from input_schemas import text_of
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photographs.calibration import read_camera
 from inspection.photographs.damage import damage_of

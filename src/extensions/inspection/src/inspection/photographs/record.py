@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from flight_basics.errors import FlightBasicsError
-from flight_basics.yaml_file import text_of
+from input_schemas import read_made, structured
 from inspection.camera.photograph_pose import PhotographPose
 
 
@@ -58,27 +56,23 @@ class PhotographRecord:
         return taken.moved(self.shift_m, self.turn_rad)
 
 
-KEYS = frozenset(each.name for each in fields(PhotographRecord))
-
-
 def read_record(path: Path) -> PhotographRecord:
     """Return what a photograph's JSON tells; raises PhotographError if it is missing or damaged.
 
     Keys that are not known here are ignored: a newer program may have written the folder.
     """
-    try:
-        values = json.loads(text_of(path.read_bytes()))
-        known: dict[str, Any] = {
-            name: tuple(value) if isinstance(value, list) else value
-            for name, value in values.items()
-            if name in KEYS
-        }
-        known.setdefault("stamp_s", stamp_of(path) or 0.0)
-        record = PhotographRecord(**known)
-        check_record(record)
+
+    def made(content: object) -> PhotographRecord:
+        if isinstance(content, dict) and content.get("stamp_s") is None:
+            content = {**content, "stamp_s": stamp_of(path) or 0.0}
+        record = structured(content, PhotographRecord, PhotographError, other_keys=True)
+        try:
+            check_record(record)
+        except (ValueError, TypeError) as error:
+            raise PhotographError(f"{error}.") from None
         return record
-    except (OSError, ValueError, TypeError, AttributeError) as error:
-        raise PhotographError(f"{path}: cannot be read ({error}).") from None
+
+    return read_made(path, "The record", made, PhotographError)
 
 
 def stamp_of(path: Path) -> float | None:

@@ -2,14 +2,34 @@
 
 from __future__ import annotations
 
-import json
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from flight_basics.yaml_file import text_of
+from flight_basics.errors import ReportError
+from input_schemas import read_file
 from inspection.photographs.listing import LeftOut, Listing, listed
 
 FINDINGS = "findings.json"
+
+
+@dataclass(frozen=True)
+class LeftOutEntry:
+    """A photograph that a file tells as left out, with the reason."""
+
+    photograph: str
+    why: str
+
+    @property
+    def left_out(self) -> LeftOut:
+        """The photograph that does not count."""
+        return LeftOut(self.photograph, self.why)
+
+
+@dataclass(frozen=True)
+class SearchedFile:
+    """What of findings.json tells which photographs count."""
+
+    left_out: tuple[LeftOutEntry, ...] = ()
 
 
 def countable(folder: Path) -> Listing:
@@ -29,8 +49,8 @@ def left_out_in(folder: Path) -> list[LeftOut]:
     """Return what the search for findings left out of a folder; nothing if it was not searched."""
     for path in (folder / FINDINGS, folder.parent / FINDINGS):
         try:
-            content: Any = json.loads(text_of(path.read_bytes()))
-            return [LeftOut(str(each["photograph"]), str(each["why"])) for each in content["left_out"]]
-        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            told = read_file(path, "The findings", SearchedFile, ReportError, other_keys=True)
+            return [each.left_out for each in told.left_out]
+        except ReportError:
             continue
     return []

@@ -96,7 +96,7 @@ def _mesh(named: Path | None, inspection: Inspection) -> Mesh | None:
     if named is not None:
         return read_mesh(named)
     told = [
-        str((inspection.coverage or {}).get("surface", "")),
+        inspection.coverage.surface if inspection.coverage else "",
         inspection.plan.source if inspection.plan else "",
     ]
     for path in (Path(each) for each in told if each):

@@ -26,6 +26,7 @@ from inspection.report.static_view import static_view
 from inspection.report.view_data import view_data
 from inspection.report.views import best_of, marks_of
 from inspection.ship.ship import Ship
+from inspection.survey.coverage import CoverageRecord
 from inspection.survey.surface.edges import edge_places
 from inspection.survey.surface.mesh_file import Mesh
 
@@ -157,9 +158,8 @@ def _relative(path: Path, folder: Path) -> str:
 
 def _date(inspection: Inspection) -> str:
     """Return the date in result.json, or that of the newest photograph's file."""
-    told = (inspection.result or {}).get("date")
-    if isinstance(told, str):
-        return told
+    if inspection.result and inspection.result.date:
+        return inspection.result.date
     if not inspection.shots:
         return ""
     newest = max(shot.path.stat().st_mtime for shot in inspection.shots)
@@ -178,12 +178,12 @@ def _figure_of_kind(kind: FindingKind, findings: Sequence[Finding], waiting: int
 
 def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[dict[str, str]]:
     grade, of = tables.lowest_grade(known.grades, rules)
-    coverage = inspection.coverage or {}
-    share, reachable = (coverage.get(key) for key in ("share_of_reachable", "reachable_m2"))
+    coverage = inspection.coverage or CoverageRecord()
+    share, reachable = coverage.share_of_reachable, coverage.reachable_m2
     seen, whole = (NOT_KNOWN, "not determined")
     if inspection.unsearched:
         whole = "not all photographs were searched"
-    elif isinstance(share, (int, float)) and isinstance(reachable, (int, float)):
+    elif share is not None and reachable is not None:
         seen, whole = f"{100 * share:.1f} %", f"of {reachable:,.0f} m² within reach"
     findings = [each for each in inspection.findings or () if each.status != "dismissed"]
     waiting = sum(each.status in ("new", "under review") for each in findings)

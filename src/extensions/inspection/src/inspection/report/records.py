@@ -6,8 +6,9 @@ import platform
 import statistics
 from importlib import metadata
 from pathlib import Path
-from typing import Any, Mapping, Sequence
+from typing import Any, Sequence
 
+from inspection.report.result_file import Explored, FlownFlight, RunRecord, Surveyed
 from inspection.report.sources import Inspection
 from inspection.report.words import counted
 
@@ -17,100 +18,81 @@ PACKAGES = ("numpy", "scipy", "embreex", "pillow", "trimesh")
 
 
 def flights(inspection: Inspection) -> dict[str, Any]:
-    """Return the flights of result.json, or else those of the plan.
-
-    result.json: flights: [{photographs or purpose, time_s, way_m, battery_start, battery_end}], charges 0..1;
-    exploration: {known_m3, home_s, unknown: [{border_m2, why}]}; or inspection: {taken, asked, shots, swaps,
-    flight_s, reason}.
-    """
-    result, told = inspection.result or {}, []
-    flown, whole = result.get("flights"), result.get("inspection")
-    told += _explored(result.get("exploration"))
-    if isinstance(whole, Mapping):
-        told += _flown(whole, len(inspection.plan.views) if inspection.plan else 0)
-    if isinstance(flown, list) and flown and all(isinstance(each, Mapping) for each in flown):
-        told.append(f"{counted(len(flown), 'flight')} as flown, each on one battery:")
-        return {"told": told, **_table(flown)}
+    """Return the flights of result.json, or else those of the plan."""
+    result, told = inspection.result or RunRecord(), list[str]()
+    told += _explored(result.exploration)
+    if result.inspection is not None:
+        told += _flown(result.inspection, len(inspection.plan.views) if inspection.plan else 0)
+    if result.flights:
+        told.append(f"{counted(len(result.flights), 'flight')} as flown, each on one battery:")
+        return {"told": told, **_table(result.flights)}
     if inspection.plan:
-        planned = [
-            {"photographs": len(each.views), "time_s": each.time_s, "way_m": each.way_m}
-            for each in inspection.plan.flights
-        ]
+        planned = [FlownFlight(len(e.views), "", e.time_s, e.way_m) for e in inspection.plan.flights]
         told.append(f"{counted(len(planned), 'flight')} as planned, each on one battery:")
         return {"told": told, **_table(planned)}
     return {"told": told or ["The flights are not recorded."], **_table([])}
 
 
-def _explored(whole: object) -> list[str]:
+def _explored(whole: Explored | None) -> list[str]:
     """Return in words what the record tells of the flight before the photographs, which mapped the space."""
-    if not isinstance(whole, Mapping) or not isinstance(whole.get("known_m3"), (int, float)):
+    if whole is None or whole.known_m3 is None:
         return []
-    words = f"Before the photographs, {whole['known_m3']:,.0f} m³ of the space were mapped in flight"
-    if isinstance(whole.get("home_s"), (int, float)):
-        words += f", in {whole['home_s'] / 60.0:.1f} min"
+    words = f"Before the photographs, {whole.known_m3:,.0f} m³ of the space were mapped in flight"
+    if whole.home_s is not None:
+        words += f", in {whole.home_s / 60.0:.1f} min"
     areas: dict[str, float] = {}
-    for each in whole.get("unknown") or ():
-        areas[str(each["why"])] = areas.get(str(each["why"]), 0.0) + float(each["border_m2"])
+    for each in whole.unknown:
+        areas[each.why] = areas.get(each.why, 0.0) + each.border_m2
     left = "; ".join(f"{area:.1f} m²: {why}" for why, area in areas.items())
     return [
         f"{words}. Openings into what stays unknown: {left}." if left else f"{words}. All of it is known."
     ]
 
 
-def _flown(whole: Mapping[str, Any], planned: int) -> list[str]:
+def _flown(whole: Surveyed, planned: int) -> list[str]:
     """Return in words what the record tells of the flights together. planned: photographs of the plan."""
-    taken, asked, shots, swaps, flight_s = (
-        whole.get(key) for key in ("taken", "asked", "shots", "swaps", "flight_s")
-    )
     words = []
-    if isinstance(taken, int) and isinstance(asked, int):
-        again = f", in {counted(shots, 'shot')}" if isinstance(shots, int) else ""
-        words.append(f"{taken} of {counted(asked, 'photograph')} were taken{again}.")
-        if asked < planned:
-            words.append(f"Only {asked} of the plan's {planned} photographs were asked for.")
-    if isinstance(flight_s, (int, float)):
-        changed = f"; the battery was changed {counted(swaps, 'time')}" if isinstance(swaps, int) else ""
-        words.append(f"The flights took {flight_s / 60.0:.1f} min{changed}.")
-    if isinstance(whole.get("reason"), str):
-        words.append(str(whole["reason"]))
+    if whole.taken is not None and whole.asked is not None:
+        again = f", in {counted(whole.shots, 'shot')}" if whole.shots is not None else ""
+        words.append(f"{whole.taken} of {counted(whole.asked, 'photograph')} were taken{again}.")
+        if whole.asked < planned:
+            words.append(f"Only {whole.asked} of the plan's {planned} photographs were asked for.")
+    if whole.flight_s is not None:
+        changed = (
+            f"; the battery was changed {counted(whole.swaps, 'time')}" if whole.swaps is not None else ""
+        )
+        words.append(f"The flights took {whole.flight_s / 60.0:.1f} min{changed}.")
+    if whole.reason:
+        words.append(whole.reason)
     return [" ".join(words)] if words else []
 
 
 def mishaps(inspection: Inspection) -> list[str]:
-    """Return in words what result.json tells of contacts (touched: names of parts), or of another failure."""
-    result, told = inspection.result or {}, []
-    touched, failure = result.get("touched"), result.get("failure")
-    names = [str(each) for each in touched] if isinstance(touched, list) else []
-    if names:
-        parts = ", ".join(each.rsplit("::", 1)[-1].replace("_", " ") for each in names)
+    """Return in words what result.json tells of contacts, or of another failure."""
+    result, told = inspection.result or RunRecord(), []
+    if result.touched:
+        parts = ", ".join(each.rsplit("::", 1)[-1].replace("_", " ") for each in result.touched)
         told.append(f"The aircraft touched the structure in flight: {parts}.")
-    if isinstance(failure, str) and not any(each in failure for each in names):
-        told.append(f"The inspection did not end as planned: {failure}")
+    if result.failure and not any(each in result.failure for each in result.touched):
+        told.append(f"The inspection did not end as planned: {result.failure}")
     return told
 
 
-def _table(flights: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def _table(flights: Sequence[FlownFlight]) -> dict[str, Any]:
     """Return the rows, and of which columns any row has a value."""
     rows = [_flight_row(number, each) for number, each in enumerate(flights, start=1)]
     has = {name: any(row[name] is not None for row in rows) for name in COLUMNS}
     return {"rows": rows, "has": has}
 
 
-def _flight_row(number: int, given: Mapping[str, Any]) -> dict[str, Any]:
-    def value(key: str, scale: float = 1.0) -> float | None:
-        held = given.get(key)
-        return scale * held if isinstance(held, (int, float)) and not isinstance(held, bool) else None
-
-    photographs = given.get("photographs")
+def _flight_row(number: int, flown: FlownFlight) -> dict[str, Any]:
     return {
         "number": number,
-        "photographs": len(photographs)
-        if isinstance(photographs, list)
-        else photographs or given.get("purpose"),
-        "time_min": value("time_s", 1.0 / 60.0),
-        "way_m": value("way_m"),
-        "battery_start": value("battery_start"),
-        "battery_end": value("battery_end"),
+        "photographs": flown.told,
+        "time_min": None if flown.time_s is None else flown.time_s / 60.0,
+        "way_m": flown.way_m,
+        "battery_start": flown.battery_start,
+        "battery_end": flown.battery_end,
     }
 
 
@@ -131,27 +113,27 @@ def quality(inspection: Inspection) -> list[dict[str, str]]:
         rows.append(
             ("Camera", f"{camera.width} x {camera.height} px, {camera.field_of_view:.0f}° across the width")
         )
-    coverage = inspection.coverage or {}
-    if "resolution_mm_per_px" in coverage:
-        rows.append(
-            ("Asked of a photograph", f"{coverage['resolution_mm_per_px']:g} mm per pixel on the surface")
-        )
+    asked_mm = inspection.coverage.resolution_mm_per_px if inspection.coverage else None
+    if asked_mm is not None:
+        rows.append(("Asked of a photograph", f"{asked_mm:g} mm per pixel on the surface"))
     return [{"name": name, "value": value} for name, value in rows]
 
 
 def basis(inspection: Inspection) -> list[dict[str, str]]:
     """Return seed, versions and the drawing of the surface."""
-    result = inspection.result or {}
-    rows = [("Folder", inspection.folder.resolve().name)]
-    for key, name in (("world", "Space"), ("seed", "Seed"), ("commit", "Version of the software")):
-        if isinstance(result.get(key), (str, int)):
-            rows.append((name, Path(str(result[key])).stem if key == "world" else str(result[key])))
-    versions = result.get("versions")
-    if not isinstance(versions, Mapping):
-        versions = {"Python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
+    result = inspection.result or RunRecord()
+    told = (
+        ("Space", Path(result.world).stem),
+        ("Seed", result.seed),
+        ("Version of the software", result.commit),
+    )
+    rows = [("Folder", inspection.folder.resolve().name), *(row for row in told if row[1])]
+    versions = result.versions or {
+        "Python": platform.python_version(), **{name: _version(name) for name in PACKAGES}
+    }  # fmt: skip
     rows.append(("Programs", ", ".join(f"{name} {version}" for name, version in versions.items() if version)))
     if inspection.coverage:
-        rows.append(("Surface", Path(str(inspection.coverage.get("surface", ""))).name))
+        rows.append(("Surface", Path(inspection.coverage.surface).name))
     return [{"name": name, "value": value} for name, value in rows]
 
 

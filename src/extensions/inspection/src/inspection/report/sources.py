@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Callable, Collection, Mapping, Sequence, TypeVar
+from typing import Callable, Collection, Sequence, TypeVar
 
 from flight_basics.errors import FlightBasicsError, ReportError, SurveyError
-from flight_basics.yaml_file import text_of
+from input_schemas import read_without
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.findings.findings_file import SearchRecord, read_search
 from inspection.findings.merging import Finding
@@ -19,7 +18,9 @@ from inspection.findings.picture.paint import told_of_paint
 from inspection.photographs.calibration import read_camera
 from inspection.photographs.listing import LeftOut, listed
 from inspection.photographs.record import PhotographRecord
+from inspection.report.result_file import RunRecord
 from inspection.report.words import counted
+from inspection.survey.coverage import CoverageRecord
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.plan_file import read_plan
 from inspection.survey.surface_record import SurfaceRecord, read_surface_record
@@ -45,7 +46,7 @@ class Shot:
 class Inspection:
     """What a folder holds; None: it is not there, or cannot be used. remarks: what is missing.
 
-    photographs: the folder of them. coverage, result: contents of the JSON files. unsearched: a sentence why
+    photographs: the folder of them. coverage, result: what the JSON files tell. unsearched: a sentence why
     the surface that photographs show does not count as seen, as nobody has looked for rust in all of them;
     empty: it counts. red: photographs whose coating is as red as rust. without_pose: photographs that were
     searched on their own, for their poses are not known. damaged: those remarks that name a file which is
@@ -58,9 +59,9 @@ class Inspection:
     camera: SurveyCamera | None
     findings: tuple[Finding, ...] | None
     surface: SurfaceRecord | None
-    coverage: dict[str, Any] | None
+    coverage: CoverageRecord | None
     plan: SurveyPlan | None
-    result: dict[str, Any] | None
+    result: RunRecord | None
     remarks: tuple[str, ...]
     unsearched: str = ""
     red: int = 0
@@ -98,6 +99,16 @@ def read_inspection(folder: Path) -> Inspection:
             damaged.append(str(error))
             return None
 
+    def without(schema: type[T]) -> Callable[[Path], T]:
+        def read(path: Path) -> T:
+            held, left_out = read_without(path, "The record", schema, ReportError)
+            remarks.extend(left_out[:NAMED])
+            if left_out[NAMED:]:
+                remarks.append(f"{path}: {counted(len(left_out) - NAMED, 'more thing')} are left out.")
+            return held
+
+        return read
+
     search = of("findings.json", read_search, "The photographs were not searched for rust and cracks.")
     marked = () if search is None else search.without_pose
     shots = _shots(photographs, remarks, {each.photograph for each in marked})
@@ -105,14 +116,18 @@ def read_inspection(folder: Path) -> Inspection:
     if not shots and findings is None:
         raise ReportError(f"{folder}: there are neither photographs nor findings in it.")
     camera = of("calibration.yaml", read_camera, "") if shots else None
-    coverage = of("coverage.json", _json, "It was not determined which surface the photographs show.")
+    coverage = of(
+        "coverage.json", without(CoverageRecord), "It was not determined which surface the photographs show."
+    )
     surface = None
     if coverage is not None:
         told = "The record of the surface is missing; the coverage must be determined again."
         surface = of("coverage.npz", partial(_surface, coverage), told)
     plan = of("plan.yaml", read_plan, "There is no survey plan.")
-    result = of("result.json", _json, "There is no record of the flights.")
-    unsearched = "" if surface is None or search is None else _unsearched(coverage or {}, search)
+    result = of("result.json", without(RunRecord), "There is no record of the flights.")
+    unsearched = (
+        "" if surface is None or search is None or coverage is None else _unsearched(coverage, search)
+    )
     if unsearched:
         remarks.append(unsearched)
     if search is not None:
@@ -159,14 +174,13 @@ def _left_out(what: str, left_out: Sequence[LeftOut]) -> list[str]:
     return told
 
 
-def _unsearched(coverage: Mapping[str, Any], search: SearchRecord) -> str:
+def _unsearched(coverage: CoverageRecord, search: SearchRecord) -> str:
     """Return why what the coverage tells as shown does not count as seen; empty: it does."""
-    shown = coverage.get("counted")
     if search.searched is None:
         return f"findings.json does not tell which photographs were searched. {AGAIN['findings']}"
-    if not isinstance(shown, list) or not shown:
+    if not coverage.counted:
         return f"coverage.json does not tell which photographs it counts. {AGAIN['coverage']}"
-    missing = sorted(set(map(str, shown)) - set(search.searched))
+    missing = sorted(set(coverage.counted) - set(search.searched))
     if missing:
         return (
             f"The coverage counts {counted(len(missing), 'photograph')} that nobody has searched, the first "
@@ -175,20 +189,9 @@ def _unsearched(coverage: Mapping[str, Any], search: SearchRecord) -> str:
     return ""
 
 
-def _surface(coverage: Mapping[str, Any], path: Path) -> SurfaceRecord:
+def _surface(coverage: CoverageRecord, path: Path) -> SurfaceRecord:
     """Return the record of the surface; raises SurveyError if it is damaged, or of another run."""
     record = read_surface_record(path)
-    digest = coverage.get("record")
-    if digest is not None and digest != hashlib.sha256(path.read_bytes()).hexdigest():
+    if coverage.record is not None and coverage.record != hashlib.sha256(path.read_bytes()).hexdigest():
         raise SurveyError(f"{path} is not of the same run as coverage.json. {AGAIN['coverage']}")
     return record
-
-
-def _json(path: Path) -> dict[str, Any]:
-    try:
-        content = json.loads(text_of(path.read_bytes()))
-    except (OSError, ValueError) as error:
-        raise ReportError(f"{path} cannot be read ({error}).") from None
-    if not isinstance(content, dict):
-        raise ReportError(f"{path}: is no record of an inspection.")
-    return content

@@ -16,6 +16,7 @@ from inspection.report.grades import GradeRules, PlateState
 from inspection.report.pictures import data_uri
 from inspection.report.sources import Inspection
 from inspection.ship.ship import SIDES, Ship
+from inspection.survey.coverage import CoverageRecord
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.surface_record import SurfaceRecord
 
@@ -181,22 +182,22 @@ def close_up_rows(findings: Sequence[Finding], ship: Ship) -> list[dict[str, Any
 
 def unseen_tables(inspection: Inspection, ship: Ship) -> dict[str, Any]:
     """Return what was not seen: within reach by place, and out of reach with the plan's reasons."""
-    words, surface, coverage = [], inspection.surface, inspection.coverage or {}
-    share = coverage.get("share_of_reachable")
-    if isinstance(share, (int, float)):
+    words, surface, coverage = [], inspection.surface, inspection.coverage or CoverageRecord()
+    share = coverage.share_of_reachable
+    if share is not None:
         words.append(
             f"The photographs show {100 * share:.1f} % of the surface within reach at "
-            f"{coverage.get('resolution_mm_per_px', 0):g} mm per pixel or finer and up to "
-            f"{coverage.get('incidence_deg', 0):g}° from square."
+            f"{coverage.resolution_mm_per_px or 0:g} mm per pixel or finer and up to "
+            f"{coverage.incidence_deg or 0:g}° from square."
         )
     opened: list[dict[str, Any]] = []
     if surface is not None:
         unreachable_m2 = float((surface.areas_m2 * (1.0 - surface.reachable)).sum())
         words.append(f"{unreachable_m2:,.0f} m² of the surface are out of reach.")
-        if isinstance(coverage.get("mesh_m2"), (int, float)):
+        if coverage.mesh_m2 is not None:
             words.append(
                 f"The surface is that of the room in which the UAV flies, {surface.areas_m2.sum():,.0f} m². "
-                f"All faces of the drawing have {coverage['mesh_m2']:,.0f} m²."
+                f"All faces of the drawing have {coverage.mesh_m2:,.0f} m²."
             )
         opened = _open_rows(surface, ship)
     left_out = left_out_rows(inspection.plan, ship) if inspection.plan else []
@@ -208,16 +209,13 @@ def unseen_tables(inspection: Inspection, ship: Ship) -> dict[str, Any]:
 
 def _not_taken(inspection: Inspection, ship: Ship) -> list[dict[str, str]]:
     """Return the photographs of the plan that the flight left out, by its record."""
-    held = (inspection.result or {}).get("inspection")
-    told = held.get("left_out") if isinstance(held, Mapping) else None
+    held = inspection.result.inspection if inspection.result else None
     views = inspection.plan.views if inspection.plan else ()
     rows = []
-    for each in told if isinstance(told, list) else []:
-        number = each.get("photograph") if isinstance(each, Mapping) else None
-        if isinstance(number, int):
-            known = 0 < number <= len(views)
-            place = ship.describe(views[number - 1].place_m) if known else ""
-            rows.append({"number": str(number), "place": place, "why": str(each.get("why", ""))})
+    for each in held.left_out if held else ():
+        known = 0 < each.photograph <= len(views)
+        place = ship.describe(views[each.photograph - 1].place_m) if known else ""
+        rows.append({"number": str(each.photograph), "place": place, "why": each.why})
     return rows
 
 

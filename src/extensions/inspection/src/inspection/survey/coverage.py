@@ -71,6 +71,20 @@ class Coverage:
         )
 
 
+@dataclass(frozen=True)
+class CoverageRecord:
+    """What the report reads of coverage.json; see `write_coverage`. None: it does not tell."""
+
+    surface: str = ""
+    counted: tuple[str, ...] = ()
+    resolution_mm_per_px: float | None = None
+    incidence_deg: float | None = None
+    mesh_m2: float | None = None
+    reachable_m2: float | None = None
+    share_of_reachable: float | None = None
+    record: str | None = None
+
+
 def coverage_of_file(
     mesh_file: Path,
     taken: Sequence[PhotographPose],

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import MISSING, dataclass, field
 
+from flight_basics.checks import check_parameters, limited
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.survey.parameters import FlightParameters, SurveyParameters
 from inspection.survey.views.candidates import View
@@ -38,10 +39,19 @@ class Leftover:
 
 @dataclass(frozen=True)
 class Draft:
-    """How the flights that a plan lacks are sought. seed: of all that is drawn; search_s: CPU time, s."""
+    """How the flights that a plan lacks are sought.
 
-    seed: int
-    search_s: float
+    seed: of all that is drawn; search_s: CPU time, s; the UAV waits for it.
+
+    Raises:
+        ParameterError: a value out of range.
+    """
+
+    seed: int = limited(MISSING, 0, 2**63)
+    search_s: float = limited(MISSING, 0.0, 86_400.0)
+
+    def __post_init__(self) -> None:
+        check_parameters(self)
 
 
 @dataclass(frozen=True)

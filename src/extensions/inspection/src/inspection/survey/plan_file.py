@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Mapping
+from typing import Any
 
 from flight_basics.errors import SurveyError
-from flight_basics.yaml_file import read_yaml
+from flight_basics.geometry import Vector3
+from input_schemas import read_made, structured
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.files.whole import write_whole
 from inspection.survey.parameters import FlightParameters, SurveyParameters
@@ -19,9 +20,57 @@ HEAD = """# A survey plan. Edit photographs, then check: rosrun inspection surve
 # at: place of the camera in the map, m. yaw: anticlockwise from x, deg. tilt: 0 level, 90 straight up, deg.
 # way: corners of the way there from the photograph before, m, if it is not straight.
 """
-LONGEST_S = 86_400.0
-"""Of the search that completes a draft; the UAV waits for it."""
-KEYS = ("source", "home", "camera", "asked", "flying", "figures", "shares", "left_out", "draft", "flights")
+
+
+@dataclass(frozen=True)
+class PhotographEntry:
+    """A photograph in a plan's file. yaw, tilt: deg. id: for the reader; its place in the list counts."""
+
+    at: Vector3
+    yaw: float
+    tilt: float
+    way: tuple[Vector3, ...] = ()
+    id: Any = None
+
+    @property
+    def planned(self) -> PlannedView:
+        """The photograph in a plan."""
+        return PlannedView(View(self.at, math.radians(self.yaw), math.radians(self.tilt)), self.way)
+
+
+@dataclass(frozen=True)
+class FlightEntry:
+    """A flight in a plan's file; see `Flight`."""
+
+    photographs: tuple[PhotographEntry, ...]
+    time_s: float = 0.0
+    way_m: float = 0.0
+
+
+@dataclass(frozen=True)
+class LeftoverEntry:
+    """What no photograph can show, in a plan's file; see `Leftover`."""
+
+    part: str
+    why: str
+    area_m2: float
+    at: Vector3
+
+
+@dataclass(frozen=True)
+class PlanFile:
+    """The file of a plan; see `SurveyPlan`."""
+
+    home: Vector3
+    flights: tuple[FlightEntry, ...]
+    source: str = ""
+    camera: SurveyCamera = field(default_factory=SurveyCamera)
+    asked: SurveyParameters = field(default_factory=SurveyParameters)
+    flying: FlightParameters = field(default_factory=FlightParameters)
+    figures: dict[str, float] = field(default_factory=dict)
+    shares: dict[str, float] = field(default_factory=dict)
+    left_out: tuple[LeftoverEntry, ...] = ()
+    draft: Draft | None = None
 
 
 def write_plan(path: Path, plan: SurveyPlan) -> None:
@@ -77,7 +126,7 @@ def read_plan(path: Path) -> SurveyPlan:
     Raises:
         SurveyError: it cannot be read or makes no sense; the sentence names the file and the photograph.
     """
-    return read_yaml(path, "The plan", parse_plan, SurveyError)
+    return read_made(path, "The plan", parse_plan, SurveyError)
 
 
 def parse_plan(content: object) -> SurveyPlan:
@@ -86,93 +135,15 @@ def parse_plan(content: object) -> SurveyPlan:
     Raises:
         SurveyError: one sentence that names the photograph and the fault.
     """
-    if not isinstance(content, Mapping):
-        raise SurveyError("A plan is a mapping with the keys " + ", ".join(KEYS) + ".")
-    _refuse_unknown("A plan", content, KEYS)
-    if not isinstance(content.get("flights"), list) or not content["flights"]:
+    told = structured(content, PlanFile, SurveyError)
+    if not told.flights:
         raise SurveyError("The plan has no flights.")
-    flights, number = [], 0
-    for count, given in enumerate(content["flights"], start=1):
-        if not isinstance(given, Mapping) or not isinstance(given.get("photographs"), list):
-            raise SurveyError(f"Flight {count} has no list of photographs.")
-        _refuse_unknown(f"Flight {count}", given, ("time_s", "way_m", "photographs"))
-        views = []
-        for each in given["photographs"]:
-            number += 1
-            views.append(_view(number, each))
-        times = [_number(f"{key} of flight {count}", given.get(key, 0.0)) for key in ("time_s", "way_m")]
-        flights.append(Flight(tuple(views), *times))
-    return SurveyPlan(
-        str(content.get("source", "")),
-        _place("home", content.get("home")),
-        _parameters(SurveyCamera, "camera", content),
-        _parameters(SurveyParameters, "asked", content),
-        _parameters(FlightParameters, "flying", content),
-        tuple(flights),
-        {str(k): _number(str(k), v) for k, v in dict(content.get("figures") or {}).items()},
-        {str(k): _number(str(k), v) for k, v in dict(content.get("shares") or {}).items()},
-        tuple(
-            Leftover(str(o["part"]), str(o["why"]), _number("area_m2", o["area_m2"]), _place("at", o["at"]))
-            for o in content.get("left_out") or []
-        ),
-        _draft(content),
+    flights = (
+        Flight(tuple(view.planned for view in each.photographs), each.time_s, each.way_m)
+        for each in told.flights
     )
-
-
-def _draft(content: Mapping) -> Draft | None:
-    given = content.get("draft")
-    if given is None:
-        return None
-    if not isinstance(given, Mapping):
-        raise SurveyError(f"draft is {given!r}; it must be a mapping with seed and search_s.")
-    _refuse_unknown("draft", given, ("seed", "search_s"))
-    seed, search_s = (_number(f"{key} of draft", given.get(key)) for key in ("seed", "search_s"))
-    if seed < 0.0 or seed != int(seed) or not 0.0 <= search_s <= LONGEST_S:
-        raise SurveyError(
-            f"draft has the seed {seed:g} and {search_s:g} s of search; the seed must be a whole number from "
-            f"0, the time 0 to {LONGEST_S:g} s."
-        )
-    return Draft(int(seed), search_s)
-
-
-def _refuse_unknown(what: str, given: Mapping, known: tuple[str, ...]) -> None:
-    unknown = sorted(set(given) - set(known), key=str)
-    if unknown:
-        raise SurveyError(
-            f"{what} has a key '{unknown[0]}', which is unknown; its keys are {', '.join(known)}."
-        )
-
-
-def _view(number: int, given: Any) -> PlannedView:
-    name = f"Photograph {number}"
-    if not isinstance(given, Mapping):
-        raise SurveyError(f"{name} is {given!r}; give it at, yaw and tilt.")
-    _refuse_unknown(name, given, ("id", "at", "yaw", "tilt", "way"))
-    yaw, tilt = (_number(f"{key} of photograph {number}", given.get(key)) for key in ("yaw", "tilt"))
-    way = given.get("way") or []
-    if not isinstance(way, list):
-        raise SurveyError(f"{name} has a way that is no list of places.")
-    place = _place(f"at of photograph {number}", given.get("at"))
-    corners = tuple(_place(f"way of photograph {number}", each) for each in way)
-    return PlannedView(View(place, math.radians(yaw), math.radians(tilt)), corners)
-
-
-def _number(name: str, given: Any) -> float:
-    if isinstance(given, bool) or not isinstance(given, (int, float)) or not math.isfinite(given):
-        raise SurveyError(f"{name} is {given!r}; it must be a finite number.")
-    return float(given)
-
-
-def _place(name: str, given: Any) -> tuple[float, float, float]:
-    if not isinstance(given, list) or len(given) != 3:
-        raise SurveyError(f"{name} is {given!r}; it must be three numbers: [x, y, z], m.")
-    x, y, z = (_number(name, each) for each in given)
-    return x, y, z
-
-
-def _parameters(kind: Any, key: str, content: Mapping) -> Any:
-    given = content.get(key) or {}
-    if not isinstance(given, Mapping):
-        raise SurveyError(f"{key} is {given!r}; it must be a mapping.")
-    _refuse_unknown(key, given, tuple(each.name for each in fields(kind)))
-    return kind(**given)
+    leftovers = (Leftover(each.part, each.why, each.area_m2, each.at) for each in told.left_out)
+    return SurveyPlan(
+        told.source, told.home, told.camera, told.asked, told.flying, tuple(flights), told.figures,
+        told.shares, tuple(leftovers), told.draft,
+    )  # fmt: skip

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Mapping, Sequence
+from typing import Sequence
 
 import numpy as np
 
-from flight_basics.errors import ReportError
 from inspection.findings.kinds import RUST
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.candidates import Candidate, candidates_in
@@ -87,33 +86,3 @@ def _mark(candidate: Candidate) -> PictureMark:
     low, high = np.floor(candidate.pixels.min(axis=0)), np.ceil(candidate.pixels.max(axis=0))
     box = (int(low[0]), int(low[1]), int(high[0]), int(high[1]))
     return PictureMark(candidate.kind, box, int(candidate.size_px))
-
-
-def rows_of(marked: Sequence[MarkedPicture]) -> list[dict[str, Any]]:
-    """Return what findings.json holds of them."""
-    return [
-        {
-            "photograph": each.photograph,
-            "marks": [
-                {"kind": mark.kind, "box_px": list(mark.box_px), "size_px": mark.size_px}
-                for mark in each.marks
-            ],
-        }
-        for each in marked
-    ]
-
-
-def marked_in(content: Mapping[str, Any], path: Path) -> tuple[MarkedPicture, ...]:
-    """Return them from findings.json; raises ReportError if they make no sense."""
-    try:
-        return tuple(
-            MarkedPicture(str(each["photograph"]), tuple(_read(mark) for mark in each["marks"]))
-            for each in content.get("without_pose", ())
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise ReportError(f"{path}: without_pose must be a list of marked photographs ({error}).") from None
-
-
-def _read(given: Mapping[str, Any]) -> PictureMark:
-    left, top, right, bottom = (int(each) for each in given["box_px"])
-    return PictureMark(str(given["kind"]), (left, top, right, bottom), int(given["size_px"]))
