@@ -1,4 +1,4 @@
-"""A file is read whole, without what is wrong in it, or refused in a sentence that names file, line and key."""
+"""A file is read whole, without what is wrong in it, or refused in a sentence with file, line and key."""
 
 from dataclasses import dataclass, field
 

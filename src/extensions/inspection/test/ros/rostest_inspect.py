@@ -244,13 +244,14 @@ class InspectTest(unittest.TestCase):
         self.assertEqual(sorted(each.view for each in self.records("camera")), [1, 2, 3])
         self.assertEqual(told.last.status.goal_id.id, "camera again")
 
-    def test_08_a_picture_that_is_cut_is_taken_again(self):
+    def test_08_a_picture_that_is_cut_or_has_no_orientation_is_taken_again(self):
         uav = self.uav
-        uav.cut = 2
+        uav.cut, uav.unturned = 2, 2
         self.send_goal("cut", self.plan())
         uav.fly(lambda: self.ended("cut"), "the end")
         result = self.results.last.result
         self.assertEqual((result.end, result.taken, result.shots >= 5), ("done", 3, True))
+        self.assertEqual(uav.unturned, 0)
         self.assertEqual(sorted(each.view for each in self.records("cut")), [1, 2, 3])
 
     def test_09_a_folder_that_cannot_be_written_brings_it_home(self):
@@ -348,7 +349,22 @@ class InspectTest(unittest.TestCase):
         self.assertEqual(len(self.records("edited")), 4)
         self.assertLess(float(np.linalg.norm(np.subtract(new.position_m, moved.place_m))), 0.2)
 
-    def test_14_the_time_of_a_later_goal_counts(self):
+    def test_14_in_flight_a_plan_that_has_lost_a_key_is_refused(self):
+        plan, uav = self.plan("whole.yaml"), self.uav
+        lost = self.folder / "lost.yaml"
+        lost.write_text(
+            plan.read_text().replace("left_out: []", "left_out: [{part: a, area_m2: 1, at: [0, 0, 0]}]")
+        )
+        self.send_goal("whole", plan)
+        uav.fly(lambda: self.feedback.last.status.goal_id.id == "whole", "the flight")
+        self.send_goal("lost", lost)
+        uav.fly(lambda: self.ended("lost"), "the refusal")
+        self.assertIn("entry 1 of left_out lacks the key 'why'", self.results.last.status.text)
+        self.send_goal("whole again", plan, "whole")
+        uav.fly(lambda: self.ended("whole again"), "the end")
+        self.assertEqual(self.results.last.result.end, "done")
+
+    def test_15_the_time_of_a_later_goal_counts(self):
         plan, uav = self.plan("timed.yaml"), self.uav
         self.send_goal("a long time", plan, time_max=1000.0)
         uav.fly(lambda: self.feedback.last.status.goal_id.id == "a long time", "the flight")

@@ -29,7 +29,7 @@ class Uav:
 
     def __init__(self, poses="/ground_truth"):
         self.picture = np.zeros((48, 64, 3), np.uint8)
-        self.camera, self.cut = "good", 0
+        self.camera, self.cut, self.unturned = "good", 0, 0
         self.stamp_s, self.charge, self.tilts = 100.0, 0.9, Newest("/camera/tilt", Float64)
         self.place, self._yaws, self._yaw_rad = START, {}, 0.0
         self._pictures = rospy.Publisher("/camera/image_raw", Image, queue_size=10)
@@ -61,6 +61,9 @@ class Uav:
         if self.camera != "blind":
             self._pictures.publish(picture)
         pose = Pose(Point(0.1, 0.0, -0.05), Quaternion(-0.5, 0.5, -0.5, 0.5))
+        if self.unturned:
+            self.unturned -= 1
+            pose.orientation = Quaternion()
         return SHOOT._response_class(True, "", stamp, pose, 0.002, 400.0, 200.0, 0.1, 1e-4, 0.0)
 
     def tell(self):
