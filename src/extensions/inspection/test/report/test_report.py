@@ -75,6 +75,40 @@ def test_a_damaged_record_is_told_on_the_page(tmp_path, name, told):
     assert told in words(path / "report.html")
 
 
+@pytest.mark.parametrize(
+    ("name", "key", "value", "told"),
+    [
+        (
+            "result.json",
+            "exploration",
+            {"known_m3": 5.0, "unknown": [{"border_m2": 1.0}]},
+            "lacks the key 'why'",
+        ),
+        ("result.json", "flights", [{"time_s": "long"}, 5], "time_s in entry 1 of flights is 'long'"),
+        ("result.json", "versions", ["numpy"], "versions is ['numpy']; it must be a mapping."),
+        ("coverage.json", "share_of_reachable", "most", "share_of_reachable is 'most'"),
+        ("coverage.json", "counted", 3, "counted is 3; it must be a list."),
+    ],
+)
+def test_what_was_altered_in_a_record_is_left_out_and_told(tmp_path, name, key, value, told):
+    path = folder(tmp_path / "all")
+    record = json.loads((path / name).read_text())
+    (path / name).write_text(json.dumps(record | {key: value}))
+    assert main([str(path)]) == 0
+    page = words(path / "report.html")
+    assert told in page
+    assert "left out" in page
+
+
+def test_a_surface_whose_columns_do_not_fit_is_told(tmp_path):
+    path = folder(tmp_path / "all")
+    with np.load(path / "coverage.npz") as held:
+        np.savez(path / "altered.npz", **{**held, "parts": held["parts"] + 1000})
+    (path / "altered.npz").rename(path / "coverage.npz")
+    assert main([str(path)]) == 0
+    assert "its columns do not fit each other" in words(path / "report.html")
+
+
 def test_a_contact_is_told_in_words_of_surveyors(tmp_path):
     path = folder(tmp_path / "all")
     result = json.loads((path / "result.json").read_text())

@@ -101,18 +101,16 @@ def _figures(plan: SurveyPlan, rows: list[dict[str, Any]], left_out: list[dict[s
 def _asked(plan: SurveyPlan) -> list[dict[str, str]]:
     asked, flying, camera = plan.asked, plan.flying, plan.camera
     x, y, z = plan.home_m
-    f = plan.figures
+    names = ("mesh_m2", "room_m3", "other_rooms", "largest_other_room_m3")
+    mesh_m2, room_m3, number, largest_m3 = (plan.figures.get(name) for name in names)
     told = []
-    if "mesh_m2" in f:
-        others = counted(round(f["other_rooms"]), "other room")
-        if f["other_rooms"]:
-            others += (
-                f", the largest of {f['largest_other_room_m3']:,.0f} m\u00b3; --home chooses another one"
-            )
-        told = [
-            ("Room", f"{f['room_m3']:,.0f} m\u00b3 in which the UAV fits; {others}"),
-            ("All faces of the drawing", f"{f['mesh_m2']:,.0f} m\u00b2, in this room or not"),
-        ]
+    if room_m3 is not None and number is not None:
+        others = counted(round(number), "other room")
+        if number and largest_m3 is not None:
+            others += f", the largest of {largest_m3:,.0f} m\u00b3; --home chooses another one"
+        told.append(("Room", f"{room_m3:,.0f} m\u00b3 in which the UAV fits; {others}"))
+    if mesh_m2 is not None:
+        told.append(("All faces of the drawing", f"{mesh_m2:,.0f} m\u00b2, in this room or not"))
     rows = (
         *told,
         ("Detail", f"{asked.resolution:g} mm of the surface per pixel or finer, in the worst direction"),

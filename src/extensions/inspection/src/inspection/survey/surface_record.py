@@ -119,7 +119,7 @@ def read_surface_record(path: Path) -> SurfaceRecord:
         with np.load(path, allow_pickle=False) as held:
             normals = held["normals"].astype(float)
             length = np.linalg.norm(normals, axis=1)[:, None]
-            return SurfaceRecord(
+            record = SurfaceRecord(
                 held["points_m"].astype(float) + held.get("origin_m", 0.0),
                 normals / np.maximum(length, 1.0),
                 held["areas_m2"].astype(float),
@@ -129,5 +129,12 @@ def read_surface_record(path: Path) -> SurfaceRecord:
                 held["reachable"].astype(float),
                 float(held["side_m"]),
             )
+        columns = (record.normals, record.areas_m2, record.parts, record.shown, record.reachable)
+        if (
+            any(len(each) != len(record.points_m) for each in columns)
+            or not np.isin(record.parts, np.arange(len(record.names))).all()
+        ):
+            raise ValueError("its columns do not fit each other")
+        return record
     except Exception as error:  # numpy and zipfile raise many kinds for a file that is cut
         raise SurveyError(f"{path}: is no record of a surface ({type(error).__name__}: {error}).") from None
