@@ -21,7 +21,7 @@ from input_schemas import MaybeInfinite, read_without
 from inspection.findings.findings_file import FindingsFile, read_search
 from inspection.findings.remembered import MarksFile, read_marks
 from inspection.photographs.record import PhotographRecord, read_record
-from inspection.report.result_file import RunRecord
+from inspection.files.run_record import RunRecord
 from inspection.ship.ship_file import ShipFile, read_ship
 from inspection.survey.coverage import CoverageRecord
 from inspection.survey.plan_file import PlanFile, read_plan

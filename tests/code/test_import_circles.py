@@ -70,7 +70,7 @@ HELPERS = frozenset(
 MAY_IMPORT: dict[str, frozenset[str]] = {
     **dict.fromkeys(HELPERS, frozenset()),
     "flight_basics": frozenset({"node_tools", "stamp_pairing"}),
-    **dict.fromkeys(("flight_limits", "node_tools"), frozenset({"input_schemas"})),
+    "flight_limits": frozenset({"input_schemas"}),
     **dict.fromkeys(("simulation_tools", "inspection_tools", "cepa", "gridslam", "exploration"), HELPERS),
     "inspection": HELPERS | {"exploration"},
 }

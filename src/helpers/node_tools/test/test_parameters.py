@@ -31,7 +31,7 @@ class Server:
 
     def get_param(self, name, default):
         self.calls.append("get")
-        assert name in ("~", "~sizes")
+        assert name == "~"
         return self.given if self.given is not None else default
 
     def set_param(self, name, value):
@@ -75,12 +75,3 @@ def test_a_name_may_lead_into_a_namespace(server):
     found = parameters.read_values(defaults)
     assert found == {"model/hit": 0.7, "model/miss": 1.0, "model/none": 0.1, "max/none": 2.0}
     assert server.calls == ["get"]
-
-
-@pytest.mark.parametrize("server", [{"length": 3}, {"lenght": 3.0}, {"count": 1.5}], indirect=True)
-def test_a_group_is_read_or_refused_in_a_sentence(server):
-    if "length" in server.given:
-        assert parameters.read_group("sizes", Sizes, ValueError) == Sizes(3.0)
-    else:
-        with pytest.raises(ValueError, match=r"^~sizes: .*(did you mean 'length'\?|a whole number\.)$"):
-            parameters.read_group("sizes", Sizes, ValueError)

@@ -114,7 +114,7 @@ def test_the_command_tells_mistakes_and_where(tmp_path, capsys):
     path.write_text("trials: {world: moon}")
     assert main(["tune", str(path)]) == 1
     damaged, unknown, wrong = capsys.readouterr().err.splitlines()
-    assert f"{path} cannot be read: line 2 is not YAML" in damaged
+    assert f"{path} cannot be read: line 3 is not YAML" in damaged
     assert "There is no campaign file nowhere; give a YAML file, or one of avoidance, " in unknown
     assert wrong.startswith(f"campaign: {path}: There is no world 'moon'")
 

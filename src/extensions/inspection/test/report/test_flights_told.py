@@ -5,9 +5,9 @@ from types import SimpleNamespace
 from drawn_inspection import folder, side_walls
 from page_words import words
 
+from inspection.files.run_record import FlownFlight, RunRecord, Surveyed
 from inspection.report.command import main
 from inspection.report.records import flights
-from inspection.report.result_file import FlownFlight, RunRecord, Surveyed
 from inspection.report.tables import unseen_tables
 from inspection.ship.ship import Ship
 

@@ -44,7 +44,9 @@ def read_made(path: str | Path, what: str, make: Callable[[Any], T], error: type
     """
     text = _text_in(path, what, error)
     content = _content_of(path, text, what, error)
-    family = error.__mro__[error.__mro__.index(Exception) - 1]
+    family = next(
+        each for each in reversed(error.__mro__) if issubclass(each, Exception) and each is not Exception
+    )
     try:
         return make(content)
     except (InputError, family) as fault:

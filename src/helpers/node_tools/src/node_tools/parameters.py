@@ -8,8 +8,6 @@ from typing import Any, Callable, Mapping, TypeVar
 
 import rospy
 
-from input_schemas import structured
-
 Parameters = TypeVar("Parameters", bound=Any)
 """A dataclass that checks itself."""
 _EXPONENT = re.compile(r"([-+]?)(\d+)(?:\.(\d*))?[eE]([-+]?)(\d+)")
@@ -52,18 +50,6 @@ def read_parameters(parameter_class: type[Parameters]) -> Parameters:
     parameters = parameter_class(**values)
     write_values(values)
     return parameters
-
-
-def read_group(name: str, parameter_class: type[Parameters], error: type[Exception]) -> Parameters:
-    """Return `parameter_class`, a dataclass that checks itself, from the private parameters ~NAME/...
-
-    Raises:
-        error: one sentence: a name is unknown, or a value makes no sense.
-    """
-    try:
-        return structured(rospy.get_param(f"~{name}", {}), parameter_class, error)
-    except error as fault:
-        raise error(f"~{name}: {fault}") from None
 
 
 def serve_parameters(

@@ -89,7 +89,7 @@ def _finding(number: int, kind: str, group: Sequence[Placed], apart_m: float) ->
     normal = np.mean([each.normal for each in group], axis=0)
     normal /= max(float(np.linalg.norm(normal)), 1e-9)
     names = tuple(sorted({each.photograph for each in group}))
-    place, facing = (tuple(round(float(v), 4) for v in each) for each in (middle, normal))
+    place, facing = (_rounded(each) for each in (middle, normal))
     return Finding(
         number, kind, place, facing, round(length, 4), round(_area_m2(group, apart_m), 6), names,
         detail_mm=round(min(each.detail_mm for each in group), 3),
@@ -118,7 +118,12 @@ def _area_m2(group: Sequence[Placed], apart_m: float) -> float:
     return total_m2
 
 
-def thinned(points_m: np.ndarray) -> tuple[tuple[float, ...], ...]:
+def _rounded(values: np.ndarray) -> Vector3:
+    x, y, z = (round(float(each), 4) for each in values)
+    return x, y, z
+
+
+def thinned(points_m: np.ndarray) -> tuple[Vector3, ...]:
     """Return the first point in each cube of `CELL_M`, to the millimetre."""
     _, first = np.unique(np.floor(points_m / CELL_M).astype(int), axis=0, return_index=True)
-    return tuple(tuple(row) for row in np.round(points_m[np.sort(first)], 3).tolist())
+    return tuple((x, y, z) for x, y, z in np.round(points_m[np.sort(first)], 3).tolist())

@@ -8,7 +8,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any, Sequence
 
-from inspection.report.result_file import Explored, FlownFlight, RunRecord, Surveyed
+from inspection.files.run_record import Explored, FlownFlight, RunRecord, Surveyed
 from inspection.report.sources import Inspection
 from inspection.report.words import counted
 

@@ -11,6 +11,7 @@ from typing import Callable, Collection, Sequence, TypeVar
 from flight_basics.errors import FlightBasicsError, ReportError, SurveyError
 from input_schemas import read_without
 from inspection.camera.survey_camera import SurveyCamera
+from inspection.files.run_record import RunRecord
 from inspection.findings.findings_file import SearchRecord, read_search
 from inspection.findings.merging import Finding
 from inspection.findings.picture.on_pictures import MarkedPicture
@@ -18,7 +19,6 @@ from inspection.findings.picture.paint import told_of_paint
 from inspection.photographs.calibration import read_camera
 from inspection.photographs.listing import LeftOut, listed
 from inspection.photographs.record import PhotographRecord
-from inspection.report.result_file import RunRecord
 from inspection.report.words import counted
 from inspection.survey.coverage import CoverageRecord
 from inspection.survey.plan import SurveyPlan

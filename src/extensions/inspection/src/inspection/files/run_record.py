@@ -1,4 +1,4 @@
-"""What the report reads of result.json: the record of the flights."""
+"""What the report reads of result.json: the record of a run."""
 
 from __future__ import annotations
 
