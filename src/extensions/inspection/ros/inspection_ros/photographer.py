@@ -168,10 +168,10 @@ class Photographer:
             CameraError: the camera's answer makes no sense; its picture is not taken.
         """
         inspection, _, task = asked
+        self.shots += inspection is self._inspection
         answer = messages.shutter_answer(told)
         body = self.poses.at(answer.stamp_s)
         record = record_of(task, body, answer)
-        self.shots += inspection is self._inspection
         fault = inspection.judge_quality(task, quality_of(record))
         if fault:
             rospy.loginfo("Photograph %d is shot again: %s.", task.number, fault)
