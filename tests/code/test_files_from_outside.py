@@ -18,10 +18,10 @@ from flight_limits.limits import LimitsError, LimitsFile, read_limits
 from flights.campaign.reading import read_campaign
 from flights.errors import FlightsError
 from input_schemas import MaybeInfinite, read_without
+from inspection.files.run_record import RunRecord
 from inspection.findings.findings_file import FindingsFile, read_search
 from inspection.findings.remembered import MarksFile, read_marks
 from inspection.photographs.record import PhotographRecord, read_record
-from inspection.files.run_record import RunRecord
 from inspection.ship.ship_file import ShipFile, read_ship
 from inspection.survey.coverage import CoverageRecord
 from inspection.survey.plan_file import PlanFile, read_plan
