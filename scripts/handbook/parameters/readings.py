@@ -85,22 +85,14 @@ def _read(module: Module, scope: list[ast.AST], call: ast.Call, found: Readings)
             found.unclear += [pattern[1:]] if pattern.startswith("~") else []
     elif name == "read_parameters" and call.args and isinstance(call.args[0], ast.Name):
         found.classes.append(("", module, call.args[0].id))
+    elif name == "read_group" and isinstance(call.args[1], ast.Name):  # read_group("~planner", Class)
+        found.classes += [(f"{key}/", module, call.args[1].id) for key in _keys(call.args[0], scope)]
     elif name == "read_values" and call.args:
         with suppress(LookupError):  # cepa's come from its .cfg
             found.names.update(module.value(call.args[0]))
     elif name in _readers(module) and call.args and isinstance(call.args[0], ast.Constant):
         key = _readers(module)[name] + str(call.args[0].value).lstrip("~")
         found.names.setdefault(key, _default(module, call))
-    for keyword in call.keywords:  # Class(**rospy.get_param("~planner", {}))
-        inner = keyword.value
-        if (
-            keyword.arg is None
-            and isinstance(inner, ast.Call)
-            and inner.args
-            and isinstance(call.func, ast.Name)
-        ):
-            for key in _keys(inner.args[0], scope):
-                found.classes.append((f"{key}/", module, call.func.id))
 
 
 def _default(module: Module, call: ast.Call) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from typing import TypeVar
 
 import rospy
 
@@ -11,22 +11,27 @@ from exploration.planning import Limits, PathPlanner, PlannerParameters, read_li
 from flight_basics.errors import ParameterError
 from input_schemas import structured
 
-
-@dataclass(frozen=True)
-class Groups:
-    """Groups of private parameters: ~planner/... and ~energy/..."""
-
-    planner: PlannerParameters = field(default_factory=PlannerParameters)
-    energy: EnergyParameters = field(default_factory=EnergyParameters)
+Parameters = TypeVar("Parameters")
 
 
 def planner_and_watch() -> tuple[PathPlanner, EnergyWatch]:
-    """Return them. Parameters (private): limits (str): YAML file; those of `Groups`.
+    """Return them. Parameters (private): limits (str): YAML file; planner/..., energy/...
 
     Raises:
         ParameterError, LimitsError: one sentence.
     """
-    given = {name: rospy.get_param(f"~{name}", {}) for name in ("planner", "energy")}
-    groups = structured(given, Groups, ParameterError)
+    planner, energy = read_group("~planner", PlannerParameters), read_group("~energy", EnergyParameters)
     path = rospy.get_param("~limits", "").strip()
-    return PathPlanner(groups.planner, read_limits(path) if path else Limits()), EnergyWatch(groups.energy)
+    return PathPlanner(planner, read_limits(path) if path else Limits()), EnergyWatch(energy)
+
+
+def read_group(group: str, parameter_class: type[Parameters]) -> Parameters:
+    """Return a group of private parameters as a dataclass that checks itself.
+
+    Raises:
+        ParameterError: one sentence: a name is unknown, or a value makes no sense.
+    """
+    try:
+        return structured(rospy.get_param(group, {}), parameter_class, ParameterError)
+    except ParameterError as error:
+        raise ParameterError(f"{group}: {error}") from None

@@ -149,7 +149,7 @@ def test_the_marks_of_another_detector_count_in_place_of_ours(tmp_path, capsys):
     capsys.readouterr()
     assert main([str(tmp_path), "--mesh", str(tmp_path / "wall.stl")]) == 1
     told = capsys.readouterr().err
-    assert "0.000000.marks.json: cannot be read" in told
+    assert "0.000000.marks.json, line 1: entry 1 of candidates lacks the key 'pixels'" in told
     assert told.count("\n") == 1
 
 
