@@ -42,9 +42,6 @@ class Defect:
         if self.kind not in KINDS:
             raise PhotographError(f'A defect is of the kind "{self.kind}"; give one of {", ".join(KINDS)}.')
         check_limits(self, PhotographError, f"A {self.kind}'s {{}}")
-        numbers = (*self.position_m, *self.normal, *self.along)
-        if len(numbers) != 9 or not np.isfinite(numbers).all():
-            raise PhotographError(f"A {self.kind} needs three finite vectors.")
 
 
 @dataclass(frozen=True)
