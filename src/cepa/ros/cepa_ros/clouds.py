@@ -7,18 +7,19 @@ from sensor_msgs.msg import PointCloud2
 
 from cepa import MotionError
 from node_tools import clouds
+from node_tools.lidar_readings import LidarReadings
 
 
-def points_of(message: PointCloud2) -> np.ndarray:
-    """Return the points (n, 3) of a cloud in its own frame, m; rows may be NaN.
+def points_of(message: PointCloud2, readings: LidarReadings) -> np.ndarray:
+    """Return the points (n, 3) of a cloud in its own frame, m; rows are NaN where a beam met nothing.
 
     Raises:
         MotionError: the cloud cannot be read, or has no valid point at all.
     """
     try:
-        points_m = clouds.points_of(message).astype(float)
+        points_m = clouds.points_of(message)
     except clouds.CloudError as error:
         raise MotionError(str(error)) from None
     if not np.isfinite(points_m).all(axis=1).any():
         raise MotionError(f"The cloud has no valid point among {len(points_m)}; is its sensor covered?")
-    return points_m
+    return readings.met(message.header, points_m).astype(float)

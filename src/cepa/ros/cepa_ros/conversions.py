@@ -21,11 +21,10 @@ from cepa.dynamic.report import Report, View
 from cepa.steering.inertial_path import NOT_MEASURED, InertialReading
 from cepa.steering.own_motion import OwnState
 from node_tools.conversions import xyz, xyzw
+from node_tools.lidar_readings import UNSEEN_INTENSITY
 
 MOST_STEPS_BEHIND = 1.99
 """Steps of a scan from its last beam to angle_max: fewer than two, less what rounding to 32 bits adds."""
-UNSEEN_INTENSITY = -1.0
-"""An intensity that marks a beam as unseen, as lidar_padding does."""
 
 
 def own_state_of(odometry: OdometryMessage) -> tuple[OwnState, str]:

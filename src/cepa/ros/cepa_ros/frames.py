@@ -50,9 +50,12 @@ class Frames:
         """Return how a sensor sits on the base frame, in whatever attitude.
 
         Raises:
-            MountError: TF does not know it (yet).
+            MountError: TF does not know it (yet), or the vehicle does not carry the frame.
         """
-        return self._look_up(frame)
+        mount = self._look_up(frame)
+        if lacks := self._transforms.carried.lacks(self._base_frame, frame.lstrip("/")):
+            raise MountError(lacks)
+        return mount
 
     def yaw_turn(self, frame: str) -> PlaneTurn:
         """Return how a levelled velocity of ``frame`` turns into the base frame, by its newest yaw.

@@ -11,18 +11,23 @@ import yaml
 pytest.importorskip("cepa_ros.clouds", reason="the workspace is not built, or not sourced")
 
 import rospy
-from cepa_ros.clouds import points_of
+from cepa_ros import clouds
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
 from cepa import MotionError, ParameterError
 from cepa.steering.clouds import CloudLimits
 from cepa.steering.mount import Mount, PlaneTurn, into_body, out_of_body
+from node_tools.lidar_readings import LidarReadings
 
 CAMERA_LIMITS = Path(__file__).resolve().parents[2] / "config/clouds/depth_camera.yaml"
 POINTS = np.array([[1.0, 2.0, 3.0], [math.nan, 0.0, 0.0], [-4.0, 5.5, -6.0]], np.float32)
 LIMITS = {"elevation_min": -0.3, "elevation_max": 0.3, "range_min": 0.5, "range_max": 100.0}
 HALF = math.sqrt(0.5)
+
+
+def points_of(cloud, readings=None):
+    return clouds.points_of(cloud, readings or LidarReadings(print))
 
 
 def message(order="<", **changes):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Callable, Iterable, Iterator
@@ -45,6 +47,8 @@ OF_ROS_2 = (b"\x89MCAP", b"SQLite format 3")
 """First bytes of ROS 2's bags."""
 NEWEST_FORMAT = 200
 """Bags of 2.0 have been written since 2010; some of the classic ones are of 1.2."""
+LOOKED_AHEAD = 20
+"""Messages of a lidar that tell what it means by its readings."""
 TF_TOPICS = ("/tf", "/tf_static", "tf", "tf_static")
 
 
@@ -174,6 +178,14 @@ def read_raw(
             yield name, data
     except DAMAGE as error:
         raise BagError(f"The bag {bag.filename} is damaged ({error}).") from None
+
+
+def first_of(bag: rosbag.Bag, topic: str, message_type: str) -> Iterator[Any]:
+    """Yield the first messages of a topic, up to the first damage."""
+    read = read_raw(bag, {topic: CLASSES[message_type]}, lambda _: None)
+    with contextlib.suppress(BagError, *DAMAGE):
+        for data in itertools.islice((data for name, data in read if name == topic), LOOKED_AHEAD):
+            yield CLASSES[message_type]().deserialize(data)
 
 
 def _unknown(connections: Iterable, is_known: Callable[[str, str, str], bool]) -> set[str]:

@@ -33,11 +33,13 @@ from gridslam.volume.path_poses import OdometryHistory, PathCorrections
 from gridslam.warm_up import warm_up
 from gridslam_ros.bag_checks import BagChecks
 from gridslam_ros.bags import (
+    LASER_SCAN,
     ODOMETRY,
     POINT_CLOUD,
     BagCount,
     BagError,
     BagScans,
+    first_of,
     open_bag,
     topic_of,
     topics_of,
@@ -217,6 +219,7 @@ class Replay:
                 odometry = topic_of(bag, self._topics.odometry, ODOMETRY)
             if self._beside.clouds is not None:
                 cloud = topic_of(bag, self._topics.cloud, POINT_CLOUD)
+            self._source.look_ahead(first_of(bag, topic, LASER_SCAN))
             scans = BagScans(
                 topic,
                 self._frames,

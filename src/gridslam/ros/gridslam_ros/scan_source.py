@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Callable
+from typing import Callable, Iterable
 
 import numpy as np
 from sensor_msgs.msg import LaserScan
@@ -19,6 +19,7 @@ from gridslam.watches.mounting_watch import MountingWatch
 from gridslam.watches.way_watch import WayWatch
 from gridslam.watches.yaw_watch import YawWatch
 from gridslam_ros.frames.odometry_frames import OdometryFrames
+from node_tools.lidar_readings import LidarReadings
 
 EMPTY_MAX = 10
 """After so many scans in a row without a return, that is told."""
@@ -44,7 +45,7 @@ class ScanSource:
         floor_z_m: float | None = 0.0,
     ):
         self._frames = frames
-        self._say = say
+        self._say, self._readings = say, LidarReadings(say)
         self._levelling, self._watch = Levelling(levelling, floor_z_m), ScanWatch()
         self._mounting: dict[str, MountingWatch] = {}
         """By the lidar's frame."""
@@ -61,6 +62,10 @@ class ScanSource:
         self._has_told_few = False
         self._lidars: deque[tuple[str, int]] = deque(maxlen=2 * TURNS)  # frames and numbers of beams
 
+    def look_ahead(self, scans: Iterable[LaserScan]) -> None:
+        """See `LidarReadings.look_ahead`."""
+        self._readings.look_ahead(scans)
+
     def planar(self, scan: LaserScan) -> tuple[PlanarScan, tuple[float, float, float]]:
         """Return (levelled scan, base in odom as x, y, yaw) of a message whose frames are known.
 
@@ -71,6 +76,7 @@ class ScanSource:
                 frame, or odometry's metre or its yaw is wrong.
         """
         base_in_odom, lidar_in_base = self._frames.look_up(scan)
+        scan = self._readings.scan(scan)
         ranges_m = np.asarray(scan.ranges)
         planar, base = self._levelling.level(
             scan.header.stamp.to_sec(),

@@ -19,12 +19,11 @@ from inspection_tools.padding import PaddedScan
 from inspection_tools.scan import ScanGeometry
 from inspection_tools.vision_pose import Motion
 from node_tools.conversions import time_of, xyz
+from node_tools.lidar_readings import UNSEEN_INTENSITY
 
 GREATEST_SPEED_M_S = 1e6
 MOST_STEPS_BEHIND = 1.99
 """Steps of a scan from its last beam to angle_max: fewer than two, less what rounding to 32 bits adds."""
-UNSEEN_INTENSITY = -1.0
-"""LaserScan.intensities of a beam that nobody has seen: the message has no field of its own for that."""
 
 
 def scan_geometry(scan: LaserScan) -> ScanGeometry:

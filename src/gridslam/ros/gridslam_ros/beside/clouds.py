@@ -12,6 +12,7 @@ from gridslam.level_cloud import LevelCloud
 from gridslam_ros.beside.by_stamp import ByStamp
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 from gridslam_ros.volume import messages
+from node_tools.lidar_readings import LidarReadings
 
 KEPT = 40
 
@@ -25,7 +26,7 @@ class CloudSource:
     """
 
     def __init__(self, frames: OdometryFrames, say: Callable[[str], None]) -> None:
-        self._frames, self._say = frames, say
+        self._frames, self._say, self._readings = frames, say, LidarReadings(say)
         self._last: ByStamp[PointCloud2] = ByStamp(KEPT)
 
     def add(self, message: PointCloud2) -> None:
@@ -54,4 +55,5 @@ class CloudSource:
             return None
         (_, orientation), lidar_in_base = self._frames.look_up(cloud)
         roll_rad, pitch_rad, _ = roll_pitch_yaw_of(matrix_of_quaternion(orientation))
-        return LevelCloud.of(messages.points_of(cloud), lidar_in_base, (roll_rad, pitch_rad))
+        points = messages.readable(self._readings.points, cloud)
+        return LevelCloud.of(points, lidar_in_base, (roll_rad, pitch_rad))

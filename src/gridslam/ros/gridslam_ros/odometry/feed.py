@@ -15,8 +15,10 @@ from gridslam.odometry import LidarOdometry, OdometryEstimate
 from gridslam.odometry.inertial import InertialReading
 from gridslam.odometry.intake import Answer, OdometryIntake, SensedRange, SensedScan
 from gridslam_ros.frames.odometry_frames import Pose, sweep
-from node_tools.clouds import CloudError, points_of
+from input_checks.point_times import SweptClouds
+from node_tools.clouds import CloudError, times_of
 from node_tools.conversions import time_of, xyz, xyzw
+from node_tools.lidar_readings import LidarReadings
 from stamp_pairing.clock_steps import SharedSteadyTime
 
 LONGEST_GAP_S = 0.5
@@ -45,6 +47,8 @@ class OdometryFeed:
     ) -> None:
         self._intake: OdometryIntake[Any] = OdometryIntake(odometry, mount, say, imu_lag_s)
         self._give, self._say = publish, say
+        self._readings, self._swept = LidarReadings(say), SweptClouds(say)
+        self._motion = 0.0, 0.0  # speed, m/s, and rate of turning, rad/s
         self._time = SharedSteadyTime(LONGEST_GAP_S)
         self._imu_began_s = math.inf
 
@@ -77,7 +81,7 @@ class OdometryFeed:
 
     def on_scan(self, message: LaserScan) -> None:
         """Take a scan, for `LidarOdometry`."""
-        stamp = message.header.stamp
+        stamp, message = message.header.stamp, self._readings.scan(message)
         scan = SensedScan(
             stamp.to_nsec(),
             self._time.at(stamp.to_sec()),
@@ -93,7 +97,8 @@ class OdometryFeed:
         """Take a cloud, for `CloudOdometry`."""
         stamp = message.header.stamp
         try:
-            points = points_of(message)
+            points = self._readings.points(message)
+            self._swept.watch(message.header.frame_id, times_of(message), *self._motion)
         except CloudError as error:
             self._say(f"{error} The cloud is left out.")
             return
@@ -102,4 +107,5 @@ class OdometryFeed:
 
     def _publish(self, answers: list[Answer]) -> None:
         for stamp_ns, estimate in answers:
+            self._motion = math.hypot(*estimate.velocity_xyz), math.hypot(*estimate.rates_rad_s)
             self._give(time_of(stamp_ns), estimate)

@@ -15,9 +15,9 @@ from tqdm import tqdm
 from gridslam import MapError, SlamError
 from gridslam.volume import CorrectedMap, Pose, VolumeParameters, stream_of, write_octree
 from gridslam.volume.path_poses import PathCorrections
-from gridslam_ros.bags import POINT_CLOUD, BagError, open_bag, read_raw, topic_of
-from gridslam_ros.volume import messages
+from gridslam_ros.bags import POINT_CLOUD, BagError, first_of, open_bag, read_raw, topic_of
 from gridslam_ros.volume.frames import CloudFrames
+from gridslam_ros.volume.moving_lidar import MovingLidar
 from node_tools.bags import DAMAGE
 
 ENDINGS = {".bt": True, ".ot": False}
@@ -31,6 +31,7 @@ class VolumeRequest:
     """A map of voxels to make.
 
     file: .bt or .ot. cloud: topic. resolution_m: of the voxels. range_m: a longer ray is free up to here.
+    sensor_frame: of the lidar, if the clouds are in a frame that the vehicle does not carry.
 
     Raises:
         MapError: the file's ending is another one, or its folder is missing.
@@ -41,6 +42,7 @@ class VolumeRequest:
     cloud: str = "/cloud"
     resolution_m: float = 0.1
     range_m: float = 30.0
+    sensor_frame: str = ""
 
     def __post_init__(self) -> None:
         if self.file.suffix not in ENDINGS:
@@ -61,6 +63,7 @@ def add_volume_arguments(parser: argparse.ArgumentParser) -> None:
         ("--cloud", VolumeRequest.cloud, "topic of its clouds"),
         ("--resolution", VolumeRequest.resolution_m, "side of its voxels, m"),
         ("--max-range", VolumeRequest.range_m, "a longer ray is free up to here, m"),
+        ("--sensor-frame", VolumeRequest.sensor_frame, "the lidar's frame, if its clouds are in the map's"),
     ):
         kind: type = type(default)
         parser.add_argument(name, type=kind, default=default, help=f"{meaning} (default: %(default)s)")
@@ -74,7 +77,7 @@ def volume_request(given: argparse.Namespace) -> VolumeRequest | None:
     """
     if given.volume is None:
         return None
-    return VolumeRequest(given.volume, given.cloud, given.resolution, given.max_range)
+    return VolumeRequest(given.volume, given.cloud, given.resolution, given.max_range, given.sensor_frame)
 
 
 class BagVolume:
@@ -97,7 +100,8 @@ class BagVolume:
         odom_frame, base_frame = frames
         self._request, self._corrections, self._say = request, corrections, say
         self._map = CorrectedMap(request.parameters())
-        self._frames = CloudFrames(odom_frame, odom_frame, base_frame)
+        self._frames = CloudFrames(odom_frame, odom_frame, base_frame, request.sensor_frame)
+        self._lidar = MovingLidar(self._frames, request.range_m, say)
         self._waiting: deque[PointCloud2] = deque()
         self._last_s = -float("inf")
         self.clouds, self.without_tf = 0, 0
@@ -112,6 +116,7 @@ class BagVolume:
         with open_bag(path) as bag:
             topic = topic_of(bag, self._request.cloud, POINT_CLOUD)
             total = bag.get_message_count(topic)
+            self._lidar.readings.look_ahead(first_of(bag, topic, POINT_CLOUD))
             try:
                 with tqdm(total=total, unit="cloud", desc=self._request.file.name, mininterval=0.2) as bar:
                     for name, data in read_raw(bag, {topic: PointCloud2}, self._say):
@@ -139,22 +144,25 @@ class BagVolume:
             self.without_tf += 1
 
     def _enter_known(self) -> None:
-        while self._waiting:
-            cloud = self._waiting[0]
+        """Enter the clouds whose poses TF knows. Older ones than these are without TF."""
+        for cloud in tuple(self._waiting):
             try:
                 poses = self._frames.sensor(cloud.header.frame_id, cloud.header.stamp)
-                if poses is None:
-                    return
+                if poses is None or not self._lidar.is_complete(cloud):
+                    continue
                 self._enter(cloud, poses[0])
             except SlamError as error:
                 self._say(f"{error} The cloud at {cloud.header.stamp.to_sec():.3f} s is left out.")
+            while self._waiting[0] is not cloud:
+                self._waiting.popleft()
+                self.without_tf += 1
             self._waiting.popleft()
 
     def _enter(self, cloud: PointCloud2, sensor_in_odom: Pose) -> None:
         stamp_s = cloud.header.stamp.to_sec()
         if not self._corrections.cover(stamp_s) or not self._map.asks_for(stamp_s, sensor_in_odom):
             return
-        self._map.add(stamp_s, messages.points_of(cloud), sensor_in_odom, self._corrections.at(stamp_s))
+        self._map.add(stamp_s, self._lidar.points_of(cloud), sensor_in_odom, self._corrections.at(stamp_s))
         self.clouds += 1
 
     def _write(self, total: int) -> dict:

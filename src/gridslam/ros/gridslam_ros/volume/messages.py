@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
+from typing import Callable, TypeVar
 
 import numpy as np
 from geometry_msgs.msg import Point
@@ -19,20 +20,17 @@ from gridslam.volume.kernels.tiles import SIDE
 from gridslam_ros.conversions import NumpyGridMessage
 from node_tools import clouds
 
+Read = TypeVar("Read")
 TREE = "OcTree"
 VOXELS_MAX = 50_000_000
 """Of a box that somebody asks for."""
 FREE_COLOUR = (0.0, 1.0, 0.0, 0.3)
 
 
-def points_of(message: PointCloud2) -> np.ndarray:
-    """Return the points (n, 3) of a cloud in its own frame, float32, m; some may not be finite.
-
-    Raises:
-        ScanError: it has no x, y and z as float32, or its steps and its length do not agree.
-    """
+def readable(read: Callable[[PointCloud2], Read], message: PointCloud2) -> Read:
+    """Return what is read of a cloud. Raises ScanError if it cannot be read."""
     try:
-        return clouds.points_of(message)
+        return read(message)
     except clouds.CloudError as error:
         raise ScanError(str(error)) from None
 

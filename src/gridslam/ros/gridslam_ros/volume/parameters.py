@@ -69,6 +69,8 @@ class OctomapParameters:
     """Frame of the UAV. Its pose at each cloud is kept, so that the map follows when a loop closes."""
     odom_frame: str = "odom"
     """Frame of the odometry. If TF does not know it, clouds are placed in `frame_id` directly."""
+    sensor_frame: str = ""
+    """Frame of the lidar, if its clouds come in a frame that the UAV does not carry, as `map`."""
     sensor_model: SensorModel = SensorModel()
     """What a ray tells of the voxels on its way."""
     occupancy_min_z: float = limited(-math.inf, -math.inf, math.inf)

@@ -11,7 +11,7 @@ from gridslam.volume.parameters import FLAT_MISS, VolumeParameters
 from gridslam.volume.planning_layers import DistanceField, Frontiers
 from gridslam.volume.range_points import RangePoints
 from gridslam.volume.scans.gathering import PlacedCloud, ScanGathering
-from gridslam.volume.scans.scan_points import points_of_scan
+from gridslam.volume.scans.scan_points import carried, points_of_scan
 from gridslam.volume.shown_map import FREE, OCCUPIED, UNKNOWN, ShownMap
 from gridslam.volume.tile_table import Box
 from gridslam.volume.voxel_map import VoxelMap
@@ -39,6 +39,7 @@ __all__ = [
     "ShownMap",
     "VolumeParameters",
     "VoxelMap",
+    "carried",
     "map_from",
     "points_of_scan",
     "read_octree",

@@ -13,6 +13,7 @@ from geometry_msgs.msg import Transform as TransformMessage
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
+from input_checks.carried_frames import CarriedFrames
 from node_tools.conversions import xyz, xyzw
 
 AUTHORITY = "node_tools"
@@ -56,6 +57,7 @@ class NewestTransforms:
         self._buffer = tf2_ros.Buffer(debug=False)
         self._unknown = tf2_ros.TransformException
         self._moving = False
+        self.carried = CarriedFrames()
         self._sent: dict[tuple[str, str], deque[TransformStamped]] = {}
         self._subscribers = [rospy.Subscriber("/tf_static", TFMessage, self._on_static, queue_size=100)]
         if self._listens_from_the_start:
@@ -102,11 +104,13 @@ class NewestTransforms:
     def _on_static(self, message: TFMessage) -> None:
         for transform in message.transforms:
             self._buffer.set_transform_static(transform, AUTHORITY)
+            self.carried.add(transform.header.frame_id, transform.child_frame_id, is_static=True)
 
     def _on_moving(self, message: TFMessage) -> None:
         for transform in message.transforms:
             self._buffer.set_transform(transform, AUTHORITY)
             edge = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
+            self.carried.add(*edge, is_static=False)
             self._sent.setdefault(edge, deque(maxlen=KEPT)).append(transform)
 
 

@@ -61,11 +61,11 @@ def points_of_scan(
     level = np.zeros(len(beams))
     ends = ranges_m[beams, None] * np.stack((np.cos(along_rad), np.sin(along_rad), level), axis=1)
     if last_in_first is not None:
-        ends = _carried(ends, beams / max(len(ranges_m) - 1, 1), last_in_first)
+        ends = carried(ends, beams / max(len(ranges_m) - 1, 1), last_in_first)
     return ends.astype(np.float32)
 
 
-def _carried(points: np.ndarray, shares: np.ndarray, last: Pose) -> np.ndarray:
+def carried(points: np.ndarray, shares: np.ndarray, last: Pose) -> np.ndarray:
     """Return points (n, 3), each of the frame after a share (n,) of an even motion, in the first frame.
 
     Rodrigues' formula: each point turns about the motion's axis by its share of the angle.
