@@ -87,6 +87,15 @@ class CepaTest(DynamicCases, unittest.TestCase):
                 self.answer((2.0, 0.0, 0.0), ranges, (1.5, 0.2, 0.0))[:2], expected.velocity_xy
             )
 
+    def test_a_ring_at_range_max_is_nothing_and_no_wall(self):
+        self.mounts.add("base_frame", "of_gazebo")
+        ranges = column(180.0, 0.9)
+        told = np.where(np.isinf(ranges), 1.0, ranges)
+        expected = self.answer((1.0, 0.3, 0.0), ranges, range_max=1.0)
+        self.assertGreater(expected[0], 0.9)
+        self.assert_velocity(self.answer((1.0, 0.3, 0.0), told, range_max=1.0, frame="of_gazebo"), expected)
+        self.warned.wait_for("range_max")
+
     def test_an_emergency_flees_whatever_the_reference(self):
         x, _, z = self.answer((1.0, 0.0, 0.2), column(0.0, 0.4))
         self.assertLess(x, -0.1)

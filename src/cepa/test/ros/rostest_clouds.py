@@ -11,9 +11,10 @@ import numpy as np
 import rospy
 import rostest
 from diagnostic_msgs.msg import DiagnosticArray
-from geometry_msgs.msg import TwistStamped
+from geometry_msgs.msg import TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu, LaserScan, PointCloud2, PointField, Range
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
@@ -169,6 +170,32 @@ class CloudsTest(unittest.TestCase):
         partly = np.concatenate((wall, np.full((50, 3), math.nan)))
         self.assertGreater(self.fly(partly)[2], 0.2)
         self.assertEqual(self.warned.count("no valid point among"), 1)
+
+    def test_3_a_cloud_that_does_not_tell_where_its_lidar_was_is_dropped(self):
+        tf = Input("/tf", TFMessage)
+        self.fly(low_wall(), frame="odom")  # now it listens to /tf
+        edge = TransformStamped(child_frame_id="base_frame")
+        edge.header.frame_id, edge.transform.rotation.w = "odom", 1.0
+
+        def is_told():
+            edge.header.stamp = self.stamps.next(0.1)
+            tf.send(TFMessage([edge]))
+            self.fly(low_wall(), frame="odom")
+            return self.warned.count('"odom" does not move with "base_frame"')
+
+        wait_until(is_told, "a warning of the cloud's frame")
+
+    def test_3_a_cloud_that_the_motion_bends_is_told(self):
+        points = low_wall()
+        rows = np.zeros((len(points), 4), np.float32)
+        rows[:, :3], rows[:, 3] = points, np.linspace(-0.1, 0.0, len(points))
+        fields = [
+            PointField(name, 4 * k, PointField.FLOAT32, 1) for k, name in enumerate(("x", "y", "z", "time"))
+        ]
+        changes = {"fields": fields, "point_step": 16, "row_step": 16 * len(rows), "data": rows.tobytes()}
+        for _ in range(2):
+            self.fly(points, v_ref=(1.5, 0.0, 0.0), **changes)
+        self.warned.wait_for("0.15 m off")
 
     def test_4_without_clouds_it_flies_by_the_planar_scan_and_says_so_once(self):
         self.fly(low_wall())

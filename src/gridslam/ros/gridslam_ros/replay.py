@@ -80,7 +80,7 @@ def main(argv: list[str] | None = None) -> int:
         description="Maps a bag as fast as it can be read. Writes map, trajectories (TUM) and timing.",
         epilog="name:=value sets any parameter of slam_gridslam: particles:=60 loop_closure:=true",
         usage="gridslam_replay BAG [--scan TOPIC] [--odometry TOPIC] [--output FOLDER] [--volume MAP.bt] "
-        "[--cloud TOPIC] [--resolution M] [--max-range M] [name:=value ...]",
+        "[--cloud TOPIC] [--resolution M] [--max-range M] [--sensor-frame FRAME] [name:=value ...]",
     )
     parser.add_argument("bag", metavar="BAG", help="bag with scans and TF odom -> base -> lidar")
     parser.add_argument(

@@ -113,6 +113,33 @@ def test_a_scan_that_comes_again_gets_the_same_answer_with_its_exact_stamp():
     assert not bench.said  # the first range may come a little after the first scan
 
 
+def test_clouds_that_are_bent_by_the_motion_are_told_once():
+    """The IMU turns at 1 rad/s, and a cloud takes 0.1 s: 1 m at a distance of 10 m."""
+    said = []
+    feed = OdometryFeed(CloudOdometry(), Bench._mount, 0.0205, lambda *_: None, said.append)
+    directions = np.random.default_rng(1).normal(size=(2000, 3))
+    walls = (3.0 / np.abs(directions).max(axis=1))[:, None] * directions
+    rows = np.zeros(2000, [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("t", "<u4")])
+    rows["t"] = np.linspace(0, 1e8, 2000)
+    names = [*((name, PointField.FLOAT32) for name in "xyz"), ("t", PointField.UINT32)]
+    for number in range(5):
+        stamp_s, yaw = 0.1 * number, 0.1 * number
+        turn = np.array(((math.cos(yaw), math.sin(yaw)), (-math.sin(yaw), math.cos(yaw))))
+        rows["x"], rows["y"] = turn @ walls[:, :2].T
+        rows["z"] = walls[:, 2]
+        for step in range(5):
+            imu = Imu(header=_header(stamp_s + 0.02 * step, "base_link"), orientation=Quaternion(0, 0, 0, 1))
+            imu.linear_acceleration, imu.angular_velocity = Vector3(0, 0, 9.80665), Vector3(0, 0, 1)
+            feed.on_imu(imu)
+        cloud = PointCloud2(header=_header(stamp_s, "lidar"), height=1, width=2000, point_step=16)
+        cloud.fields = [PointField(name, 4 * k, kind, 1) for k, (name, kind) in enumerate(names)]
+        cloud.data, cloud.row_step = rows.tobytes(), 32000
+        feed.on_cloud(cloud)
+    told = [sentence for sentence in said if "field t" in sentence]
+    assert len(told) == 1
+    assert "1 m off at 10 m" in told[0]
+
+
 def test_an_imu_that_never_comes_holds_up_the_first_scan_only():
     bench = Bench()
     bench.scan(1.0)

@@ -33,6 +33,19 @@ def test_another_lidar_is_told_once():
     assert 'changed from 360 beams in "front" to 180 beams in "rear"' in said[0]
 
 
+def test_beams_that_tell_range_max_have_met_nothing():
+    """Else the ring of them turns with the UAV, and odometry's yaw is blamed."""
+    said = []
+    frames = OdometryFrames("odom", "base_link", said.append)
+    frames.add(transform("base_link", "lidar", rospy.Time(0)).transforms, static=True)
+    frames.add(transform("odom", "base_link", rospy.Time(10)).transforms)
+    scan = room_scan(rospy.Time(10), (0.0, 0.0, 0.0), frame="lidar", beams=360)
+    scan.range_max, scan.ranges = 8.0, np.where(np.arange(360) < 200, 2.0 + 0.01 * np.arange(360), 8.0)
+    planar, _ = scan_source.ScanSource(frames, said.append).planar(scan)
+    assert np.isposinf(planar.ranges_m).sum() == 160
+    assert "range_max" in said[0]
+
+
 def test_two_lidars_on_one_topic_are_told_as_such():
     said = said_of([("front", 360), ("rear", 360)] * 4)
     assert 'Scans of 360 beams in "front" and of 360 beams in "rear" come in turns' in said[-1]

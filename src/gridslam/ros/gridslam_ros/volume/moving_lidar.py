@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from typing import Callable
 
 import numpy as np
@@ -18,6 +19,8 @@ from node_tools.lidar_readings import LidarReadings
 
 LONGEST_S = 10.0
 """Of a scan from its first to its last beam."""
+KEPT = 8
+"""Clouds whose times stay known while they wait for TF."""
 
 
 class MovingLidar:
@@ -32,6 +35,7 @@ class MovingLidar:
     def __init__(self, frames: CloudFrames, free_up_to_m: float, say: Callable[[str], None]):
         self._frames, self._free_up_to_m, self._say = frames, free_up_to_m, say
         self.readings = LidarReadings(say)
+        self._known: deque[tuple[PointCloud2, PointTimes | None]] = deque(maxlen=KEPT)
 
     def is_complete(self, told: LaserScan | PointCloud2) -> bool:
         """Return whether TF knows the lidar at the first and at the last beam of a message, too.
@@ -87,6 +91,14 @@ class MovingLidar:
 
     def _times_of(self, cloud: PointCloud2) -> PointTimes | None:
         """Return when the points were measured; None: at once, or it does not tell."""
+        for other, known in self._known:
+            if other is cloud:
+                return known
+        times = self._read_times(cloud)
+        self._known.append((cloud, times))
+        return times
+
+    def _read_times(self, cloud: PointCloud2) -> PointTimes | None:
         frame, times = cloud.header.frame_id, readable(clouds.times_of, cloud)
         if times is None or self._frames.origin_of(frame) != frame.lstrip("/"):  # they are in a fixed frame
             return None
