@@ -71,7 +71,7 @@ MAY_IMPORT: dict[str, frozenset[str]] = {
     **dict.fromkeys(HELPERS, frozenset()),
     "flight_basics": frozenset({"node_tools", "stamp_pairing"}),
     "flight_limits": frozenset({"input_schemas"}),
-    "node_tools": frozenset({"input_checks"}),
+    "input_checks": frozenset({"node_tools"}),
     **dict.fromkeys(("simulation_tools", "inspection_tools", "cepa", "gridslam", "exploration"), HELPERS),
     "inspection": HELPERS | {"exploration"},
 }

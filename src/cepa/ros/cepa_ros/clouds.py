@@ -6,8 +6,8 @@ import numpy as np
 from sensor_msgs.msg import PointCloud2
 
 from cepa import MotionError
+from input_checks_ros.lidar_readings import LidarReadings
 from node_tools import clouds
-from node_tools.lidar_readings import LidarReadings
 
 
 def points_of(message: PointCloud2, readings: LidarReadings) -> np.ndarray:

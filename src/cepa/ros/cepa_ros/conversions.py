@@ -20,8 +20,8 @@ from cepa.dynamic.constants.choice import HELD_S
 from cepa.dynamic.report import Report, View
 from cepa.steering.inertial_path import NOT_MEASURED, InertialReading
 from cepa.steering.own_motion import OwnState
+from input_checks_ros.lidar_readings import UNSEEN_INTENSITY
 from node_tools.conversions import xyz, xyzw
-from node_tools.lidar_readings import UNSEEN_INTENSITY
 
 MOST_STEPS_BEHIND = 1.99
 """Steps of a scan from its last beam to angle_max: fewer than two, less what rounding to 32 bits adds."""

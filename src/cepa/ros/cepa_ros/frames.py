@@ -10,6 +10,7 @@ from cepa import MountError
 from cepa.keep_out import MapPose
 from cepa.motion import rotation_matrix
 from cepa.steering.mount import Mount, PlaneTurn
+from input_checks.carried_frames import CarriedFrames
 from node_tools.newest_transforms import FrameError, NewestTransforms
 
 LEVEL_COSINE = math.cos(math.radians(20.0))
@@ -22,10 +23,12 @@ class Frames:
     def __init__(self, base_frame: str) -> None:
         self._base_frame = base_frame.lstrip("/")
         self._mounts: dict[str, Mount] = {}
-        self._transforms = NewestTransforms()
+        self._carried = CarriedFrames()
+        self._transforms = NewestTransforms(heard=self._carried.add)
 
     def restart(self) -> None:
         """Forget moving transforms, as after a clock that jumped back. Mountings of lidars stay known."""
+        self._carried.forget()
         self._transforms.restart()
 
     def lidar_mount(self, frame: str) -> Mount:
@@ -53,7 +56,7 @@ class Frames:
             MountError: TF does not know it (yet), or the vehicle does not carry the frame.
         """
         mount = self._look_up(frame)
-        if lacks := self._transforms.carried.lacks(self._base_frame, frame.lstrip("/")):
+        if lacks := self._carried.lacks(self._base_frame, frame.lstrip("/")):
             raise MountError(lacks)
         return mount
 

@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 from cepa import MotionError, ParameterError
 from cepa.steering.clouds import CloudLimits
 from cepa.steering.mount import Mount, PlaneTurn, into_body, out_of_body
-from node_tools.lidar_readings import LidarReadings
+from input_checks_ros.lidar_readings import LidarReadings
 
 CAMERA_LIMITS = Path(__file__).resolve().parents[2] / "config/clouds/depth_camera.yaml"
 POINTS = np.array([[1.0, 2.0, 3.0], [math.nan, 0.0, 0.0], [-4.0, 5.5, -6.0]], np.float32)

@@ -235,7 +235,12 @@ BROKEN_GRAPHS = {
     "limits turned": (with_scan(range_min=11.0), ERROR, "/scan", "leave nothing"),
     "zeros": (with_scan(ranges=np.array([0.0, 1.0, 1.0, 1.0, 0.05])), WARNING, "/scan", "40.0 %"),
     "too far": (with_scan(ranges=np.array([65.0, 1.0, 1.0, 1.0, 1.0])), WARNING, "/scan", "above range_max"),
-    "range_max for nothing": (with_scan(ranges=np.full(5, 10.0)), NOTE, "/scan", "range_max itself"),
+    "range_max for nothing": (
+        with_scan(ranges=np.full(21, 10.0), angle_increment=0.1),
+        NOTE,
+        "/scan",
+        "100 % of its ranges are exactly 10 m",
+    ),
     "blind": (with_scan(ranges=np.full(5, math.nan)), ERROR, "/scan", "NaN in every beam"),
     "covered": (with_scan(ranges=np.full(5, -math.inf)), ERROR, "/scan", "covers the lidar"),
     # parameters

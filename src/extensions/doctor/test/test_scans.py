@@ -28,7 +28,7 @@ def test_a_greatest_range_that_is_no_number_is_an_error():
 
 
 @pytest.mark.parametrize(
-    ("ranges", "saying"), [((10.0, 10.0, 10.0), "range_max itself"), ((11.0, 11.0, 11.0), "above range_max")]
+    ("ranges", "saying"), [((1.0,) + (10.0,) * 20, "exactly 10 m"), ((11.0, 11.0, 11.0), "above range_max")]
 )
 def test_what_lies_at_the_greatest_range_or_beyond_is_said(ranges, saying):
     (diagnosis,) = values([scan(ranges=ranges)])

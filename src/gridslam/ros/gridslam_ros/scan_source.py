@@ -19,7 +19,7 @@ from gridslam.watches.mounting_watch import MountingWatch
 from gridslam.watches.way_watch import WayWatch
 from gridslam.watches.yaw_watch import YawWatch
 from gridslam_ros.frames.odometry_frames import OdometryFrames
-from node_tools.lidar_readings import LidarReadings
+from input_checks_ros.lidar_readings import LidarReadings
 
 EMPTY_MAX = 10
 """After so many scans in a row without a return, that is told."""

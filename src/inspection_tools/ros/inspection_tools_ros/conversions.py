@@ -15,11 +15,11 @@ from sensor_msgs.msg import LaserScan
 
 from flight_basics.errors import ScanError, VelocityError
 from flight_basics.geometry import Vector3
+from input_checks_ros.lidar_readings import UNSEEN_INTENSITY
 from inspection_tools.padding import PaddedScan
 from inspection_tools.scan import ScanGeometry
 from inspection_tools.vision_pose import Motion
 from node_tools.conversions import time_of, xyz
-from node_tools.lidar_readings import UNSEEN_INTENSITY
 
 GREATEST_SPEED_M_S = 1e6
 MOST_STEPS_BEHIND = 1.99

@@ -11,6 +11,7 @@ from typing import Any, Callable, Collection, Mapping
 import numpy as np
 
 from doctor.snapshot import FIRST_WALL_S, Autopilot, Parameter, Recording, Scan, Topic, Transform
+from input_checks_ros.lidar_readings import UNSEEN_INTENSITY
 
 SCANS_KEPT, EVERY_LATER_SCAN = 50, 20
 """Keep the first scans of each topic, and later one of this many."""
@@ -121,7 +122,10 @@ class Recorder:
             message.range_min,
             message.range_max,
         )
-        kept.append(Scan(topic, message.header.frame_id, *limits, np.asarray(message.ranges, np.float32)))
+        ranges, intensities = np.asarray(message.ranges, np.float32), np.asarray(message.intensities)
+        if len(intensities) == len(ranges):
+            ranges = np.where(intensities == UNSEEN_INTENSITY, np.float32(np.nan), ranges)
+        kept.append(Scan(topic, message.header.frame_id, *limits, ranges))
 
     def _hear_description(self, node: str, message: Any) -> None:
         for low, high in ((low, high) for low in _numbers(message.min) for high in _numbers(message.max)):

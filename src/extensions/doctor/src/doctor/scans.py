@@ -9,6 +9,7 @@ import numpy as np
 
 from doctor.diagnosis import ERROR, NOTE, WARNING, Diagnosis
 from doctor.snapshot import Recording, Scan
+from input_checks.far_value import EXACT, FarValue
 
 REP_117 = "REP-117: -inf is too near, +inf is nothing there, NaN is not a measurement"
 MOST_STEPS_BEHIND = 1.99
@@ -60,10 +61,6 @@ def values(scans: list[Scan]) -> Iterator[Diagnosis]:
         [np.isfinite(scan.ranges) & (scan.ranges < scan.range_min - 1e-4) for scan in scans]
     )
     far = np.concatenate([np.isfinite(scan.ranges) & (scan.ranges > scan.range_max + 1e-4) for scan in scans])
-    edge = np.concatenate(
-        [np.isfinite(scan.ranges) & (scan.ranges >= scan.range_max - 1e-4) for scan in scans]
-    )
-    edge &= ~far
     if near.any():
         zeros = np.count_nonzero(ranges[near] == 0.0)
         part = f"{zeros} of {np.count_nonzero(near)} are 0"
@@ -72,9 +69,14 @@ def values(scans: list[Scan]) -> Iterator[Diagnosis]:
     if far.any():
         what = f"{100.0 * far.mean():.1f} % of its ranges are finite and above range_max"
         yield Diagnosis(WARNING, topic, what, f"{REP_117}; correct the driver, or its range_max")
-    if edge.mean() > MOSTLY:
-        what = f"{100.0 * edge.mean():.0f} % of its ranges are range_max itself"
-        yield Diagnosis(NOTE, topic, what, f"If that means nothing there: {REP_117}")
+    lidar = FarValue()
+    for scan in scans:
+        lidar.learn(0.0, scan.ranges, (scan.range_min, scan.range_max))
+    if (far_m := lidar.value_m) is not None:
+        part = np.mean(np.abs(ranges - far_m) <= EXACT * far_m)
+        limit = f"its range_max is {scans[0].range_max:g} m"
+        what = f"{100.0 * part:.0f} % of its ranges are exactly {far_m:g} m, and none is more ({limit})"
+        yield Diagnosis(NOTE, topic, what, f"Our nodes take that for nothing there. {REP_117}")
 
 
 def blind(scans: list[Scan]) -> Iterator[Diagnosis]:

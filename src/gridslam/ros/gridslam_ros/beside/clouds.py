@@ -12,7 +12,7 @@ from gridslam.level_cloud import LevelCloud
 from gridslam_ros.beside.by_stamp import ByStamp
 from gridslam_ros.frames.odometry_frames import OdometryFrames
 from gridslam_ros.volume import messages
-from node_tools.lidar_readings import LidarReadings
+from input_checks_ros.lidar_readings import LidarReadings
 
 KEPT = 40
 

@@ -16,9 +16,9 @@ from gridslam.odometry.inertial import InertialReading
 from gridslam.odometry.intake import Answer, OdometryIntake, SensedRange, SensedScan
 from gridslam_ros.frames.odometry_frames import Pose, sweep
 from input_checks.point_times import SweptClouds
-from node_tools.clouds import CloudError, times_of
+from input_checks_ros.lidar_readings import LidarReadings, times_of
+from node_tools.clouds import CloudError
 from node_tools.conversions import time_of, xyz, xyzw
-from node_tools.lidar_readings import LidarReadings
 from stamp_pairing.clock_steps import SharedSteadyTime
 
 LONGEST_GAP_S = 0.5

@@ -14,8 +14,8 @@ from gridslam.volume import Pose, carried, points_of_scan
 from gridslam_ros.volume.frames import CloudFrames
 from gridslam_ros.volume.messages import readable
 from input_checks.point_times import PointTimes
+from input_checks_ros.lidar_readings import LidarReadings, times_of
 from node_tools import clouds
-from node_tools.lidar_readings import LidarReadings
 
 LONGEST_S = 10.0
 """Of a scan from its first to its last beam."""
@@ -99,7 +99,7 @@ class MovingLidar:
         return times
 
     def _read_times(self, cloud: PointCloud2) -> PointTimes | None:
-        frame, times = cloud.header.frame_id, readable(clouds.times_of, cloud)
+        frame, times = cloud.header.frame_id, readable(times_of, cloud)
         if times is None or self._frames.origin_of(frame) != frame.lstrip("/"):  # they are in a fixed frame
             return None
         if times.why_not:

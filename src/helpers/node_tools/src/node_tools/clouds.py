@@ -1,11 +1,9 @@
-"""Points of sensor_msgs/PointCloud2, and when each was measured."""
+"""Points and other fields of sensor_msgs/PointCloud2."""
 
 from __future__ import annotations
 
 import numpy as np
 from sensor_msgs.msg import PointCloud2, PointField
-
-from input_checks import point_times
 
 
 class CloudError(Exception):
@@ -13,7 +11,8 @@ class CloudError(Exception):
 
 
 _FORMATS = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
-_TIME_FORMATS = {**_FORMATS, PointField.UINT32: "u4", PointField.INT32: "i4"}
+FORMATS = {**_FORMATS, PointField.UINT32: "u4", PointField.INT32: "i4"}
+"""Of the fields that `rows_of` reads."""
 
 
 def points_of(message: PointCloud2) -> np.ndarray:
@@ -27,30 +26,21 @@ def points_of(message: PointCloud2) -> np.ndarray:
     fields = {f.name: f for f in message.fields if f.name in tuple("xyz") and f.datatype in _FORMATS}
     if len(fields) < 3:
         raise CloudError("The cloud has no fields x, y and z of 32 or 64 bits; check its source.")
-    rows = _rows(message, [fields[name] for name in "xyz"])
+    rows = rows_of(message, [fields[name] for name in "xyz"])
     with np.errstate(over="ignore"):  # then it is not finite
         points = np.stack([rows[name] for name in "xyz"], axis=-1).reshape(-1, 3).astype(np.float32)
     points[~points.any(axis=1)] = np.nan
     return points
 
 
-def times_of(message: PointCloud2) -> point_times.PointTimes | None:
-    """Return when each point of a cloud was measured; None: all at once, or it does not tell.
+def rows_of(message: PointCloud2, fields: list[PointField]) -> np.ndarray:
+    """Return some fields of the points, (height, width), by name; each is of one of `FORMATS`.
 
     Raises:
         CloudError: its steps and its length do not agree.
     """
-    for field in message.fields:
-        if field.name.lower() in point_times.NAMES and field.datatype in _TIME_FORMATS:
-            values = _rows(message, [field])[field.name].reshape(-1)
-            return point_times.point_times(field.name, values, message.header.stamp.to_sec())
-    return None
-
-
-def _rows(message: PointCloud2, fields: list[PointField]) -> np.ndarray:
-    """Return some fields of the points, (height, width), by name."""
     step, order = message.point_step, ">" if message.is_bigendian else "<"
-    formats = [np.dtype(order + _TIME_FORMATS[field.datatype]) for field in fields]
+    formats = [np.dtype(order + FORMATS[field.datatype]) for field in fields]
     offsets = [field.offset for field in fields]
     if max(offset + each.itemsize for offset, each in zip(offsets, formats)) > step:
         raise CloudError(f"The cloud's fields do not fit into points of {step} bytes; check its source.")

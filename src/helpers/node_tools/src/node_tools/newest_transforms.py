@@ -6,14 +6,13 @@ A look-up with a time-out waits for ROS time. It blocks for ever while the clock
 from __future__ import annotations
 
 from collections import deque
-from typing import NamedTuple
+from typing import Callable, NamedTuple
 
 import rospy
 from geometry_msgs.msg import Transform as TransformMessage
 from geometry_msgs.msg import TransformStamped
 from tf2_msgs.msg import TFMessage
 
-from input_checks.carried_frames import CarriedFrames
 from node_tools.conversions import xyz, xyzw
 
 AUTHORITY = "node_tools"
@@ -41,9 +40,13 @@ class NewestTransforms:
     Args:
         listen_to_moving: subscribe to /tf at once. Otherwise it subscribes to /tf when a look-up fails. So a
             node that needs only static frames does not receive a hundred messages a second.
+        heard: is called with each edge that comes: its parent, its child, and whether it is static.
     """
 
-    def __init__(self, listen_to_moving: bool = False) -> None:
+    def __init__(
+        self, listen_to_moving: bool = False, heard: Callable[[str, str, bool], None] = lambda *_: None
+    ) -> None:
+        self._heard = heard
         self._listens_from_the_start = listen_to_moving
         self._subscribers: list[rospy.Subscriber] = []
         self.restart()
@@ -57,7 +60,6 @@ class NewestTransforms:
         self._buffer = tf2_ros.Buffer(debug=False)
         self._unknown = tf2_ros.TransformException
         self._moving = False
-        self.carried = CarriedFrames()
         self._sent: dict[tuple[str, str], deque[TransformStamped]] = {}
         self._subscribers = [rospy.Subscriber("/tf_static", TFMessage, self._on_static, queue_size=100)]
         if self._listens_from_the_start:
@@ -104,13 +106,13 @@ class NewestTransforms:
     def _on_static(self, message: TFMessage) -> None:
         for transform in message.transforms:
             self._buffer.set_transform_static(transform, AUTHORITY)
-            self.carried.add(transform.header.frame_id, transform.child_frame_id, is_static=True)
+            self._heard(transform.header.frame_id, transform.child_frame_id, True)
 
     def _on_moving(self, message: TFMessage) -> None:
         for transform in message.transforms:
             self._buffer.set_transform(transform, AUTHORITY)
             edge = transform.header.frame_id.lstrip("/"), transform.child_frame_id.lstrip("/")
-            self.carried.add(*edge, is_static=False)
+            self._heard(*edge, False)
             self._sent.setdefault(edge, deque(maxlen=KEPT)).append(transform)
 
 

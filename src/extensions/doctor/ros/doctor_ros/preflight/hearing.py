@@ -18,6 +18,7 @@ from sensor_msgs.msg import LaserScan
 from doctor.preflight.by_hand import Answer, View
 from doctor.preflight.standing import BASE_FRAME, ODOMETRY, SAFE, SCAN
 from flights.errors import GraphError
+from input_checks_ros.lidar_readings import LidarReadings
 from node_tools.newest_transforms import FrameError, NewestTransforms
 from node_tools.ros_servers import UNREACHABLE
 
@@ -86,7 +87,7 @@ class _Beams:
 
     def __init__(self) -> None:
         self._transforms: NewestTransforms | None = None
-        self._complaint = ""
+        self._complaint, self._readings = "", LidarReadings(lambda _: None)
 
     def of(self, scan: LaserScan) -> tuple[np.ndarray, np.ndarray] | None:
         """Return bearings (rad) and ranges (m) of the beams that see something.
@@ -100,7 +101,7 @@ class _Beams:
         except FrameError as error:
             self._complaint = str(error)
             return None
-        self._complaint = ""
+        self._complaint, scan = "", self._readings.scan(scan)
         ranges_m = np.asarray(scan.ranges, float)
         angles_rad = scan.angle_min + scan.angle_increment * np.arange(len(ranges_m))
         seen = (ranges_m >= scan.range_min) & (ranges_m <= scan.range_max)

@@ -10,7 +10,8 @@ from sensor_msgs.msg import LaserScan, PointCloud2
 from std_msgs.msg import Header
 
 from input_checks.far_value import FarValues
-from node_tools.clouds import points_of
+from input_checks.point_times import NAMES, PointTimes, point_times
+from node_tools.clouds import FORMATS, points_of, rows_of
 
 UNSEEN_INTENSITY = -1.0
 """LaserScan.intensities of a beam that nobody has seen: the message has no field of its own for that."""
@@ -74,3 +75,16 @@ class LidarReadings:
             is_free = 0.0 < free_up_to_m <= value_m * (1.0 + 1e-6)
             points[met_nothing] = points[met_nothing] * BEYOND if is_free else np.nan
         return points
+
+
+def times_of(message: PointCloud2) -> PointTimes | None:
+    """Return when each point of a cloud was measured; None: all at once, or it does not tell.
+
+    Raises:
+        CloudError: its steps and its length do not agree.
+    """
+    for field in message.fields:
+        if field.name.lower() in NAMES and field.datatype in FORMATS:
+            values = rows_of(message, [field])[field.name].reshape(-1)
+            return point_times(field.name, values, message.header.stamp.to_sec())
+    return None

@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 
-pytest.importorskip("sensor_msgs", reason="needs ROS")
+pytest.importorskip("input_checks_ros.lidar_readings", reason="the workspace is not built, or not sourced")
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField
 
-from node_tools.clouds import times_of
-from node_tools.lidar_readings import LidarReadings
+from input_checks_ros.lidar_readings import LidarReadings, times_of
 
 BEAMS = 360
 

@@ -1,0 +1,1 @@
+"""The door by which nodes take the messages of lidars."""
