@@ -66,9 +66,9 @@ class Intake:
         self._has_told_silence = False
         self._tf_resets = self._frames.resets
 
-    def add_transforms(self, transforms: Sequence[TransformStamped]) -> int | None:
-        """Take in a message of /tf. Return the stamp (ns) of an odometry's edge in it."""
-        stamp_ns = self._frames.add(transforms)
+    def add_transforms(self, transforms: Sequence[TransformStamped], sender: str = "") -> int | None:
+        """Take in a message of /tf, from a node. Return the stamp (ns) of an odometry's edge in it."""
+        stamp_ns = self._frames.add(transforms, sender=sender)
         if self._held is not None and self._tf_is_back_at(_stamp_ns(self._held)):
             self._go_back()
         if stamp_ns is not None:

@@ -256,7 +256,7 @@ class Replay:
             planar, base_in_odom = self._source.planar(scan)
             covariance, cloud = self._beside.covariance_of(scan), partial(self._beside.cloud_of, scan)
             self._checks.add(planar, base_in_odom)
-            update = self._session.process(planar, base_in_odom, covariance, cloud)
+            update = self._session.process(planar, base_in_odom, covariance, cloud, self._frames.in_doubt)
         except FrameError:
             self._count.without_tf += 1
             return
@@ -264,6 +264,7 @@ class Replay:
             raise BagError(f"{error} No map is written.") from None
         except SlamError as error:
             self._unusable += 1
+            self._session.go_on(scan.header.stamp.to_sec(), self._source.base_of(scan))
             self._remarks.say(f"{error} The scan at {scan.header.stamp.to_sec():.3f} s is left out.")
             return
         if update is not None:
@@ -277,7 +278,7 @@ class Replay:
         assert map_to_odom is not None  # since the first scan
         self._online.append(se2.compose(map_to_odom, base_in_odom))
         if self._session.tracking is not None:
-            self._verdict.add(self._session.tracking.state)
+            self._verdict.add(self._session.told_state)
         if self._first_closure_s is None and self._session.closures:
             self._first_closure_s = planar.stamp_s
 

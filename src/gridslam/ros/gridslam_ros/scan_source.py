@@ -18,8 +18,9 @@ from gridslam.watches.clock_watch import ClockWatch
 from gridslam.watches.mounting_watch import MountingWatch
 from gridslam.watches.way_watch import WayWatch
 from gridslam.watches.yaw_watch import YawWatch
-from gridslam_ros.frames.odometry_frames import OdometryFrames
+from gridslam_ros.frames.odometry_frames import FrameError, OdometryFrames
 from input_checks_ros.lidar_readings import LidarReadings
+from node_tools.conversions import yaw_of_xyzw
 
 EMPTY_MAX = 10
 """After so many scans in a row without a return, that is told."""
@@ -98,6 +99,14 @@ class ScanSource:
         if sentence := self._clocks.setdefault(scan.header.frame_id, ClockWatch()).check(planar, base):
             self._say(sentence)
         return planar, base
+
+    def base_of(self, scan: LaserScan) -> tuple[float, float, float] | None:
+        """Return the base in odom (x, y, yaw) at a scan; None: TF does not know it."""
+        try:
+            (x, y, _), rotation = self._frames.look_up(scan)[0]
+        except FrameError:
+            return None
+        return x, y, yaw_of_xyzw(rotation)
 
     def _watch_beams(self, scan: LaserScan, planar: PlanarScan) -> None:
         self._empty = 0 if np.isfinite(planar.ranges_m).any() else self._empty + 1

@@ -9,6 +9,9 @@ from typing import Callable
 
 from gridslam_ros.scan_queue import ScanQueue
 
+IDLE_S = 1.0
+"""Wall time after which the thread looks for work though nothing has come."""
+
 
 class Worker:
     """Does one thing at a time: first questions, then upkeep if it is due, then scans.
@@ -21,6 +24,7 @@ class Worker:
         on_left_out: is called with the scans that the queue left out: too late, and without TF.
         upkeep: is called with whether scans are waiting; returns a job to do now, or None.
         on_failure: is called with an unexpected exception of one of them.
+        idle: is called when no scan is ready; returns a job to do now, or None.
     """
 
     def __init__(
@@ -32,10 +36,11 @@ class Worker:
         on_left_out: Callable,
         upkeep: Callable,
         on_failure: Callable[[Exception], None],
+        idle: Callable = lambda: None,
     ):
         self._wakened, self._queue = wakened, queue
         self._is_ready, self._on_scan, self._on_left_out = is_ready, on_scan, on_left_out
-        self._upkeep, self._on_failure = upkeep, on_failure
+        self._upkeep, self._on_failure, self._idle = upkeep, on_failure, idle
         self._asked: deque = deque()
 
     def start(self) -> None:
@@ -70,7 +75,10 @@ class Worker:
                 self._on_left_out(too_late, without_tf)
                 if scan is not None:
                     return lambda: self._on_scan(scan)
-                self._wakened.wait()
+                idle = self._idle()
+                if idle:
+                    return idle
+                self._wakened.wait(IDLE_S)
 
 
 def _answer(question: Callable, answer: Future) -> None:

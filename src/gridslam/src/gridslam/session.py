@@ -29,8 +29,9 @@ from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.session_state import SessionState
-from gridslam.tracking.monitor import TrackingMonitor
+from gridslam.tracking.monitor import LOST, UNCERTAIN, TrackingMonitor
 from gridslam.tracking.self_check import drift_of
+from gridslam.tracking.sight import Sight, sees
 from gridslam.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -79,6 +80,8 @@ class SlamSession:
         self._say = say
         self._odometry, self._is_in_space = ContinuousOdometry(say), odometry_in_space
         self._supervisor = Supervisor(say)
+        self.sight = Sight(parameters)
+        """What the state rests on."""
         self._is_resumed = False
         """Whether there was no scan yet since a state was loaded."""
         self._slices, self._has_said_bands = SliceWatch(), False
@@ -96,12 +99,14 @@ class SlamSession:
         base_in_odom: Sequence[float],
         covariance: np.ndarray | None = None,
         cloud: Callable[[], LevelCloud | None] = lambda: None,
+        in_doubt: str = "",
     ) -> ScanUpdate | None:
         """Take in one scan. Return None if it is not integrated, for lack of motion or of agreement.
 
         covariance: (3, 3) of the base in odom, m2, m rad and rad2, which grows with the way; None: odometry
         does not tell it. Then the parameters srr, srt, str and stt say how uncertain odometry is.
         cloud: returns what the lidar saw in space with the scan; it is asked for scans that are kept only.
+        in_doubt: why odometry is not to be trusted now; empty: it is. The state is uncertain meanwhile.
 
         Raises:
             ScanError: the scan or the odometry makes no sense.
@@ -116,36 +121,82 @@ class SlamSession:
         elif self._odometry.doubt is not None:
             self._doubt(self.slam, self._odometry.doubt)
         self._is_resumed = False
-        is_between = self._watch_slices(self.slam, base, scan.height_m)
-        if self._closer is not None:
-            self._take(self._closer, self.slam, scan.stamp_s)
-        was_lost, was_apart = self.slam.tracking.is_lost, self.slam.earlier is not None
-        was_confirming = self.slam.tracking.is_confirming
         if covariance is not None and not is_told(covariance):
             self._say("The odometry's covariance makes no sense; srr, srt, str and stt count instead.")
             covariance = None
         if covariance is not None:
             covariance = self._odometry.turned(covariance)
-        if is_between and not self.slam.tracking.is_lost:
-            if self.slam.follow(base, scan.stamp_s, covariance):
-                self.slam.refuse(scan.stamp_s)
+        self._watch_sight(self.slam, scan, base, covariance)
+        update = self._use(self.slam, scan, base, covariance, cloud)
+        self._end_without_sight(self.slam)
+        if in_doubt:
+            self.slam.tracking.bridge(in_doubt)
+        return update
+
+    def _use(
+        self,
+        slam: GridSlam,
+        scan: PlanarScan,
+        base: np.ndarray,
+        covariance: np.ndarray | None,
+        cloud: Callable[[], LevelCloud | None],
+    ) -> ScanUpdate | None:
+        """Give a scan to the filter and the loop closer."""
+        is_between = self._watch_slices(slam, base, scan.height_m)
+        if self._closer is not None:
+            self._take(self._closer, slam, scan.stamp_s)
+        was_lost, was_apart = slam.tracking.is_lost, slam.earlier is not None
+        was_confirming = slam.tracking.is_confirming
+        if is_between and not slam.tracking.is_lost:
+            if slam.follow(base, scan.stamp_s, covariance):
+                slam.refuse(scan.stamp_s)
             return None
-        self.slam.skips_known = self._closer is not None and self._closer.has_agreed
-        update = self._supervisor.process(self.slam, scan, base, covariance)
-        if self._closer is not None and was_lost and not self.slam.tracking.is_lost:
-            self._closer.drop(is_contradicted=not self.slam.tracking.is_confirming)
-        if self._closer is not None and was_apart and self.slam.earlier is None:
+        slam.skips_known = self._closer is not None and self._closer.has_agreed
+        update = self._supervisor.process(slam, scan, base, covariance)
+        if self._closer is not None and was_lost and not slam.tracking.is_lost:
+            self._closer.drop(is_contradicted=not slam.tracking.is_confirming)
+        if self._closer is not None and was_apart and slam.earlier is None:
             self._closer.drop()
-        if self._closer is not None and was_confirming and self.slam.tracking.is_on_the_map:
+        if self._closer is not None and was_confirming and slam.tracking.is_on_the_map:
             self._closer.prove()
         if self._closer is not None:
             is_node = update is not None and update.is_node
             if is_node:
-                self._keep_cloud(self.slam, cloud)
+                self._keep_cloud(slam, cloud)
             elif update is not None:  # in a place that is known
-                self.slam.tracking.check(self.slam.tracking.self_check.recognised())
-            self._look_for_loops(self._closer, self.slam, scan.stamp_s, is_node)
+                slam.tracking.check(slam.tracking.self_check.recognised())
+            self._look_for_loops(self._closer, slam, scan.stamp_s, is_node)
         return update
+
+    def _watch_sight(
+        self, slam: GridSlam, scan: PlanarScan, base: np.ndarray, covariance: np.ndarray | None
+    ) -> None:
+        """Note whether a scan sees anything. If none did for long, odometry has erred as it may have."""
+        if not sees(scan):
+            self.sight.follow(scan.stamp_s, base, covariance)
+            return
+        if self.sight.is_poor:
+            slam.widen(self.sight.deviations)
+        self.sight.see(scan.stamp_s, base, covariance)
+
+    def go_on(self, stamp_s: float, base_in_odom: Sequence[float] | None = None) -> None:
+        """Take in that time has passed without a scan that can be used, so that the state ends in time.
+
+        base_in_odom: x, y in m and yaw in rad now; None: nobody knows it.
+        """
+        if self.slam is None:
+            return
+        base = None if base_in_odom is None else np.asarray(base_in_odom, float)
+        if base is not None:
+            base = se2.compose(self._odometry.odom_in_continuous, base)
+        self.sight.follow(stamp_s, base)
+        self._end_without_sight(self.slam)
+
+    def _end_without_sight(self, slam: GridSlam) -> None:
+        """End the state if what it rests on is too old."""
+        is_old = self.sight.is_poor or self._odometry.is_silence(self.sight.age_s)
+        if is_old and not slam.tracking.is_lost:
+            slam.tracking.bridge(self.sight.reason)
 
     def _keep_cloud(self, slam: GridSlam, cloud: Callable[[], LevelCloud | None]) -> None:
         try:
@@ -331,6 +382,16 @@ class SlamSession:
     def tracking(self) -> TrackingMonitor | None:
         """Whether the vehicle is tracked, and the numbers that say so; None before the first scan."""
         return None if self.slam is None else self.slam.tracking
+
+    @property
+    def told_state(self) -> str:
+        """The state as others are told it: without sight for too long, it is lost, though nothing searches.
+
+        Before the first scan it is uncertain.
+        """
+        if self.slam is None:
+            return UNCERTAIN
+        return LOST if self.sight.is_lost else self.slam.tracking.state
 
     @property
     def covariance(self) -> np.ndarray:

@@ -49,5 +49,13 @@ def test_diagnostics_have_the_number_of_parts_that_odometry_alone_joins(monkeypa
         scans_since_tracking=0,
         travelled_since_tracking_m=0.0,
     )
-    values = {pair.key: pair.value for pair in status_of(tracking, "", 3).values}
+    session = SimpleNamespace(
+        tracking=tracking,
+        told_state="tracking",
+        search="",
+        loose_parts_s=[1.0, 2.0],
+        sight=SimpleNamespace(age_s=7.0),
+    )
+    values = {pair.key: pair.value for pair in status_of(session).values}
     assert values["parts of the map that odometry alone joins (1: it is one)"] == "3"
+    assert values["age of the newest scan that saw something (s)"] == "7"

@@ -14,7 +14,8 @@ from sensor_msgs.msg import LaserScan
 
 from gridslam import SlamError
 from gridslam_ros.frames.tf_tree import TfTree
-from node_tools.conversions import xyz, xyzw
+from input_checks.transform_senders import TransformSenders
+from node_tools.conversions import xyz, xyzw, yaw_of, yaw_of_xyzw
 
 Pose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 """Translation (x, y, z) in m and unit quaternion (x, y, z, w)."""
@@ -62,6 +63,8 @@ class OdometryFrames:
         """By child and parent."""
         self._is_reversed = False
         """Whether TF tells the odometry's frame below the base, and not the base below odometry."""
+        self._senders: dict[str, TransformSenders] = {}
+        """Of the edges from the odometry's frame to the base, by child."""
         self.resets = 0
         """Number of times that moving transforms were forgotten."""
         self._forget()
@@ -75,8 +78,13 @@ class OdometryFrames:
         self.doubtful_ns: int | None = None
         """The stamp of the held odometry."""
 
-    def add(self, transforms: Sequence[TransformStamped], static: bool = False) -> int | None:
-        """Take in a message of /tf or /tf_static. Return the stamp (ns) of an odometry's edge in it."""
+    def add(
+        self, transforms: Sequence[TransformStamped], static: bool = False, sender: str = ""
+    ) -> int | None:
+        """Take in a message of /tf or /tf_static. Return the stamp (ns) of an odometry's edge in it.
+
+        sender: name of the node that has sent it; empty: it is not known.
+        """
         above = (_names(edge)[0] for edge in transforms if _names(edge)[1] == self.odom_frame)
         self._is_reversed = self._is_reversed or self.base_frame in above
         # map -> odom is never odometry
@@ -92,6 +100,8 @@ class OdometryFrames:
                 self._buffer.set_transform_static(edge, AUTHORITY)
             return None
         odometry = [edge for edge in edges if _names(edge)[0] == self.odom_frame]
+        for edge in odometry:
+            self._watch_senders(edge, sender)
         if not any(self._is_far_back(edge) for edge in odometry or edges):
             return self._take_in(edges, odometry)
         self._held.append(edges)
@@ -102,6 +112,23 @@ class OdometryFrames:
                 self.go_back()
                 return stamp_ns
         return None
+
+    def _watch_senders(self, edge: TransformStamped, sender: str) -> None:
+        """Say it if the poses of an edge that carries the base come from two sources."""
+        parent, child = _names(edge)
+        if child != self.base_frame and self._tree.parent_of(self.base_frame) != child:
+            return
+        senders = self._senders.setdefault(child, TransformSenders())
+        pose = edge.transform
+        senders.add(edge.header.stamp.to_sec(), xyz(pose.translation), yaw_of(pose.rotation), sender)
+        if senders.found is not None:
+            self._say(senders.found.sentence(parent, child))
+
+    @property
+    def in_doubt(self) -> str:
+        """Why odometry is not to be trusted now, in a sentence; empty: it is."""
+        edges = ((self.odom_frame, child, senders.found) for child, senders in self._senders.items())
+        return next((found.sentence(*edge) for *edge, found in edges if found is not None), "")
 
     def _compare(self, edge: TransformStamped, before: TransformStamped | None) -> None:
         """Say it if a static transform has other values than before."""
@@ -236,6 +263,15 @@ class OdometryFrames:
             return self._pose(self.odom_frame, self.base_frame, scan.header.stamp + lasts)
         except FrameError:  # at the end of a bag
             return None
+
+    def newest_base(self) -> tuple[float, tuple[float, float, float]] | None:
+        """Return the newest stamp (s) at which TF knows the base in odom, and x, y, yaw there; or None."""
+        try:
+            stamp = self._buffer.get_latest_common_time(self.odom_frame, self.base_frame)
+            (x, y, _), rotation = self._pose(self.odom_frame, self.base_frame, stamp)
+        except (tf2_py.TransformException, FrameError):
+            return None
+        return stamp.to_sec(), (x, y, yaw_of_xyzw(rotation))
 
     def _pose(self, target: str, source: str, stamp: rospy.Time) -> Pose:
         try:

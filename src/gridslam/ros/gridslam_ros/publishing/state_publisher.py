@@ -10,7 +10,7 @@ from std_msgs.msg import ColorRGBA, Header, String
 from visualization_msgs.msg import Marker
 
 from gridslam.session import SlamSession
-from gridslam.tracking.monitor import DRIFTING, LOST, TRACKING, UNCERTAIN, TrackingMonitor
+from gridslam.tracking.monitor import DRIFTING, LOST, TRACKING, UNCERTAIN
 from node_tools.conversions import set_yaw
 
 PERIOD_S = 1.0
@@ -53,9 +53,13 @@ class StatePublisher:
 
     def publish(self, session: SlamSession, stamp: rospy.Time) -> None:
         """Publish what a session says after the scan of this stamp."""
-        state = UNCERTAIN if session.tracking is None else session.tracking.state
         if session.slam is not None and stamp.to_nsec():
             self._poses.publish(pose_of(session, Header(stamp=stamp, frame_id=self._map_frame)))
+        self.tell(session, stamp)
+
+    def tell(self, session: SlamSession, stamp: rospy.Time) -> None:
+        """Publish the state at this time, whether or not there was a scan."""
+        state = session.told_state
         is_new = state != self._state
         if is_new:
             self._state = state
@@ -63,7 +67,7 @@ class StatePublisher:
             self._markers.publish(marker_of(state, self._base_frame))
         if is_new or not 0.0 <= stamp.to_sec() - self._published_s < PERIOD_S:
             self._published_s = stamp.to_sec()
-            status = status_of(session.tracking, session.search, len(session.loose_parts_s) + 1)
+            status = status_of(session)
             self._diagnostics.publish(DiagnosticArray(Header(stamp=stamp), [status]))
 
 
@@ -88,22 +92,17 @@ def marker_of(state: str, base_frame: str) -> Marker:
     return marker
 
 
-def status_of(tracking: TrackingMonitor | None, search: str, parts: int) -> DiagnosticStatus:
-    """Return the diagnostics, in words and numbers.
-
-    Args:
-        tracking: None: before the first scan.
-        search: how far the search for a lost vehicle is; empty if there is none.
-        parts: number of the map's parts that odometry alone joins; 1: the map is one.
-    """
+def status_of(session: SlamSession) -> DiagnosticStatus:
+    """Return the diagnostics of a session, in words and numbers."""
+    tracking, state = session.tracking, session.told_state
     status = DiagnosticStatus(name=f"{rospy.get_name().lstrip('/')}: localisation")
     if tracking is None or tracking.last is None:
-        state = UNCERTAIN if tracking is None else tracking.state
         status.level, status.message = LEVELS[state], f"{state}: no scan has been compared with a map yet"
         return status
     last = tracking.last
-    status.level, status.message = LEVELS[tracking.state], f"{tracking.state}: {tracking.reason}"
+    status.level, status.message = LEVELS[state], f"{state}: {tracking.reason}"
     numbers = {
+        "age of the newest scan that saw something (s)": session.sight.age_s,
         "beams that agree with the map (share)": tracking.share_of(last),
         "the same over the last scans (share)": tracking.smoothed_share,
         "beams that the map can be compared with (share)": last.agreement.compared_share,
@@ -112,10 +111,10 @@ def status_of(tracking: TrackingMonitor | None, search: str, parts: int) -> Diag
         "correction of odometry (standard deviations)": last.correction,
         "scans in a row that contradict the map": tracking.contradictions,
         "drift since a place was recognised (m)": tracking.self_check.spread_m,
-        "parts of the map that odometry alone joins (1: it is one)": parts,
+        "parts of the map that odometry alone joins (1: it is one)": len(session.loose_parts_s) + 1,
         "scans since tracking": tracking.scans_since_tracking,
         "travel since tracking (m)": tracking.travelled_since_tracking_m,
     }
     status.values = [KeyValue(name, f"{number:.3g}") for name, number in numbers.items()]
-    status.values.append(KeyValue("search on the whole map", search or "none"))
+    status.values.append(KeyValue("search on the whole map", session.search or "none"))
     return status

@@ -171,6 +171,10 @@ class ContinuousOdometry:
         is_far = way_m > LEEWAY_M + SUSPICIOUS_SHARE * most_m
         return is_far or turn_rad > LEEWAY_RAD + SUSPICIOUS_SHARE * most_rad
 
+    def is_silence(self, seconds: float) -> bool:
+        """Return whether so long a time without a reading that counts is no usual one."""
+        return self._is_silence(seconds, 0.0) if self._usual.is_known else seconds > SILENCE_S
+
     def _is_silence(self, seconds: float, way_m: float) -> bool:
         usual = self._usual
         is_unusual = seconds > max(

@@ -10,6 +10,7 @@ import numpy as np
 from gridslam.localisation.relocaliser import Relocaliser, SearchState
 from gridslam.localisation.standstill import Standstill, StandstillState
 from gridslam.scan import PlanarScan, typical_range_m
+from gridslam.tracking.sight import sees
 
 if TYPE_CHECKING:
     from gridslam.filter.grid_slam import GridSlam
@@ -118,7 +119,8 @@ class Supervisor:
     def _seek(
         self, slam: GridSlam, scan: PlanarScan, base: np.ndarray, covariance: np.ndarray | None
     ) -> None:
-        if slam.follow(base, scan.stamp_s, covariance, SEEK_RANGE_SHARE * typical_range_m(scan)):
+        is_enough = slam.follow(base, scan.stamp_s, covariance, SEEK_RANGE_SHARE * typical_range_m(scan))
+        if is_enough and sees(scan):  # a search without sight would be in vain, and begin another map
             slam.refuse(scan.stamp_s)
             self._relocaliser.add(scan, base)
             self._look(slam, scan)

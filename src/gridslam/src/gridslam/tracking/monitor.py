@@ -119,7 +119,8 @@ class TrackingMonitor:
         self.scans_since_tracking += 1
         self.travelled_since_tracking_m += evidence.travelled_m
         self.self_check = self.self_check.travelled(evidence.travelled_m)
-        if self.is_bridging and evidence.agreement.compared_share < BRIDGED_BY_MAP_SHARE:
+        is_mapped = evidence.agreement.compared(1.0) > 0.0
+        if self.is_bridging and is_mapped and evidence.agreement.compared_share < BRIDGED_BY_MAP_SHARE:
             self.self_check = self.self_check.bridged()
         contradicts = self._contradicts(evidence)
         self.contradictions = self.contradictions + 1 if contradicts else 0
@@ -139,8 +140,9 @@ class TrackingMonitor:
 
     def bridge(self, reason: str) -> None:
         """Go on by odometry alone where scans lack: uncertain until scans agree. What is new is mapped."""
+        was_bridging = self.is_bridging and self.state == UNCERTAIN
         self.is_bridging, self.agreed = True, 0
-        if self.is_on_the_map:
+        if self.is_on_the_map or was_bridging:
             self._enter(UNCERTAIN, reason)
 
     def confirm(self) -> None:
