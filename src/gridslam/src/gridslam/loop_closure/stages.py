@@ -23,7 +23,13 @@ from gridslam.loop_closure.path.contradiction import contradicted_m
 from gridslam.loop_closure.path.error_share import error_shares
 from gridslam.loop_closure.path.loose_parts import loose_parts
 from gridslam.loop_closure.path.measured_path import MeasuredPath
-from gridslam.loop_closure.path.pose_spread import NO_SPREAD, PoseSpread, pose_spread, with_usual_errors
+from gridslam.loop_closure.path.pose_spread import (
+    NO_SPREAD,
+    PoseSpread,
+    pose_spread,
+    systematic_errors,
+    with_usual_errors,
+)
 from gridslam.loop_closure.path.step_uncertainty import (
     BY_ODOMETRY,
     DoubtfulNodes,
@@ -378,10 +384,12 @@ class Stages:
         newest = len(self._path) - 1
         proved = min(max(doubtful.proved, self._recognised), newest)
         self._recognised = newest if is_recognised else proved
-        steps = self._way_uncertainty(doubtful).covariances
+        way = self._way_uncertainty(doubtful)
+        steps = way.covariances
         closures = [self._matches.matches[index] for index in self._counted]
         path, links, p = self._path, self._links.stacked_back(), self._parameters
-        spread = pose_spread(path, steps, closures, self._recognised)
+        systematic_m = systematic_errors(path, steps, way.odometry_covariances, way.share_off)
+        spread = pose_spread(path, steps, closures, self._recognised, systematic_m)
         spread_m2 = float(spread.in_map[0, 0] + spread.in_map[1, 1])
         shares = error_shares(path, steps, links, closures, p.support_m, spread_m2)
         self.spread = with_usual_errors(spread, path, steps, closures, shares, p)

@@ -7,7 +7,7 @@ from typing import Iterable
 import numpy as np
 
 from gridslam import se2
-from gridslam.kernels.links import Scans, Surfaces
+from gridslam.kernels.links import OPEN_SHARE, Scans, Surfaces
 from gridslam.kernels.surfaces import surface_normals, thin_out
 from gridslam.scan import PlanarScan
 
@@ -45,6 +45,16 @@ def surfaces_of(scan: PlanarScan, range_m: float) -> Surfaces:
         in_map[kept],
         lidar[:2].copy(),
     )
+
+
+def is_open(surfaces: Surfaces) -> bool:
+    """Return whether a scan tells no place along some direction, as in a bare corridor.
+
+    Normals of single beams err too much to tell that: where beams are dense, noise turns them, and a bare
+    wall seems to measure itself along.
+    """
+    normals = surfaces.normals
+    return len(normals) == 0 or np.linalg.eigvalsh(normals.T @ normals)[0] < OPEN_SHARE * len(normals)
 
 
 class ScanSurfaces:

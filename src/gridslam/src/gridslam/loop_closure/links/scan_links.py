@@ -16,7 +16,7 @@ from gridslam.loop_closure.edges import Edge, Edges
 from gridslam.loop_closure.links.scan_pairs import link_pairs
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.measured_path import MeasuredPath
-from gridslam.loop_closure.path.odometry_scale import odometry_scale
+from gridslam.loop_closure.path.odometry_scale import Scale, odometry_scale
 from gridslam.loop_closure.recent import Recent
 from gridslam.maps.scan_surfaces import ScanSurfaces, surfaces_of
 from gridslam.maps.tile_pool import require_indices
@@ -89,7 +89,7 @@ class ScanLinks:
         self._stack()
         return self._stacked
 
-    def odometry_scale(self, odometry: np.ndarray) -> float:
+    def odometry_scale(self, odometry: np.ndarray) -> Scale:
         """Return by what the ways of odometry (k, 3) are to be multiplied."""
         self._stack()
         p = self._parameters

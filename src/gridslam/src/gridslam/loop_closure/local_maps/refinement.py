@@ -59,6 +59,13 @@ def normal_matrix(surface: SurfacePoints) -> np.ndarray:
     return jacobian.T @ jacobian
 
 
+def without_weakest(matrix: np.ndarray) -> np.ndarray:
+    """Return an information (3, 3) without what it tells along the weakest direction of x and y."""
+    weakest = np.append(np.linalg.eigh(matrix[:2, :2])[1][:, 0], 0.0)
+    others = np.eye(3) - np.outer(weakest, weakest)
+    return others @ matrix @ others
+
+
 def match_information(matrix: np.ndarray, points: int, parameters: LoopClosureParameters) -> np.ndarray:
     """Return the information (3, 3) of a match from its sum of J^T J over this many points."""
     independent = min(1.0, parameters.match_points / max(1, points))

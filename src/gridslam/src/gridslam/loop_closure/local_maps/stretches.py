@@ -14,10 +14,11 @@ from gridslam.loop_closure.local_maps.local_map import (
     build_local_map,
     surface_points,
 )
-from gridslam.loop_closure.local_maps.refinement import match_information, normal_matrix
+from gridslam.loop_closure.local_maps.refinement import match_information, normal_matrix, without_weakest
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.measured_path import MeasuredPath
 from gridslam.loop_closure.recent import Recent
+from gridslam.maps.scan_surfaces import is_open, surfaces_of
 from gridslam.scan import PlanarScan
 
 SCAN_SPACING_M, SCAN_SPACING_RAD = 0.25, 0.2  # closer scans add nothing to a local map
@@ -40,7 +41,10 @@ class LocalMaps:
         for node in range(len(self._informations), len(scans)):
             surface = self._surfaces.of(node)
             points = len(surface.points_xy_m)
-            self._informations.append(match_information(normal_matrix(surface), points, self._parameters))
+            matrix = normal_matrix(surface)
+            if is_open(surfaces_of(scans[node], self._parameters.range_m)):
+                matrix = without_weakest(matrix)
+            self._informations.append(match_information(matrix, points, self._parameters))
 
     def _measured(self, node: int) -> SurfacePoints:
         return surface_points(self._scans[node], self._parameters.range_m)

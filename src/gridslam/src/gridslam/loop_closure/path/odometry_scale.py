@@ -8,6 +8,9 @@ corridors, too, where nothing but odometry tells how far the vehicle has come. C
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
 from gridslam import se2
@@ -21,8 +24,23 @@ HUBER, ROUNDS = 1.3, 10
 """From this many standard deviations on, a link loses weight; rounds of weighing them."""
 
 
-def odometry_scale(links: Edges, odometry: np.ndarray, m_per_sqrt_m: float, links_per_scan: int) -> float:
-    """Return by what odometry's ways are to be multiplied.
+class Scale(NamedTuple):
+    """By what odometry's ways are to be multiplied, and the standard deviation of that."""
+
+    mean: float = 1.0
+    sigma: float = SCALE_SIGMA
+
+    @property
+    def share_off(self) -> float:
+        """How much of its way odometry may err by, as it is: what is known of its scale, and what is not."""
+        return math.hypot(self.mean - 1.0, self.sigma)
+
+
+UNKNOWN_SCALE = Scale()
+
+
+def odometry_scale(links: Edges, odometry: np.ndarray, m_per_sqrt_m: float, links_per_scan: int) -> Scale:
+    """Return odometry's scale as links tell it.
 
     Args:
         links: of scans with those just before them.
@@ -40,12 +58,12 @@ def odometry_scale(links: Edges, odometry: np.ndarray, m_per_sqrt_m: float, link
     by_odometry = m_per_sqrt_m**2 * way_m
     kept = (way_m > WAY_MIN_M) & (by_link < by_odometry)
     if np.count_nonzero(kept) < LINKS_MIN:
-        return 1.0
+        return UNKNOWN_SCALE
     weights = way_m[kept] ** 2 / (by_link + by_odometry)[kept]
     return _robust_mean(ratios[kept], weights / links_per_scan)
 
 
-def _robust_mean(values: np.ndarray, weights: np.ndarray) -> float:
+def _robust_mean(values: np.ndarray, weights: np.ndarray) -> Scale:
     """Return the mean of values with these weights, inverse variances, and of 1 with `SCALE_SIGMA`."""
     mean, known, firmness = 1.0, 1.0 / SCALE_SIGMA**2, np.sqrt(weights)
     shares = np.ones_like(values)
@@ -53,4 +71,4 @@ def _robust_mean(values: np.ndarray, weights: np.ndarray) -> float:
         mean = (known + (shares * weights) @ values) / (known + shares @ weights)
         off = firmness * np.abs(values - mean)
         shares = np.minimum(1.0, HUBER * 1.48 * np.median(off) / np.maximum(off, 1e-12))
-    return float(mean)
+    return Scale(float(mean), 1.0 / math.sqrt(known + float(shares @ weights)))

@@ -40,6 +40,7 @@ def pose_spread(
     step_covariances: np.ndarray,
     closures: Sequence[Match],
     recognised: int,
+    systematic_m: np.ndarray | None = None,
 ) -> PoseSpread:
     """Return how uncertain the newest pose of a path is, by steps and closures.
 
@@ -51,14 +52,43 @@ def pose_spread(
         step_covariances: (k - 1, 3, 3) of its steps.
         closures: those that count.
         recognised: the newest node at which a place was found again, and the path was right; 0: none.
+        systematic_m: (k - 1, 2) x and y of each step's error in the map that is the same for all of them; see
+            `systematic_errors`. Such errors add up, and their squares do not. None: there are none.
     """
     newest = len(path) - 1
     # drift_share is an allowance for searches; without it these deviations are upper bounds already
     since = way_covariances(path, step_covariances, closures, newest, drift_share=0.0)[recognised]
+    if systematic_m is not None:
+        off_m = se2.transform((0.0, 0.0, -path.poses[newest, 2]), systematic_m[recognised:].sum(axis=0)[None])
+        since[:2, :2] += off_m.T @ off_m
     cos, sin = math.cos(path.poses[newest, 2]), math.sin(path.poses[newest, 2])
     turn = np.array(((cos, -sin, 0.0), (sin, cos, 0.0), (0.0, 0.0, 1.0)))
     in_map = turn @ _in_map(path, step_covariances, closures) @ turn.T
     return PoseSpread(widest_m(since), in_map)
+
+
+def systematic_errors(
+    path: MeasuredPath, step_covariances: np.ndarray, by_odometry: np.ndarray, share_off: float
+) -> np.ndarray:
+    """Return x and y (k - 1, 2) of the steps' errors in the map if odometry's metre is off by a share.
+
+    Scans correct a step as far as they measure it. What they leave of odometry's variance, as all of it
+    along a bare corridor, they leave of this error, too.
+
+    Args:
+        path: k nodes.
+        step_covariances: (k - 1, 3, 3) of its steps, with scans.
+        by_odometry: (k - 1, 3, 3) of the same steps by odometry alone; x and y are alike.
+        share_off: by which odometry's ways may be wrong.
+    """
+    left, directions = np.linalg.eigh(step_covariances[:, :2, :2] / by_odometry[:, :1, :1])
+    left = np.clip(left, 0.0, 1.0)
+    ways_m = np.diff(path.poses[:, :2], axis=0)
+    yaw = path.poses[1:, 2]
+    turned = np.stack([np.stack([np.cos(yaw), -np.sin(yaw)], 1), np.stack([np.sin(yaw), np.cos(yaw)], 1)], 1)
+    directions = turned @ directions
+    along_m = np.einsum("nij,ni->nj", directions, ways_m)
+    return share_off * np.einsum("nij,nj->ni", directions, left * along_m)
 
 
 def with_usual_errors(

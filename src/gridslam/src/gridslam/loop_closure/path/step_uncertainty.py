@@ -11,6 +11,7 @@ from gridslam.kernels.least_squares import inverses
 from gridslam.loop_closure.edges import Edges
 from gridslam.loop_closure.parameters import LoopClosureParameters
 from gridslam.loop_closure.path.measured_path import MeasuredPath, odometry_covariances
+from gridslam.loop_closure.path.odometry_scale import UNKNOWN_SCALE, Scale
 from gridslam.tracking.evidence import Agreement
 from gridslam.tracking.wrong_steps import MATCH_SIGMA
 
@@ -79,6 +80,8 @@ class StepUncertainty:
     """(k - 1,) whether no scan has measured the step."""
     scale: float
     """Odometry's ways were multiplied by this; see `odometry_scale`."""
+    share_off: float
+    """How much of its way odometry may err by, without that; see `Scale`."""
     is_spanned: np.ndarray
     """(k - 1,) whether a link that measures every direction spans the step."""
     choices: np.ndarray
@@ -102,7 +105,7 @@ def step_uncertainty(
     is_spanned: np.ndarray,
     doubtful: DoubtfulNodes,
     parameters: LoopClosureParameters,
-    scale: float = 1.0,
+    scale: Scale = UNKNOWN_SCALE,
 ) -> StepUncertainty:
     """Return the uncertainty of each step. Those that no scan has measured are as uncertain as odometry is.
 
@@ -118,10 +121,10 @@ def step_uncertainty(
         is_spanned: (k - 1,) whether a link that measures every direction spans the step.
         doubtful: nodes whose scan does not measure their step.
         parameters: of odometry, and of slip.
-        scale: odometry's ways are multiplied by this; see `odometry_scale`.
+        scale: odometry's ways are multiplied by its mean; see `odometry_scale`.
     """
     p, nodes = parameters, np.arange(1, len(path))
-    by_odometry = se2.between(path.odometry[:-1], path.odometry[1:]) * (scale, scale, 1.0)
+    by_odometry = se2.between(path.odometry[:-1], path.odometry[1:]) * (scale.mean, scale.mean, 1.0)
     has_slipped = ~is_spanned & np.isin(nodes, doubtful.contradicted)
     is_unknown = has_slipped | ~is_spanned & np.isin(nodes, doubtful.unmatched)
     of_odometry = odometry_covariances(by_odometry, p)
@@ -134,7 +137,8 @@ def step_uncertainty(
         of_odometry,
         if_open,
         is_unknown | ~is_spanned & np.isin(nodes, doubtful.guessed),
-        scale,
+        scale.mean,
+        scale.share_off,
         is_spanned,
         np.full(len(path.steps), BOTH),
     )
