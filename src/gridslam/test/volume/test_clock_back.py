@@ -56,6 +56,17 @@ def test_behind_a_clock_that_was_set_back_the_map_goes_on(back_s):
     assert set(follow[3:]) == {Follows.TAKE}
 
 
+@pytest.mark.parametrize(("seconds", "back_s"), [(2.0, 1.2), (5.0, 1.5), (5.0, 4.0), (20.0, 12.0)])
+def test_a_clock_that_is_set_back_soon_after_take_off_leaves_the_map(seconds, back_s):
+    # given a UAV that hovers where its map began
+    clock = ClockBack()
+    for stamp_s in 1000.0 + np.arange(0.0, seconds, PERIOD_S):
+        clock.classify(stamp_s, placed(0.0))
+    follow = [clock.classify(stamp_s - back_s + PERIOD_S * k, placed(0.0)) for k in range(1, 20)]
+    assert Follows.BEGIN_ANEW not in follow
+    assert follow[-1] is Follows.TAKE
+
+
 @pytest.mark.parametrize("back_s", [19.9, 1000.0])
 def test_a_recording_that_begins_again_begins_the_map_anew(back_s):
     clock, stamp_s, _ = flown()
