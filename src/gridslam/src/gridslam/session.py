@@ -17,7 +17,7 @@ from gridslam.filter.grid_slam import GridSlam
 from gridslam.filter.motion_model import is_told
 from gridslam.filter.particle_filter import START_DEVIATION
 from gridslam.filter.scan_update import ScanUpdate
-from gridslam.inputs.continuous_odometry import ContinuousOdometry, Doubt
+from gridslam.inputs.continuous_odometry import LEEWAY_M, NEAR_M, ContinuousOdometry, Doubt
 from gridslam.inputs.slice_watch import SliceWatch
 from gridslam.level_cloud import LevelCloud
 from gridslam.localisation.given_pose import check_given_pose
@@ -29,7 +29,7 @@ from gridslam.occupancy_grid import OccupancyGrid
 from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.session_state import SessionState
-from gridslam.tracking.monitor import LOST, UNCERTAIN, TrackingMonitor
+from gridslam.tracking.monitor import APART, LOST, UNCERTAIN, TrackingMonitor
 from gridslam.tracking.self_check import drift_of
 from gridslam.tracking.sight import Sight, sees
 from gridslam.trajectory import Trajectory
@@ -86,6 +86,7 @@ class SlamSession:
         """Whether there was no scan yet since a state was loaded."""
         self._slices, self._has_said_bands = SliceWatch(), False
         self._starting_covariance: np.ndarray | None = None
+        self._former: tuple[np.ndarray, np.ndarray] | None = None
         self._closer: LoopCloser | None = None
         if loop_closure and not localisation_only:
             self._closer = _closer_class()(None if isinstance(loop_closure, bool) else loop_closure)
@@ -309,7 +310,25 @@ class SlamSession:
             self._correct(self._closer.take(math.inf))
             self._correct(self._closer.finish(self.slam.snapshot()))
 
+    def follow_former(self, odom_in_map: Sequence[float], base_in_odom: Sequence[float]) -> None:
+        """Begin in the frame of a map that is gone, as that of a node that died in flight.
+
+        Odometry tells the way since then. If it has begun anew meanwhile, the vehicle counts as at rest.
+
+        Args:
+            odom_in_map: x, y in m and yaw in rad of odometry's frame in that map, when it was lost.
+            base_in_odom: the same of the base in odometry's frame.
+        """
+        self._former = np.asarray(odom_in_map, float), np.asarray(base_in_odom, float)
+
+    def _start_after(self, former: tuple[np.ndarray, np.ndarray], base: np.ndarray) -> np.ndarray:
+        odom_in_map, last = former
+        has_begun_anew = math.hypot(*base[:2]) < NEAR_M and math.hypot(*last[:2]) > LEEWAY_M
+        return se2.compose(odom_in_map, last if has_begun_anew else base)
+
     def _begin(self, base: np.ndarray) -> GridSlam:
+        if self._former is not None:
+            self._starting_pose = tuple(self._start_after(self._former, base).tolist())
         slam = GridSlam(
             self.parameters,
             self._starting_map,
@@ -321,6 +340,8 @@ class SlamSession:
         if self._mapped is not None:
             slam.take_over_map(self._mapped)
             self._mapped = None
+        if self._former is not None:
+            slam.tracking.begin_apart(APART)
         if self._starting_map is not None:
             self._supervisor.doubt(slam, "the start on the map was given")
         if self._starting_covariance is not None:

@@ -35,7 +35,7 @@ BRIDGED_AFTER = 2
 BRIDGED_BY_MAP_SHARE = 0.5
 """If the map says something about fewer beams after a gap, odometry alone tells where the map goes on."""
 BRIDGING = "scans were missing, and none has confirmed yet what odometry says of the way"
-APART = "no place of the map before the vehicle was lost has been recognised yet"
+APART = "no place of the map before has been recognised yet"
 SPREAD_UNCERTAIN, SPREAD_TRACKING = 0.75, 0.5
 """Limits of the particles' spread, as shares of the scan's typical range."""
 

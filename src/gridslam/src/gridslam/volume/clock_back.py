@@ -81,14 +81,20 @@ class ClockBack:
             self._first, self._first_s = placed, stamp_s
         return follows
 
+    def frame_stays(self, placed: Placed) -> bool:
+        """Return whether odometry's frame is in the map where it was at the last cloud."""
+        if self._last is None:
+            return True
+        change = placed.odom_in_map.translation - self._last.odom_in_map.translation
+        turn_rad = placed.odom_in_map.turn_from(self._last.odom_in_map)
+        return bool(np.linalg.norm(change) <= SAME_M and turn_rad <= SAME_RAD)
+
     def _goes_on(self, placed: Placed) -> bool:
         """Whether the sensor is where it was last, and not where a recording would begin again."""
         assert self._first is not None
         assert self._last is not None
         assert self._newest_s is not None
-        change = placed.odom_in_map.translation - self._last.odom_in_map.translation
-        turn_rad = placed.odom_in_map.turn_from(self._last.odom_in_map)
-        if np.linalg.norm(change) > SAME_M or turn_rad > SAME_RAD:
+        if not self.frame_stays(placed):
             return False
         here_m = placed.sensor_in_odom.translation
         from_last_m = np.linalg.norm(here_m - self._last.sensor_in_odom.translation)

@@ -11,6 +11,10 @@ PAUSE_S = 1.0
 """Between two flights whose clock began anew."""
 
 
+NEXT_S = 1e-3
+"""A cloud that is later by so much is another one."""
+
+
 class Flight(NamedTuple):
     """offset_s: is added to its stamps. begin_s: time of its first cloud."""
 
@@ -42,6 +46,10 @@ class MapTime:
     def begin_flight(self) -> None:
         """Let the next cloud begin another flight if it is not newer: the clock was set back."""
         self._may_begin = True
+
+    def begin_map(self) -> None:
+        """Let the next cloud begin another map of SLAM, whose path tells nothing of earlier clouds."""
+        self.flights.append(Flight(self.flights[-1].offset_s, self.newest_s + NEXT_S))
 
     def of_cloud(self, stamp_s: float) -> float:
         """Return the time of a cloud. The stamps of one flight grow."""
