@@ -180,3 +180,85 @@ def test_the_parameters_of_loop_closure_are_checked_by_name():
     assert closure_parameters({"score_min": 0.8}).score_min == 0.8
     with pytest.raises(ParameterError, match="no parameter radius"):
         closure_parameters({"radius": 1.0})
+
+
+def blind(scan):
+    return dataclasses.replace(scan, ranges_m=np.full_like(scan.ranges_m, np.inf))
+
+
+@pytest.mark.parametrize("how", ["no return", "no scan", "no message"])
+def test_without_sight_the_state_ends_and_comes_back_by_evidence(log, how):
+    # Given a lidar that sees nothing in the middle of the way, or is silent, with odometry or without
+    first, last, told = len(log.scans) // 3, len(log.scans) // 3 + 30, []
+    session = SlamSession(PARAMETERS, say=lambda sentence: None)
+    for index, (scan, odometry) in enumerate(zip(log.scans, log.odometry)):
+        if not first <= index < last:
+            session.process(scan, odometry)
+        elif how == "no return":
+            session.process(blind(scan), odometry)
+        else:
+            session.go_on(scan.stamp_s, odometry if how == "no scan" else None)
+        told.append(session.told_state)
+    assert told[first - 1] == "tracking"
+    # Then the state is not tracking when that has lasted for 15 s, and it tells the age of what it rests on
+    assert told[last - 1] in ("uncertain", "lost")
+    assert "tracking" not in told[last - 5 : last]
+    # and the scans that come again prove the place
+    assert told[last] == "uncertain"
+    assert "tracking" in told[last:]
+    assert session.tracking.is_on_the_map
+    assert session.sight.age_s == 0.0
+
+
+def test_without_sight_a_long_way_by_odometry_is_lost_and_standing_still_is_not():
+    session = SlamSession(PARAMETERS, say=lambda sentence: None)
+    way = way_through_the_hold()
+    run(session, way, last=20)
+    stamp_s, (x, y, yaw) = way.scans[19].stamp_s, way.odometry[19]
+    for second in range(1, 60):
+        session.go_on(stamp_s + second, (x, y, yaw))
+    assert (session.told_state, session.sight.age_s) == ("uncertain", 59.0)
+    # 1 m: by srr, per metre of way
+    for metre in range(int(1.0 / PARAMETERS.srr) + 2):
+        session.go_on(stamp_s + 60.0 + metre, (x + metre, y, yaw))
+    assert session.told_state == "lost"
+    assert not session.tracking.is_lost  # nothing searches without sight, and no map begins
+
+
+def test_a_short_time_without_sight_does_no_harm(log):
+    states, session = [], SlamSession(PARAMETERS, say=lambda sentence: None)
+    for index, (scan, odometry) in enumerate(zip(log.scans, log.odometry)):
+        session.process(blind(scan) if index in (30, 31) else scan, odometry)
+        states.append(session.told_state)
+    assert set(states) == {"tracking"}
+    assert error_m(base_in_map(session, log.odometry[-1]), log.truth.poses_in_map[-1]) < 0.1
+
+
+def test_while_odometry_is_in_doubt_the_state_is_uncertain(log):
+    states, session = [], SlamSession(PARAMETERS, say=lambda sentence: None)
+    for index, (scan, odometry) in enumerate(zip(log.scans, log.odometry)):
+        session.process(scan, odometry, in_doubt="two sources" if 20 <= index < 40 else "")
+        states.append(session.told_state)
+    assert set(states[:20]) == {"tracking"}
+    assert set(states[20:40]) == {"uncertain"}
+    assert states[-1] == "tracking"
+
+
+@pytest.mark.parametrize("begins_anew", [False, True])
+def test_a_map_that_begins_in_flight_goes_on_in_the_frame_of_the_one_before(log, begins_anew):
+    # Given a session that is gone in the middle of the run, and a new one that knows its last place
+    middle, said = len(log.scans) // 2, []
+    before = SlamSession(PARAMETERS)
+    run(before, log, last=middle)
+    session = SlamSession(PARAMETERS, say=said.append)
+    session.follow_former(before.map_to_odom, log.odometry[middle - 1])
+    states = []
+    for scan, odometry in list(zip(log.scans, log.odometry))[middle:]:
+        base = se2.between(log.odometry[middle], odometry) if begins_anew else odometry
+        session.process(scan, base)
+        states.append(session.told_state)
+    # Then the frame has not jumped, and the state does not say that the place in it is proved
+    assert set(states) == {"uncertain"}
+    step_m = error_m(log.truth.poses_in_map[middle], log.truth.poses_in_map[middle - 1])
+    limit_m = 0.2 + (step_m if begins_anew else 0.0)
+    assert error_m(base_in_map(session, base), log.truth.poses_in_map[-1]) < limit_m

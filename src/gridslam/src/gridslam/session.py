@@ -147,7 +147,7 @@ class SlamSession:
         if self._closer is not None:
             self._take(self._closer, slam, scan.stamp_s)
         was_lost, was_apart = slam.tracking.is_lost, slam.earlier is not None
-        was_confirming = slam.tracking.is_confirming
+        was_open = slam.tracking.is_confirming or slam.tracking.is_bridging
         if is_between and not slam.tracking.is_lost:
             if slam.follow(base, scan.stamp_s, covariance):
                 slam.refuse(scan.stamp_s)
@@ -158,7 +158,8 @@ class SlamSession:
             self._closer.drop(is_contradicted=not slam.tracking.is_confirming)
         if self._closer is not None and was_apart and slam.earlier is None:
             self._closer.drop()
-        if self._closer is not None and was_confirming and slam.tracking.is_on_the_map:
+        is_proved = slam.tracking.is_on_the_map and not slam.tracking.self_check.is_bridged
+        if self._closer is not None and was_open and is_proved:
             self._closer.prove()
         if self._closer is not None:
             is_node = update is not None and update.is_node
