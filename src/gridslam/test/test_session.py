@@ -3,10 +3,12 @@
 import dataclasses
 
 import numpy as np
+import planar_world
 import pytest
 from sessions_in_the_hold import PARAMETERS, base_in_map, error_m, run, way_through_the_hold
 
 from gridslam import ParameterError, StateError, se2
+from gridslam.evaluation import Walls
 from gridslam.filter.grid_slam import GridSlam
 from gridslam.localisation.relocaliser import Relocaliser
 from gridslam.loop_closure.background import BackgroundWork
@@ -180,6 +182,24 @@ def test_the_parameters_of_loop_closure_are_checked_by_name():
     assert closure_parameters({"score_min": 0.8}).score_min == 0.8
     with pytest.raises(ParameterError, match="no parameter radius"):
         closure_parameters({"radius": 1.0})
+
+
+def test_odometry_that_is_5_percent_long_in_a_bare_corridor_is_not_tracked():
+    # Given a dense and noisy lidar, whose single beams seem to measure the way along the walls
+    walls = Walls.from_polygons([np.array([(-3.0, -1.25), (60.0, -1.25), (60.0, 1.25), (-3.0, 1.25)])])
+    truth = planar_world.along(np.array([(0.0, 0.0), (30.0, 0.0)]), 0.5)
+    lidar = planar_world.Lidar(6.28, 720, 12.0, 0.02, 10.0)
+    drift = planar_world.Drift(0.05, 0.0, 0.01, 0.002, 0.005)
+    way = planar_world.drive(walls, truth, lidar, seed=1, drift=drift)
+    session, off_m, states = SlamSession(PARAMETERS, starting_pose=(0.0, 0.0, 0.0)), [], []
+    for scan, odometry, true in zip(way.scans, way.odometry, truth):
+        session.process(scan, odometry)
+        off_m.append(error_m(base_in_map(session, odometry), true))
+        states.append(session.told_state)
+    # Then the pose is as wrong as odometry, and the state says so
+    assert off_m[-1] > 1.0
+    assert states[5] == "tracking"
+    assert "tracking" not in {state for state, off in zip(states, off_m) if off > 0.6}
 
 
 def blind(scan):

@@ -8,7 +8,7 @@ from room_paths import path_along
 
 from gridslam import se2
 from gridslam.loop_closure.edges import Match
-from gridslam.loop_closure.path.pose_spread import pose_spread
+from gridslam.loop_closure.path.pose_spread import pose_spread, systematic_errors
 
 ALONG_M, ACROSS_M, TURN_RAD = 0.03, 0.02, 0.01
 STEPS, STEP_M = 12, 0.5
@@ -44,6 +44,23 @@ def test_only_the_way_since_the_place_that_was_recognised_counts(straight):
     assert spread.since_recognised_m == pytest.approx(math.sqrt(max(along_across(4))))
     assert spread.in_map_m == pose_spread(path, steps, [], recognised=0).in_map_m
     assert pose_spread(path, steps, [], recognised=STEPS).since_recognised_m == 0.0
+
+
+def test_an_error_of_odometrys_metre_adds_up_where_scans_do_not_measure_the_way(straight):
+    # given scans that measure nothing along the way, and nearly everything across
+    path, _ = straight
+    odometry = np.tile(np.diag([ALONG_M, ALONG_M, TURN_RAD]) ** 2, (STEPS, 1, 1))
+    steps = np.tile(np.diag([ALONG_M, 1e-3 * ALONG_M, 1e-6]) ** 2, (STEPS, 1, 1))
+    off_m = systematic_errors(path, steps, odometry, share_off=0.05)
+    np.testing.assert_allclose(off_m, np.tile((0.0, 0.05 * STEP_M), (STEPS, 1)), atol=1e-6)  # y is along
+    # then it is 5 % of the way, beside the root of the squares of what is random
+    spread = pose_spread(path, steps, [], 0, off_m)
+    assert spread.since_recognised_m == pytest.approx(
+        math.hypot(0.05 * STEPS * STEP_M, math.sqrt(STEPS) * ALONG_M), rel=1e-3
+    )
+    # and where scans measure the way too, nothing is left of it
+    measured = systematic_errors(path, 1e-6 * odometry, odometry, share_off=0.05)
+    np.testing.assert_allclose(measured, 0.0, atol=1e-6)
 
 
 PLACE = np.diag([0.02, 0.02, 0.003]) ** 2

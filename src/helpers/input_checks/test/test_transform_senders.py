@@ -104,7 +104,9 @@ ONE = {
     "corrections to and fro": jumping(RNG, every=3, sigma_m=0.1, step=False),
     "outliers": with_outliers(RNG),
     "in steps of 0.1 m": [(t, np.round(at, 1), yaw) for t, at, yaw in track(50, noise_m=0.0)],
-    "turning fast": [(t / 50, np.array((math.cos(t / 17), math.sin(t / 10), 0.0)), t / 17) for t in range(2000)],
+    "turning fast": [
+        (t / 50, np.array((math.cos(t / 17), math.sin(t / 10), 0.0)), t / 17) for t in range(2000)
+    ],
 }
 
 
