@@ -178,7 +178,7 @@ class SlamSession:
             self.sight.follow(scan.stamp_s, base, covariance)
             return
         if self.sight.is_poor:
-            slam.widen(self.sight.deviations)
+            slam.widen(self.sight.deviations.tolist())
         self.sight.see(scan.stamp_s, base, covariance)
 
     def go_on(self, stamp_s: float, base_in_odom: Sequence[float] | None = None) -> None:
