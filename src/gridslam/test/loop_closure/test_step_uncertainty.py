@@ -8,6 +8,7 @@ from gridslam import se2
 from gridslam.loop_closure import LoopClosureParameters
 from gridslam.loop_closure.local_maps.stretches import LocalMaps
 from gridslam.loop_closure.path.measured_path import MeasuredPath
+from gridslam.loop_closure.path.odometry_scale import Scale
 from gridslam.loop_closure.path.step_uncertainty import (
     SHARE_MIN,
     UNDECIDED,
@@ -74,7 +75,7 @@ def test_where_scans_say_nothing_steps_get_odometrys_scale():
     links = np.tile(1e8 * np.eye(3), (count, 1, 1))
     links[4], links[5] = np.diag([1e8, 0.0, 1e8]), np.diag([0.0, 1e8, 1e8])
     links[6] = 0.0
-    uncertainty = step_uncertainty(path, np.ones(count, bool), DoubtfulNodes(), p, 0.98)
+    uncertainty = step_uncertainty(path, np.ones(count, bool), DoubtfulNodes(), p, Scale(0.98))
     edges = step_edges(path, uncertainty, links, path.poses, p)
     # then these three are shorter, and so is all of odometry
     expected = path.steps * np.where(np.isin(np.arange(count), [4, 5, 6]), 0.98, 1.0)[:, None] ** (1, 1, 0)

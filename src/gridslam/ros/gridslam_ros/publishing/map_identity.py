@@ -39,7 +39,7 @@ class MapIdentity:
 
     def __init__(self, given: str, ending: Ending) -> None:
         self._given = given
-        self._kept = KeptParameter("~map", ending)
+        self._kept = KeptParameter("~kept", ending)
         self._publisher = rospy.Publisher("~map_id", String, queue_size=1, latch=True)
         self._told_of: SlamSession | None = None
         self._id, self._kept_s = str(self._kept.values.get("id", "")), 0.0

@@ -172,8 +172,13 @@ class ContinuousOdometry:
         return is_far or turn_rad > LEEWAY_RAD + SUSPICIOUS_SHARE * most_rad
 
     def is_silence(self, seconds: float) -> bool:
-        """Return whether so long a time without a reading that counts is no usual one."""
-        return self._is_silence(seconds, 0.0) if self._usual.is_known else seconds > SILENCE_S
+        """Return whether so long a time without a reading that counts is no usual one.
+
+        The longest time so far tells nothing here: one silence does not make the next one usual.
+        """
+        usual = self._usual
+        mean_s = usual.seconds / usual.readings if usual.is_known else 0.0
+        return seconds > max(SILENCE_S, SILENCE_MEANS * mean_s)
 
     def _is_silence(self, seconds: float, way_m: float) -> bool:
         usual = self._usual
