@@ -125,3 +125,18 @@ def test_the_map_that_takes_over_a_state_is_shown_anew():
     wanted = ShownMap(PARAMETERS.resolution_m)
     wanted.refresh(CorrectedMap(PARAMETERS, EVERY, other.voxels))
     assert shown.octree().data == wanted.octree().data
+
+
+def test_the_path_of_another_map_tells_nothing_of_the_clouds_before(tmp_path):
+    # given SLAM that begins another map in the same frame after the third cloud
+    corrected, history, map_time = flown(WAY[:3], first_s=50.0)
+    map_time.begin_map()
+    for number, place in enumerate(WAY[3:], start=3):
+        add(corrected, history, map_time, 50.0 + number, place)
+    are_known, times_s, since_s = map_time.of_path(np.array((53.0, 54.0, 55.0)))
+    assert are_known.all()
+    np.testing.assert_array_equal(times_s, (53.0, 54.0, 55.0))
+    # then its path holds from there on, also after the map was saved
+    assert 52.0 < since_s <= 53.0
+    write_volume(state_of(corrected, history, map_time), tmp_path / "map.volume")
+    assert read_volume(tmp_path / "map.volume").time.of_path(times_s)[2] == since_s
