@@ -9,6 +9,8 @@ from inspection.survey.parameters import SurveyParameters
 from inspection.survey.plan_file import read_plan
 from inspection.survey.surface.reading import read_room, read_surface
 from inspection.survey.surface.room import room_of
+from inspection.survey.tour.ways import Ways
+from inspection.survey.views.candidates import lattice
 
 VOXEL_M = 0.25
 
@@ -45,9 +47,52 @@ def test_a_large_room_wins_over_a_sealed_cell_be_it_open_or_not(without):
     room, is_there = home_in(boxes((*TANK, without), (*CELL, ())), TANK)
     assert is_there
     assert room.regions[0].is_open == bool(without)
-    # the cell is 2 x 3.5 x 2.5 m within its walls, and the UAV's centre keeps a voxel from them
+    # the cell is 2 x 3.5 x 2.5 m within its walls, and the UAV's centre keeps 0.5 m from each of them
     (cell,) = (each for each in room.regions[1:] if not each.is_open)
-    assert cell.sheltered_m3 == pytest.approx(1.5 * 3.0 * 2.0)
+    assert cell.sheltered_m3 == pytest.approx(1.0 * 2.5 * 1.5)
+
+
+def test_home_views_and_ways_keep_the_clearance_from_the_surfaces_themselves(tmp_path):
+    """A UAV of 0.2 m in a room of 3 x 2 x 2 m with a pillar, and a bulkhead whose manhole is 0.6 x 0.8 m."""
+    walls = trimesh.creation.box(bounds=((0.0, 0.0, 0.0), (3.0, 2.0, 2.0)))
+    walls.invert()
+    pillar_m = np.array(((0.7, 0.9, 0.0), (0.9, 1.1, 2.0)))
+    solids_m = [
+        pillar_m,
+        *(
+            np.array((low, high))
+            for low, high in (
+                ((2.0, 0.0, 0.0), (2.05, 0.7, 2.0)),
+                ((2.0, 1.3, 0.0), (2.05, 2.0, 2.0)),
+                ((2.0, 0.7, 0.0), (2.05, 1.3, 0.6)),
+                ((2.0, 0.7, 1.4), (2.05, 1.3, 2.0)),
+            )
+        ),
+    ]
+    parts = [trimesh.creation.box(bounds=each) for each in solids_m]
+    trimesh.util.concatenate([walls, *parts]).export(tmp_path / "room.stl")
+    asked = SurveyParameters(radius=0.2, margin=0.0, voxel=0.05)
+    room = read_room(tmp_path / "room.stl", asked)
+
+    def clearances_m(places_m):
+        """To walls and solids, closed form."""
+        inside_m = np.minimum(places_m, np.array((3.0, 2.0, 2.0)) - places_m).min(axis=1)
+        to_solids_m = [
+            np.linalg.norm(np.maximum(np.maximum(low - places_m, places_m - high), 0.0), axis=1)
+            for low, high in solids_m
+        ]
+        return np.minimum(inside_m, np.min(to_solids_m, axis=0))
+
+    views_m = lattice(room, 0.1)
+    assert clearances_m(views_m).min() >= 0.2 - 1e-6
+    assert clearances_m(room.home_m[None]).min() >= 0.2 - 1e-6
+    # Then the way through the manhole keeps it, too
+    ends_m = np.array(
+        [views_m[np.argmin(np.linalg.norm(views_m - (x, 1.6, 0.4), axis=1))] for x in (1.4, 2.6)]
+    )
+    way_m = np.array((ends_m[0], *Ways(room, ends_m).between(0, 1), ends_m[1]))
+    along_m = np.concatenate([np.linspace(a, b, 50) for a, b in zip(way_m, way_m[1:])])
+    assert clearances_m(along_m).min() >= 0.2 - 1e-6
 
 
 def test_the_room_around_a_closed_one_does_not_win():

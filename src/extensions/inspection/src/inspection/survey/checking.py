@@ -20,7 +20,7 @@ def check_plan(plan: SurveyPlan, room: Room) -> None:
     """
     squares = np.where(room.flyable, room.squares, 0).astype(np.uint16)
     plain, number = np.ones(int(room.squares.max()) + 1), 0
-    need_m = math.sqrt(room.need) * room.voxel_m
+    need_m = room.away_m(room.need)
     for flight in plan.flights:
         here_m = np.array(plan.home_m)
         for each in flight.views:
@@ -35,8 +35,7 @@ def check_plan(plan: SurveyPlan, room: Room) -> None:
                 place_m = np.array(place)
                 at = "(" + ", ".join(f"{v:.2f}" for v in place) + ")"
                 if not room.at(room.flyable, place_m[None])[0]:
-                    square = int(room.at(room.squares, place_m[None])[0])
-                    away_m = math.sqrt(square) * room.voxel_m
+                    away_m = room.away_m(int(room.at(room.squares, place_m[None])[0]))
                     raise SurveyError(
                         f"Photograph {number} is at {at}, {away_m:.2f} m from a surface, or beyond what it "
                         f"reaches; the UAV needs {need_m:.2f} m."

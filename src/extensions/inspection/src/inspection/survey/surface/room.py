@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import ndimage
 
-from exploration.planning.kernels.distances import REACH_MAX, squared_clearances
+from exploration.planning.kernels.distances import FACE_REACH_MAX, squared_clearances
 from exploration.planning.space import LEAST_NEED
 from flight_basics.errors import SurveyError
 
@@ -42,7 +42,8 @@ class Room:
         voxel_m: side. corner_m: (3,) x, y, z of the first voxel's corner.
         air: (d, h, w) uint8, AIR where light passes and a way leads to the UAV, however narrow.
         flyable: (d, h, w) bool, where the UAV's centre may be and gets to from its home.
-        squares: (d, h, w) uint16, squared clearance in voxels, cut beyond what the UAV needs.
+        squares: (d, h, w) uint16, squared distances from voxels' centres to the faces of blocked ones, in
+            half voxels, cut beyond what the UAV needs.
         need: least of them that the UAV keeps. home_m: (3,) where it takes off.
         regions: the largest rooms of the mesh in which the UAV fits, this one first.
     """
@@ -72,6 +73,10 @@ class Room:
         found[inside] = values[tuple(index[inside].T)]
         return found
 
+    def away_m(self, square: int) -> float:
+        """Return the distance, m, whose square in half voxels this is."""
+        return 0.5 * math.sqrt(square) * self.voxel_m
+
     def clearances_m(self, places_m: np.ndarray) -> np.ndarray:
         """Return how far places (n, 3) in the air are from what is none, m, to a voxel; 0 elsewhere."""
         return self.at(self.voxel_m * ndimage.distance_transform_edt(self.air == AIR), places_m)
@@ -95,9 +100,9 @@ def room_of(
     Raises:
         SurveyError: the UAV fits nowhere, or not at its home.
     """
-    need = max(math.ceil((clearance_m / voxel_m) ** 2 - 1e-9), LEAST_NEED)
-    reach = min(math.isqrt(need) + 2, REACH_MAX)
-    squares = squared_clearances(blocked, reach)
+    need = max(math.ceil((2.0 * clearance_m / voxel_m) ** 2 - 1e-9), LEAST_NEED)
+    reach = min(math.isqrt(need) // 2 + 2, FACE_REACH_MAX)
+    squares = squared_clearances(blocked, reach, to_faces=True)
     fits = squares >= need
     if kept_out is not None:
         fits &= ~kept_out
