@@ -5,7 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+import trimesh
 
 from flights.errors import ScenarioError
 from flights.launch_arguments.free_places import check_course
@@ -81,6 +83,54 @@ def test_a_world_without_a_floor_is_refused(tmp_path):
     sentence = r"At \(0, 0, 0\) nothing is below the UAV, so it would fall; .*model://ground_plane"
     with pytest.raises(ScenarioError, match=sentence):
         checked(path)
+
+
+def mesh_world(folder, *parts):
+    """A world that is one mesh, and has no ground plane."""
+    stl = folder / f"{len(parts)}.stl"  # read once for each path
+    trimesh.util.concatenate(list(parts)).export(stl)
+    path = folder / "mesh.world"
+    path.write_text(
+        '<sdf version="1.6"><world name="mesh"><model name="ship"><static>true</static><link name="link">'
+        f'<collision name="c"><geometry><mesh><uri>{stl.as_uri()}</uri></mesh></geometry>'
+        "</collision></link></model></world></sdf>"
+    )
+    return path
+
+
+def box(low, high, inward=False):
+    body = trimesh.creation.box(bounds=(low, high))
+    if inward:
+        body.invert()
+    return body
+
+
+HULL = box((-11.0, -9.0, -1.0), (11.0, 9.0, 11.0))
+HOLD = box((-10.0, -8.0, 0.0), (10.0, 8.0, 10.0), inward=True)
+WING_TANK = box((-9.9, 3.0, 0.1), (9.9, 7.9, 5.0))
+
+
+def test_a_start_inside_of_a_solid_of_a_mesh_is_refused(tmp_path):
+    path = mesh_world(tmp_path, HULL, HOLD, WING_TANK)
+    with pytest.raises(ScenarioError, match=r"At \(0, 5, 0\.2\) the UAV would start inside of ship"):
+        checked(path, start=(0.0, 5.0, 0.2, 0.0), goal=(5.0, 0.0, 2.0))
+    checked(path, goal=(5.0, 0.0, 2.0))  # beside it, in the cavity of the hull
+    checked(path, start=(0.0, 5.0, 5.0, 0.0), goal=(5.0, 0.0, 2.0))  # on its top
+
+
+def test_a_hall_whose_faces_are_drawn_the_wrong_way_round_is_no_solid(tmp_path):
+    hall, crate = box((-10.0, -8.0, 0.0), (10.0, 8.0, 10.0)), box((2.0, 2.0, 0.0), (3.0, 3.0, 1.0))
+    checked(mesh_world(tmp_path, hall, crate), goal=(5.0, 0.0, 2.0))
+
+
+def test_a_start_in_the_air_is_refused_and_one_on_a_grating_is_not(tmp_path):
+    hatch = box((-4.0, -4.0, 11.0), (4.0, 4.0, 11.2))
+    with pytest.raises(
+        ScenarioError, match=r"At \(0, 0, 26\.2\) the UAV would start 15\.0 m above .* 11\.20"
+    ):
+        checked(mesh_world(tmp_path, HULL, HOLD, hatch), start=(0.0, 0.0, 26.2, 0.0), goal=(5.0, 0.0, 30.0))
+    bars = [box((x - 0.005, -3.0, 4.97), (x + 0.005, 3.0, 5.0)) for x in np.arange(-3.015, 3.0, 0.03)]
+    checked(mesh_world(tmp_path, HULL, HOLD, *bars), start=(0.0, 0.0, 5.0, 0.0), goal=(5.0, 0.0, 8.0))
 
 
 BEAM = """<model name="beam"><static>true</static><pose>0 0 {} 0 0 0</pose><link name="link">

@@ -8,7 +8,7 @@ transformed to its frame. This is exact, and cheaper than a new scene for every 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Callable, Sequence
+from typing import Callable, Mapping, Sequence
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh as EmbreeMesh
@@ -65,6 +65,11 @@ class RayScene:
         self._moving.pop(model, None)
         if self._static.pop(model, None) is not None:
             self._static_scenes.clear()
+
+    @property
+    def standing(self) -> Mapping[str, TriangleMesh]:
+        """The meshes of all fixed shapes by the model's name, in world coordinates."""
+        return self._static
 
     def commit(self) -> None:
         """Build the static scene now rather than at the next ray."""

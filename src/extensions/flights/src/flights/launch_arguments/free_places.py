@@ -10,6 +10,7 @@ import numpy as np
 
 from flights.errors import ScenarioError
 from flights.flight.take_off import LEAST_HOVER_M, SPARE_M, USUAL_HOVER_M, first_hover_m
+from flights.launch_arguments.solid_bodies import solid_around
 from flights.worlds.scenario import Scenario
 from simulation_tools.geometry import Pose
 
@@ -21,6 +22,11 @@ physics puts a margin of 4 cm around terrain.
 HOVER_M, OVERSHOOT_M, CLIMB_STEP_M = USUAL_HOVER_M, 0.15, 0.1
 """Height over the ground to which the UAV takes off; how far it may climb beyond; steps of the check."""
 FARTHEST_GROUND_M = 10_000.0
+FALL_M = 0.5
+"""The UAV stands at its start. From here it would hit the ground at 3 m/s, faster than any landing."""
+FEET_M, RAYS_DOWN = 0.2, 200
+"""So far around its middle, with so many rays, it is looked for what carries the UAV: a grating does, too."""
+GOLDEN_RAD = math.pi * (3.0 - math.sqrt(5.0))
 RAYS_UP, LOOK_FARTHER_M = 4000, 1.0
 """Rays that look for what is above the start, and how far beyond the height that is wanted."""
 BODY_SHARE = 0.7
@@ -70,6 +76,11 @@ def check_course(
         under_start, *under = (
             vertical_m(world.rays.cast, place) for place in ((x, y, lifted_m), *places_xyz_m)
         )  # before the UAV is among the shapes
+        falls_m = _down_m(world.rays.cast, (x, y, lifted_m)) - stands_m - LIFT_M
+        solid = solid_around(
+            {name: mesh for name, mesh in world.rays.standing.items() if name != "ground_plane"},
+            np.array((x, y, lifted_m)),
+        )
         highest_m = math.inf if hover_m else highest_hover_m(world.rays.cast, (x, y, z), stands_m, keep_m)
         world.spawn(uav, "the UAV", Pose.identity())
         world.spawn(parse_model(_PROBE, "the place"), PROBE, Pose.identity())
@@ -80,9 +91,10 @@ def check_course(
 
         start = Pose.from_xyz_rpy(x, y, lifted_m, yaw=yaw) @ uav.pose
         if distance_m("the UAV", start, 0.1) < -PENETRATION_M:
-            name = _nearest(obstacles, partial(distance_m, "the UAV", start, 0.1))
+            solid = _nearest(obstacles, partial(distance_m, "the UAV", start, 0.1))
+        if solid is not None:
             raise ScenarioError(
-                f"At ({x:g}, {y:g}, {z:g}) the UAV would start inside of {name}; move start:=."
+                f"At ({x:g}, {y:g}, {z:g}) the UAV would start inside of {solid}; move start:=."
             )
         if under_start.is_below_ground:
             raise ScenarioError(
@@ -92,6 +104,11 @@ def check_course(
             raise ScenarioError(
                 f"At ({x:g}, {y:g}, {z:g}) nothing is below the UAV, so it would fall; move start:=, or "
                 "give the world a floor: <include><uri>model://ground_plane</uri></include>."
+            )
+        if falls_m > FALL_M:
+            raise ScenarioError(
+                f"At ({x:g}, {y:g}, {z:g}) the UAV would start {falls_m:.1f} m above what is below it, and "
+                f"fall; move start:=, for example to the height {z - falls_m:.2f}."
             )
         if hover_m is None:
             hover_m = _hover_m((x, y, z), highest_m, keep_m)
@@ -140,7 +157,7 @@ def highest_hover_m(cast: Cast, start: Sequence[float], stands_m: float, keep_m:
     wanted_m = HOVER_M + SPARE_M - stands_m
     origin = np.array((start[0], start[1], start[2] + stands_m))
     up = np.linspace(0.0, 1.0, RAYS_UP)  # evenly over the half sphere
-    azimuth = np.arange(RAYS_UP) * math.pi * (3.0 - math.sqrt(5.0))
+    azimuth = np.arange(RAYS_UP) * GOLDEN_RAD
     level = np.sqrt(1.0 - up**2)
     rays = np.stack((level * np.cos(azimuth), level * np.sin(azimuth), up), axis=1)
     far_m = cast(origin, rays, wanted_m + 2.0 * keep_m + LOOK_FARTHER_M)
@@ -165,6 +182,16 @@ def vertical_m(cast: Cast, place_xyz_m: Sequence[float]) -> Vertical:
     """Look down and up from a place."""
     down_and_up = np.array(((0.0, 0.0, -1.0), (0.0, 0.0, 1.0)))
     return Vertical(*cast(np.array(place_xyz_m), down_and_up, FARTHEST_GROUND_M).tolist())
+
+
+def _down_m(cast: Cast, place_xyz_m: Sequence[float]) -> float:
+    """Return the distance from a place to the highest surface below the UAV there, m."""
+    number = np.arange(RAYS_DOWN)
+    away_m, azimuth = FEET_M * np.sqrt(number / RAYS_DOWN), number * GOLDEN_RAD  # evenly over a disk
+    feet_m = np.stack((away_m * np.cos(azimuth), away_m * np.sin(azimuth), 0.0 * away_m), axis=1)
+    feet_m += np.array(place_xyz_m)
+    down = np.broadcast_to((0.0, 0.0, -1.0), feet_m.shape)
+    return float(cast(feet_m, down, FARTHEST_GROUND_M).min())
 
 
 def _nearest(models: Sequence[str], distance_m: Callable[[frozenset], float]) -> str:
