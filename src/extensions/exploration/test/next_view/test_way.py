@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from drawn_legs import of_legs
 
-from exploration.next_view.way import Way
+from exploration.next_view.way import Progress, Way
 
 CORNER_M = np.array((2.0, 0.0, 1.0))
 PLACES_M = [CORNER_M, np.array((2.0, 2.0, 1.0))]
@@ -172,3 +172,16 @@ def test_an_empty_way_has_no_aim():
     assert not way.is_left
     assert way.setpoint_m is None
     assert way.rest_m == []
+
+
+@pytest.mark.parametrize(("goes_round", "is_held_off"), [(True, False), (False, True)])
+def test_a_uav_whose_way_gets_longer_makes_progress_if_it_flies(goes_round, is_held_off):
+    """It flies 5 m of 10 m. Then a hatch closes, and the way round is 30 m; it flies that, or it stays."""
+    progress, end_m, round_m = Progress(), np.array((10.0, 0.0, 1.0)), np.array((5.0, 15.0, 1.0))
+    for stamp_s in np.arange(0.0, 5.0, 0.1):
+        here_m = np.array((stamp_s, 0.0, 1.0))
+        progress.note(stamp_s, here_m, [end_m])
+    for stamp_s in np.arange(5.0, 15.0, 0.1):
+        here_m = np.array((5.0, stamp_s - 5.0 if goes_round else 0.0, 1.0))
+        progress.note(stamp_s, here_m, [round_m, end_m])
+    assert progress.is_held_off(15.0, 6.0) == is_held_off

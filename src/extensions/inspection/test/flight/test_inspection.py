@@ -9,13 +9,14 @@ from inspecting_uav import (
     BLURRED,
     HOME_M,
     QUICK,
+    STEP_S,
     VIEWS,
     Uav,
     inspection,
     planner,
     room,
 )
-from voxel_room import SIDE_M
+from voxel_room import PLANNER, SIDE_M
 
 from exploration.energy import EnergyParameters, EnergyWatch
 from exploration.planning import FREE, OCCUPIED, UNKNOWN
@@ -459,3 +460,17 @@ def test_a_photograph_that_was_deleted_is_taken_again_and_the_others_are_not():
     uav.fly(uav.stamp_s + 120.0)
     assert [task.number for task in uav.asked] == [1, 2, 3, 2]
     assert lead.queue.done == {1, 2, 3}
+
+
+def test_a_pane_on_the_way_to_a_photograph_is_pressed_once_and_another_way_is_taken():
+    # Given a wall at x = 3 m with a window whose pane no beam meets, and a door beside it
+    walls = [((3.0, 0.0, 0.0), (3.2, 0.2, 3.0)), ((3.0, 2.2, 0.0), (3.2, 2.6, 3.0))]
+    uav = Uav(inspection((View((5.0, 1.0, 1.2), 0.0, 0.0),), walls))
+    pressed_s = 0.0
+    while not uav.asked and uav.stamp_s < 60.0:
+        before_m = uav.place_m
+        uav.step()
+        if abs(uav.place_m[0] - 3.1) < PLANNER.radius and uav.place_m[1] < 2.2:
+            uav.place_m, pressed_s = before_m, pressed_s + STEP_S
+    assert uav.asked
+    assert 0.0 < pressed_s < 12.0

@@ -293,7 +293,7 @@ class Exploration:
             is_young = stamp_s < self._began_s + FIRST_WAY_S
             return is_young and math.dist(here_m, rest_m[-1]) > self._p.arrived
         if self._is_held_off:
-            self._planner.close(rest_m[0], stamp_s)  # CEPA does not let it go there
+            self._planner.note_held_off(here_m, rest_m[0], stamp_s)
             self._explorer.give_up_goal(is_refused=self.explored.end is None)
             self._guide.forgive()
             return False

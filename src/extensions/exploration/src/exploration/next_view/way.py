@@ -37,7 +37,8 @@ class Progress:
 
     def __init__(self) -> None:
         self._goal_m: np.ndarray | None = None
-        self._least_m, self._nearer_s = math.inf, math.nan
+        self._least_m, self._nearer_s, self._way_m = math.inf, math.nan, math.inf
+        self._began_m = np.zeros(3)
 
     def note(self, stamp_s: float, here_m: np.ndarray, rest_m: Sequence[np.ndarray]) -> None:
         """Take a pose (x, y, z), and the places that are still to come."""
@@ -46,8 +47,13 @@ class Progress:
             return
         way_m = sum(math.dist(a, b) for a, b in zip((here_m, *rest_m), rest_m))
         is_new = self._goal_m is None or math.dist(self._goal_m, rest_m[-1]) > SAME_M
-        if is_new or way_m < self._least_m - NEARER_M:
+        # All at once it is longer: another way. A UAV that stays between two of them makes no progress.
+        is_other = way_m > self._way_m + STAYS_M and math.dist(here_m, self._began_m) > STAYS_M
+        if is_new or is_other:
+            self._began_m = here_m
+        if is_new or is_other or way_m < self._least_m - NEARER_M:
             self._goal_m, self._least_m, self._nearer_s = rest_m[-1], way_m, stamp_s
+        self._way_m = way_m
 
     def is_held_off(self, stamp_s: float, time_s: float) -> bool:
         """Whether it has come no nearer for so long."""

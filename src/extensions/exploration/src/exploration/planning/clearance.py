@@ -36,6 +36,17 @@ class ClearanceMap:
         side = self.grid.side
         self._changed += [(tile * side, (tile + 1) * side) for tile in np.asarray(tiles, np.int64)]
 
+    def keep_out(self, boxes: Sequence[KeepOutBox]) -> None:
+        """Take other keep-out boxes."""
+        for box in set(boxes) ^ set(self._boxes):
+            self._changed.append(self._voxels_of(box))
+        self._boxes = tuple(boxes)
+
+    def _voxels_of(self, box: KeepOutBox) -> tuple[np.ndarray, np.ndarray]:
+        """Return the voxels from and before, x, y, z, that a box meets."""
+        corners = np.array((box.low_m, box.high_m)) / self.grid.resolution_m
+        return np.floor(corners[0]).astype(np.int64), np.ceil(corners[1]).astype(np.int64)
+
     def assume_free(self, place_m: np.ndarray, radius_m: float) -> AssumedFree | None:
         """See `VoxelGrid.assume_free`."""
         assumed = self.grid.assume_free(place_m, radius_m)
@@ -88,9 +99,6 @@ class ClearanceMap:
         inside = tuple(map(slice, (first - low).tolist(), (last - low).tolist()))
         blocked[inside] = ~self.grid.is_free(tuple(map(slice, first.tolist(), last.tolist())))
         for box in self._boxes:
-            corners = np.array((box.low_m, box.high_m)) / self.grid.resolution_m
-            begin = np.floor(corners[0]).astype(np.int64) - self._corner
-            end = np.ceil(corners[1]).astype(np.int64) - self._corner
-            begin, end = np.maximum(begin[::-1] - low, 0), np.maximum(end[::-1] - low, 0)
+            begin, end = (np.maximum((each - self._corner)[::-1] - low, 0) for each in self._voxels_of(box))
             blocked[tuple(map(slice, begin.tolist(), end.tolist()))] = True
         return blocked

@@ -19,9 +19,10 @@ from exploration.planning.landmarks import Landmarks
 from exploration.planning.parameters import PlannerParameters
 from exploration.planning.room_above import room_above_m
 from exploration.planning.space import Space
+from exploration.planning.unseen import unseen_obstacle
 from exploration.planning.voxel_grid import AssumedFree, VoxelGrid
 from flight_basics.errors import NoPathError, PoseError
-from flight_limits import Limits
+from flight_limits import KeepOutBox, Limits
 
 WINDOW = 150
 """Voxels of a path that one leg may skip."""
@@ -66,6 +67,9 @@ class PathPlanner:
         self._map: ClearanceMap | None = None
         self._landmarks: Landmarks | None = None
         self._closures = Closures()
+        self._unseen: tuple[KeepOutBox, ...] = ()
+        self._held_m: list[np.ndarray] = []
+        """Where the UAV came no nearer."""
         self._ventured: list[AssumedFree | None] = []
 
     @property
@@ -142,7 +146,7 @@ class PathPlanner:
 
     def clear_map(self) -> None:
         """Forget the map, but not what is closed."""
-        self._map, self._landmarks, self._ventured = None, None, []
+        self._map, self._landmarks, self._ventured, self._unseen = None, None, [], ()
 
     def close(self, place_m: np.ndarray, stamp_s: float) -> None:
         """Close a place (x, y, z) that CEPA did not fly, for `closed_time`; each time for twice as long.
@@ -152,9 +156,55 @@ class PathPlanner:
         """
         self._closures.close(place_m, self._parameters.closed_radius, self._parameters.closed_time, stamp_s)
 
+    def note_held_off(
+        self, here_m: np.ndarray, next_m: np.ndarray, stamp_s: float, close_m: np.ndarray | None = None
+    ) -> None:
+        """Take that a UAV at a place (x, y, z) comes no nearer to the next one of its way.
+
+        If nothing that is known keeps it off, see `meets_unseen`. Else CEPA refuses it for now, and a place
+        is closed as by `close`. close_m: this place; None: the next one.
+        """
+        if not self.meets_unseen(here_m, next_m, stamp_s):
+            self.close(next_m if close_m is None else close_m, stamp_s)
+
+    def meets_unseen(self, here_m: np.ndarray, next_m: np.ndarray, stamp_s: float) -> bool:
+        """Return whether a UAV that comes no nearer is held by what no beam shows: then that is kept out of.
+
+        See `unseen_obstacle`. It counts until the map begins anew, or no other way leads home.
+        """
+        if self._map is None:
+            return False
+        p, space = self._parameters, self.space(stamp_s, here_m, with_closed=False)
+        again = any(math.dist(here_m, held_m) <= p.closed_radius for held_m in self._held_m)
+        self._held_m.append(np.array(here_m, float))
+        unseen = unseen_obstacle(space, here_m, next_m, p, again)
+        if unseen is not None:
+            self._keep_off((*self._unseen, unseen))
+        return unseen is not None
+
+    @property
+    def unseen(self) -> tuple[KeepOutBox, ...]:
+        """What has held the UAV and no beam has shown."""
+        return self._unseen
+
+    def _keep_off(self, unseen: tuple[KeepOutBox, ...]) -> None:
+        self._unseen = unseen
+        if self._map is not None:
+            self._map.keep_out(self._all_limits.boxes)
+
+    @property
+    def _all_limits(self) -> Limits:
+        return replace(self._limits, boxes=self._limits.boxes + self._unseen)
+
     def reopen(self, stamp_s: float, times_max: float = math.inf) -> bool:
-        """Open what is closed at a stamp and was so at most so often. Return whether anything was."""
-        return bool(self._closures.at(stamp_s)) and self._closures.reopen(times_max)
+        """Open what is closed at a stamp and was so at most so often. Return whether anything was.
+
+        Without a limit, obstacles that no beam has shown count no longer either.
+        """
+        has_unseen = bool(self._unseen) and math.isinf(times_max)
+        if has_unseen:
+            self._keep_off(())
+        return (bool(self._closures.at(stamp_s)) and self._closures.reopen(times_max)) or has_unseen
 
     def plan(self, start_m: np.ndarray, goal_m: np.ndarray, stamp_s: float = 0.0) -> Plan:
         """Return the path from a start to a goal, each (x, y, z) in the map's frame.
@@ -201,7 +251,7 @@ class PathPlanner:
     def _begin_on(self, grid: VoxelGrid) -> None:
         p = self._parameters
         reach = min(math.ceil((p.clearance_m + p.comfort) / grid.resolution_m) + 1, REACH_MAX)
-        self._map = ClearanceMap(grid, reach, self._limits.boxes)
+        self._map = ClearanceMap(grid, reach, self._all_limits.boxes)
         self._landmarks = Landmarks(grid, p.landmark_reach) if p.landmark_reach > 0.0 else None
 
     def space(
@@ -217,7 +267,7 @@ class PathPlanner:
         closed = tuple(_ahead_of(closure, start_m, grid) for closure in closures)
         squares = self._map.squares()
         far = self._landmarks.far(start_m) if self._landmarks is not None and with_far else None
-        return Space.of(grid, squares, self._parameters, self._limits, closed, start_m[2], far)
+        return Space.of(grid, squares, self._parameters, self._all_limits, closed, start_m[2], far)
 
     def _why(self, space: Space, came: np.ndarray, start_m: np.ndarray, goal_m: np.ndarray) -> str:
         """Return the sentence that says what blocks the way."""

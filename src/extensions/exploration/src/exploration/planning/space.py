@@ -17,6 +17,9 @@ from flight_limits import Limits
 LEAST_NEED = 2
 """Squared voxels. With less, a diagonal step could pass between two blocked voxels."""
 
+TOO_NEAR = 5.0
+"""A UAV that is nearer than it may be goes away, and not along: a length there costs so many times more."""
+
 
 @dataclass(frozen=True)
 class Space:
@@ -63,6 +66,7 @@ class Space:
             _close(squares, grid, closure)
         need = max(math.ceil((parameters.clearance_m / grid.resolution_m) ** 2 - 1e-9), LEAST_NEED)
         factors = _factors(parameters, grid.resolution_m)
+        factors[:need] *= TOO_NEAR
         return cls(grid, limits, closed, squares, need, factors, grid.corner, far)
 
     @property

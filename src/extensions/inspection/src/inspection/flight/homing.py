@@ -51,7 +51,7 @@ class Homing(WayBack):
         way = next_m - here_m
         ahead_m = here_m + way * (CLOSED_M / max(float(np.linalg.norm(way)), 1e-6))
         if math.dist(ahead_m, self.home_m) > 2.0 * CLOSED_M:
-            self._planner.close(ahead_m, stamp_s)
+            self._planner.note_held_off(here_m, next_m, stamp_s, ahead_m)
 
     def next_way(self, stamp_s: float, here_m: np.ndarray, is_stuck: bool) -> list[np.ndarray] | None:
         """Return the places of a way home; None: the UAV keeps to the one it came.

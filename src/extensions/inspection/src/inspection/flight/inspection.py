@@ -15,11 +15,11 @@ from typing import Collection, Sequence
 import numpy as np
 
 from exploration.energy import EnergyWatch, Verdict, WayHome
-from exploration.next_view.way import Way
+from exploration.next_view.way import Progress, Way
 from exploration.planning import PathPlanner
 from flight_basics.errors import MapError, NoPathError
 from flight_basics.pose.trust import Trust
-from inspection.flight.homing import Homing
+from inspection.flight.homing import STUCK_S, Homing
 from inspection.flight.legs.leg import PhotographLeg
 from inspection.flight.legs.ways import Legs
 from inspection.flight.motion import Motion
@@ -77,6 +77,8 @@ class Inspection:
         self._lock = threading.RLock()
         self._way = Way()
         self._leg: PhotographLeg | None = None
+        self._progress = Progress()
+        """On the way to a photograph."""
         self._been_m: list[np.ndarray] = []
         self._began_s, self._look_s = math.nan, -math.inf
         self._now_s = 0.0
@@ -217,6 +219,8 @@ class Inspection:
             if self.end is None:
                 self._homing.note(here_m)
             self._way.follow(motion.time_s, here_m, self._p.arrived)
+            is_on_way = self._leg is not None and not self._leg.has_arrived
+            self._progress.note(motion.time_s, here_m, self._way.rest_m if is_on_way else ())
             if self._leg is not None and (why := self._leg.follow(motion)):
                 if not self._leg.has_arrived and self._way.rest_m:
                     self._held_off = here_m, self._way.rest_m[0]
@@ -310,6 +314,9 @@ class Inspection:
             held_off, self._held_off = self._held_off, None
         if held_off is not None:
             self._homing.close_ahead(stamp_s, *held_off)
+        if self._progress.is_held_off(stamp_s, STUCK_S) and way.rest_m:
+            self._progress = Progress()
+            self._planner.meets_unseen(here_m, way.rest_m[0], stamp_s)
         for place_m in (*been_m, here_m):
             with suppress(MapError):  # no map reaches so far
                 self._planner.assume_free(place_m, self._planner.parameters.radius)

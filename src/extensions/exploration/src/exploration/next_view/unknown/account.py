@@ -55,5 +55,8 @@ class UnknownAccount:
         if behind.openings:
             named = "; ".join(map(str, behind.openings))
             explored.reason += f" What lies behind a narrow opening stays unknown: {named}."
+        if self._planner.unseen:
+            named = "; ".join(str(box) for box in self._planner.unseen)
+            explored.reason += f" The UAV flew no farther there: {named}."
         if explored.left_m2(Why.REFUSED) > 0.0:
             explored.reason += f" CEPA refused {TRIES} times to fly to more."
