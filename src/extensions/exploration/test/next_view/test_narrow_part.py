@@ -5,10 +5,14 @@ import math
 import numpy as np
 import pytest
 from drawn_legs import of_legs
+from drawn_voxels import tiles_of
 from hypothesis import given
 from hypothesis import strategies as st
 
+from exploration.next_view import ExplorationParameters
+from exploration.next_view.guide import Guide
 from exploration.next_view.narrow_part import ASIDE_M, LEAD_M, NarrowPart, middle_of
+from exploration.planning import FREE, OCCUPIED, PathPlanner, PlannerParameters
 
 SIDE_M = 0.1
 
@@ -82,3 +86,44 @@ def test_its_aim_lies_on_the_way_and_is_never_far_ahead(here_m, velocity_m_s):
 @pytest.mark.parametrize(("aim", "holds"), [(-1, False), (0, False), (1, True), (2, True), (3, False)])
 def test_it_begins_behind_its_entry_and_ends_with_its_exit(aim, holds):
     assert NarrowPart(0, 2, CORNERS_M).holds(aim) == holds
+
+
+BELOW, ABOVE = (1.46, 1.88, 1.35), (1.74, 2.38, 1.95)
+
+
+@pytest.mark.parametrize("lag_s", [0.25, 0.5])
+@pytest.mark.parametrize(
+    ("start_m", "goal_m"),
+    [
+        (BELOW, (2.97, 1.75, 2.78)),
+        (ABOVE, (2.25, 2.71, 0.83)),
+        ((1.74, 2.7, 1.08), (3.3, 0.84, 2.86)),
+        ((2.04, 0.57, 0.56), (3.15, 2.87, 2.65)),
+        ((2.3, 2.3, 2.0), (0.7, 3.2, 0.6)),
+    ],
+)
+def test_through_a_manhole_of_a_deck_the_uav_is_in_the_middle_while_its_body_is_in_the_rim(
+    start_m, goal_m, lag_s
+):
+    """A deck from z = 1.6 to 1.7 m; its manhole is 0.6 x 0.8 m about (1.9, 2.0). The UAV has 0.2 m."""
+    kinds = np.full((36, 40, 40), FREE, np.uint8)
+    kinds[16] = OCCUPIED
+    kinds[16, 16:24, 16:22] = FREE
+    sizes = {"radius": 0.2, "margin": 0.0, "comfort": 0.2, "preference": 3.0}
+    planner = PathPlanner(PlannerParameters(**sizes))
+    planner.update_map(0.1, 4, *tiles_of(kinds))
+    guide = Guide(planner, ExplorationParameters(arrived=0.15, steep=True), (-0.8, 1.2))
+    here_m, velocity, spare_m = np.array(start_m), np.zeros(3), []
+    assert guide.plan(here_m, np.array(goal_m), 0.0)
+    for stamp_s in np.arange(0.0, 30.0, 0.05):
+        guide.follow(float(stamp_s), here_m)
+        if not guide.way.is_left:
+            break
+        wanted = 1.2 * (guide.way.setpoint_m - here_m)
+        wanted *= min(1.0, 0.8 / max(float(np.linalg.norm(wanted)), 1e-9))
+        velocity = velocity + (wanted - velocity) * 0.05 / lag_s
+        here_m = here_m + 0.05 * velocity
+        if 1.6 - 0.05 < here_m[2] < 1.7 + 0.17:  # so far the body reaches above and below its middle
+            spare_m.append(min(0.3 - abs(here_m[0] - 1.9), 0.4 - abs(here_m[1] - 2.0)) - 0.2)
+    assert not guide.way.is_left
+    assert min(spare_m) > 0.01

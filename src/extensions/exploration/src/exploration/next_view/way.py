@@ -28,6 +28,8 @@ NARROW_COST = 2.0
 """A leg that costs so many times its length is narrow, as one through a manhole is."""
 GATE_AIMS = 1
 """So many aims before a narrow part the UAV enters it, and so many behind it leaves it."""
+PAST_AIMS = 2
+"""So many aims above or below a rim it leaves it: its body has a height."""
 ENTRY_M, EXIT_M = 0.1, 0.3
 """It has entered and left it when it is so near to these aims: it enters slowly."""
 
@@ -165,34 +167,54 @@ class Way:
         return max(arrived_m, EXIT_M) if is_exit else arrived_m
 
     def _narrow_parts(self, begin_m: np.ndarray | None) -> list[NarrowPart]:
-        """Find those of the way, and shift it to their middle. Each begins shortly before what is narrow."""
+        """Find those of the way, and lead it through their middle. Each begins shortly before what is narrow.
+
+        Through a hole in a deck it leads straight up or down, from before the rim until the body is past it.
+        """
         if self._ahead_m <= 0.0 or not self._aims_m or self._cost_m is None:
             return []
         known_m = [] if begin_m is None else [begin_m]
         track_m, before = [*known_m, *self._aims_m], len(known_m)
-        legs, parts = list(map(self._is_narrow, track_m, track_m[1:])), []
+        legs = list(map(self._is_narrow, track_m, track_m[1:]))
+        found: list[tuple[int, int, int, bool]] = []
         for is_narrow, run in groupby(range(len(legs)), legs.__getitem__):
             if not is_narrow:
                 continue
             numbers = list(run)
             begin = max(numbers[0] - GATE_AIMS, before) if numbers[0] else 0
-            end = min(numbers[-1] + 1 + GATE_AIMS, len(legs))
-            entry = begin - before if numbers[0] else -1
+            entry, end = begin - before if numbers[0] else -1, min(numbers[-1] + 1 + GATE_AIMS, len(legs))
             shift_m = middle_of(track_m[numbers[0] : numbers[-1] + 2], self._cost_m)
             if shift_m is not None:
-                self._shift(track_m, begin, min(end + 1, len(legs)), shift_m)
+                self._move(track_m, begin, end, [place_m + shift_m for place_m in track_m[begin : end + 1]])
+            steep = [n for n in numbers if _is_steep(track_m[n], track_m[n + 1])]
+            if shift_m is not None and steep:
+                end = min(steep[-1] + 1 + PAST_AIMS, len(legs))
+                self._straighten(track_m, steep[0], steep[-1] + 1, end)
             is_passage = shift_m is not None
-            parts.append(NarrowPart(entry, end - before, track_m[begin : end + 1], is_passage))
+            if found and begin <= found[-1][2]:  # what overlaps is one: else the UAV waits between both
+                entry, begin, _, was_passage = found.pop()
+                is_passage = is_passage or was_passage
+            found.append((entry, begin, end, is_passage))
         self._aims_m = tuple(track_m[before:])
-        return parts
+        return [
+            NarrowPart(entry, end - before, track_m[begin : end + 1], is_passage)
+            for entry, begin, end, is_passage in found
+        ]
 
-    def _shift(self, track_m: list[np.ndarray], begin: int, end: int, shift_m: np.ndarray) -> None:
-        """Shift places of the way, but not its end, if it is clear then."""
+    def _straighten(self, track_m: list[np.ndarray], begin: int, last: int, end: int) -> None:
+        """Lead the way straight up or down from a place to `end`, in the middle of those up to `last`."""
+        level_m = np.mean([place_m[:2] for place_m in track_m[begin : last + 1]], axis=0)
+        straight_m = [np.array((*level_m, place_m[2])) for place_m in track_m[begin : end + 1]]
+        self._move(track_m, begin, end, straight_m)
+
+    def _move(self, track_m: list[np.ndarray], begin: int, end: int, moved_m: Sequence[np.ndarray]) -> None:
+        """Move the places from `begin` to `end`, but not the way's end, if it is clear then."""
         assert self._cost_m is not None
-        shifted_m = [place_m + shift_m for place_m in track_m[begin:end]]
-        around_m = [*track_m[max(begin - 1, 0) : begin], *shifted_m, *track_m[end : end + 1]]
+        end = min(end + 1, len(track_m) - 1)
+        moved_m = list(moved_m[: end - begin])
+        around_m = [*track_m[max(begin - 1, 0) : begin], *moved_m, *track_m[end : end + 1]]
         if np.isfinite(_costs_along(around_m, self._cost_m)).all():
-            track_m[begin:end] = shifted_m
+            track_m[begin:end] = moved_m
 
     def _is_narrow(self, a_m: np.ndarray, b_m: np.ndarray) -> bool:
         return self._cost_m is not None and bool(self._cost_m(a_m, b_m) > NARROW_COST * math.dist(a_m, b_m))
@@ -234,6 +256,10 @@ class Way:
         if self._instead_m is not None:
             return self._instead_m
         return self._aims_m[self._aim] if self._aims_m else None
+
+
+def _is_steep(begin_m: np.ndarray, end_m: np.ndarray) -> bool:
+    return bool(abs(end_m[2] - begin_m[2]) > math.dist(begin_m[:2], end_m[:2]))
 
 
 def _costs_along(places_m: Sequence[np.ndarray], cost_m: Cost) -> np.ndarray:

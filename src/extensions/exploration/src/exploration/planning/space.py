@@ -18,7 +18,8 @@ LEAST_NEED = 2
 """Squared voxels. With less, a diagonal step could pass between two blocked voxels."""
 
 TOO_NEAR = 5.0
-"""A UAV that is nearer than it may be goes away, and not along: a length there costs so many times more."""
+"""A length on which a surface may be nearer than the clearance seems so many times longer. So a way leads
+there only through a narrow opening, and away from where the UAV is too near."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ class Space:
             _close(squares, grid, closure)
         need = max(math.ceil((parameters.clearance_m / grid.resolution_m) ** 2 - 1e-9), LEAST_NEED)
         factors = _factors(parameters, grid.resolution_m)
-        factors[:need] *= TOO_NEAR
+        factors[: square_to_faces(parameters.clearance_m / grid.resolution_m)] *= TOO_NEAR
         return cls(grid, limits, closed, squares, need, factors, grid.corner, far)
 
     @property
@@ -113,6 +114,17 @@ class Space:
         up, on = self._costs_m(begins_m, above_m), self._costs_m(above_m, ends_m)
         costs_m = np.where(np.isfinite(up + on), self._costs_m(begins_m, ends_m), np.inf)
         return costs_m.reshape(np.shape(begin_m)[:-1])
+
+
+def square_to_faces(clearance: float) -> int:
+    """Return from which squared distance of centres on the nearest point of a voxel is that far away too.
+
+    All in voxels. Of a voxel this many beside, along each axis, the near face is half a voxel nearer.
+    """
+    axis = np.arange(math.ceil(clearance) + 2)
+    faces, centres = np.maximum(axis - 0.5, 0.0) ** 2, axis**2
+    to_faces, squares = (each[:, None, None] + each[:, None] + each for each in (faces, centres))
+    return 1 + int(squares[to_faces < clearance**2 - 1e-9].max())
 
 
 def _factors(parameters: PlannerParameters, resolution_m: float) -> np.ndarray:
