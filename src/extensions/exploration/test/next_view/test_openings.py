@@ -127,6 +127,16 @@ def test_an_opening_that_it_passes_and_a_room_without_one_name_nothing():
     assert behind.openings == ()
 
 
+@pytest.mark.parametrize("depth_m", [0.8, 1.2])
+@pytest.mark.parametrize(("y_m", "z_m"), [((1.8, 2.4), (0.8, 1.8)), ((1.8, 2.4), (0.2, 2.8))])
+def test_a_niche_whose_back_is_known_is_no_opening(depth_m, y_m, z_m):
+    solid = bulkhead(y_m, z_m)
+    thick = [(low, (8.2, *high[1:])) for low, high in solid]
+    back = ((4.0 + depth_m, y_m[0], z_m[0]), (8.2, y_m[1], z_m[1]))
+    _, _, behind = explored((*thick, back))
+    assert behind.openings == ()
+
+
 def test_the_margin_that_would_pass_is_named():
     """0.8 m leave 0.4 m to each side: 0.05 m beside a radius of 0.35 m. A radius of 0.45 m has no margin."""
     _, _, behind = explored(bulkhead((1.6, 2.4), (0.8, 1.8)))

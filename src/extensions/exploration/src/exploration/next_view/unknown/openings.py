@@ -26,6 +26,8 @@ BORDER_MIN_M2 = 0.5
 """Behind an opening, so much of the border of what is known is worth a word."""
 SAME_M = 1.0
 """Openings that are nearer to each other are one."""
+WIDER = 1.5
+"""Voxels by which room is wider to each side than an opening that leads to it: noise makes one of them."""
 STEPS = 4
 """From what stays unknown to known free space with some room around it, voxels."""
 FACES = ((0, 0, 1), (0, 0, -1), (0, 1, 0), (0, -1, 0), (1, 0, 0), (-1, 0, 0))
@@ -129,12 +131,32 @@ def narrow_openings(
         if narrowest < 0:
             continue
         voxel = np.array(np.unravel_index(narrowest, squares.shape))
+        if not _leads_on(space, squares, pieces == piece, voxel):
+            continue
         opening = _opening(space, voxel, int(squares[tuple(voxel)]), parameters, smaller)
         known = [n for n, other in enumerate(found) if math.dist(other.place_m, opening.place_m) < SAME_M]
         if not known:
             found.append(opening)
         of_piece[int(piece)] = known[0] + 1 if known else len(found)
     return Behind(tuple(found), _parts(space, squares, own, pieces, of_piece, found))
+
+
+def _leads_on(space: Space, squares: np.ndarray, piece: np.ndarray, voxel: np.ndarray) -> bool:
+    """Return whether something lies behind an opening, and it is no niche.
+
+    That is room in the piece of free space behind it that is wider. Or straight on, most lines through the
+    opening end before what is unknown, and not before a wall.
+    """
+    wider = math.ceil((math.sqrt(squares[tuple(voxel)]) + WIDER) ** 2)
+    if (squares[piece] >= min(wider, space.need)).any():
+        return True
+    axis, section = _section(space, voxel)
+    is_ahead = np.argwhere(piece)[:, axis].mean() > voxel[axis]
+    kinds = np.moveaxis(space.grid.kinds, axis, -1)[tuple(section.T)]
+    ahead = kinds[:, voxel[axis] :] if is_ahead else kinds[:, voxel[axis] :: -1]
+    ahead = np.pad(ahead, ((0, 0), (0, 1)), constant_values=UNKNOWN)  # all outside the map
+    ends = ahead[np.arange(len(ahead)), (ahead != FREE).argmax(axis=1)]
+    return bool((ends == UNKNOWN).mean() > 0.5)
 
 
 def _room_next_to(own: np.ndarray, squares: np.ndarray, piece: np.ndarray) -> np.ndarray:
@@ -177,17 +199,24 @@ def _opening(
 def _width_m(space: Space, voxel: np.ndarray) -> float:
     """Return the least side of the opening's cross-section at a voxel, m.
 
-    The way through it leads along the axis on which most is free. An edge lies somewhere in the occupied
-    voxels on both sides: on average, half of each belongs to the opening.
+    An edge lies somewhere in the occupied voxels on both sides: on average, half of each belongs to the
+    opening.
+    """
+    _, own = _section(space, voxel)
+    return float((np.ptp(own, axis=0) + 2).min()) * space.grid.resolution_m
+
+
+def _section(space: Space, voxel: np.ndarray) -> tuple[int, np.ndarray]:
+    """Return the axis along which the way leads through an opening at a voxel, and the section across it.
+
+    It is the axis on which most is free. The section are the indices (n, 2) along the other two axes.
     """
     is_free = space.grid.kinds == FREE
     ways = [_run(is_free[tuple(np.s_[:] if a == axis else v for a, v in enumerate(voxel))], voxel[axis])
             for axis in range(3)]  # fmt: skip
     axis = int(np.argmax(ways))
-    section = np.take(is_free, voxel[axis], axis=axis)
-    labels, _ = ndimage.label(section)
-    own = np.argwhere(labels == labels[tuple(np.delete(voxel, axis))])
-    return float((np.ptp(own, axis=0) + 2).min()) * space.grid.resolution_m
+    labels, _ = ndimage.label(np.take(is_free, voxel[axis], axis=axis))
+    return axis, np.argwhere(labels == labels[tuple(np.delete(voxel, axis))])
 
 
 def _run(line: np.ndarray, at: int) -> int:
