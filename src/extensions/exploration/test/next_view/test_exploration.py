@@ -19,7 +19,7 @@ from exploration.next_view import (
 )
 from exploration.next_view.steps import in_steps
 from exploration.next_view.unknown.leftovers import Why
-from exploration.planning import PathPlanner
+from exploration.planning import OCCUPIED, PathPlanner
 from flight_basics.errors import ParameterError
 
 HOVER_M = np.array((1.0, 2.0, 3.0))
@@ -191,7 +191,7 @@ def test_what_lies_behind_a_door_that_cepa_does_not_fly_is_named_in_the_end():
 
 
 @pytest.mark.parametrize("has_door", [True, False])
-def test_a_pane_that_the_lidar_does_not_see_is_pressed_once(has_door):
+def test_a_pane_that_the_lidar_does_not_see_is_not_pressed_again_and_again(has_door):
     """A wall at x = 3 m with a window of 2 x 2 m, whose pane no beam meets, and a door beside it, or none."""
     door = ((3.0, 4.0, 0.0), (3.2, 4.2, 2.4)) if has_door else ((3.0, 4.0, 0.0), (3.2, 6.4, 2.4))
     wall = [
@@ -218,8 +218,8 @@ def test_a_pane_that_the_lidar_does_not_see_is_pressed_once(has_door):
             flight.places_m.append(there_m)
             flight.look()
     assert exploration.explored.end is End.EXPLORED
-    assert len(pressed) == 1
-    assert pressed[0] <= 2.0 * asked.patience + 3.0  # beside a jamb, it is sure the second time
+    assert len(pressed) <= 2  # beside a jamb, which CEPA may keep it off, it is sure the second time
+    assert sum(pressed) <= 2.0 * asked.patience + 4.0
     assert (max(place_m[0] for place_m in flight.places_m) > 3.6) == has_door
     exploration.look(900.0, flight.place_m)
     assert "no beam shows" in exploration.explored.reason
@@ -309,6 +309,29 @@ def test_it_lands_over_its_home_or_where_it_is_held_off_for_some_seconds(off_m, 
     assert exploration.is_home
     assert math.dist(here_m, HOVER_M) < most_m
     assert stamp_s - near_s > least_s
+
+
+def test_when_a_door_closes_behind_it_the_way_home_is_told_anew_by_the_map_as_it_is():
+    # Given a UAV behind a wall at x = 3 m with two doors, 12 m apart, on its way home through the near one
+    wall = [((3.0, 0.0, 0.0), (3.2, 0.6, 2.4)), ((3.0, 2.2, 0.0), (3.2, 8.4, 2.4))]
+    flight = Flight(room((6.0, 10.0, 2.4), wall), (1.5, 1.4, 1.2))
+    flight.explore(Explorer(ExplorerParameters(spacing=0.4, reach=8.0)))
+    flight.fly_to((4.5, 1.4, 1.2))
+    energy = EnergyWatch()
+    exploration = Exploration(flight.planner, Explorer(), ExplorationParameters(first_sink=0.0), energy)
+    exploration.begin(0.0, np.array((1.5, 1.4, 1.2)))
+    energy.offer(0.0, 1.0)
+    exploration.abort("enough")
+    exploration.look(0.0, flight.place_m)
+    assert exploration.way_home.length_m == pytest.approx(3.0, abs=0.5)
+    # When the near door closes, and the lidar sees that
+    flight.filled[:, 3:11, 15] = True
+    flight.kinds[:, 3:11, 15] = OCCUPIED
+    flight.look()
+    exploration.look(1.0, flight.place_m)
+    # Then the way through the far one is told at once, and in the end
+    assert exploration.way_home.length_m > 14.0
+    assert "longer" in exploration.explored.reason
 
 
 def test_for_want_of_energy_it_does_not_fly_home_by_short_steps():

@@ -10,6 +10,7 @@ import numpy as np
 from exploration.energy.decision import Decision, EnergyWatch, Verdict, WayHome
 from exploration.energy.pace import Course, Pace, metres_by_course
 from exploration.planning import PathPlanner
+from exploration.planning.progress import rest_of
 from flight_basics.errors import NoPathError
 
 OVER_M, OVER_S = 0.15, 1.0
@@ -54,7 +55,7 @@ class WayBack:
         self.home_m: np.ndarray | None = None
         self.way_m: np.ndarray | None = None
         self._track_m: list[np.ndarray] = []
-        self._planned_s = -math.inf
+        self._planned_s, self._is_track = -math.inf, False
         self._near_s: float | None = None
         """Since when the UAV is near its home; None: it is not."""
         self._over_s: float | None = None
@@ -121,19 +122,27 @@ class WayBack:
         self._pace.note(stamp_s, here_m, rest_m)
 
     def decide(self, stamp_s: float, here_m: np.ndarray) -> Decision | None:
-        """Plan the way home if the last plan is old. Return what the energy allows.
+        """Plan the way home if the last plan is old or the map has closed it. Return what the energy allows.
 
         None: it does not count.
         """
         if self._energy is None or self.home_m is None:
             return None
-        if stamp_s >= self._planned_s + self._p.home_period:
+        if stamp_s >= self._planned_s + self._p.home_period or not self._is_open(stamp_s, here_m):
             self._planned_s = stamp_s
             try:
-                self.way_m = self._planner.plan(here_m, self.home_m, stamp_s).points_m
+                self.way_m, self._is_track = self._planner.plan(here_m, self.home_m, stamp_s).points_m, False
             except NoPathError:
+                self._is_track = True
                 self.way_m = np.array([here_m, *self.track_back_m, self.home_m])
         return self._energy.decide(stamp_s, self.way)
+
+    def _is_open(self, stamp_s: float, here_m: np.ndarray) -> bool:
+        """Return whether the way home that was planned last still leads there by the map as it is now."""
+        if self.way_m is None or self._is_track or not self._planner.has_map:
+            return True
+        rest_m, _ = rest_of(self.way_m, here_m)
+        return self._planner.is_clear(self.way_m[-len(rest_m) :], stamp_s)
 
     def turns_low(self, decision: Decision) -> bool:
         """Return whether the energy says so for the first time in this flight: then a pause ends."""

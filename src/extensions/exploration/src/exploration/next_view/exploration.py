@@ -35,6 +35,9 @@ RISEN_M = 0.15
 """A UAV that has risen so far has taken off."""
 HELD_OFF = 5.0
 """A UAV that CEPA keeps from its home lands so many times `arrived` away from it at most."""
+LONGER, LONGER_S = 1.3, 8.0
+"""A way home that takes so many times as long as told, and so much more, is told anew. The energy allows for
+as much."""
 FIRST_WAY_S = 10.0
 """CEPA may hold the UAV above the first place. After this time it explores from where it is."""
 
@@ -83,6 +86,8 @@ class Exploration:
         self._unknown = UnknownAccount(planner, explorer, smaller or {})
         self._turned_home = False
         """For want of time or energy."""
+        self._told: tuple[float, float] | None = None
+        """When the way home was told last, and how long it took then, s; None: it was not."""
         self.explored = Explored()
 
     def begin(
@@ -259,12 +264,29 @@ class Exploration:
         decision = self._back.decide(stamp_s, here_m)
         if decision is None:
             return
+        self._tell_longer_way(stamp_s)
         if decision.verdict is Verdict.LAND and not self.must_land:
             self._must_land_instead_of_home(End.BATTERY, decision.reason)
         if decision.verdict is not Verdict.GO_ON:
             self._end(End.BATTERY, decision.reason)
             if self._back.turns_low(decision):
                 self.resume()
+
+    def _tell_longer_way(self, stamp_s: float) -> None:
+        """Tell anew how long the way home takes, if it has become longer: as behind a hatch that closes."""
+        way = self._back.way
+        if self.explored.end is None or way is None:
+            self._told = None
+            return
+        if self._told is None:
+            self._told = stamp_s, way.time_s
+        told_s, before_s = self._told
+        if stamp_s - told_s + way.time_s > LONGER * before_s + LONGER_S:
+            self.explored.reason += (
+                f" The way home has become longer: {way.time_s:.0f} s are left. {before_s:.0f} s were told "
+                f"{stamp_s - told_s:.0f} s before."
+            )
+            self._told = stamp_s, way.time_s
 
     def _must_land_instead_of_home(self, end: End, reason: str) -> None:
         """Land where it is. Who has explored and does not come home has another end."""
