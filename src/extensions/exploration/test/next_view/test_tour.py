@@ -36,6 +36,17 @@ def test_the_chosen_views_show_every_cell_that_any_view_shows(seed):
     assert len(set(chosen.tolist())) == len(chosen) <= 9
 
 
+@given(st.integers(0, 2**32 - 1))
+def test_each_chosen_view_shows_most_of_what_is_still_open(seed):
+    rng = np.random.default_rng(seed)
+    sights, ways_m = rng.random((12, 9)) < 0.3, rng.random(12)
+    open_cells = sights.any(axis=0)
+    for view in covering(sights, ways_m):
+        assert (sights[view] & open_cells).sum() == (sights & open_cells).sum(axis=1).max()
+        open_cells &= ~sights[view]
+    assert not open_cells.any()
+
+
 def test_of_equal_views_the_nearer_one_is_chosen():
     sights = np.array([[True, True], [True, True], [False, True]])
     assert covering(sights, np.array([5.0, 2.0, 1.0])).tolist() == [1]

@@ -15,13 +15,15 @@ def covering(sights: np.ndarray, ways_m: np.ndarray) -> np.ndarray:
 
     sights: (n, m) whether a view shows a cell. ways_m: (n,) of equally good views the nearer one is taken.
     """
-    open_cells, chosen = sights.any(axis=0), []
-    nearest_first = np.argsort(ways_m, kind="stable")
-    sights = sights[nearest_first]
-    while open_cells.any():
-        best = int(np.argmax((sights & open_cells).sum(axis=1)))
+    nearest_first, chosen = np.argsort(ways_m, kind="stable"), []
+    by_cell = np.ascontiguousarray(sights[nearest_first].T)
+    gains = by_cell.sum(axis=0)
+    while len(gains) and gains.max() > 0:
+        best = int(np.argmax(gains))
         chosen.append(nearest_first[best])
-        open_cells &= ~sights[best]
+        shown = by_cell[:, best].copy()  # each cell is taken from all gains once, in a hall of thousands
+        gains -= by_cell[shown].sum(axis=0)
+        by_cell[shown] = False
     return np.array(chosen, np.int64)
 
 
