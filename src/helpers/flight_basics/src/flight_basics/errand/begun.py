@@ -71,7 +71,7 @@ class BegunGoal:
     def expect(self, identity: str) -> None:
         """A goal has come. It is of the flight that is flown. Another one that was expected has ended."""
         orders = [each for each in self._orders if each[0] in (self.flown, identity)]
-        if self.flown and identity not in [each[0] for each in orders]:
+        if self.flown not in ("", identity) and identity not in [each[0] for each in orders]:
             orders.append([identity, *Order()])
         if orders != self._orders:
             self.keep({"orders": orders})
