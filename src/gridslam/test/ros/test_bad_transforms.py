@@ -64,3 +64,22 @@ def test_odometry_the_wrong_way_round_is_named(drive, tmp_path, capsys):
 
     bag = write(tmp_path / "inverse.bag", drive, [mounting()], edges=inverse)
     assert 'TF has "odom" below "base_link", but needs "base_link" below "odom"' in refused(bag, capsys)
+
+
+OFF = (0.5, 0.0, 0.0)
+
+
+def test_two_odometries_in_turns_are_told_and_the_state_is_uncertain(drive, tmp_path, capsys):
+    # given a second source of odometry's transform, half a metre beside the first
+    def both(index, stamp, base):
+        edges = []
+        for part in range(10):
+            at = stamp + rospy.Duration.from_sec(0.05 * part)
+            edges.append(transform("odom", "base_link", at, base))
+            edges.append(transform("odom", "base_link", at + rospy.Duration.from_sec(0.02), base + OFF))
+        return edges
+
+    error_m(write(tmp_path / "both.bag", drive, [mounting()], edges=both), drive)
+    said = capsys.readouterr().err
+    assert 'Two sources send TF "odom" -> "base_link" in turns' in said
+    assert "uncertain" in said
