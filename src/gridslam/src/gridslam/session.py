@@ -21,6 +21,7 @@ from gridslam.inputs.continuous_odometry import LEEWAY_M, NEAR_M, ContinuousOdom
 from gridslam.inputs.slice_watch import SliceWatch
 from gridslam.level_cloud import LevelCloud
 from gridslam.localisation.given_pose import check_given_pose
+from gridslam.localisation.sight import Sight, sees
 from gridslam.localisation.supervisor import Supervisor
 from gridslam.loop_closure import Closure, LoopClosureParameters
 from gridslam.loop_closure.parameters import closure_parameters
@@ -31,7 +32,6 @@ from gridslam.scan import PlanarScan
 from gridslam.session_state import SessionState
 from gridslam.tracking.monitor import APART, LOST, UNCERTAIN, TrackingMonitor
 from gridslam.tracking.self_check import drift_of
-from gridslam.tracking.sight import Sight, sees
 from gridslam.trajectory import Trajectory
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Callable
 import numpy as np
 
 from gridslam.localisation.relocaliser import Relocaliser, SearchState
+from gridslam.localisation.sight import sees
 from gridslam.localisation.standstill import Standstill, StandstillState
 from gridslam.scan import PlanarScan, typical_range_m
-from gridslam.tracking.sight import sees
 
 if TYPE_CHECKING:
     from gridslam.filter.grid_slam import GridSlam
