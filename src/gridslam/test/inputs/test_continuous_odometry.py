@@ -172,3 +172,14 @@ def test_a_restored_state_goes_on_as_if_nothing_had_been(before, after, move):
 def test_a_pose_that_is_none_is_refused(pose):
     with pytest.raises(ScanError, match="finite"):
         followed([(0.0, pose)])
+
+
+def test_a_silence_does_not_make_the_next_one_usual():
+    # given ten scans a second at 1 m/s, which lacked for 6 s in between
+    stamps_s = np.concatenate([np.arange(0.0, 15.0, 0.1), np.arange(21.0, 30.0, 0.1)])
+    _, _, odometry = followed([(stamp_s, (stamp_s, 0.0, 0.0)) for stamp_s in stamps_s])
+    assert not odometry.is_silence(4.0)
+    assert odometry.is_silence(6.0)
+    # and a scan in 3 s is usual for a robot that scans so
+    _, _, odometry = followed([(3.0 * k, (3.0 * k, 0.0, 0.0)) for k in range(20)])
+    assert not odometry.is_silence(9.0)
