@@ -101,7 +101,7 @@ def test_before_a_manhole_at_another_height_it_climbs_first_if_it_shall(climbs_f
     walls = [((3.0, 0.0, 0.0), (3.4, 4.0, 1.8))]
     beyond = View((5.0, 1.0, 1.0), 0.0, 0.0)
     lead = inspection((beyond,), walls, replace(QUICK, climbs_first=climbs_first))
-    uav, track_m = Uav(lead, (2.55, 1.0, 1.7)), []
+    uav, track_m = Uav(lead, (2.45, 1.0, 1.7)), []
     while not uav.asked:
         uav.step()
         track_m.append(uav.place_m)

@@ -11,8 +11,8 @@ from exploration.planning import PathPlanner
 from flight_basics.errors import NoPathError
 from inspection.flight.parameters import InspectionParameters
 
-STUCK_M, STUCK_S = 0.8, 8.0
-"""A UAV that moves less in this time does not get on: CEPA does not fly to where it is sent."""
+STUCK_M = 0.8
+"""Of the way that it came, what is nearer to a UAV that does not get on is left out."""
 CLOSED_M = 1.2
 """So far ahead of it a place is closed then."""
 
@@ -29,21 +29,11 @@ class Homing(WayBack):
     ) -> None:
         super().__init__(planner, energy, parameters)
         self.is_by_track, self.why = False, ""
-        self._moved: tuple[float, np.ndarray] | None = None
 
     def begin(self, home_m: np.ndarray) -> None:
         """Begin a flight. Only the first one's home counts."""
         super().begin(home_m)
-        self.is_by_track, self._moved = False, None
-
-    def is_stuck(self, stamp_s: float, here_m: np.ndarray) -> bool:
-        """Return whether the UAV, which is to come home, stays where it is."""
-        if self._moved is None or math.dist(here_m, self._moved[1]) > STUCK_M:
-            self._moved = stamp_s, here_m
-        if stamp_s - self._moved[0] < STUCK_S:
-            return False
-        self._moved = stamp_s, here_m
-        return True
+        self.is_by_track = False
 
     def close_ahead(self, stamp_s: float, here_m: np.ndarray, next_m: np.ndarray) -> None:
         """Close the place ahead, where CEPA does not fly, unless it is home."""

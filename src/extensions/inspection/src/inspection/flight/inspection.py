@@ -19,7 +19,7 @@ from exploration.next_view.way import Progress, Way
 from exploration.planning import PathPlanner
 from flight_basics.errors import MapError, NoPathError
 from flight_basics.pose.trust import Trust
-from inspection.flight.homing import STUCK_S, Homing
+from inspection.flight.homing import Homing
 from inspection.flight.legs.leg import PhotographLeg
 from inspection.flight.legs.ways import Legs
 from inspection.flight.motion import Motion
@@ -30,6 +30,8 @@ from inspection.flight.places import view_of_point
 from inspection.survey.views.candidates import View
 
 BEEN_M = 0.05
+STUCK_S = 8.0
+"""A UAV that comes no nearer for so long does not get on."""
 
 
 class End(Enum):
@@ -78,7 +80,7 @@ class Inspection:
         self._way = Way()
         self._leg: PhotographLeg | None = None
         self._progress = Progress()
-        """On the way to a photograph."""
+        """On the way to a photograph, or home."""
         self._been_m: list[np.ndarray] = []
         self._began_s, self._look_s = math.nan, -math.inf
         self._now_s = 0.0
@@ -219,8 +221,6 @@ class Inspection:
             if self.end is None:
                 self._homing.note(here_m)
             self._way.follow(motion.time_s, here_m, self._p.arrived)
-            is_on_way = self._leg is not None and not self._leg.has_arrived
-            self._progress.note(motion.time_s, here_m, self._way.rest_m if is_on_way else ())
             if self._leg is not None and (why := self._leg.follow(motion)):
                 if not self._leg.has_arrived and self._way.rest_m:
                     self._held_off = here_m, self._way.rest_m[0]
@@ -314,8 +314,8 @@ class Inspection:
             held_off, self._held_off = self._held_off, None
         if held_off is not None:
             self._homing.close_ahead(stamp_s, *held_off)
-        if self._progress.is_held_off(stamp_s, STUCK_S) and way.rest_m:
-            self._progress = Progress()
+        is_stuck = self._is_stuck(stamp_s, here_m, way.rest_m)
+        if is_stuck and self.end is None:
             self._planner.meets_unseen(here_m, way.rest_m[0], stamp_s)
         for place_m in (*been_m, here_m):
             with suppress(MapError):  # no map reaches so far
@@ -326,7 +326,7 @@ class Inspection:
         if self.end is None and self._planner.has_map and not self._is_in_doubt:
             self._go_on(stamp_s, here_m)
         if self.end is not None:
-            self._go_home(stamp_s, here_m)
+            self._go_home(stamp_s, here_m, is_stuck)
 
     def mind(self, stamp_s: float, here_m: np.ndarray) -> None:
         """End if the energy or the time says so. here_m: where the UAV was last, (x, y, z)."""
@@ -338,6 +338,17 @@ class Inspection:
                 self.resume()
         if self.end is None and stamp_s - self._began_s > self._p.time_max:
             self.come_home(f"The time of {self._p.time_max:g} s is over.", End.TIME)
+
+    def _is_stuck(self, stamp_s: float, here_m: np.ndarray, rest_m: Sequence[np.ndarray]) -> bool:
+        """Return whether the UAV, which is on its way to a photograph or home, comes no nearer."""
+        with self._lock:
+            is_on_way = self._leg is not None and not self._leg.has_arrived
+            waits = self._is_paused or self.is_in_doubt
+        self._progress.note(stamp_s, here_m, rest_m if (is_on_way or self.end) and not waits else ())
+        is_stuck = self._progress.is_held_off(stamp_s, STUCK_S)
+        if is_stuck:
+            self._progress = Progress()
+        return is_stuck
 
     def _go_on(self, stamp_s: float, here_m: np.ndarray) -> None:
         """Keep to the way if it is clear; else find another one, or the next photograph."""
@@ -399,7 +410,7 @@ class Inspection:
             self.front_rad, self.tilt_rad = task.view.yaw_rad, task.view.tilt_rad
         return ""
 
-    def _go_home(self, stamp_s: float, here_m: np.ndarray) -> None:
+    def _go_home(self, stamp_s: float, here_m: np.ndarray, is_stuck: bool = False) -> None:
         assert self.home_m is not None
         with self._lock:
             if self._is_paused:  # since this look began
@@ -408,7 +419,6 @@ class Inspection:
             if self._homing.may_land(stamp_s, here_m):
                 self.is_home = self.end is not None
                 return
-        is_stuck = self._homing.is_stuck(stamp_s, here_m)
         if is_stuck and rest_m:
             self._homing.close_ahead(stamp_s, here_m, rest_m[0])
         elif rest_m and not self._homing.is_by_track and self._is_clear(here_m, rest_m, stamp_s):
