@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from typing import Callable
 
 import numpy as np
 import rospy
@@ -14,11 +15,13 @@ from sensor_msgs.msg import Imu, PointCloud2, PointField
 from sensor_msgs.msg import LaserScan as LaserScanMessage
 from std_msgs.msg import Header
 
-from cepa import Decision, LaserScan2D, MotionError, Reason, ScanError, VelocityError
+from cepa import Decision, LaserScan2D, MotionError, MountError, Reason, ScanError, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
 from cepa.dynamic.constants.choice import HELD_S
 from cepa.dynamic.report import Report, View
+from cepa.motion import rotation_matrix
 from cepa.steering.inertial_path import NOT_MEASURED, InertialReading
+from cepa.steering.mount import Mount
 from cepa.steering.own_motion import OwnState
 from input_checks_ros.lidar_readings import UNSEEN_INTENSITY
 from node_tools.conversions import xyz, xyzw
@@ -27,15 +30,30 @@ MOST_STEPS_BEHIND = 1.99
 """Steps of a scan from its last beam to angle_max: fewer than two, less what rounding to 32 bits adds."""
 
 
-def own_state_of(odometry: OdometryMessage) -> tuple[OwnState, str]:
-    """Return a nav_msgs/Odometry's state, and what is wrong with its velocity (empty: nothing)."""
+def own_state_of(
+    odometry: OdometryMessage, base_frame: str, mount_of: Callable[[str], Mount]
+) -> tuple[OwnState, str]:
+    """Return a nav_msgs/Odometry's state, and what is wrong with its velocity (empty: nothing).
+
+    The twist is along the axes of child_frame_id, whatever frame that is; none means the body's. mount_of:
+    returns how a frame sits on the body, or raises MountError.
+    """
     pose, complaint = odometry.pose.pose, ""
+    child, parent = odometry.child_frame_id.lstrip("/"), odometry.header.frame_id.lstrip("/")
+    is_told_in_odometry = child == parent != ""
     velocity = None
     try:
         velocity = velocity_of(odometry.twist.twist, "odometry's velocity")
+        if child not in ("", base_frame, parent):
+            x, y, z = (rotation_matrix(mount_of(child).orientation_xyzw) @ velocity).tolist()
+            velocity = x, y, z
     except VelocityError as error:
-        complaint = str(error)
-    return OwnState(velocity, xyz(pose.position), xyzw(pose.orientation)), complaint
+        complaint = f"{error} The own speed counts as zero."
+    except MountError as error:
+        complaint = f"{error} The odometry's velocity (twist) is taken along the axes of {base_frame}. "
+        complaint += "Publish that transform, or let its source tell child_frame_id of the body."
+    state = OwnState(velocity, xyz(pose.position), xyzw(pose.orientation), is_told_in_odometry)
+    return state, complaint
 
 
 def scan_of(message: LaserScanMessage) -> LaserScan2D:

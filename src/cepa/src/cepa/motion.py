@@ -137,6 +137,8 @@ class Cloud:
     range_max_m: float
     azimuth_rad: tuple[float, float] = (-math.pi, math.pi)
     """First and last direction around its z axis."""
+    own_m: np.ndarray | None = None
+    """(n, 3) m: where it saw the UAV itself, which is no obstacle; what is behind it is unseen."""
 
     @property
     def looks_all_around(self) -> bool:

@@ -74,6 +74,8 @@ class CepaParameters:
     """Invalid beams in a row that take the smaller range of their neighbours. A longer gap is unseen."""
     unseen_is_free: bool = False
     """Whether a direction that no beam covers may be chosen."""
+    self_filter: bool = False
+    """Whether returns of the UAV itself, such as its arms, are left out. What is behind them is unseen."""
     velocity_aware_emergency: bool = False
     """Whether what the UAV cannot brake for is an emergency, too. See emergency_edge in cushion.py."""
     braking_deceleration: float = limited(4.0, above=0.0, live=(0.1, 50.0))

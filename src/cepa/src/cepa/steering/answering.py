@@ -19,7 +19,8 @@ from cepa.steering.clouds import CloudLimits, SensedPoints
 from cepa.steering.height_guard import guarded_climb
 from cepa.steering.inertial_check import InertialCheck
 from cepa.steering.mount import Mount, in_lidar_frame
-from cepa.steering.own_motion import OwnMotion, OwnState
+from cepa.steering.own_motion import OwnMotion, OwnState, yaw_of
+from cepa.steering.self_filter import SelfFilter
 from stamp_pairing.pairing import Paired
 
 MAX_AGE_NS = 500_000_000
@@ -66,6 +67,7 @@ class Answering:
         self._warn = warn
         self._limits, self._check = limits, check
         self._motion = OwnMotion(warn)
+        self._self_filter = SelfFilter(warn, lambda: self.algorithm.reset())
         self.algorithm, self._keep_out, self._is_ready = algorithm, KeepOut(), True
         self._last_xy = (0.0, 0.0)
         self._last_scan: tuple[int, float | None] | None = None  # its stamp, and the body's yaw
@@ -76,13 +78,18 @@ class Answering:
         if isinstance(algorithm, Dynamic) and isinstance(self.algorithm, Dynamic):
             algorithm.take_over(self.algorithm)
         algorithm.take_keep_out(self._keep_out)
-        algorithm.take_ready(self._is_ready)
+        algorithm.take_ready(self._can_be_held_up)
         self.algorithm = algorithm
 
     def take_ready(self, is_ready: bool) -> None:
         """Let this algorithm, and those that follow it, know whether the UAV flies what is answered."""
         self._is_ready = is_ready
-        self.algorithm.take_ready(is_ready)
+        self.algorithm.take_ready(self._can_be_held_up)
+
+    @property
+    def _can_be_held_up(self) -> bool:
+        """Whether a UAV that gets nowhere is held up by what is around it."""
+        return self._is_ready and not self._self_filter.obstructs
 
     def take_keep_out(self, keep_out: KeepOut) -> None:
         """Let this algorithm, and those that follow it, keep out of boxes."""
@@ -93,6 +100,7 @@ class Answering:
         """Forget everything, as after a clock that jumped back."""
         self.algorithm.reset()
         self._motion.restart()
+        self._self_filter.restart()
         self._last_xy = (0.0, 0.0)
         self._last_scan = None
         self._matched_ns = None
@@ -112,6 +120,7 @@ class Answering:
             if not goes_on:
                 self.algorithm.reset()
         own: OwnState | None = paired.fresh("odometry", MAX_AGE_NS, None)
+        scan = self._without_own(paired, scan, mount, own)
         own_xy = mount.turn.undo(*self._own_velocity(own, trusted=motion is not None)[:2])
         if self.algorithm.parameters.levelling:
             scan = self._levelled(scan, paired, mount, math.hypot(*own_xy))
@@ -131,10 +140,21 @@ class Answering:
         asked = scan, (reference_xy, own_xy)
         return Answer(velocity, decision, *asked, computation_ms, cpu_ms, is_mirrored)
 
+    def _without_own(
+        self, paired: Paired, scan: LaserScan2D, mount: Mount, own: OwnState | None
+    ) -> LaserScan2D:
+        """Return the scan without returns of the UAV itself, if these are to be left out."""
+        could_be_held_up = self._can_be_held_up
+        self._self_filter.move(own, self.algorithm.parameters)
+        scan = self._self_filter.scan(1e-9 * paired.leader.stamp_ns, scan, mount)
+        if self._can_be_held_up is not could_be_held_up:
+            self.algorithm.take_ready(self._can_be_held_up)
+        return scan
+
     def _tell_of_last_scan(self, paired: Paired, mount: Mount) -> None:
         """Tell the algorithm how long ago the last scan was, and how far the lidar has turned since."""
         scan_ns, last = paired.leader.stamp_ns, self._last_scan
-        yaw_rad = _yaw_rad(paired.fresh("odometry", MAX_AGE_OF_ATTITUDE_NS, None))
+        yaw_rad = yaw_of(paired.fresh("odometry", MAX_AGE_OF_ATTITUDE_NS, None))
         self._last_scan = scan_ns, yaw_rad
         if last is None:
             return
@@ -162,7 +182,10 @@ class Answering:
         if cloud is None or cloud.value is None or age_ns > MAX_AGE_OF_CLOUD_NS:
             return None
         sensed: SensedPoints = cloud.value
-        return self._limits.cloud(sensed.seen_from(mount))
+        points, own = sensed.seen_from(mount), None
+        if self._limits.looks_all_around:
+            points, own = self._self_filter.cloud(1e-9 * paired.leader.stamp_ns, points, mount)
+        return self._limits.cloud(points, own)
 
     def _ranges(self, paired: Paired) -> list[Ranging]:
         """Return what the range finders measured lately, in the body's frame."""
@@ -192,14 +215,6 @@ class Answering:
             self._warn(f"{error} Floor and ceiling are obstacles.")
             return scan
         return levelled(scan, attitude, self.algorithm.parameters, own_speed)
-
-
-def _yaw_rad(state: OwnState | None) -> float | None:
-    """Return the body's yaw; None if it is not known, or its orientation makes no sense."""
-    if state is None or not abs(math.hypot(*state.orientation_xyzw) - 1.0) < 0.01:
-        return None
-    x, y, z, w = state.orientation_xyzw
-    return math.atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
 
 
 def _mirrored(scan: LaserScan2D) -> LaserScan2D:

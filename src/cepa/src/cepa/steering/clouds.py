@@ -43,9 +43,12 @@ class CloudLimits:
         """As of a cloud."""
         return self.cloud(np.empty((0, 3))).looks_all_around
 
-    def cloud(self, points_m: np.ndarray) -> Cloud:
-        """Return a cloud of ``points_m`` (n, 3) in the scan's frame. Raises MotionError."""
-        return Cloud(points_m, self.elevation_rad, *self.range_m, self.azimuth_rad)
+    def cloud(self, points_m: np.ndarray, own_m: np.ndarray | None = None) -> Cloud:
+        """Return a cloud of ``points_m`` (n, 3) in the scan's frame. Raises MotionError.
+
+        own_m: as of a cloud.
+        """
+        return Cloud(points_m, self.elevation_rad, *self.range_m, self.azimuth_rad, own_m)
 
 
 class SensedPoints(NamedTuple):

@@ -17,6 +17,7 @@ from cepa.steering.inertial_path import InertialReading
 from cepa.steering.mount import MountOf
 from cepa.steering.own_motion import OwnState
 from cepa.steering.scan_watch import ScanWatch
+from input_checks.velocity import VelocityCheck
 from stamp_pairing.pairing import Paired, StampPairing
 
 SCANS_IN_ORDER = 100
@@ -56,7 +57,8 @@ class SteeringLoop:
         algorithm: what decides.
         mount_of: see `MountOf`. While it raises MountError, scans are answered with standstill.
         warn: takes a sentence each time that something is wrong. Let it drop repetitions.
-        limits: of the sensor that gives clouds; None: there is none.
+        limits: of the sensor that gives clouds; None: there is none. Clouds count while the algorithm uses
+            them.
         uses_range_finders: whether range finders look up and down.
         uses_imu: whether there is an IMU. While it confirms the odometry, what moves alike is no drift.
         is_replay: for a recording. Every scan is answered with the messages that belong to it, however late
@@ -79,6 +81,8 @@ class SteeringLoop:
         self._on_restart = on_restart
         self._pairing = _pairing(limits, uses_range_finders, is_replay)
         self._check = InertialCheck(warn) if uses_imu else None
+        self._velocity_check = VelocityCheck(warn)
+        self._pairing.wait_for("cloud", algorithm.wants_cloud)
         self._answering = Answering(algorithm, warn, limits, self._check)
         self._scan_watch = ScanWatch(warn)
         self._waiting: deque[Paired] = deque()  # in a replay, for the lidar's mounting
@@ -92,6 +96,9 @@ class SteeringLoop:
 
     def take(self, algorithm: Algorithm) -> None:
         """Steer by another algorithm, or by one with other parameters; it keeps what is remembered."""
+        if self._check is not None and algorithm.wants_motion and not self.algorithm.wants_motion:
+            self._check.restart()  # what came meanwhile was not compared
+        self._pairing.wait_for("cloud", algorithm.wants_cloud)
         self._answering.take(algorithm)
 
     def take_keep_out(self, keep_out: KeepOut) -> None:
@@ -108,6 +115,7 @@ class SteeringLoop:
 
     def on_odometry(self, stamp_ns: int, state: OwnState) -> list[Command]:
         """Take in the UAV's own motion. It is also the clock by which a UAV without scans brakes."""
+        state = state.checked(stamp_ns, self._velocity_check)
         if self._check is not None:
             self._check.on_odometry(stamp_ns, state)
         commands = self._answer(self._pairing.offer("odometry", stamp_ns, state))
@@ -145,7 +153,7 @@ class SteeringLoop:
             return
         self._warn(f"The clock jumped back by {1e-9 * (last_ns - scan_ns):.3f} s; starting anew.")
         self._on_restart()
-        for part in (self._pairing, self._answering, self._scan_watch):
+        for part in (self._pairing, self._answering, self._scan_watch, self._velocity_check):
             part.restart()
         if self._check is not None:
             self._check.restart()

@@ -8,6 +8,7 @@ from typing import Callable, NamedTuple
 from cepa.errors import MotionError
 from cepa.motion import DOUBTED, Doubt, Motion, Quaternion, Vector3
 from cepa.steering.mount import Mount
+from input_checks.velocity import VelocityCheck
 from stamp_pairing.pairing import Paired
 
 MAX_AGE_NS = 500_000_000
@@ -23,6 +24,23 @@ class OwnState(NamedTuple):
     """Along the body's axes; None: it makes no sense."""
     position_m: Vector3
     orientation_xyzw: Quaternion
+    is_told_in_odometry: bool = False
+    """Whether the velocity is still along the axes of the odometry's frame, as its source has told it."""
+
+    def checked(self, stamp_ns: int, check: VelocityCheck) -> OwnState:
+        """Return the state with the velocity that its places confirm, along the body's axes."""
+        if self.velocity_m_s is None:
+            return self
+        told = self.velocity_m_s, self.position_m, self.orientation_xyzw, self.is_told_in_odometry
+        return self._replace(velocity_m_s=check.velocity(stamp_ns, *told), is_told_in_odometry=False)
+
+
+def yaw_of(state: OwnState | None) -> float | None:
+    """Return the body's yaw; None if it is not known, or its orientation makes no sense."""
+    if state is None or not abs(math.hypot(*state.orientation_xyzw) - 1.0) < 0.01:
+        return None
+    x, y, z, w = state.orientation_xyzw
+    return math.atan2(2.0 * (x * y + w * z), 1.0 - 2.0 * (y * y + z * z))
 
 
 class OwnMotion:

@@ -70,6 +70,7 @@ class StampPairing:
     ):
         self._sources, self._nearest, self._own_rate = sources, nearest, own_rate
         self._trusting, self._patient = trusting, patient
+        self._silenced: set[str] = set()
         self.clear()
 
     def clear(self) -> None:
@@ -82,6 +83,10 @@ class StampPairing:
         self._jumped_back: set[str] = set()  # sources whose stamps went back since the last leader
         self._leader_stamps: deque = deque(maxlen=KEPT_LEADERS)
         self._held: deque[Stamped] = deque()
+
+    def wait_for(self, source: str, waits: bool) -> None:
+        """Let leaders wait for a source, or not while nobody listens to it."""
+        (self._silenced.discard if waits else self._silenced.add)(source)
 
     def restart(self) -> None:
         """Forget the messages from before the clock jumped back. Call it when a leader shows that jump.
@@ -134,6 +139,8 @@ class StampPairing:
 
     def _is_due(self, source: str) -> bool:
         messages, leader_ns = self._messages[source], self._held[0].stamp_ns
+        if source in self._silenced:
+            return False
         if self._patient:
             return not messages or messages[-1].stamp_ns < leader_ns
         to_come = bool(messages) and self._shares_stamps[source] and messages[-1].stamp_ns < leader_ns

@@ -56,6 +56,16 @@ class CloudPicture:
         points = np.asarray(cloud.points_m, np.float32)
         count = level(points, rotation, *limits, PICTURE_ROW_TAN, self._levelled, self.nearest, self.free)
         no_return_m = cloud.range_max_m - RANGE_MARGIN_M if count >= FEWEST_RETURNS else 0.0
+        if cloud.own_m is not None:
+            self._close(cloud.own_m @ rotation.T)
         view = cloud.elevation_rad, cloud.azimuth_rad
         open_empty(self.free, self.rows_in_one, PICTURE_ROW_TAN, rotation, *view, no_return_m)
         return self._levelled[:count]
+
+    def _close(self, own: np.ndarray) -> None:
+        """Let nothing be free in the directions in which the UAV sees itself. own (n, 3): levelled, m."""
+        x, y, z = own.T
+        rows, bins = self.free.shape
+        row = z / (np.maximum(np.hypot(x, y), 1e-3) * PICTURE_ROW_TAN * self.rows_in_one) + 0.5 * rows
+        column = (np.arctan2(y, x) + math.pi) * bins / (2.0 * math.pi)
+        self.free[np.clip(row, 0, rows - 1).astype(int), column.astype(int) % bins] = 0.0
