@@ -59,6 +59,8 @@ def cloud_of(stamp, points, frame="base_frame", **changes):
 class CloudsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
+        cls.client = dynamic_reconfigure.client.Client("/cepa", timeout=200.0)
+        cls.client.update_configuration({"algorithm": "dynamic"})  # from now on it wants clouds
         cls.commands = Output("vel_setpoint_out", TwistStamped)
         cls.stats = Output("cepa/stats", DiagnosticArray)
         cls.decisions = Output("cepa/decision", MarkerArray)
@@ -235,8 +237,8 @@ class CloudsTest(unittest.TestCase):
         self.assertEqual(self.warned.count(silence), 1)
 
     def test_6_an_algorithm_that_stays_level_comes_no_nearer_to_the_ceiling_than_r_lb(self):
-        client = dynamic_reconfigure.client.Client("/cepa", timeout=200.0)
-        client.update_configuration({"algorithm": "improved", "r_lb": 0.5})
+        self.client.update_configuration({"algorithm": "improved", "r_lb": 0.5})
+        self.warned.wait_for("improved knows neither keep-out boxes nor a ceiling")
         self.assertEqual(self.climb(0.45), 0.0)
         self.assertEqual(self.climb(8.0), 0.5)
         self.climb(math.nan)

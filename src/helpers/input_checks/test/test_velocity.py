@@ -26,7 +26,10 @@ class Flight:
     def fly(
         self, velocity, seconds, told=lambda flown, axes: axes.T @ flown, turn_rad_s=0.0, off=None, **given
     ):
-        """Fly at a velocity(s) along the odometry's axes; return true and found velocity, body's axes, (n, 3)."""
+        """Fly at a velocity(s) along the odometry's axes; return true and found velocity of the body, (n, 3).
+
+        told(flown, axes): what odometry tells. off(s): errors of its places.
+        """
         found = []
         for k in range(round(seconds / PERIOD_S)):
             flown = np.array(velocity(k * PERIOD_S), float)

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from doctor.preflight.by_hand import Answer, View, board, side_of, turn
+from doctor.preflight.by_hand import Answer, Odometry, View, board, carry, side_of, turn
 
 NEAR_M = 0.5
 CORNER = np.array([2.0, 5.0])
@@ -112,3 +112,37 @@ def test_a_round_or_empty_place_tells_nothing():
     empty = [View(np.zeros(0), np.zeros(0), heading) for heading in (0.0, 1.5)]
     for views in (round_place, empty):
         assert "too little to compare" in turn(*views).sentence
+
+
+def carried(told_of, legs=((1.2, 0.0), (0.0, 1.2)), heading_rad=math.pi / 2):
+    """Odometry of a UAV that is carried for 3 s a leg, m/s ahead and left. told_of(body, world): its twist."""
+    c, s = math.cos(heading_rad), math.sin(heading_rad)
+    place, found = np.zeros(3), []
+    level = (0.0, 0.0, math.sin(heading_rad / 2), math.cos(heading_rad / 2))
+    for k, (ahead, left) in enumerate(legs):
+        world = np.array((c * ahead - s * left, s * ahead + c * left, 0.0))
+        for at in range(100):
+            place = place + 0.03 * world
+            told = told_of(np.array((ahead, left, 0.0)), world)
+            found.append(Odometry(30_000_000 * (100 * k + at), tuple(told), tuple(place), level, False))
+    return found
+
+
+def test_a_uav_that_is_carried_tells_the_axes_of_its_velocity():
+    assert carry(carried(lambda body, world: body)).passed
+    wrong = {
+        "header.frame_id": lambda body, world: world,
+        "FRD": lambda body, world: body * (1.0, -1.0, -1.0),
+        "empty": lambda body, world: 0.0 * body,
+    }
+    for words, told_of in wrong.items():
+        verdict = carry(carried(told_of))
+        assert not verdict.passed
+        assert words in verdict.sentence
+
+
+@pytest.mark.parametrize("way", [{"legs": ()}, {"legs": ((0.2, 0.0), (0.0, 0.2))}, {"heading_rad": 0.0}])
+def test_a_way_that_does_not_tell_the_axes_is_not_passed(way):
+    verdict = carry(carried(lambda body, world: body, **way))
+    assert not verdict.passed
+    assert "Carry the UAV" in verdict.remedy

@@ -1,1 +1,1 @@
-"""Compares the inputs of a node with each other; each check tells a sentence, or what to leave out. No ROS."""
+"""Compares the inputs of a node with each other. Each check tells a sentence, or what to leave out."""

@@ -9,8 +9,8 @@ from typing import Callable, NamedTuple
 Vector3 = tuple[float, float, float]
 
 WINDOW_S = 0.8
-"""Velocity and places are compared over so long, in two halves. Only what holds in both counts. So one jump of
-the places, as when a map corrects them, is no contradiction.
+"""Velocity and places are compared over so long, in two halves. Only what holds in both counts. So one jump
+of the places, as when a map corrects them, is no contradiction.
 """
 PERIOD_S = 0.01
 """Odometry that comes more often is thinned to this."""

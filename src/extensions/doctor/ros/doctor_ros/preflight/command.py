@@ -1,7 +1,7 @@
 """Checks the graph of a real UAV on the bench, propellers off, before its first take-off.
 
-Without an option it checks all links of the chain while the UAV stands. Then do by hand what --board and
---turn say. Each check prints one sentence.
+Without an option it checks all links of the chain while the UAV stands. Then do by hand what --board,
+--turn and --carry say. Each check prints one sentence.
 Exit code 0: all are passed; 1: one has failed; 2: none was possible.
 """
 
@@ -21,7 +21,7 @@ from mavros_msgs.srv import ParamGet
 from doctor.preflight import by_hand, carried, standing
 from doctor.preflight.verdict import NOT_CHECKED, Verdict, exit_code
 from doctor_ros import live
-from doctor_ros.preflight.hearing import answers, views
+from doctor_ros.preflight.hearing import answers, odometry, views
 from doctor_ros.preflight.shutter import Shutter
 from flights.errors import FlightsError
 from flights.launch_arguments.machine_pace import own_free_cores
@@ -58,6 +58,13 @@ def _verdicts(given: argparse.Namespace) -> Sequence[Verdict]:
     if given.turn:
         print("Turn the UAV by hand, slowly, by a right angle or more, and hold it still ...", flush=True)
         return [by_hand.turn(*views(given.listen or BY_HAND_S))]
+    if given.carry:
+        print(
+            "Carry the UAV by hand at 1 m/s or faster, ahead and then sideways, its front at a right angle to "
+            "the x axis of odom ...",
+            flush=True,
+        )
+        return [by_hand.carry(odometry(given.listen or BY_HAND_S))]
     shutter = Shutter()
     shutter.open_after(OPENED_AFTER_S)
     graph = live.look(given.listen or STANDING_S)
@@ -110,6 +117,9 @@ def _arguments() -> argparse.Namespace:
         "--board", action="store_true", help="hold a board before the lidar: does CEPA give way?"
     )
     what.add_argument("--turn", action="store_true", help="turn the UAV by hand: is the lidar mirrored?")
+    what.add_argument(
+        "--carry", action="store_true", help="carry the UAV by hand: does odometry's velocity fit its places?"
+    )
     parser.add_argument(
         "--listen", type=float, metavar="SECONDS", help="how long to listen (default 5; by hand 30)"
     )

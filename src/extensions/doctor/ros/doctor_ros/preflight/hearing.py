@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
 from collections import Counter
@@ -15,10 +16,12 @@ from nav_msgs.msg import Odometry
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import LaserScan
 
+from doctor.preflight import by_hand
 from doctor.preflight.by_hand import Answer, View
 from doctor.preflight.standing import BASE_FRAME, ODOMETRY, SAFE, SCAN
 from flights.errors import GraphError
 from input_checks_ros.lidar_readings import LidarReadings
+from node_tools.conversions import xyz, xyzw
 from node_tools.newest_transforms import FrameError, NewestTransforms
 from node_tools.ros_servers import UNREACHABLE
 
@@ -80,6 +83,32 @@ def views(listen_s: float) -> tuple[View, View]:
     if len(found) < 2:
         raise GraphError(f"No two scans came on {SCAN} after poses on {ODOMETRY}. {LET_OTHERS_PASS}")
     return found[0], found[1]
+
+
+def odometry(listen_s: float) -> list[by_hand.Odometry]:
+    """Listen to odometry for this wall time. A child_frame_id that TF does not know counts as the body's.
+
+    Raises:
+        GraphError: there was none.
+    """
+    found: list[by_hand.Odometry] = []
+    transforms: list[NewestTransforms] = []
+
+    def on_odometry(message: Odometry) -> None:
+        transforms[:] = transforms or [NewestTransforms()]
+        child, parent = message.child_frame_id.lstrip("/"), message.header.frame_id.lstrip("/")
+        told = np.array(xyz(message.twist.twist.linear))
+        if not np.isfinite(told).all():
+            return
+        if child not in ("", BASE_FRAME, parent):
+            with contextlib.suppress(FrameError):
+                told = Rotation.from_quat(transforms[0].look_up(BASE_FRAME, child).rotation_xyzw).apply(told)
+        pose, (x, y, z) = message.pose.pose, told.tolist()
+        state = xyz(pose.position), xyzw(pose.orientation), child == parent != ""
+        found.append(by_hand.Odometry(message.header.stamp.to_nsec(), (x, y, z), *state))
+
+    _listen(listen_s, {ODOMETRY: (Odometry, on_odometry)})
+    return found
 
 
 class _Beams:

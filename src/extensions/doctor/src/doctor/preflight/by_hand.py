@@ -1,4 +1,4 @@
-"""The checks with a hand on the UAV: a board is held before the lidar, or the UAV is turned."""
+"""The checks with a hand on the UAV: a board is held before the lidar, or the UAV is turned, or carried."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import NamedTuple, Sequence
 import numpy as np
 
 from doctor.preflight.verdict import Verdict
+from input_checks.velocity import VelocityCheck
 
 LEAST_SPEED_M_S = 0.05
 LEAST_ANSWERS = 5
@@ -86,6 +87,32 @@ def turn(first: View, last: View) -> Verdict:
     return Verdict(
         "turn", f"odometry and the lidar's view turned by the same {math.degrees(told):.0f} degrees"
     )
+
+
+class Odometry(NamedTuple):
+    """Odometry as `VelocityCheck` takes it: m/s, m, and a unit quaternion."""
+
+    stamp_ns: int
+    told_m_s: tuple[float, float, float]
+    place_m: tuple[float, float, float]
+    orientation_xyzw: tuple[float, float, float, float]
+    is_of_odometry: bool
+    """Whether child_frame_id is header.frame_id."""
+
+
+def carry(odometry: Sequence[Odometry]) -> Verdict:
+    """Check that odometry's velocity fits its places, along the axes that child_frame_id names."""
+    said: list[str] = []
+    check = VelocityCheck(said.append)
+    for one in odometry:
+        check.velocity(*one)
+    if said:
+        return Verdict("carry", said[0].rstrip("."), "Do not fly before it fits")
+    if not check.is_confirmed:
+        what = "odometry's velocity fits its places, but the way does not tell along which axes"
+        remedy = "Carry the UAV at 1 m/s or faster, ahead and sideways, with its front at a right angle to "
+        return Verdict("carry", what, f"{remedy}the x axis of odom, for some seconds each")
+    return Verdict("carry", "odometry's velocity fits its places, along the axes of child_frame_id")
 
 
 def _moves(answer: Answer) -> bool:
