@@ -7,7 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from cepa import CepaParameters, Dynamic, Improved, LaserScan2D, SteeringLoop
+from cepa import CepaParameters, Dynamic, Improved, LaserScan2D, Motion, SteeringLoop
+from cepa.dynamic.constants.free_space import COARSE_BINS, COARSE_ROWS
+from cepa.dynamic.free_space.cloud_picture import CloudPicture
 from cepa.steering.clouds import CloudLimits, SensedPoints
 from cepa.steering.mount import Mount
 from cepa.steering.own_motion import OwnState
@@ -149,3 +151,15 @@ def test_a_pole_beside_which_it_hovers_is_not_its_own_when_odometry_drifts_or_ju
     bench = Bench(np.array([(0.6, -0.05, 0.6, 0.05)])).fly(30.0, off_m=0.6)
     bench.fly(5.0)  # the places jump back by 0.6 m
     assert not bench.says(SEEN)
+
+
+def test_nothing_is_free_behind_what_a_cloud_shows_of_the_uav_itself():
+    ahead, behind = np.array([[0.3, 0.0, 0.0]]), np.array([[-9.0, 0.01 * k, 0.0] for k in range(100)])
+    level = Motion(0.0, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    picture, row = CloudPicture(), COARSE_ROWS // 2
+    picture.take_in(LIMITS.cloud(behind), level)
+    assert picture.free[row, COARSE_BINS // 2] > 40.0  # nothing returns from there, so it is free
+    points = picture.take_in(LIMITS.cloud(behind, ahead), level)
+    assert picture.free[row, COARSE_BINS // 2] == 0.0
+    assert picture.free[row, COARSE_BINS // 4] > 40.0
+    assert (points[:, 0] < 0.0).all()  # and it is no obstacle

@@ -14,6 +14,9 @@ from cepa.steering.mount import Mount, into_body
 from cepa.steering.own_motion import OwnState, yaw_of
 from input_checks.own_returns import OwnReturns
 
+LOOKED_S = 0.09
+"""So often it looks for them: every tenth of a second."""
+
 
 class SelfFilter:
     """Looks for the UAV's own arms, legs and cables in what its sensors see.
@@ -27,15 +30,21 @@ class SelfFilter:
         self._returns: OwnReturns | None = None
         self._leaves_out = False
         self._left_out = 0  # parts that were told as left out
+        self._looked_s: dict[str, float] = {}
 
     def restart(self) -> None:
         """Forget everything, as after a clock that jumped back."""
         self._returns, self._left_out = None, 0
+        self._looked_s.clear()
 
     @property
     def obstructs(self) -> bool:
         """Whether the UAV itself counts as an obstacle, so that nobody can say what holds it up."""
-        return self._returns is not None and self._returns.is_seen and not self._leaves_out
+        return self._sees_itself and not self._leaves_out
+
+    @property
+    def _sees_itself(self) -> bool:
+        return self._returns is not None and self._returns.is_seen
 
     def move(self, state: OwnState | None, parameters: CepaParameters) -> None:
         """Take in the UAV's pose for the next scan, and whether its own returns are to be left out."""
@@ -51,6 +60,8 @@ class SelfFilter:
         """Return the scan, in which beams that end on the UAV itself are unseen if that is asked."""
         assert self._returns is not None  # since move
         assert scan.seen is not None  # since __post_init__
+        if not self._is_due("scan", time_s):
+            return scan
         reach_m = self._returns.near_m + math.hypot(*mount.position_m[:2])
         near = np.flatnonzero(scan.ranges < reach_m)
         near = near[scan.seen[near] & ((scan.ranges[near] > 0.0) | (scan.ranges[near] == -math.inf))]
@@ -76,6 +87,8 @@ class SelfFilter:
         points_m: in the frame of the lidar with this mount. Left out are none if that is not asked.
         """
         assert self._returns is not None
+        if not self._is_due("cloud", time_s):
+            return points_m, None
         reach_m = self._returns.near_m + math.hypot(*mount.position_m[:2])
         near = np.flatnonzero(np.einsum("ij,ij->i", points_m, points_m) < reach_m**2)
         if not len(near):
@@ -86,6 +99,14 @@ class SelfFilter:
         others = points_m.copy()
         others[own] = math.nan
         return others, points_m[own]
+
+    def _is_due(self, source: str, time_s: float) -> bool:
+        """Whether to look at what a source shows: at every message only while something is left out."""
+        leaves_out = self._leaves_out and self._sees_itself
+        if not leaves_out and abs(time_s - self._looked_s.get(source, -math.inf)) < LOOKED_S:
+            return False
+        self._looked_s[source] = time_s
+        return True
 
     def _own(
         self, time_s: float, points_m: np.ndarray, mount: Mount, is_edge: np.ndarray | None = None

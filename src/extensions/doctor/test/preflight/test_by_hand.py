@@ -115,7 +115,7 @@ def test_a_round_or_empty_place_tells_nothing():
 
 
 def carried(told_of, legs=((1.2, 0.0), (0.0, 1.2)), heading_rad=math.pi / 2):
-    """Odometry of a UAV that is carried for 3 s a leg, m/s ahead and left. told_of(body, world): its twist."""
+    """Odometry of a UAV that is carried for 3 s a leg (m/s ahead, left). told_of(body, world): its twist."""
     c, s = math.cos(heading_rad), math.sin(heading_rad)
     place, found = np.zeros(3), []
     level = (0.0, 0.0, math.sin(heading_rad / 2), math.cos(heading_rad / 2))

@@ -62,7 +62,7 @@ class OwnReturns:
         self._found = np.zeros(cells, bool)  # all that were ever among these
         self.finds = 0
         """How often a part was found that was not known before."""
-        self._moved = np.zeros(7)  # way along the body's axes, place and heading in the odometry's frame
+        self._moved = (0.0,) * 7  # way along the body's axes, place and heading in the odometry's frame
         self._judged_s = -math.inf
         self.bearings_deg: tuple[int, ...] = ()
         """Where the UAV sees itself, from its front to the left."""
@@ -75,14 +75,14 @@ class OwnReturns:
 
     def move(self, place_m: tuple[float, float, float], yaw_rad: float) -> None:
         """Take in the body's pose, before `take`. Without one only what is within the body is found."""
-        place, last = np.array(place_m), self._moved
+        last = self._moved
         turn_rad = math.remainder(yaw_rad - last[6], 2.0 * math.pi)
         c, s = math.cos(yaw_rad - 0.5 * turn_rad), math.sin(yaw_rad - 0.5 * turn_rad)
-        x, y, z = (place - last[3:6]).tolist()
+        x, y, z = (now - before for now, before in zip(place_m, last[3:6]))
         if math.hypot(x, y, z) > ON_THE_SPOT_M:
             x = y = z = 0.0
-        step = c * x + s * y, c * y - s * x, z
-        self._moved = np.concatenate((last[:3] + np.array(step), place, [last[6] + turn_rad]))
+        way = last[0] + c * x + s * y, last[1] + c * y - s * x, last[2] + z
+        self._moved = (*way, *place_m, last[6] + turn_rad)
 
     def take(self, time_s: float, points_m: np.ndarray, is_edge: np.ndarray | None = None) -> np.ndarray:
         """Take in points (n, 3) within `near_m`; return which of them belong to the UAV (n,).
@@ -121,7 +121,7 @@ class OwnReturns:
 
     def _has_moved_with(self, cells: np.ndarray) -> np.ndarray:
         """Whether the UAV has moved so that what stands would have left these cells."""
-        moved = self._moved - self._anchors[cells]
+        moved = np.array(self._moved) - self._anchors[cells]
         along_m = np.einsum("ij,ij->i", moved[:, :3], self._middles[cells]) / self._away_m[cells]
         is_on_the_spot = np.linalg.norm(moved[:, 3:6], axis=1) < ON_THE_SPOT_M
         turned_rad = np.abs((moved[:, 6] + math.pi) % (2.0 * math.pi) - math.pi)

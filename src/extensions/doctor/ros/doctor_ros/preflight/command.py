@@ -60,8 +60,8 @@ def _verdicts(given: argparse.Namespace) -> Sequence[Verdict]:
         return [by_hand.turn(*views(given.listen or BY_HAND_S))]
     if given.carry:
         print(
-            "Carry the UAV by hand at 1 m/s or faster, ahead and then sideways, its front at a right angle to "
-            "the x axis of odom ...",
+            "Carry the UAV by hand at 1 m/s or faster, ahead and then sideways, with its front "
+            "at a right angle to the x axis of odom ...",
             flush=True,
         )
         return [by_hand.carry(odometry(given.listen or BY_HAND_S))]
