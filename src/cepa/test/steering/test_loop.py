@@ -266,3 +266,17 @@ def test_each_algorithm_knows_whether_the_uav_flies():
     fourth = Listens()
     SteeringLoop(first, lambda frame: LEVEL, [].append).take(fourth)
     assert fourth.is_ready
+
+
+def test_a_velocity_that_the_places_refute_does_not_reach_the_algorithm():
+    """The twist is along the axes of the odometry's frame; the front is at a right angle to its x axis."""
+    bench, turned = Bench(), (0.0, 0.0, math.sqrt(0.5), math.sqrt(0.5))
+    for at_ms in range(100, 3100, 50):
+        state = OwnState((2.0, 0.0, 0.0), (0.002 * at_ms, 0.0, 2.0), turned)
+        bench.loop.on_odometry(at_ms * MS, state)
+        bench.loop.on_reference(at_ms * MS, AHEAD)
+        bench.loop.on_scan(at_ms * MS, SCAN, "laser")
+    _, _, own_xy, motion, _ = bench.algorithm.asked[-1]
+    assert own_xy == pytest.approx((0.0, -2.0))
+    assert motion.velocity_m_s == pytest.approx((2.0, 0.0, 0.0))
+    assert sum("velocity (twist)" in sentence for sentence in bench.said) == 1

@@ -268,3 +268,15 @@ def test_a_patient_pairing_is_bounded():
     p = StampPairing(("reference",), patient=True)
     answers = [answer for k in range(2500) for answer in p.lead(k, k)]
     assert [found.leader.value for found in answers] == list(range(500))
+
+
+def test_no_leader_waits_for_a_source_to_which_nobody_listens():
+    p = StampPairing(("reference", "cloud"), patient=True)
+    p.offer("cloud", 0, "c0")
+    p.offer("reference", 25 * MS, "r25")
+    assert p.lead(25 * MS, "scan 1") == []  # it waits for a cloud
+    p.wait_for("cloud", False)
+    assert len(p.offer("reference", 50 * MS, "r50")) == 1
+    assert len(p.lead(50 * MS, "scan 2")) == 1
+    p.wait_for("cloud", True)
+    assert p.lead(75 * MS, "scan 3") == []
