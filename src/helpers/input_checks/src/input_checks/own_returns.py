@@ -10,7 +10,10 @@ from scipy import ndimage
 REACH_M = 0.5
 """So far beyond the body's radius parts of the UAV are looked for."""
 CELL_M = 0.05
-"""Edge of the cells, fixed to the body, in which returns are counted: some times a lidar's noise."""
+MOST_CELLS = 20
+"""Edge of the cells, fixed to the body, in which returns are counted: some times a lidar's noise. From the
+middle to `near_m` there are so many at most, so they are larger for a large UAV.
+"""
 GAP_S = 0.5
 """A cell without a return for longer begins anew."""
 STEADY_S = 2.0
@@ -42,8 +45,9 @@ class OwnReturns:
     def __init__(self, body_radius_m: float, below_m: float, above_m: float) -> None:
         self.body_m, self.near_m = (body_radius_m, below_m, above_m), body_radius_m + REACH_M
         """Only returns within `near_m` are of interest."""
-        self._side = 2 * math.ceil(self.near_m / CELL_M) + 2
-        middles = CELL_M * (np.arange(self._side) + 0.5 - 0.5 * self._side)
+        self._cell_m = max(CELL_M, self.near_m / MOST_CELLS)
+        self._side = 2 * math.ceil(self.near_m / self._cell_m) + 2
+        middles = self._cell_m * (np.arange(self._side) + 0.5 - 0.5 * self._side)
         self._middles = np.stack(np.meshgrid(middles, middles, middles, indexing="ij"), -1).reshape(-1, 3)
         self._away_m = np.linalg.norm(self._middles, axis=1)
         x, y, z = self._middles.T
@@ -105,7 +109,7 @@ class OwnReturns:
         return np.zeros(len(cells), bool) if self._beside_own is None else self._beside_own[cells]
 
     def _cells(self, points_m: np.ndarray) -> np.ndarray:
-        x, y, z = (points_m / CELL_M + 0.5 * self._side).astype(np.intp).T
+        x, y, z = (points_m / self._cell_m + 0.5 * self._side).astype(np.intp).T
         cells: np.ndarray = (x * self._side + y) * self._side + z
         return cells
 
@@ -135,7 +139,7 @@ class OwnReturns:
         is_seen = np.zeros(shape, bool)
         is_seen.ravel()[seen] = True
         parts = ndimage.label(is_seen, np.ones((3, 3, 3)))[0].ravel()
-        goes_on = parts[seen[self._away_m[seen] > self.near_m - 2.0 * CELL_M]]
+        goes_on = parts[seen[self._away_m[seen] > self.near_m - 2.0 * self._cell_m]]
         at_edge = parts[seen[self._edge_s[seen] >= time_s - GAP_S]]
         ends: np.ndarray = ~np.isin(parts, goes_on) & (self._is_inside | ~np.isin(parts, at_edge))
         return ends
