@@ -93,6 +93,13 @@ def test_arms_are_told_with_their_bearings_and_nobody_is_told_to_lead_it_another
     assert not bench.says("Lead it another way")
 
 
+def test_who_no_longer_sees_himself_is_told_that_he_is_held_up():
+    sides = (1.0, -1.0, 1.0, 1.0), (-1.0, -1.0, -1.0, 1.0), (-1.0, 1.0, 1.0, 1.0), (-1.0, -1.0, 1.0, -1.0)
+    bench = Bench(np.array(sides), arms=ARMS).fly(5.0, (1.0, 0.0))
+    bench.is_arm[:] = False  # a hand that held it
+    assert bench.fly(20.0, (1.0, 0.0)).says("Lead it another way")
+
+
 @pytest.mark.parametrize("with_clouds", [False, True])
 @pytest.mark.parametrize("algorithm", [Dynamic, Improved])
 def test_arms_that_are_left_out_are_no_obstacle(algorithm, with_clouds):

@@ -100,6 +100,8 @@ class Answering:
         """Forget everything, as after a clock that jumped back."""
         self.algorithm.reset()
         self._motion.restart()
+        if self._self_filter.obstructs:
+            self.algorithm.take_ready(self._is_ready)
         self._self_filter.restart()
         self._last_xy = (0.0, 0.0)
         self._last_scan = None

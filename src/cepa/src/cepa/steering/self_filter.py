@@ -65,7 +65,7 @@ class SelfFilter:
         reach_m = self._returns.near_m + math.hypot(*mount.position_m[:2])
         near = np.flatnonzero(scan.ranges < reach_m)
         near = near[scan.seen[near] & ((scan.ranges[near] > 0.0) | (scan.ranges[near] == -math.inf))]
-        if not len(near):
+        if not (len(near) or self._sees_itself):
             return scan
         angles, ranges = scan.angle_min + near * scan.angle_increment, scan.ranges[near]
         ranges = np.where(ranges > 0.0, ranges, scan.range_min)  # too near for the lidar
