@@ -18,6 +18,8 @@ that lie on one plate each.
 """
 CELL_M = 0.05
 """Of the places of a finding, one in each cube of this side is kept."""
+SURE = 2.0
+"""One spot in two photographs lies apart by at most so many standard deviations of the difference."""
 SPARSE = 2.0
 """A photograph shows the surface up to so many times the distance between its points around them."""
 
@@ -27,7 +29,8 @@ class Finding:
     """One finding in the map. area_m2: of rust. places_m: some of its places, (x, y, z) each.
 
     status: new, under review, confirmed or dismissed, and remark: the surveyor's. detail_mm: that a pixel
-    covers in the worst direction, in the photograph that shows it best; 0: not known.
+    covers in the worst direction, in the photograph that shows it best; 0: not known. deviation_m: standard
+    deviation of the place, by the poses and the lens; 0: not known.
     """
 
     id: int
@@ -41,10 +44,14 @@ class Finding:
     remark: str = ""
     detail_mm: float = 0.0
     places_m: tuple[tuple[float, ...], ...] = ()
+    deviation_m: float = 0.0
 
 
 def merged(placed: Sequence[Placed], apart_m: float) -> list[Finding]:
-    """Return the findings: candidates of one kind with points nearer than apart_m are one."""
+    """Return the findings: candidates of one kind with points nearer than apart_m are one.
+
+    So are those of different photographs whose middles are not farther apart than their poses may be wrong.
+    """
     findings: list[Finding] = []
     for kind in sorted({each.kind for each in placed}):
         for group in _groups([each for each in placed if each.kind == kind], apart_m):
@@ -53,10 +60,23 @@ def merged(placed: Sequence[Placed], apart_m: float) -> list[Finding]:
     return findings
 
 
-def _groups(own: Sequence[Placed], apart_m: float) -> Iterator[list[Placed]]:
-    """Yield the candidates that belong together."""
-    for together in linked([each.points_m for each in own], apart_m):
-        yield [own[k] for k in together]
+def _groups(own: Sequence[Placed], apart_m: float) -> list[list[Placed]]:
+    """Return the candidates that belong together."""
+    groups = [[own[k] for k in together] for together in linked([e.points_m for e in own], apart_m)]
+    middles_m = np.array([np.concatenate([e.points_m for e in group]).mean(axis=0) for group in groups])
+    off_m = np.array([max(each.off_m for each in group) for group in groups])
+    pairs = cKDTree(middles_m).query_pairs(SURE * np.sqrt(2.0) * off_m.max(), output_type="ndarray")
+    share = np.linalg.norm(np.diff(middles_m[pairs], axis=1)[:, 0], axis=1)
+    share /= np.maximum(SURE * np.hypot(*off_m[pairs].T), 1e-9)
+    shown = [{each.photograph for each in group} for group in groups]
+    owner = list(range(len(groups)))
+    for k in np.argsort(share, kind="stable")[: int((share <= 1.0).sum())]:
+        first, second = (owner[each] for each in pairs[k].tolist())
+        if first != second and not shown[first] & shown[second]:  # what one photograph shows apart is apart
+            groups[first] += groups[second]
+            shown[first] |= shown[second]
+            owner = [first if each == second else each for each in owner]
+    return [groups[k] for k in sorted(set(owner))]
 
 
 def _pieces(group: list[Placed]) -> Iterator[list[Placed]]:
@@ -80,7 +100,9 @@ def _part(placed: Placed, are_meant: np.ndarray) -> Placed:
 
 
 def _finding(number: int, kind: str, group: Sequence[Placed], apart_m: float) -> Finding:
-    points_m = np.concatenate([each.points_m for each in group])
+    best_m = min(each.off_m for each in group)
+    sure = [each for each in group if each.off_m <= SURE * best_m]
+    points_m = np.concatenate([each.points_m for each in sure])
     middle, length = extent(points_m)
     normal = np.mean([each.normal for each in group], axis=0)
     normal /= max(float(np.linalg.norm(normal)), 1e-9)
@@ -89,7 +111,7 @@ def _finding(number: int, kind: str, group: Sequence[Placed], apart_m: float) ->
     return Finding(
         number, kind, place, facing, round(length, 4), round(_area_m2(group, apart_m), 6), names,
         detail_mm=round(min(each.detail_mm for each in group), 3),
-        places_m=thinned(points_m),
+        places_m=thinned(points_m), deviation_m=round(max(each.off_m for each in sure), 3),
     )  # fmt: skip
 
 

@@ -23,7 +23,7 @@ from inspection.findings.placing import MeshSurface, Placed, PosedPhotograph
 from inspection.findings.remembered import Remembered, read_marks
 from inspection.findings.second_look import without_refuted
 from inspection.findings.several_views import where_sights_cross
-from inspection.photographs.calibration import read_camera
+from inspection.photographs.calibration import read_camera, read_sourced_camera
 from inspection.photographs.listing import LeftOut, Listing, check_picture, listed, read_photograph
 from inspection.photographs.record import PhotographError, PhotographRecord, read_record
 from inspection.survey.closer import Closer, closer_plan
@@ -41,9 +41,11 @@ class Detector:
     def __init__(self, mesh: Mesh, parameters: FindingParameters) -> None:
         self._surface, self._p = MeshSurface(mesh.triangles_m), parameters.for_mesh(mesh)
 
-    def posed(self, camera: SurveyCamera, record: PhotographRecord, name: str = "") -> PosedPhotograph:
+    def posed(
+        self, camera: SurveyCamera, record: PhotographRecord, name: str = "", focal_deviation: float = 0.0
+    ) -> PosedPhotograph:
         """Return where a photograph looks."""
-        return PosedPhotograph(self._surface, camera, record.pose, self._p, name)
+        return PosedPhotograph(self._surface, camera, record.pose, self._p, name, focal_deviation)
 
     def candidates(self, picture: np.ndarray, posed: PosedPhotograph) -> list[Candidate]:
         """Return the candidates in a picture, uint8 (height, width, 3), sRGB."""
@@ -78,9 +80,9 @@ class PhotographSearch:
             PhotographError: it shows nothing, it or its marks are damaged, or its folder's calibration cannot
                 be read.
         """
-        camera, record = read_camera(path.parent / "calibration.yaml"), read_record(path.with_suffix(".json"))
-        name = _named(path, self._first)
-        posed = self._detector.posed(camera, record, name)
+        camera = read_sourced_camera(path.parent / "calibration.yaml")
+        record, name = read_record(path.with_suffix(".json")), _named(path, self._first)
+        posed = self._detector.posed(camera.value, record, name, camera.deviation)
         found, flaws = self._marks_of(path, posed)
         self.flawed += [LeftOut(name, why) for why in flaws]
         self._placed += [each for each in map(posed.place, found) if each is not None]

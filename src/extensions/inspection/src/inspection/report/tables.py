@@ -8,7 +8,7 @@ from urllib.parse import quote
 import numpy as np
 
 from inspection.findings.kinds import kind_of
-from inspection.findings.merging import Finding
+from inspection.findings.merging import SURE, Finding
 from inspection.findings.picture.on_pictures import MarkedPicture
 from inspection.report.comparison import AS_BEFORE, GROWN, Comparison
 from inspection.report.gauging.spots import close_up_spots
@@ -46,6 +46,7 @@ def finding_rows(
     things = _things(findings, surface, ship)
     for each, thing in zip(findings, things):
         place, kind = ship.describe(each.position_m, each.normal), kind_of(each.kind).word
+        place += f", \N{PLUS-MINUS SIGN} {SURE * each.deviation_m:.2f} m" if each.deviation_m else ""
         change, was = "", ""
         if comparison:
             change = comparison.change.get(each.id, "")
