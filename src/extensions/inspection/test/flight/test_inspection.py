@@ -6,7 +6,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
 from inspecting_uav import (
     BLURRED,
     HOME_M,
@@ -17,6 +16,7 @@ from inspecting_uav import (
     planner,
     room,
 )
+from scipy.spatial.transform import Rotation
 from voxel_room import SIDE_M
 
 from exploration.energy import EnergyParameters, EnergyWatch

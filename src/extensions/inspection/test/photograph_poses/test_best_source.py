@@ -1,4 +1,4 @@
-"""Of what several sources tell, the surest counts; what contradicts it is told; what makes no sense is refused."""
+"""Of what several sources tell, the surest counts; what contradicts it is told, what makes no sense too."""
 
 import json
 import math

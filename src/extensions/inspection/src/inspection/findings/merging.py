@@ -104,6 +104,7 @@ def _finding(number: int, kind: str, group: Sequence[Placed], apart_m: float) ->
     sure = [each for each in group if each.off_m <= SURE * best_m]
     points_m = np.concatenate([each.points_m for each in sure])
     middle, length = extent(points_m)
+    length = max([length, *(extent(each.points_m)[1] for each in group if each.off_m > SURE * best_m)])
     normal = np.mean([each.normal for each in group], axis=0)
     normal /= max(float(np.linalg.norm(normal)), 1e-9)
     names = tuple(sorted({each.photograph for each in group}))
