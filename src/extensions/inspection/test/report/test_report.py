@@ -6,6 +6,7 @@ import re
 import shutil
 import subprocess
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,11 @@ from drawn_inspection import folder, mesh, side_walls
 from page_words import words
 from PIL import Image
 
+from inspection.findings.findings_file import read_search, write_findings
+from inspection.findings.picture.flaws import BLURRED
+from inspection.photographs.listing import LeftOut
 from inspection.photographs.record import PhotographRecord
+from inspection.photographs.searched import digest_of
 from inspection.report import pictures
 from inspection.report.command import main
 from inspection.report.page import libraries
@@ -73,6 +78,27 @@ def test_a_damaged_record_is_told_on_the_page(tmp_path, name, told):
     (path / name).write_text("cut")
     assert main([str(path)]) == 0
     assert told in words(path / "report.html")
+
+
+def test_what_the_findings_rest_on_is_told_and_without_it_nothing_is_graded(tmp_path):
+    path = folder(tmp_path)
+    shots = sorted((path / "photographs").glob("*.jpg"))
+    rests_on = {each.name: digest_of(each) for each in shots}
+    blurred = tuple(LeftOut(each.name, BLURRED) for each in shots)
+    file, report = path / "findings.json", [str(path), "--mesh", str(mesh(path / "box.stl"))]
+    write_findings(file, replace(read_search(file), rests_on=rests_on, flawed=blurred))
+    assert main(report) == 0
+    told = words(path / "report.html")
+    assert "GOOD" in told
+    assert "blurred" in told
+    record = json.loads(shots[1].with_suffix(".json").read_text())
+    record["position_m"][0] += 1.0
+    shots[1].with_suffix(".json").write_text(json.dumps(record))
+    assert main(report) == 0
+    told = words(path / "report.html")
+    assert shots[1].name in told
+    assert "Run findings again" in told
+    assert "GOOD" not in told.partition("Coating condition")[2].partition("GOOD:")[0]
 
 
 def test_a_contact_is_told_in_words_of_surveyors(tmp_path):

@@ -7,7 +7,7 @@ import json
 import math
 import os
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Iterator, Mapping, Sequence
 
@@ -16,12 +16,19 @@ import numpy as np
 from flight_basics.errors import ReportError
 from flight_basics.yaml_file import text_of
 from inspection.files.whole import write_whole
+from inspection.findings.kinds import kind_of
 from inspection.findings.merging import Finding
-from inspection.findings.pairing import pairs_of
+from inspection.findings.pairing import has_grown, meetings_of, pairs_of
 from inspection.findings.picture.on_pictures import MarkedPicture, marked_in, rows_of
 from inspection.photographs.listing import LeftOut
 
 NEW, UNDER_REVIEW, CONFIRMED, DISMISSED = STATUSES = ("new", "under review", "confirmed", "dismissed")
+WEIGHTS = (DISMISSED, NEW, UNDER_REVIEW, CONFIRMED)
+"""Of several decisions on one place the last one counts."""
+MOSTLY = 3.0
+"""Of what is more than so many times as large, most was not there to be judged. Chosen: other photographs may
+show twice as much of one thing.
+"""
 
 
 @dataclass(frozen=True)
@@ -31,7 +38,8 @@ class SearchRecord:
     searched: names of the photographs in which findings were looked for; None: an older program did not tell.
     left_out: those that could not be searched, with the reason. red: names of those whose coating is as red
     as rust: rust of its colour is not told from it. without_pose: what is marked on pictures alone. flawed:
-    those that were searched, but are blurred or written upon, with a sentence for each flaw.
+    those that were searched, but are blurred or written upon, with a sentence for each flaw. rests_on: by
+    photograph, the digest of what was searched; see `photographs.searched`.
     """
 
     findings: tuple[Finding, ...] = ()
@@ -40,6 +48,7 @@ class SearchRecord:
     red: tuple[str, ...] = ()
     without_pose: tuple[MarkedPicture, ...] = ()
     flawed: tuple[LeftOut, ...] = ()
+    rests_on: Mapping[str, str] = field(default_factory=dict)
 
 
 def read_findings(path: Path) -> list[Finding]:
@@ -72,11 +81,12 @@ def read_search(path: Path) -> SearchRecord:
             for key in ("left_out", "flawed")
         )
         red = tuple(map(str, content.get("red", ())))
-    except (KeyError, TypeError) as error:
+        rests_on = {str(name): str(digest) for name, digest in content.get("rests_on", {}).items()}
+    except (KeyError, TypeError, AttributeError) as error:
         raise ReportError(
             f"{path}: searched, left_out, flawed and red must be lists of photographs ({error})."
         ) from None
-    return SearchRecord(tuple(found), searched, left_out, red, marked_in(content, path), flawed)
+    return SearchRecord(tuple(found), searched, left_out, red, marked_in(content, path), flawed, rests_on)
 
 
 def _finding(path: Path, number: int, given: Any) -> Finding:
@@ -109,6 +119,7 @@ def write_findings(path: Path, record: SearchRecord) -> None:
         for told in (record.left_out, record.flawed)
     )
     searched += f'"flawed": {flawed}, ' if record.flawed else ""
+    searched += f'"rests_on": {json.dumps(record.rests_on)}, ' if record.rests_on else ""
     searched += f'"red": {json.dumps(record.red)}, ' if record.red else ""
     searched += f'"without_pose": {json.dumps(rows_of(record.without_pose))}, ' if record.without_pose else ""
     text = f'{{"frame": "map", {searched}"left_out": {left_out}, "findings": [\n{rows}\n]}}\n'
@@ -140,20 +151,34 @@ def held(path: Path) -> Iterator[None]:
 def with_decisions(before: Sequence[Finding], now: Sequence[Finding]) -> list[Finding]:
     """Return findings that were made anew, with number, status and remark of those before.
 
-    What a surveyor has judged stays, even if it is not found again.
+    What a surveyor has judged stays, even if it is not found again. Where several were, what weighs most
+    counts. What was dismissed is to be judged again if most of it is new.
     """
-    of = {j: before[i] for i, j in pairs_of(before, now)}
-    used = {each.id for each in of.values()}
+    number = {j: before[i].id for i, j in pairs_of(before, now)}
+    of: dict[int, list[Finding]] = {}
+    for i, j in meetings_of(before, now):
+        of.setdefault(j, []).append(before[i])
+    used = {each.id for own in of.values() for each in own}
     judged = [e for e in before if e.id not in used and (e.status != NEW or e.remark)]
     following = max((each.id for each in before), default=0) + 1
     kept = []
     for j, each in enumerate(now):
-        if j in of:
-            kept.append(replace(each, id=of[j].id, status=of[j].status, remark=of[j].remark))
+        if j in number:
+            kept.append(_judged(replace(each, id=number[j]), of[j]))
         else:
             kept.append(replace(each, id=following))
             following += 1
     return sorted([*kept, *judged], key=lambda each: each.id)
+
+
+def _judged(now: Finding, before: Sequence[Finding]) -> Finding:
+    """Return a finding with what was decided on those in its place."""
+    remarks = dict.fromkeys(each.remark for each in before if each.remark)
+    status = max((each.status for each in before), key=WEIGHTS.index)
+    if status == DISMISSED and has_grown(before, now, MOSTLY):
+        status = UNDER_REVIEW
+        remarks[f"dismissed when it was {kind_of(now.kind).size_in_words(before[0])}"] = None
+    return replace(now, status=status, remark="; ".join(remarks))
 
 
 def decide(findings: Sequence[Finding], number: int, status: str, remark: str | None) -> list[Finding]:

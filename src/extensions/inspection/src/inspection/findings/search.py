@@ -26,6 +26,7 @@ from inspection.findings.several_views import where_sights_cross
 from inspection.photographs.calibration import read_camera, read_sourced_camera
 from inspection.photographs.listing import LeftOut, Listing, check_picture, listed, read_photograph
 from inspection.photographs.record import PhotographError, PhotographRecord, read_record
+from inspection.photographs.searched import digest_of
 from inspection.survey.closer import Closer, closer_plan
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.surface.mesh_file import Mesh, read_mesh
@@ -182,17 +183,19 @@ def _with_poses(
     parameters: FindingParameters,
 ) -> SearchRecord:
     """Return a record with what the photographs show on the mesh whose poses are known."""
-    first = listings[0][0]
+    first, rests_on = listings[0][0], dict[str, str]()
     search, left_out = PhotographSearch(mesh, parameters, first), list(record.left_out)
     for _, listing in listings:
         for path, _ in listing.whole:
             try:
+                digest = digest_of(path)
                 search.add(path)
+                rests_on[_named(path, first)] = digest
             except PhotographError as error:
                 left_out.append(LeftOut.of(path, error)._replace(name=_named(path, first)))
     return SearchRecord(
         tuple(search.findings()), tuple(search.searched), tuple(left_out), tuple(search.red_photographs()),
-        flawed=tuple(search.flawed),
+        flawed=tuple(search.flawed), rests_on=rests_on,
     )  # fmt: skip
 
 

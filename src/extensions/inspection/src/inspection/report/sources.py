@@ -13,12 +13,15 @@ from flight_basics.errors import FlightBasicsError, ReportError, SurveyError
 from flight_basics.yaml_file import text_of
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.findings.findings_file import SearchRecord, read_search
+from inspection.findings.kinds import CRACK, RUST
 from inspection.findings.merging import Finding
+from inspection.findings.picture.flaws import BLURRED
 from inspection.findings.picture.on_pictures import MarkedPicture
 from inspection.findings.picture.paint import told_of_paint
 from inspection.photographs.calibration import read_camera
 from inspection.photographs.listing import LeftOut, listed
 from inspection.photographs.record import PhotographRecord
+from inspection.photographs.searched import changed_since
 from inspection.report.words import counted
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.plan_file import read_plan
@@ -49,7 +52,8 @@ class Inspection:
     the surface that photographs show does not count as seen, as nobody has looked for rust in all of them;
     empty: it counts. red: photographs whose coating is as red as rust. without_pose: photographs that were
     searched on their own, for their poses are not known. damaged: those remarks that name a file which is
-    there, but cannot be used.
+    there, but cannot be used. blind: kinds of findings that most photographs cannot show: rust on a coating
+    as red as rust, and cracks where they are blurred.
     """
 
     folder: Path
@@ -66,6 +70,7 @@ class Inspection:
     red: int = 0
     without_pose: tuple[MarkedPicture, ...] = ()
     damaged: tuple[str, ...] = ()
+    blind: tuple[str, ...] = ()
 
     @property
     def seen(self) -> SurfaceRecord | None:
@@ -112,11 +117,19 @@ def read_inspection(folder: Path) -> Inspection:
         surface = of("coverage.npz", partial(_surface, coverage), told)
     plan = of("plan.yaml", read_plan, "There is no survey plan.")
     result = of("result.json", _json, "There is no record of the flights.")
-    unsearched = "" if surface is None or search is None else _unsearched(coverage or {}, search)
+    unsearched = ""
+    if surface is not None and search is not None:
+        unsearched = _unsearched(coverage or {}, search) or _changed(photographs, search)
     if unsearched:
         remarks.append(unsearched)
     if search is not None:
         remarks += _left_out("Not searched", search.left_out)
+        remarks += _left_out("Searched with a flaw", search.flawed)
+    if camera and plan and (camera.width, camera.height) != (plan.camera.width, plan.camera.height):
+        remarks.append(
+            f"The photographs have {camera.width} x {camera.height} px, and the plan is of "
+            f"{plan.camera.width} x {plan.camera.height} px: a pixel does not cover what was asked for."
+        )
         if search.red:
             told = told_of_paint(len(search.red), len(search.searched or ()))
             remarks.append(f"{told} Until then no coating is graded.")
@@ -135,6 +148,7 @@ def read_inspection(folder: Path) -> Inspection:
         0 if search is None else len(search.red),
         () if search is None else search.without_pose,
         tuple(damaged),
+        () if search is None else _blind(search),
     )
 
 
@@ -173,6 +187,24 @@ def _unsearched(coverage: Mapping[str, Any], search: SearchRecord) -> str:
             f"{missing[0]}. {AGAIN['coverage']}"
         )
     return ""
+
+
+def _changed(photographs: Path, search: SearchRecord) -> str:
+    """Return why the findings are not those of these photographs; empty: they are."""
+    changed = changed_since(photographs, search.rests_on)
+    if not changed:
+        return ""
+    return (
+        f"{counted(len(changed), 'photograph')}, the first {changed[0]}, or their poses or calibration, "
+        f"changed after the search for rust and cracks. {AGAIN['findings']}"
+    )
+
+
+def _blind(search: SearchRecord) -> tuple[str, ...]:
+    """Return the kinds of findings that most of the searched photographs cannot show."""
+    blurred = sum(each.why == BLURRED for each in search.flawed)
+    hidden = {RUST.name: len(search.red), CRACK.name: blurred}
+    return tuple(kind for kind, count in hidden.items() if 2 * count > len(search.searched or ()))
 
 
 def _surface(coverage: Mapping[str, Any], path: Path) -> SurfaceRecord:
