@@ -201,6 +201,15 @@ def test_a_calibration_that_the_equivalent_focal_length_contradicts_does_not_cou
     assert "DewarpData" in capsys.readouterr().err
 
 
+def test_a_model_of_reduced_copies_gives_the_camera_of_the_originals(tmp_path):
+    shots(tmp_path / "p", "1.jpg")
+    model = write_model(tmp_path / "m", [row(1, "1.jpg", 0.0), ""], ["1 PINHOLE 32 24 25 25 16 12"])
+    assert place(tmp_path / "p", "--colmap", model) == 0
+    told = yaml.safe_load((tmp_path / "p" / "calibration.yaml").read_text())
+    assert (told["image_width"], told["image_height"]) == (64, 48)
+    assert told["camera_matrix"]["data"][:3] == pytest.approx([50.0, 0.0, 31.5])
+
+
 def test_gps_that_contradicts_a_model_is_told(tmp_path, capsys):
     given = {"gps": (54.001, 10.0, 3.0), "told": xmp(**ANGLES, AbsoluteAltitude="3"), "block": OF_35MM}
     shots(tmp_path / "p", "1.jpg", **given)  # 111 m north of the map's origin; the model says: 0 m

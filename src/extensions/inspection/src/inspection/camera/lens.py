@@ -25,6 +25,8 @@ MIDDLE = 0.1
 The cameras of public data sets have 0.04 at most (KITTI's; EuRoC's 0.02, TUM's 0.03). The calibration of
 pictures that are a quarter larger has 0.125.
 """
+ASIDE = 0.03
+"""It is not so far to the right and down, or to the left and up: it is of pictures a tenth larger or smaller."""
 SQUARE = 0.1
 """Both focal lengths differ by less, as a share."""
 MODELS = ("plumb_bob", "rational_polynomial", "")
@@ -83,10 +85,11 @@ class Lens:
         Without a ray, the model folds there.
         """
         right, down = ((at + 0.5) / side for at, side in zip(self.centre_px, (width, height)))
-        if max(abs(right - 0.5), abs(down - 0.5)) > MIDDLE:
+        off = sorted((right - 0.5, down - 0.5))
+        if max(-off[0], off[1]) > MIDDLE or off[0] > ASIDE or off[1] < -ASIDE:
             raise ParameterError(
                 f"its principal point (cx, cy) lies at {100 * right:.0f} % of the width, {100 * down:.0f} % "
-                f"of the height, and a camera's lies within {100 * MIDDLE:.0f} % of the middle; is it of "
+                f"of the height, and a camera's lies near the middle; is it of "
                 "pictures of another size than it tells, or of ones that were cut out"
             )
         if abs(self.focal_px[0] / self.focal_px[1] - 1.0) > SQUARE:

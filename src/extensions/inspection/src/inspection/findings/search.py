@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, Sequence
+from typing import Iterator, NamedTuple, Sequence
 
 import numpy as np
 
@@ -23,10 +23,12 @@ from inspection.findings.placing import MeshSurface, Placed, PosedPhotograph
 from inspection.findings.remembered import Remembered, read_marks
 from inspection.findings.second_look import without_refuted
 from inspection.findings.several_views import where_sights_cross
-from inspection.photographs.calibration import read_camera, read_sourced_camera
+from inspection.photograph_poses.exif import read_exif
+from inspection.photographs.calibration import focal_apart, focal_in_words, read_camera, read_sourced_camera
 from inspection.photographs.listing import LeftOut, Listing, check_picture, listed, read_photograph
 from inspection.photographs.record import PhotographError, PhotographRecord, read_record
 from inspection.photographs.searched import digest_of
+from inspection.photographs.sourced import Sourced, best_of
 from inspection.survey.closer import Closer, closer_plan
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.surface.mesh_file import Mesh, read_mesh
@@ -85,7 +87,7 @@ class PhotographSearch:
         record, name = read_record(path.with_suffix(".json")), _named(path, self._first)
         posed = self._detector.posed(camera.value, record, name, camera.deviation)
         found, flaws = self._marks_of(path, posed)
-        self.flawed += [LeftOut(name, why) for why in flaws]
+        self.flawed += [LeftOut(name, why) for why in (*flaws, *_doubts(camera, path))]
         self._placed += [each for each in map(posed.place, found) if each is not None]
         self.searched.append(name)
         if posed.sight.finest_mm <= self._p.crack_closer:
@@ -129,6 +131,15 @@ class PhotographSearch:
         if self._p.crossing:
             placed = where_sights_cross(placed, self._p.crossing, self._p.distance)
         return merged(placed, self._p.apart)
+
+
+def _doubts(camera: Sourced[SurveyCamera], path: Path) -> Iterator[str]:
+    """Yield a sentence if what a photograph tells of its lens contradicts its folder's calibration."""
+    told = read_exif(path).camera
+    if told is not None:
+        known = replace(camera, source="calibration.yaml")
+        _, doubts = best_of((known, told), focal_apart, "the focal length", focal_in_words)
+        yield from (each.why for each in doubts)
 
 
 def find(folders: Sequence[Path], mesh: Path | Mesh, parameters: FindingParameters) -> list[Finding]:

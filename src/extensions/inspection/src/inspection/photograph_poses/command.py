@@ -43,7 +43,7 @@ def main(arguments: list[str] | None, read_flight: Callable[[BagQuery], Flight])
             first = poses.left_out[0]
             raise PhotographError(
                 f"{given.folder}: none of the photographs can be placed. The first is {first.name}: "
-                f"{first.why}"
+                f"{first.why} What an earlier call placed stays."
             )
         said = store(given.folder, poses, given.replace, given.keep)
     except FlightBasicsError as error:

@@ -68,13 +68,14 @@ XMP_ELEMENT = re.compile(r"<[\w-]+:(\w+)>([^<]*)</")
 class Exif:
     """What a picture tells of itself; None: nothing.
 
-    taken: time of the shot, s since 1970. has_zone: the picture tells its offset from UTC; else it counts as
-    UTC. place: latitude and longitude of the camera, deg, WGS 84, with a deviation in m. height, above_start:
-    m; the second one above the take-off. yaw_deg, pitch_deg, roll_deg: of the gimbal, see above. camera: with
-    its lens, as far as the picture tells it, and the deviation of its focal length, as a share. serial: of
-    the camera. doubts: what contradicts itself, or makes no sense.
+    size: of the picture, px. taken: time of the shot, s since 1970. has_zone: the picture tells its offset
+    from UTC; else it counts as UTC. place: latitude and longitude of the camera, deg, WGS 84, with a
+    deviation in m. height, above_start: m; the second one above the take-off. yaw_deg, pitch_deg, roll_deg:
+    of the gimbal, see above. camera: with its lens, as far as the picture tells it, and the deviation of its
+    focal length, as a share. serial: of the camera. doubts: what contradicts itself, or makes no sense.
     """
 
+    size: tuple[int, int]
     taken: Sourced[float] | None = None
     has_zone: bool = False
     place: Sourced[tuple[float, float]] | None = None
@@ -109,6 +110,7 @@ def read_exif(path: Path) -> Exif:
     above_m = _number(xmp.get("RelativeAltitude"))
     camera, of_camera = _camera_of(size, block, xmp)
     return Exif(
+        size=size,
         taken=taken,
         has_zone=has_zone,
         place=place,

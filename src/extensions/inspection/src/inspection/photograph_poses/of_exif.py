@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Mapping, Sequence
 
-from inspection.photograph_poses.exif import OF_PLANE, Exif, read_exif
+from inspection.camera.lens import Lens
+from inspection.camera.survey_camera import SurveyCamera
+from inspection.photograph_poses.exif import ALIKE, OF_PLANE, Exif, read_exif
 from inspection.photograph_poses.pose import Pose, Poses, one_camera
 from inspection.photograph_poses.world_frame import WorldFrame
+from inspection.photographs.calibration import camera_with
 from inspection.photographs.listing import LeftOut
 from inspection.photographs.record import PhotographError
+from inspection.photographs.sourced import Sourced
 
 BY_COMPASS_RAD = math.radians(2.0)
 """Standard deviation of a direction by a compass. Chosen."""
@@ -47,7 +52,10 @@ def with_exifs(poses: Poses, told: Mapping[Path, Exif]) -> Poses:
     doubts = (*poses.doubts, *((path.name, each) for path in kept for each in told[path].doubts))
     poses = replace(poses, of=kept, doubts=doubts)
     if poses.camera is not None:
-        return poses
+        sizes = Counter(told[path].size for path in kept)
+        return replace(
+            poses, camera=_fitting(poses.camera, max(sizes, key=sizes.__getitem__)) if sizes else None
+        )
     cameras = {path: each for path in kept if (each := told[path].camera) is not None}
     camera, others = one_camera(cameras)
     remarks = list(poses.remarks)
@@ -62,6 +70,16 @@ def with_exifs(poses: Poses, told: Mapping[Path, Exif]) -> Poses:
     kept = {path: pose for path, pose in kept.items() if path.name not in names}
     left_out = (*poses.left_out, *others)
     return replace(poses, of=kept, left_out=left_out, camera=camera, remarks=tuple(remarks))
+
+
+def _fitting(camera: Sourced[SurveyCamera], size: tuple[int, int]) -> Sourced[SurveyCamera]:
+    """Return a camera for pictures of a size, px, if it is of larger or smaller ones of the same shape."""
+    share, other = (new / old for new, old in zip(size, (camera.value.width, camera.value.height)))
+    if share == 1.0 == other or abs(share / other - 1.0) > ALIKE:
+        return camera
+    matrix = camera.value.matrix
+    plain = Lens((matrix[0, 0], matrix[1, 1]), camera.value.centre_px)
+    return replace(camera, value=camera_with(*size, (camera.value.lens or plain).scaled(share)))
 
 
 def poses_of_exif(told: Mapping[Path, Exif], frame: WorldFrame | None, heading_deg: float = 90.0) -> Poses:
