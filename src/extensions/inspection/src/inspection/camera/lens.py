@@ -26,7 +26,7 @@ The cameras of public data sets have 0.04 at most (KITTI's; EuRoC's 0.02, TUM's 
 pictures that are a quarter larger has 0.125.
 """
 ASIDE = 0.03
-"""It is not so far to the right and down, or to the left and up: it is of pictures a tenth larger or smaller."""
+"""One that is farther to the right and down, or to the left and up, is of larger or smaller pictures."""
 SQUARE = 0.1
 """Both focal lengths differ by less, as a share."""
 MODELS = ("plumb_bob", "rational_polynomial", "")

@@ -125,14 +125,14 @@ def read_inspection(folder: Path) -> Inspection:
     if search is not None:
         remarks += _left_out("Not searched", search.left_out)
         remarks += _left_out("Searched with a flaw", search.flawed)
+        if search.red:
+            told = told_of_paint(len(search.red), len(search.searched or ()))
+            remarks.append(f"{told} Until then no coating is graded.")
     if camera and plan and (camera.width, camera.height) != (plan.camera.width, plan.camera.height):
         remarks.append(
             f"The photographs have {camera.width} x {camera.height} px, and the plan is of "
             f"{plan.camera.width} x {plan.camera.height} px: a pixel does not cover what was asked for."
         )
-        if search.red:
-            told = told_of_paint(len(search.red), len(search.searched or ()))
-            remarks.append(f"{told} Until then no coating is graded.")
     return Inspection(
         folder,
         photographs,
