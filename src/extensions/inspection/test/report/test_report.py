@@ -104,6 +104,12 @@ def test_what_the_findings_rest_on_is_told_and_without_it_nothing_is_graded(tmp_
     told = words(path / "report.html")
     assert shots[1].name in told
     assert "Run findings again" in told
+    write_findings(file, replace(read_search(file), rests_on={each.name: digest_of(each) for each in shots}))
+    coverage = json.loads((path / "coverage.json").read_text())
+    (path / "coverage.json").write_text(json.dumps(coverage | {"rests_on": rests_on}))
+    assert main(report) == 0
+    told = words(path / "report.html")
+    assert "Run survey_planner coverage again" in told
     assert "GOOD" not in told.partition("Coating condition")[2].partition("GOOD:")[0]
 
 

@@ -119,7 +119,12 @@ def read_inspection(folder: Path) -> Inspection:
     result = of("result.json", _json, "There is no record of the flights.")
     unsearched = ""
     if surface is not None and search is not None:
-        unsearched = _unsearched(coverage or {}, search) or _changed(photographs, search)
+        shown_of = (coverage or {}).get("rests_on")
+        unsearched = (
+            _unsearched(coverage or {}, search)
+            or _changed(photographs, search.rests_on, "findings")
+            or _changed(photographs, shown_of if isinstance(shown_of, dict) else {}, "coverage")
+        )
     if unsearched:
         remarks.append(unsearched)
     if search is not None:
@@ -189,14 +194,14 @@ def _unsearched(coverage: Mapping[str, Any], search: SearchRecord) -> str:
     return ""
 
 
-def _changed(photographs: Path, search: SearchRecord) -> str:
-    """Return why the findings are not those of these photographs; empty: they are."""
-    changed = changed_since(photographs, search.rests_on)
+def _changed(photographs: Path, rests_on: Mapping[str, str], what: str) -> str:
+    """Return why findings or coverage are not those of these photographs; empty: they are."""
+    changed = changed_since(photographs, rests_on)
     if not changed:
         return ""
     return (
-        f"{counted(len(changed), 'photograph')}, the first {changed[0]}, or their poses or calibration, "
-        f"changed after the search for rust and cracks. {AGAIN['findings']}"
+        f"{counted(len(changed), 'photograph')}, the first {changed[0]}, or their poses or calibration, are not "
+        f"as {what} has read them. {AGAIN[what]}"
     )
 
 
