@@ -20,7 +20,7 @@ from inspection.photographs.calibration import (
 )
 from inspection.photographs.listing import pictures_in
 from inspection.photographs.record import PhotographError, PhotographRecord, check_record
-from inspection.photographs.sourced import best_of
+from inspection.photographs.sourced import best_of, doubts_in_words
 
 CALIBRATION = "calibration.yaml"
 BY = "place_photographs"
@@ -73,10 +73,10 @@ def _calibration(folder: Path, poses: Poses, replace_all: bool) -> tuple[bytes |
     if camera is None:
         if path.exists():
             return None, []
+        refused = " ".join(doubts_in_words(poses.doubts)[:1])
         raise PhotographError(
-            f"{folder}: nothing tells the camera's focal length. Put calibration.yaml of ROS's "
-            "camera_calibration "
-            "into the folder."
+            f"{folder}: nothing tells the camera's focal length. {refused} Put calibration.yaml of ROS's "
+            "camera_calibration into the folder.".replace("  ", " ")
         )
     content = yaml.safe_dump(
         calibration_of(camera.value) | {"source": camera.source, "focal_deviation": camera.deviation}

@@ -200,8 +200,8 @@ def _changed(photographs: Path, rests_on: Mapping[str, str], what: str) -> str:
     if not changed:
         return ""
     return (
-        f"{counted(len(changed), 'photograph')}, the first {changed[0]}, or their poses or calibration, are not "
-        f"as {what} has read them. {AGAIN[what]}"
+        f"{counted(len(changed), 'photograph')}, the first {changed[0]}, or their poses or calibration, are "
+        f"not as {what} has read them. {AGAIN[what]}"
     )
 
 
