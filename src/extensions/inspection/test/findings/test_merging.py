@@ -79,7 +79,10 @@ def test_spots_of_two_photographs_are_one_as_far_apart_as_the_poses_may_be_wrong
     assert [each.deviation_m for each in found] == [off_m] * count
     if count == 2:  # each photograph shows two spots, so there are two
         assert all(each.photographs == ("a.jpg", "b.jpg") for each in found)
-        assert sorted(each.position_m[0] for each in found) == pytest.approx([0.25, 1.15], abs=0.02)
+        assert sorted(each.position_m[0] for each in found) == pytest.approx([0.05, 0.95], abs=0.011)
+        assert [each.area_m2 for each in found] == pytest.approx(
+            [0.01] * 2
+        )  # each is one spot of 0.1 x 0.1 m
 
 
 def test_the_surest_photograph_tells_the_place():

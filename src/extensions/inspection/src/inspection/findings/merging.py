@@ -61,7 +61,10 @@ def merged(placed: Sequence[Placed], apart_m: float) -> list[Finding]:
 
 
 def _groups(own: Sequence[Placed], apart_m: float) -> list[list[Placed]]:
-    """Return the candidates that belong together."""
+    """Return the candidates that belong together.
+
+    Those that do so because their poses are not sure are moved to where the surest one is.
+    """
     groups = [[own[k] for k in together] for together in linked([e.points_m for e in own], apart_m)]
     middles_m = np.array([np.concatenate([e.points_m for e in group]).mean(axis=0) for group in groups])
     off_m = np.array([max(each.off_m for each in group) for group in groups])
@@ -72,8 +75,10 @@ def _groups(own: Sequence[Placed], apart_m: float) -> list[list[Placed]]:
     owner = list(range(len(groups)))
     for k in np.argsort(share, kind="stable")[: int((share <= 1.0).sum())]:
         first, second = (owner[each] for each in pairs[k].tolist())
+        first, second = sorted((first, second), key=lambda each: min(one.off_m for one in groups[each]))
         if first != second and not shown[first] & shown[second]:  # what one photograph shows apart is apart
-            groups[first] += groups[second]
+            shift_m = middles_m[first] - middles_m[second]
+            groups[first] += [each._replace(points_m=each.points_m + shift_m) for each in groups[second]]
             shown[first] |= shown[second]
             owner = [first if each == second else each for each in owner]
     return [groups[k] for k in sorted(set(owner))]
