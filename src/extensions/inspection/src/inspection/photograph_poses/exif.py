@@ -168,13 +168,11 @@ def _heights(gps: Mapping[int, Any], xmp: Mapping[str, str]) -> Iterator[Sourced
 
 
 def _xmp_of(path: Path) -> dict[str, str]:
-    """Return what the XMP tells, by name without prefix, even behind the pixels. The first one wins."""
-    told: dict[str, str] = {}
+    """Return what the first XMP tells, by name without prefix. It may stand behind the pixels."""
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as content:
-        for found in XMP.finditer(content):
-            text = found.group().decode("utf-8", "replace")
-            told = dict(XMP_ELEMENT.findall(text)) | dict(XMP_ATTRIBUTE.findall(text)) | told
-    return told
+        found = XMP.search(content)
+        text = "" if found is None else found.group().decode("utf-8", "replace")
+    return dict(XMP_ELEMENT.findall(text)) | dict(XMP_ATTRIBUTE.findall(text))
 
 
 def _first(value: Any) -> Any:
