@@ -62,7 +62,7 @@ class Poses:
     doubts: tuple[tuple[str, Doubt], ...] = ()
 
 
-ONE_CAMERA = 0.03
+ONE_CAMERA = 0.04
 """The lines of sight of one camera differ by less at depth 1, wherever they meet its pictures. Chosen.
 
 COLMAP finds the lens anew for each picture; a zoom lens that was moved is another camera.
@@ -84,10 +84,10 @@ def one_camera(
     own.sort(key=lambda each: each.value.focal_px)
     logs = np.log([each.value.focal_px for each in own])
     counts = np.searchsorted(logs, logs + ONE_CAMERA, "right") - np.searchsorted(logs, logs - ONE_CAMERA)
-    middle = own[int(np.flatnonzero(counts == counts.max())[int((counts == counts.max()).sum()) // 2])]
-    pixels = np.stack(np.meshgrid(*(np.linspace(0.0, side - 1.0, 5) for side in size)), axis=-1).reshape(
-        -1, 2
-    )
+    best = np.flatnonzero(counts == counts.max())
+    middle = own[int(best[len(best) // 2])]
+    grid = np.meshgrid(*(np.linspace(0.0, side - 1.0, 5) for side in size))
+    pixels = np.column_stack([each.ravel() for each in grid])
     rays = {each: each.rays(pixels) for each in {each.value for each in own}}
     alike = {each for each, held in rays.items() if np.abs(held - rays[middle.value]).max() <= ONE_CAMERA}
     left_out = [
