@@ -11,8 +11,11 @@ from hypothesis import strategies as st
 from own_photographs import store, xmp
 from scipy.spatial.transform import Rotation
 
+from inspection.camera.survey_camera import SurveyCamera
+from inspection.findings.command import main as findings
 from inspection.photograph_poses.command import main
 from inspection.photograph_poses.of_flight import Flight, Track
+from inspection.photographs.calibration import calibration_of
 
 ANGLES = {"GimbalYawDegree": "+90.0", "GimbalPitchDegree": "+0.0", "GimbalRollDegree": "+0.0"}
 OF_35MM = {0xA405: 24}
@@ -254,3 +257,17 @@ def test_a_calibration_that_an_earlier_call_wrote_yields_to_a_surer_one(tmp_path
     assert place(tmp_path / "p", "--colmap", model) == 0
     assert focal_px(tmp_path / "p") == pytest.approx(50.0)
     assert Rotation.from_quat(record_of(tmp_path / "p" / "1.jpg")["orientation_xyzw"]).magnitude() < 1e-9
+
+
+def test_a_calibration_of_another_camera_than_the_pictures_tell_of_is_told(tmp_path, capsys):
+    (path,) = shots(tmp_path / "p", "1.jpg", block=OF_35MM)  # 24 * 80 / 43.27 = 44 px
+    (tmp_path / "t.csv").write_text("name,x,y,z,yaw_deg,tilt_deg\n1.jpg,0,0,0,0,0\n")
+    assert place(path.parent, "--table", tmp_path / "t.csv") == 0
+    wall = tmp_path / "wall.obj"
+    wall.write_text("v 3 -9 -9\nv 3 9 -9\nv 3 0 9\nf 1 2 3\n")
+    capsys.readouterr()
+    for camera, is_told in ((SurveyCamera(64, 48, 71.0), False), (SurveyCamera(64, 48, 40.0), True)):
+        (path.parent / "calibration.yaml").write_text(yaml.safe_dump(calibration_of(camera)))
+        assert findings([str(path.parent), "--mesh", str(wall)]) == 0
+        said = capsys.readouterr().err
+        assert ("88 px" in said and "44 px" in said) == is_told  # 32 / tan 20 deg
