@@ -85,6 +85,15 @@ def test_spots_of_two_photographs_are_one_as_far_apart_as_the_poses_may_be_wrong
         )  # each is one spot of 0.1 x 0.1 m
 
 
+@pytest.mark.parametrize(("x", "normal"), [(0.4, -WALL), (2.0, WALL)])
+def test_the_other_side_of_a_plate_and_what_lies_far_away_is_another_spot_however_unsure_the_pose(x, normal):
+    one, other = (
+        rust((at, 0.0), (at + 0.1, 0.1), name)._replace(off_m=1000.0, normal=facing)
+        for name, at, facing in (("a.jpg", 0.0, WALL), ("b.jpg", x, normal))
+    )
+    assert len(merged([one, other], APART_M)) == 2
+
+
 def test_the_surest_photograph_tells_the_place():
     sure, unsure = (
         rust((x, 0.0), (x + 0.1, 0.1), name)._replace(off_m=off_m)

@@ -20,6 +20,8 @@ CELL_M = 0.05
 """Of the places of a finding, one in each cube of this side is kept."""
 SURE = 2.0
 """One spot in two photographs lies apart by at most so many standard deviations of the difference."""
+ONE_SIDE = 0.5
+"""Cosine of the angle between the normals of one spot, at least."""
 SPARSE = 2.0
 """A photograph shows the surface up to so many times the distance between its points around them."""
 
@@ -63,12 +65,15 @@ def merged(placed: Sequence[Placed], apart_m: float) -> list[Finding]:
 def _groups(own: Sequence[Placed], apart_m: float) -> list[list[Placed]]:
     """Return the candidates that belong together.
 
-    Those that do so because their poses are not sure are moved to where the surest one is.
+    Those that do so because their poses are not sure are moved to where the surest one is. Farther apart than
+    PIECE_M two stay two: rust is better told twice than not at all.
     """
     groups = [[own[k] for k in together] for together in linked([e.points_m for e in own], apart_m)]
     middles_m = np.array([np.concatenate([e.points_m for e in group]).mean(axis=0) for group in groups])
+    facing = np.array([np.mean([e.normal for e in group], axis=0) for group in groups])
     off_m = np.array([max(each.off_m for each in group) for group in groups])
-    pairs = cKDTree(middles_m).query_pairs(SURE * np.sqrt(2.0) * off_m.max(), output_type="ndarray")
+    pairs = cKDTree(middles_m).query_pairs(PIECE_M, output_type="ndarray")
+    pairs = pairs[(facing[pairs[:, 0]] * facing[pairs[:, 1]]).sum(axis=1) > ONE_SIDE]
     share = np.linalg.norm(np.diff(middles_m[pairs], axis=1)[:, 0], axis=1)
     share /= np.maximum(SURE * np.hypot(*off_m[pairs].T), 1e-9)
     shown = [{each.photograph for each in group} for group in groups]
