@@ -286,6 +286,8 @@ def test_a_camera_that_answers_late_gets_the_pose_of_its_shutter_and_a_time_with
     for k in range(1000):  # 20 s of 50 Hz at 1 m/s; its heading turns by 0.1 rad/s
         turn = Rotation.from_euler("z", 0.1 * 0.02 * k).as_quat()
         poses.note(StampedPose(0.02 * k, (0.02 * k, 0.0, 0.0), tuple(turn.tolist())))
+    for _ in range(2):  # a pose that comes twice
+        poses.note(replace(poses.at(19.98)))
     shot = poses.at(5.013)
     assert shot.place_m == pytest.approx((5.013, 0.0, 0.0), abs=1e-9)
     assert Rotation.from_quat(shot.orientation_xyzw).magnitude() == pytest.approx(0.5013, abs=1e-9)

@@ -61,10 +61,10 @@ class RecentPoses:
         self._lock = threading.Lock()
 
     def note(self, pose: StampedPose) -> None:
-        """Take a pose. After a clock that was set back, those of the same stamps do not count any more."""
+        """Take a pose. Those of its stamp or a later one do not count any more: the clock was set back."""
         known = replace(pose, covariance=covariance_of(pose.covariance))
         with self._lock:
-            while self._poses and self._poses[-1].stamp_s > pose.stamp_s:
+            while self._poses and self._poses[-1].stamp_s >= pose.stamp_s:
                 self._poses.pop()
             self._poses.append(known)
             while self._poses[0].stamp_s < pose.stamp_s - KEPT_S:
