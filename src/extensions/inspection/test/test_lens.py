@@ -129,9 +129,9 @@ def test_a_calibration_comes_back_as_it_was(tmp_path):
         ({"camera_matrix": {"data": [1400.0, 0, 1310, 0, 1380, 940, 0, 0, 1]}}, "principal point"),  # twice
         ({"camera_matrix": {"data": [560.0, 0, 524, 0, 552, 376, 0, 0, 1]}}, "principal point"),  # 0.8 times
         (
-            {"camera_matrix": {"data": [770.0, 0, 720.5, 0, 759, 517, 0, 0, 1]}},
+            {"camera_matrix": {"data": [805.0, 0, 753.3, 0, 793.5, 540.6, 0, 0, 1]}},
             "principal point",
-        ),  # 1.1 times
+        ),  # 1.15 times
         ({"camera_matrix": {"data": [700.0, 0, 655, 0, 525, 470, 0, 0, 1]}}, "another shape"),  # 4:3 as 16:9
         (
             {"distortion_model": "", "distortion_coefficients": {"data": [-0.2, 0.04, 0, 0]}},

@@ -25,7 +25,7 @@ MIDDLE = 0.1
 The cameras of public data sets have 0.04 at most (KITTI's; EuRoC's 0.02, TUM's 0.03). The calibration of
 pictures that are a quarter larger has 0.125.
 """
-ASIDE = 0.03
+ASIDE = 0.05
 """One that is farther to the right and down, or to the left and up, is of larger or smaller pictures."""
 SQUARE = 0.1
 """Both focal lengths differ by less, as a share."""
