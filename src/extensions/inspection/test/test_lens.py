@@ -126,12 +126,41 @@ def test_a_calibration_comes_back_as_it_was(tmp_path):
         ({"camera_matrix": {"data": [700.0, 9.0, 640, 0, 700, 480, 0, 0, 1]}}, "not that of a camera"),
         ({"camera_matrix": {"data": [0.0, 0, 640, 0, 0, 480, 0, 0, 1]}}, "focal_px"),
         ({"camera_matrix": {"data": ["a"] * 9}}, "calibration"),
+        ({"camera_matrix": {"data": [1400.0, 0, 1310, 0, 1380, 940, 0, 0, 1]}}, "principal point"),  # twice
+        ({"camera_matrix": {"data": [560.0, 0, 524, 0, 552, 376, 0, 0, 1]}}, "principal point"),  # 0.8 times
+        (
+            {"camera_matrix": {"data": [805.0, 0, 753.3, 0, 793.5, 540.6, 0, 0, 1]}},
+            "principal point",
+        ),  # 1.15 times
+        ({"camera_matrix": {"data": [700.0, 0, 655, 0, 525, 470, 0, 0, 1]}}, "another shape"),  # 4:3 as 16:9
+        (
+            {"distortion_model": "", "distortion_coefficients": {"data": [-0.2, 0.04, 0, 0]}},
+            "four distortion",
+        ),
+        ({"fisheye_model": 1}, "fisheye"),
     ],
 )
 def test_a_calibration_that_is_not_read_is_refused(tmp_path, more, told):
     (tmp_path / "calibration.yaml").write_text(yaml.safe_dump(calibration(**more)))
     with pytest.raises(PhotographError, match=told):
         read_camera(tmp_path / "calibration.yaml")
+
+
+def test_a_calibration_of_opencvs_samples_is_read(tmp_path):
+    told, path = calibration_of(CAMERA), tmp_path / "calibration.yaml"
+    lines = ["%YAML:1.0", "---", "image_Width: 1280", "image_Height: 960"]
+    for name, key in (
+        ("Camera_Matrix", "camera_matrix"),
+        ("Distortion_Coefficients", "distortion_coefficients"),
+    ):
+        data = ", ".join(f"{each!r}" for each in told[key]["data"])
+        lines += [f"{name}: !!opencv-matrix", "   rows: 3", "   cols: 3", "   dt: d", f"   data: [ {data} ]"]
+    path.write_text("\n".join(lines) + "\n")
+    assert read_camera(path).lens == CAMERA.lens
+    path.write_text("%YAML:1.0\n---\ncamera_matrix: [1\n")
+    with pytest.raises(PhotographError) as refused:
+        read_camera(path)
+    assert "\n" not in str(refused.value)
 
 
 def test_a_reduced_copy_is_left_out(tmp_path):

@@ -46,6 +46,23 @@ def test_decisions_stay_and_new_findings_get_new_numbers():
     assert now[1].position_m == other.position_m
 
 
+def test_what_was_dismissed_is_judged_again_where_it_is_many_times_larger():
+    dismissed = replace(RUST, status="dismissed", remark="label")
+    (now,) = with_decisions([dismissed], [replace(RUST, area_m2=3.0, length_m=3.0)])
+    assert (now.id, now.status) == (RUST.id, "under review")
+    assert "label" in now.remark
+
+
+def test_of_two_that_have_grown_into_one_the_weightier_decision_counts_and_both_remarks_stay():
+    at = (((0.0, 0.0, 0.0),), ((0.2, 0.0, 0.0),))
+    before = [
+        replace(RUST, id=k, position_m=places[0], places_m=places, status=status, remark=f"spot {k}")
+        for k, places, status in zip((4, 5), at, ("dismissed", "confirmed"))
+    ]
+    now = with_decisions(before, [replace(RUST, position_m=(0.1, 0.0, 0.0), places_m=(*at[0], *at[1]))])
+    assert [(each.status, each.remark) for each in now] == [("confirmed", "spot 4; spot 5")]
+
+
 def test_a_judged_finding_stays_even_if_it_is_not_found_again():
     confirmed = replace(CRACK, status="confirmed")
     assert with_decisions([RUST, confirmed], []) == [confirmed]

@@ -12,7 +12,7 @@ from inspection.findings.merging import merged
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.placing import Placed
 from inspection.report import grades
-from inspection.report.comparison import AS_BEFORE, GROWN, compared
+from inspection.report.comparison import AS_BEFORE, GROWN, Survey, compared
 from inspection.report.grades import GradeRules, areas_graded, plates_seen
 from inspection.report.tables import size_of
 
@@ -74,7 +74,7 @@ def test_size_is_an_area_or_a_length():
 @pytest.mark.parametrize(("kind", "wider"), [("flake", GROWN), ("bump", AS_BEFORE)])
 def test_growth_is_of_what_the_size_is(kind, wider):
     before, now = (finding(1, kind, (0.5, 1.5, 1.2), 0.5, area_m2) for area_m2 in (0.02, 0.05))
-    assert compared([before], [now], None, None).change[1] == wider
+    assert compared(Survey([before], None), Survey([now], None)).change[1] == wider
 
 
 def test_kinds_that_nobody_has_written_come_after_those_that_are_known():

@@ -63,3 +63,42 @@ def test_a_long_crack_stays_one_and_tells_its_places():
     (found,) = merged([rust((0.0, 1.0), (2.6, 1.0 + STEP_M), "a.jpg", kind="crack")], APART_M)
     assert found.length_m == pytest.approx(2.6, abs=2 * STEP_M)
     assert np.ptp(np.array(found.places_m)[:, 0]) == pytest.approx(2.6, abs=0.1)
+
+
+@pytest.mark.parametrize(("off_m", "count"), [(0.01, 4), (0.5, 2)])
+def test_spots_of_two_photographs_are_one_as_far_apart_as_the_poses_may_be_wrong(off_m, count):
+    """Two spots, 0.9 m apart; the second photograph shows both 0.4 m beside."""
+    at_m = ((0.0, 0.0), (0.9, 0.0))
+    spots = [
+        rust((x + moved, z), (x + moved + 0.1, z + 0.1), name)._replace(off_m=off_m)
+        for name, moved in (("a.jpg", 0.0), ("b.jpg", 0.4))
+        for x, z in at_m
+    ]
+    found = merged(spots, APART_M)
+    assert len(found) == count
+    assert [each.deviation_m for each in found] == [off_m] * count
+    if count == 2:  # each photograph shows two spots, so there are two
+        assert all(each.photographs == ("a.jpg", "b.jpg") for each in found)
+        assert sorted(each.position_m[0] for each in found) == pytest.approx([0.05, 0.95], abs=0.011)
+        assert [each.area_m2 for each in found] == pytest.approx(
+            [0.01] * 2
+        )  # each is one spot of 0.1 x 0.1 m
+
+
+@pytest.mark.parametrize(("x", "normal"), [(0.4, -WALL), (2.0, WALL)])
+def test_the_other_side_of_a_plate_and_what_lies_far_away_is_another_spot_however_unsure_the_pose(x, normal):
+    one, other = (
+        rust((at, 0.0), (at + 0.1, 0.1), name)._replace(off_m=1000.0, normal=facing)
+        for name, at, facing in (("a.jpg", 0.0, WALL), ("b.jpg", x, normal))
+    )
+    assert len(merged([one, other], APART_M)) == 2
+
+
+def test_the_surest_photograph_tells_the_place():
+    sure, unsure = (
+        rust((x, 0.0), (x + 0.1, 0.1), name)._replace(off_m=off_m)
+        for name, x, off_m in (("a.jpg", 0.0, 0.02), ("b.jpg", 0.6, 1.0))
+    )
+    (found,) = merged([unsure, sure], APART_M)
+    assert found.position_m == pytest.approx((0.05, 2.0, 0.05), abs=0.011)
+    assert found.deviation_m == 0.02

@@ -16,6 +16,7 @@ from inspecting_uav import (
     planner,
     room,
 )
+from scipy.spatial.transform import Rotation
 from voxel_room import PLANNER, SIDE_M
 
 from exploration.energy import EnergyParameters, EnergyWatch
@@ -285,7 +286,27 @@ def test_after_a_clock_that_was_set_back_a_photograph_finds_its_own_pose():
     for stamp_s, x_m in ((1.0, 1.0), (1.5, 1.5), (2.0, 2.0), (1.4, 2.1), (1.5, 2.2)):
         poses.note(StampedPose(stamp_s, (x_m, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)))
     assert poses.at(1.5).place_m == (2.2, 0.0, 0.0)
-    assert poses.at(1.1).place_m == (1.0, 0.0, 0.0)
+    assert poses.at(1.0).place_m == (1.0, 0.0, 0.0)
+
+
+def test_a_camera_that_answers_late_gets_the_pose_of_its_shutter_and_a_time_without_poses_gets_none():
+    poses = RecentPoses()
+    for k in range(1000):  # 20 s of 50 Hz at 1 m/s; its heading turns by 0.1 rad/s
+        turn = Rotation.from_euler("z", 0.1 * 0.02 * k).as_quat()
+        poses.note(StampedPose(0.02 * k, (0.02 * k, 0.0, 0.0), tuple(turn.tolist())))
+    for _ in range(2):  # a pose that comes twice
+        poses.note(replace(poses.at(19.98)))
+    shot = poses.at(5.013)
+    assert shot.place_m == pytest.approx((5.013, 0.0, 0.0), abs=1e-9)
+    assert Rotation.from_quat(shot.orientation_xyzw).magnitude() == pytest.approx(0.5013, abs=1e-9)
+    answer = ShutterAnswer(
+        20.08, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), 0.002, 100.0, 90.0, blur=0.1, shift=1e-5, turn=0.0
+    )
+    after = record_of(Task(1, VIEWS[0]), poses.at(20.08), answer)  # the last pose is 0.1 s old, at 1 m/s
+    assert quality_of(after).deviation_m == pytest.approx(0.1, abs=1e-6)
+    for stamp_s in (-1.0, 25.0):
+        told = record_of(Task(1, VIEWS[0]), poses.at(stamp_s), replace(answer, stamp_s=stamp_s))
+        assert "its place was known to" in quality_of(told).fault(InspectionParameters())
 
 
 def test_a_picture_that_is_lost_is_taken_again_even_on_the_way_home():
@@ -431,8 +452,8 @@ def test_the_drift_of_odometry_does_not_count_where_slam_corrects_it():
         poses.note(StampedPose(stamp_s, (stamp_s, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0), drifted))
     poses.note_match(0.9, drifted)
     poses.note_match(1.9, matched)
-    assert poses.at(2.1).place_m == (2.0, 0.0, 0.0)
-    assert poses.at(2.1).covariance == matched
+    assert poses.at(2.0).place_m == (2.0, 0.0, 0.0)
+    assert poses.at(2.0).covariance == matched
     assert poses.at(9.0).covariance == drifted  # no match is as new
     for covariance, kept in ((matched, True), (drifted, False)):
         place, turn = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)

@@ -8,6 +8,7 @@ from own_photographs import store
 from scipy.spatial.transform import Rotation
 
 from inspection.photograph_poses.command import main
+from inspection.photograph_poses.of_exif import read_all
 from inspection.photograph_poses.of_flight import Flight, Track, poses_of_flight
 from inspection.photograph_poses.table import similarity
 from inspection.photographs.calibration import read_camera
@@ -64,7 +65,7 @@ def test_colmaps_poses_and_camera(tmp_path, capsys):
     assert lens.centre_px == (31.5, 24.0)  # COLMAP's pixels begin at a corner, ours in the middle
     assert lens.distortion[:4] == (-0.1, 0.02, 0.001, -0.002)
     said = capsys.readouterr().err
-    assert "other.jpg: COLMAP has another camera" in said
+    assert "other.jpg: It was taken with another camera" in said
     assert "lost.jpg: It is not in COLMAP's model" in said
 
 
@@ -102,7 +103,7 @@ def test_a_similarity_is_no_mirror_image():
         ("1 OPENCV_FISHEYE 64 48 50 50 32 24 0 0 0 0", None, "OPENCV_FISHEYE is not read"),
         ("1 PINHOLE 64 48 50", None, "PINHOLE has 4 parameters"),
         ("2 PINHOLE 64 48 50 50 32 24", None, "no camera 1"),
-        (None, "1 1 0 0 0 0 0 0 1 a.jpg\n2 1 0 0 0 0 0 0 1 b.jpg\n", "each second line one of points"),
+        (None, "1 1 0 0 0 0 0 0 1 a.jpg\n1.5 2.5\n", "each second line one of points"),
         (None, "1 0 0 0 0 0 0 0 1 a.jpg\n\n", "line 1"),
         (None, "", "there is no photograph"),
         (None, "1 1 0 0 0 0 0 0 1 z.jpg\n\n", "none of its 1 photographs"),
@@ -156,7 +157,7 @@ def test_a_table_of_poses(tmp_path, capsys, table):
     [
         ("a.jpg,1,2,,0,0", "line 2: z must be a finite number"),
         ("a.jpg,1,2,3,nan,0", "line 2: yaw_deg must be"),
-        ("a.jpg,1,2,3,0,0\nA.JPG,1,2,3,0,0", "line 3: a.jpg has a row before"),
+        ("a.jpg,1,2,3,0,0\na.jpg,1,2,3,0,0", "line 3: a.jpg has a row before"),
         ("b.jpg,1,2,3,0,0", "b.jpg: It is in poses.csv, but not in the folder"),
     ],
 )
@@ -185,7 +186,7 @@ AT_1003_5 = {0x9003: "1970:01:01 01:16:43", 0x9291: "50", 0x9011: "+01:00", 0xA4
 
 def test_a_flights_photographs_lie_on_slams_path_by_their_times(tmp_path):
     store(tmp_path / "IMG_0001.JPG", block=AT_1003_5)
-    (pose,) = poses_of_flight(pictures_in(tmp_path), flight()).of.values()
+    (pose,) = poses_of_flight(read_all(pictures_in(tmp_path))[0], flight()).of.values()
     # 3.5 s along y, from (5, 0); the path is one in the plane, so odometry tells the height; the camera is
     # 0.2 m ahead and 0.1 m above
     assert pose.position_m == pytest.approx((5.0, 3.7, 2.1), abs=1e-6)
@@ -197,8 +198,8 @@ def test_a_flights_photographs_lie_on_slams_path_by_their_times(tmp_path):
 def test_a_clock_that_is_behind_is_set_right_and_times_outside_of_the_flight_are_told(tmp_path):
     store(tmp_path / "late.jpg", block={**AT_1003_5, 0x9003: "1970:01:01 01:06:43"})
     with pytest.raises(PhotographError, match=r"from 1000\.000 to 1010\.000 s.*403\.500.*--clock"):
-        poses_of_flight(pictures_in(tmp_path), flight())
-    (pose,) = poses_of_flight(pictures_in(tmp_path), flight(), clock_s=600.0).of.values()
+        poses_of_flight(read_all(pictures_in(tmp_path))[0], flight())
+    (pose,) = poses_of_flight(read_all(pictures_in(tmp_path))[0], flight(), clock_s=600.0).of.values()
     assert pose.position_m == pytest.approx((5.0, 3.7, 2.1), abs=1e-6)
 
 
@@ -208,7 +209,7 @@ def test_a_photograph_without_a_time_or_in_a_gap_is_left_out(tmp_path):
     store(tmp_path / "1001.5.jpg")  # its name is a stamp
     given = flight()
     odometry = Track(*(each[(np.arange(101) < 30) | (np.arange(101) > 40)] for each in given.odometry))
-    poses = poses_of_flight(pictures_in(tmp_path), Flight(given.path, odometry, given.mount))
+    poses = poses_of_flight(read_all(pictures_in(tmp_path))[0], Flight(given.path, odometry, given.mount))
     assert [path.name for path in poses.of] == ["1001.5.jpg"]
     assert {each.name: each.why for each in poses.left_out} == {
         "untimed.jpg": "It tells no time (EXIF's DateTimeOriginal).",
@@ -222,6 +223,6 @@ def test_a_gimbal_keeps_the_camera_level(tmp_path):
     leaning = np.tile(Rotation.from_euler("x", 0.2).as_quat(), (len(given.odometry.stamps_s), 1))
     tilted = Flight(given.path, given.odometry._replace(turns=leaning), given.mount)
     for is_level, lowered in ((True, 0.0), (False, -np.sin(0.2))):
-        (pose,) = poses_of_flight(pictures_in(tmp_path), tilted, is_level=is_level).of.values()
+        (pose,) = poses_of_flight(read_all(pictures_in(tmp_path))[0], tilted, is_level=is_level).of.values()
         right = Rotation.from_quat(pose.orientation_xyzw).as_matrix()[:, 0]
         assert right[2] == pytest.approx(lowered, abs=1e-6)

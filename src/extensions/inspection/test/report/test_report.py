@@ -2,26 +2,37 @@
 
 import io
 import json
+import math
 import re
 import shutil
 import subprocess
 import tracemalloc
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from drawn_inspection import folder, mesh, side_walls
+from drawn_inspection import CAMERA, folder, mesh, side_walls
 from page_words import words
 from PIL import Image
 
+from inspection.camera.survey_camera import SurveyCamera
+from inspection.findings.findings_file import read_search, write_findings
+from inspection.findings.picture.flaws import BLURRED
+from inspection.photographs.listing import LeftOut
 from inspection.photographs.record import PhotographRecord
+from inspection.photographs.searched import digest_of
 from inspection.report import pictures
 from inspection.report.command import main
 from inspection.report.page import libraries
 from inspection.report.scene import SEEN, scene_of
-from inspection.report.sources import Shot
+from inspection.report.sources import Shot, read_inspection
 from inspection.report.views import Mark
+from inspection.survey.parameters import FlightParameters, SurveyParameters
+from inspection.survey.plan import Flight, PlannedView, SurveyPlan
+from inspection.survey.plan_file import write_plan
 from inspection.survey.surface.mesh_file import read_mesh
 from inspection.survey.surface_record import read_surface_record, write_surface_record
+from inspection.survey.views.candidates import View
 
 BROWSER = shutil.which("chromium-headless-shell") or shutil.which("chromium")
 
@@ -107,6 +118,43 @@ def test_a_surface_whose_columns_do_not_fit_is_told(tmp_path):
     (path / "altered.npz").rename(path / "coverage.npz")
     assert main([str(path)]) == 0
     assert "its columns do not fit each other" in words(path / "report.html")
+
+
+def test_what_the_findings_rest_on_is_told_and_without_it_nothing_is_graded(tmp_path):
+    path = folder(tmp_path)
+    shots = sorted((path / "photographs").glob("*.jpg"))
+    rests_on = {each.name: digest_of(each) for each in shots}
+    blurred = tuple(LeftOut(each.name, BLURRED) for each in shots)
+    file, report = path / "findings.json", [str(path), "--mesh", str(mesh(path / "box.stl"))]
+    write_findings(file, replace(read_search(file), rests_on=rests_on, flawed=blurred))
+    assert main(report) == 0
+    told = words(path / "report.html")
+    assert "GOOD" in told
+    assert "blurred" in told
+    record = json.loads(shots[1].with_suffix(".json").read_text())
+    record["position_m"][0] += 1.0
+    shots[1].with_suffix(".json").write_text(json.dumps(record))
+    assert main(report) == 0
+    told = words(path / "report.html")
+    assert shots[1].name in told
+    assert "Run findings again" in told
+    write_findings(file, replace(read_search(file), rests_on={each.name: digest_of(each) for each in shots}))
+    coverage = json.loads((path / "coverage.json").read_text())
+    (path / "coverage.json").write_text(json.dumps(coverage | {"rests_on": rests_on}))
+    assert main(report) == 0
+    told = words(path / "report.html")
+    assert "Run survey_planner coverage again" in told
+    assert "GOOD" not in told.partition("Coating condition")[2].partition("GOOD:")[0]
+
+
+def test_photographs_of_another_size_than_the_plans_are_told(tmp_path):
+    path = folder(tmp_path)
+    view = View((0.0, -1.0, 1.0), math.pi / 2, 0.0)
+    for camera, is_told in ((CAMERA, False), (SurveyCamera(320, 240, CAMERA.field_of_view), True)):
+        flight = Flight((PlannedView(view),), 60.0, 5.0)
+        asked, flying = SurveyParameters(), FlightParameters()
+        write_plan(path / "plan.yaml", SurveyPlan("box.stl", (0.0,) * 3, camera, asked, flying, (flight,)))
+        assert any("320 x 240 px" in each for each in read_inspection(path).remarks) == is_told
 
 
 def test_a_contact_is_told_in_words_of_surveyors(tmp_path):

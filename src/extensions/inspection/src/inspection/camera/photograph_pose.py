@@ -37,7 +37,8 @@ class PhotographPose:
 
     blur_px: where the motion is not known. shift_m, turn_rad: of the camera during the exposure. name: of
     the photograph's file; empty: there is none, as of a plan. path: of its picture, whose white and black
-    parts show nothing; None: there is no picture.
+    parts show nothing; None: there is no picture. off_m, off_rad: standard deviations of place and
+    direction; 0: not told.
     """
 
     place_m: np.ndarray
@@ -47,6 +48,8 @@ class PhotographPose:
     turn_rad: float = 0.0
     name: str = ""
     path: Path | None = None
+    off_m: float = 0.0
+    off_rad: float = 0.0
 
     @classmethod
     def of_view(cls, view: Viewpoint) -> PhotographPose:

@@ -20,7 +20,7 @@ from inspection.findings.findings_file import (
     write_findings,
 )
 from inspection.findings.kinds import kinds_of
-from inspection.findings.merging import Finding
+from inspection.findings.merging import SURE, Finding
 from inspection.findings.parameters import FindingParameters
 from inspection.findings.picture.flaws import counted
 from inspection.findings.picture.paint import told_of_paint
@@ -85,6 +85,13 @@ def main(arguments: list[str] | None = None) -> int:
         print(f"findings: {line}", file=sys.stderr)
     for kind in kinds_of(each.kind for each in findings):
         print(f"{kind.name}: {sum(each.kind == kind.name for each in findings)}")
+    unsure_m = [each.deviation_m for each in found.findings if each.deviation_m > parameters.apart]
+    if unsure_m:
+        print(
+            f"findings: The places of {len(unsure_m)} findings may be wrong by {SURE * max(unsure_m):.1f} m "
+            "(two standard deviations), by the poses of their photographs and the camera.",
+            file=sys.stderr,
+        )
     if record.red:
         print(f"findings: {told_of_paint(len(record.red), len(record.searched or ()))}", file=sys.stderr)
     if record.without_pose:

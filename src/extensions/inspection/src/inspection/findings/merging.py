@@ -19,6 +19,10 @@ that lie on one plate each.
 """
 CELL_M = 0.05
 """Of the places of a finding, one in each cube of this side is kept."""
+SURE = 2.0
+"""One spot in two photographs lies apart by at most so many standard deviations of the difference."""
+ONE_SIDE = 0.5
+"""Cosine of the angle between the normals of one spot, at least."""
 SPARSE = 2.0
 """A photograph shows the surface up to so many times the distance between its points around them."""
 
@@ -31,7 +35,8 @@ class Finding:
     """One finding in the map. area_m2: of rust. places_m: some of its places, (x, y, z) each.
 
     status: new, under review, confirmed or dismissed, and remark: the surveyor's. detail_mm: that a pixel
-    covers in the worst direction, in the photograph that shows it best; 0: not known.
+    covers in the worst direction, in the photograph that shows it best; 0: not known. deviation_m: standard
+    deviation of the place, by the poses and the lens; 0: not known.
     """
 
     id: int
@@ -45,10 +50,14 @@ class Finding:
     remark: str = ""
     detail_mm: float = 0.0
     places_m: tuple[Vector3, ...] = ()
+    deviation_m: float = 0.0
 
 
 def merged(placed: Sequence[Placed], apart_m: float) -> list[Finding]:
-    """Return the findings: candidates of one kind with points nearer than apart_m are one."""
+    """Return the findings: candidates of one kind with points nearer than apart_m are one.
+
+    So are those of different photographs whose middles are not farther apart than their poses may be wrong.
+    """
     findings: list[Finding] = []
     for kind in sorted({each.kind for each in placed}):
         for group in _groups([each for each in placed if each.kind == kind], apart_m):
@@ -57,10 +66,31 @@ def merged(placed: Sequence[Placed], apart_m: float) -> list[Finding]:
     return findings
 
 
-def _groups(own: Sequence[Placed], apart_m: float) -> Iterator[list[Placed]]:
-    """Yield the candidates that belong together."""
-    for together in linked([each.points_m for each in own], apart_m):
-        yield [own[k] for k in together]
+def _groups(own: Sequence[Placed], apart_m: float) -> list[list[Placed]]:
+    """Return the candidates that belong together.
+
+    Those that do so because their poses are not sure are moved to where the surest one is. Farther apart than
+    PIECE_M two stay two: rust is better told twice than not at all.
+    """
+    groups = [[own[k] for k in together] for together in linked([e.points_m for e in own], apart_m)]
+    middles_m = np.array([np.concatenate([e.points_m for e in group]).mean(axis=0) for group in groups])
+    facing = np.array([np.mean([e.normal for e in group], axis=0) for group in groups])
+    off_m = np.array([max(each.off_m for each in group) for group in groups])
+    pairs = cKDTree(middles_m).query_pairs(PIECE_M, output_type="ndarray")
+    pairs = pairs[(facing[pairs[:, 0]] * facing[pairs[:, 1]]).sum(axis=1) > ONE_SIDE]
+    share = np.linalg.norm(np.diff(middles_m[pairs], axis=1)[:, 0], axis=1)
+    share /= np.maximum(SURE * np.hypot(*off_m[pairs].T), 1e-9)
+    shown = [{each.photograph for each in group} for group in groups]
+    owner = list(range(len(groups)))
+    for k in np.argsort(share, kind="stable")[: int((share <= 1.0).sum())]:
+        first, second = (owner[each] for each in pairs[k].tolist())
+        first, second = sorted((first, second), key=lambda each: min(one.off_m for one in groups[each]))
+        if first != second and not shown[first] & shown[second]:  # what one photograph shows apart is apart
+            shift_m = middles_m[first] - middles_m[second]
+            groups[first] += [each._replace(points_m=each.points_m + shift_m) for each in groups[second]]
+            shown[first] |= shown[second]
+            owner = [first if each == second else each for each in owner]
+    return [groups[k] for k in sorted(set(owner))]
 
 
 def _pieces(group: list[Placed]) -> Iterator[list[Placed]]:
@@ -84,8 +114,11 @@ def _part(placed: Placed, are_meant: np.ndarray) -> Placed:
 
 
 def _finding(number: int, kind: str, group: Sequence[Placed], apart_m: float) -> Finding:
-    points_m = np.concatenate([each.points_m for each in group])
+    best_m = min(each.off_m for each in group)
+    sure = [each for each in group if each.off_m <= SURE * best_m]
+    points_m = np.concatenate([each.points_m for each in sure])
     middle, length = extent(points_m)
+    length = max([length, *(extent(each.points_m)[1] for each in group if each.off_m > SURE * best_m)])
     normal = np.mean([each.normal for each in group], axis=0)
     normal /= max(float(np.linalg.norm(normal)), 1e-9)
     names = tuple(sorted({each.photograph for each in group}))
@@ -93,7 +126,7 @@ def _finding(number: int, kind: str, group: Sequence[Placed], apart_m: float) ->
     return Finding(
         number, kind, place, facing, round(length, 4), round(_area_m2(group, apart_m), 6), names,
         detail_mm=round(min(each.detail_mm for each in group), 3),
-        places_m=thinned(points_m),
+        places_m=thinned(points_m), deviation_m=round(max(each.off_m for each in sure), 3),
     )  # fmt: skip
 
 

@@ -7,32 +7,54 @@ from typing import Sequence
 import numpy as np
 from scipy.spatial import cKDTree
 
+from inspection.findings.kinds import kind_of
 from inspection.findings.merging import Finding
 
 APART_M = 0.15
 """Positions of one finding in two runs, or in two surveys, differ by less."""
+GROWTH_AREA, GROWTH_LENGTH = 1.25, 1.2
+LEAST_GROWTH_M2, LEAST_GROWTH_M = 0.001, 0.03
+"""Below these, two photographs of one place may differ."""
 LEAST_COMMON = 0.5
 """Share of the smaller finding's places that lie at the larger one's."""
 
 
 def pairs_of(before: Sequence[Finding], now: Sequence[Finding]) -> list[tuple[int, int]]:
-    """Return pairs (index before, index now) of one kind in one place, the nearest first; each once.
+    """Return pairs (index before, index now) of one kind in one place, the nearest first; each once."""
+    left, right, pairs = set(range(len(before))), set(range(len(now))), []
+    for i, j in meetings_of(before, now):
+        if i in left and j in right:
+            pairs.append((i, j))
+            left.remove(i)
+            right.remove(j)
+    return pairs
+
+
+def meetings_of(before: Sequence[Finding], now: Sequence[Finding]) -> list[tuple[int, int]]:
+    """Return all (index before, index now) of one kind in one place, the nearest first.
 
     Half of the smaller finding must lie within APART_M of the larger one. One whose places are not known is
-    where its middle is, as far around as half the length of the shorter one.
+    where its middle is, as far around as half the length of the shorter one. Findings that have grown into
+    one all meet it.
     """
     apart_m: dict[tuple[int, int], float] = {}
     for kind in {each.kind for each in before} & {each.kind for each in now}:
         for i, j in _meeting(before, now, kind):
             middles = np.array(before[i].position_m), np.array(now[j].position_m)
             apart_m[i, j] = float(np.linalg.norm(middles[0] - middles[1]))
-    left, right, pairs = set(range(len(before))), set(range(len(now))), []
-    for i, j in sorted(apart_m, key=lambda pair: (apart_m[pair], pair)):
-        if i in left and j in right:
-            pairs.append((i, j))
-            left.remove(i)
-            right.remove(j)
-    return pairs
+    return sorted(apart_m, key=lambda pair: (apart_m[pair], pair))
+
+
+def has_grown(before: Sequence[Finding], now: Finding, times: float | None = None) -> bool:
+    """Return whether a finding is larger than those before in its place together.
+
+    times: it must be so many times as large; None: as of a finding that grows.
+    """
+    if kind_of(now.kind).is_sized_by_area:
+        area_m2 = sum(each.area_m2 for each in before)
+        return now.area_m2 > max((times or GROWTH_AREA) * area_m2, area_m2 + LEAST_GROWTH_M2)
+    length_m = sum(each.length_m for each in before)
+    return now.length_m > max((times or GROWTH_LENGTH) * length_m, length_m + LEAST_GROWTH_M)
 
 
 def _meeting(before: Sequence[Finding], now: Sequence[Finding], kind: str) -> set[tuple[int, int]]:

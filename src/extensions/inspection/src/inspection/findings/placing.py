@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cached_property
 from typing import NamedTuple
 
@@ -15,6 +16,8 @@ from inspection.findings.picture.candidates import Candidate
 from inspection.findings.sight import Sight
 from inspection.survey.surface.rays import Rays
 
+SHARE = 0.5
+"""Of what a pose may be off by the parameters: their standard deviation."""
 HIDDEN_M = 0.05
 """A point that is so far from where its ray ends is hidden."""
 
@@ -22,7 +25,8 @@ HIDDEN_M = 0.05
 class Placed(NamedTuple):
     """A candidate on the surface. points_m: (n, 3) in the map. normal: (3,). area_m2: of all its pixels.
 
-    detail_mm: that a pixel covers there in the worst direction, median. eye_m: (3,) of the camera.
+    detail_mm: that a pixel covers there in the worst direction, median. eye_m: (3,) of the camera. off_m:
+    standard deviation of the place.
     """
 
     kind: str
@@ -32,6 +36,7 @@ class Placed(NamedTuple):
     photograph: str
     detail_mm: float
     eye_m: np.ndarray
+    off_m: float = 0.0
 
 
 class MeshSurface:
@@ -52,7 +57,10 @@ class MeshSurface:
 
 
 class PosedPhotograph:
-    """A photograph's rays on the surface. taken: its pose. name: of its file."""
+    """A photograph's rays on the surface. taken: its pose. name: of its file.
+
+    focal_deviation: of the camera's focal length, a share.
+    """
 
     def __init__(
         self,
@@ -61,9 +69,13 @@ class PosedPhotograph:
         taken: PhotographPose,
         parameters: FindingParameters,
         name: str,
+        focal_deviation: float = 0.0,
     ) -> None:
         self._surface, self._camera, self._p, self._name = surface, camera, parameters, name
         self._eye_m, self._turn = taken.place_m, taken.axes
+        self._off_m = math.hypot(taken.off_m, SHARE * parameters.pose_off)
+        self._off_rad = math.hypot(taken.off_rad, SHARE * math.radians(parameters.pose_turned))
+        self._focal_deviation = focal_deviation
 
     @cached_property
     def sight(self) -> Sight:
@@ -89,9 +101,15 @@ class PosedPhotograph:
         pixel_m2 = self._pixels_m2(candidate.pixels[good], points[good], normals[good])
         area = float(pixel_m2.mean() * candidate.size_px * good.mean())
         detail_mm = float(np.median(1e3 * far[good] / self._camera.focal_px / steep[good]))
-        normal = normals[good].mean(axis=0)
-        placed = Placed(kind.name, points[good], normal, area, self._name, detail_mm, self._eye_m)
+        normal, off_m = normals[good].mean(axis=0), self._deviation_m(points[good])
+        placed = Placed(kind.name, points[good], normal, area, self._name, detail_mm, self._eye_m, off_m)
         return placed if kind.is_large_enough(extent(placed.points_m)[1], area, p) else None
+
+    def _deviation_m(self, points_m: np.ndarray) -> float:
+        """Return how far points (n, 3) may be off, by the camera's place, direction and lens."""
+        away_m = (points_m.mean(axis=0) - self._eye_m) @ self._turn
+        aside_m, far_m = float(np.hypot(*away_m[:2])), float(np.linalg.norm(away_m))
+        return math.hypot(self._off_m, far_m * self._off_rad, aside_m * self._focal_deviation)
 
     def _pixels_m2(self, pixels: np.ndarray, points_m: np.ndarray, normals: np.ndarray) -> np.ndarray:
         """Return (n,) the area of the surface that pixels (n, 2) cover, by the rays at their sides."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, Sequence
+from typing import Iterator, NamedTuple, Sequence
 
 import numpy as np
 
@@ -23,9 +23,12 @@ from inspection.findings.placing import MeshSurface, Placed, PosedPhotograph
 from inspection.findings.remembered import Remembered, read_marks
 from inspection.findings.second_look import without_refuted
 from inspection.findings.several_views import where_sights_cross
-from inspection.photographs.calibration import read_camera
+from inspection.photograph_poses.exif import read_exif
+from inspection.photographs.calibration import focal_apart, focal_in_words, read_camera, read_sourced_camera
 from inspection.photographs.listing import LeftOut, Listing, check_picture, listed, read_photograph
 from inspection.photographs.record import PhotographError, PhotographRecord, read_record
+from inspection.photographs.searched import digest_of
+from inspection.photographs.sourced import Sourced, best_of
 from inspection.survey.closer import Closer, closer_plan
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.surface.mesh_file import Mesh, read_mesh
@@ -41,9 +44,11 @@ class Detector:
     def __init__(self, mesh: Mesh, parameters: FindingParameters) -> None:
         self._surface, self._p = MeshSurface(mesh.triangles_m), parameters.for_mesh(mesh)
 
-    def posed(self, camera: SurveyCamera, record: PhotographRecord, name: str = "") -> PosedPhotograph:
+    def posed(
+        self, camera: SurveyCamera, record: PhotographRecord, name: str = "", focal_deviation: float = 0.0
+    ) -> PosedPhotograph:
         """Return where a photograph looks."""
-        return PosedPhotograph(self._surface, camera, record.pose, self._p, name)
+        return PosedPhotograph(self._surface, camera, record.pose, self._p, name, focal_deviation)
 
     def candidates(self, picture: np.ndarray, posed: PosedPhotograph) -> list[Candidate]:
         """Return the candidates in a picture, uint8 (height, width, 3), sRGB."""
@@ -78,11 +83,11 @@ class PhotographSearch:
             PhotographError: it shows nothing, it or its marks are damaged, or its folder's calibration cannot
                 be read.
         """
-        camera, record = read_camera(path.parent / "calibration.yaml"), read_record(path.with_suffix(".json"))
-        name = _named(path, self._first)
-        posed = self._detector.posed(camera, record, name)
+        camera = read_sourced_camera(path.parent / "calibration.yaml")
+        record, name = read_record(path.with_suffix(".json")), _named(path, self._first)
+        posed = self._detector.posed(camera.value, record, name, camera.deviation)
         found, flaws = self._marks_of(path, posed)
-        self.flawed += [LeftOut(name, why) for why in flaws]
+        self.flawed += [LeftOut(name, why) for why in (*flaws, *_doubts(camera, path))]
         self._placed += [each for each in map(posed.place, found) if each is not None]
         self.searched.append(name)
         if posed.sight.finest_mm <= self._p.crack_closer:
@@ -126,6 +131,15 @@ class PhotographSearch:
         if self._p.crossing:
             placed = where_sights_cross(placed, self._p.crossing, self._p.distance)
         return merged(placed, self._p.apart)
+
+
+def _doubts(camera: Sourced[SurveyCamera], path: Path) -> Iterator[str]:
+    """Yield a sentence if what a photograph tells of its lens contradicts its folder's calibration."""
+    told = read_exif(path).camera
+    if told is not None:
+        known = replace(camera, source="calibration.yaml")
+        _, doubts = best_of((known, told), focal_apart, "the focal length", focal_in_words)
+        yield from (each.why for each in doubts)
 
 
 def find(folders: Sequence[Path], mesh: Path | Mesh, parameters: FindingParameters) -> list[Finding]:
@@ -180,17 +194,19 @@ def _with_poses(
     parameters: FindingParameters,
 ) -> SearchRecord:
     """Return a record with what the photographs show on the mesh whose poses are known."""
-    first = listings[0][0]
+    first, rests_on = listings[0][0], dict[str, str]()
     search, left_out = PhotographSearch(mesh, parameters, first), list(record.left_out)
     for _, listing in listings:
         for path, _ in listing.whole:
             try:
+                digest = digest_of(path)
                 search.add(path)
+                rests_on[_named(path, first)] = digest
             except PhotographError as error:
                 left_out.append(LeftOut.of(path, error)._replace(name=_named(path, first)))
     return SearchRecord(
         tuple(search.findings()), tuple(search.searched), tuple(left_out), tuple(search.red_photographs()),
-        flawed=tuple(search.flawed),
+        flawed=tuple(search.flawed), rests_on=rests_on,
     )  # fmt: skip
 
 

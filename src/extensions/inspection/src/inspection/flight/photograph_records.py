@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import deque
 from dataclasses import MISSING, dataclass, replace
@@ -9,7 +10,7 @@ from pathlib import Path
 from typing import Sequence
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 from flight_basics.checks import check_limits, limited
 from flight_basics.errors import ParameterError
@@ -23,7 +24,10 @@ from inspection.photographs.listing import records_in
 from inspection.photographs.record import PhotographRecord
 from inspection.survey.views.candidates import View
 
-POSES = 100
+KEPT_S = 30.0
+"""So long poses are kept: a camera may answer 20 s after its shutter."""
+GAP_S = 0.5
+"""Between two poses that are farther apart, nobody knows where the UAV was."""
 PLACE_VARIANCES = (0, 7, 14)
 """Of x, y and z in a covariance of 6 x 6, row by row."""
 MATCH_S = 0.5
@@ -54,17 +58,19 @@ class RecentPoses:
     """The UAV's last poses, so that a photograph finds the one of its stamp. Any thread may call."""
 
     def __init__(self) -> None:
-        self._poses: deque[StampedPose] = deque(maxlen=POSES)
-        self._matches: deque[tuple[float, tuple[float, ...]]] = deque(maxlen=POSES)
+        self._poses: deque[StampedPose] = deque()
+        self._matches: deque[tuple[float, tuple[float, ...]]] = deque()
         self._lock = threading.Lock()
 
     def note(self, pose: StampedPose) -> None:
-        """Take a pose. After a clock that was set back, those of the same stamps do not count any more."""
+        """Take a pose. Those of its stamp or a later one do not count any more: the clock was set back."""
         known = replace(pose, covariance=covariance_of(pose.covariance))
         with self._lock:
-            while self._poses and self._poses[-1].stamp_s > pose.stamp_s:
+            while self._poses and self._poses[-1].stamp_s >= pose.stamp_s:
                 self._poses.pop()
             self._poses.append(known)
+            while self._poses[0].stamp_s < pose.stamp_s - KEPT_S:
+                self._poses.popleft()
 
     def note_match(self, stamp_s: float, covariance: tuple[float, ...]) -> None:
         """Take how well the scan of this stamp matched, 36 numbers as in ROS.
@@ -74,14 +80,42 @@ class RecentPoses:
         known = covariance_of(covariance)
         with self._lock:
             self._matches.append((stamp_s, known))
+            while self._matches[0][0] < stamp_s - KEPT_S:
+                self._matches.popleft()
 
     def at(self, stamp_s: float) -> StampedPose:
-        """Return the pose nearest to a stamp. There must be one."""
+        """Return the pose at a stamp, between two poses. There must be one.
+
+        Where there are none around it, it is the nearest one, and may be off by as far as the UAV flies
+        meanwhile; farther than `GAP_S` from it nobody knows the place.
+        """
         with self._lock:
-            pose = min(self._poses, key=lambda each: abs(each.stamp_s - stamp_s))
+            poses = list(self._poses)
             matches = [each for each in self._matches if abs(each[0] - stamp_s) <= MATCH_S]
+        pose, off_m = _between(poses, stamp_s)
         covariance = min(matches, key=lambda each: abs(each[0] - stamp_s))[1] if matches else pose.covariance
-        return replace(pose, covariance=_widened(covariance, pose.deviation_m))
+        return replace(pose, covariance=_widened(covariance, math.hypot(pose.deviation_m, off_m)))
+
+
+def _between(poses: Sequence[StampedPose], stamp_s: float) -> tuple[StampedPose, float]:
+    """Return the pose at a stamp, of poses in their order, and how far it may be off, m."""
+    k = int(np.clip(np.searchsorted([each.stamp_s for each in poses], stamp_s), 1, max(len(poses) - 1, 1)))
+    pair = poses[k - 1 : k + 1]
+    nearest = min(pair, key=lambda each: abs(each.stamp_s - stamp_s))
+    away_s = abs(nearest.stamp_s - stamp_s)
+    if away_s == 0.0:
+        return nearest, 0.0
+    if away_s > GAP_S or len(pair) < 2:
+        return nearest, math.sqrt(UNKNOWN_M2) if away_s > GAP_S else 0.0
+    first, second = pair
+    length_s = second.stamp_s - first.stamp_s
+    share = (stamp_s - first.stamp_s) / length_s
+    if length_s > GAP_S or not 0.0 < share < 1.0 or first.odom_in_map != second.odom_in_map:
+        return nearest, math.dist(first.place_m, second.place_m) * away_s / length_s
+    x, y, z = (a + share * (b - a) for a, b in zip(first.place_m, second.place_m))
+    ends = Rotation.from_quat([first.orientation_xyzw, second.orientation_xyzw])
+    qx, qy, qz, qw = Slerp([0.0, 1.0], ends)(share).as_quat().tolist()
+    return replace(nearest, place_m=(x, y, z), orientation_xyzw=(qx, qy, qz, qw)), 0.0
 
 
 def _widened(covariance: tuple[float, ...], deviation_m: float) -> tuple[float, ...]:
@@ -136,14 +170,13 @@ def record_of(task: Task, body: StampedPose, told: ShutterAnswer) -> PhotographR
     return PhotographRecord(
         told.stamp_s, (x, y, z), (qx, qy, qz, qw), told.exposure, told.iso, told.lux, told.blur,
         body.covariance, view=task.number, shift_m=told.shift, turn_rad=told.turn,
-        viewpoint=row_of(task.view),
+        viewpoint=row_of(task.view), source="odometry" if body.odom_in_map is None else "SLAM",
     )  # fmt: skip
 
 
 def quality_of(record: PhotographRecord) -> PhotographQuality:
     """Return by what a photograph is judged."""
-    places = np.reshape(record.covariance, (6, 6))[:3, :3]
-    deviation_m = float(np.sqrt(max(np.linalg.eigvalsh(places).max(), 0.0)))
+    deviation_m, _ = record.deviations
     lux, iso = record.lux or 0.0, record.iso or 0.0  # where nobody told the light, it counts as dark
     return PhotographQuality(record.blur_px, lux, iso, deviation_m, record.shift_m, record.turn_rad)
 

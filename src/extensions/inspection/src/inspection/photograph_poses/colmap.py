@@ -6,8 +6,9 @@ Its optical frame is ours, but its pixels begin at the corner of the first one, 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple, Sequence
+from typing import Collection, NamedTuple, Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -15,10 +16,11 @@ from scipy.spatial.transform import Rotation
 from flight_basics.errors import ParameterError
 from inspection.camera.lens import Lens
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.photograph_poses.pose import Names, Pose, Poses
-from inspection.photographs.calibration import camera_with
+from inspection.photograph_poses.pose import Names, Pose, Poses, one_camera
+from inspection.photographs.calibration import CALIBRATED, camera_with
 from inspection.photographs.listing import LeftOut
 from inspection.photographs.record import PhotographError
+from inspection.photographs.sourced import Sourced
 
 F, FXY = ("f", "cx", "cy"), ("fx", "fy", "cx", "cy")
 MODELS = {
@@ -45,63 +47,81 @@ def poses_of_colmap(model: Path, folder: Path, photographs: Sequence[Path]) -> P
     """Return the poses in a model's own frame.
 
     Raises:
-        PhotographError: a file of the model cannot be read, or its lens is of another model than OpenCV's.
+        PhotographError: a file of the model cannot be read, or its lenses are of another model than OpenCV's.
     """
-    seen, names = read_images(model / "images.txt"), Names(folder, photographs)
+    seen = read_images(model / "images.txt")
     if not seen:
         raise PhotographError(f"{model / 'images.txt'}: there is no photograph in it.")
-    own = [(path, each) for each in seen if (path := names.find(each.name)) is not None]
+    names = Names(folder, photographs, [each.name for each in seen], model)
+    own = {path: each for each in seen if (path := names.find(each.name)) is not None}
     if not own:
         raise PhotographError(
             f"{model}: none of its {len(seen)} photographs is in {folder}; the first is {seen[0].name}."
         )
-    numbers = [each.camera for _, each in own]
-    number = max(numbers, key=numbers.count)
-    camera = read_cameras(model / "cameras.txt", number)
-    why = f"COLMAP has another camera for it than {number}, which most have. Give it a folder of its own."
-    left_out = [LeftOut(path.name, why) for path, each in own if each.camera != number]
-    poses = {path: Pose.of_axes(each.place_m, each.axes) for path, each in own if each.camera == number}
-    missing = [each for each in photographs if each not in {path for path, _ in own}]
-    left_out += [LeftOut(each.name, "It is not in COLMAP's model.") for each in missing]
-    return Poses(poses, tuple(left_out), camera, is_camera_exact=True)
+    cameras = read_cameras(model / "cameras.txt", {each.camera for each in own.values()})
+    camera, others = one_camera({path: cameras[each.camera] for path, each in own.items()})
+    refused = {each.name for each in others}
+    poses = {
+        path: replace(Pose.of_axes(each.place_m, each.axes), source=f"COLMAP's model {model.name}")
+        for path, each in own.items()
+        if path.name not in refused
+    }
+    missing = [LeftOut(each.name, "It is not in COLMAP's model.") for each in photographs if each not in own]
+    return Poses(poses, (*others, *missing), camera, is_camera_exact=True)
 
 
 def read_images(path: Path) -> list[Seen]:
-    """Return the photographs of images.txt; every second line, of points, is left out."""
-    seen, lines = [], _lines(path)
-    numbered = [(number, line) for number, line in lines if not line.startswith("#")]
-    while numbered and not numbered[-1][1]:
-        numbered.pop()
-    wrong = next((number for number, line in numbered[1::2] if len(line.split()) % 3), None)
-    for number, line in numbered[::2]:
-        words = line.split(maxsplit=9)
-        try:
-            w, x, y, z, *shift = map(float, words[1:8])
-            camera, name = int(words[8]), words[9]
-            turn = np.array((x, y, z, w))
-            if (
-                wrong == number + 1
-                or not np.isfinite([*turn, *shift]).all()
-                or abs(np.linalg.norm(turn) - 1.0) > 0.01
-            ):
-                raise ValueError
-        except (ValueError, IndexError):
-            raise PhotographError(
-                f"{path}, line {number}: must be IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, and each "
-                "second line one of points, which may be empty."
-            ) from None
-        into_camera = Rotation.from_quat(turn).as_matrix()
-        seen.append(Seen(name, camera, -into_camera.T @ shift, into_camera.T))
+    """Return the photographs of images.txt.
+
+    A line of points follows each, and is left out. It may be empty or missing; more empty lines do no harm.
+    """
+    seen, may_be_points = list[Seen](), False
+    for number, line in _lines(path):
+        words = line.split()
+        if not words or line.startswith("#"):
+            continue
+        if may_be_points and len(words) % 3 == 0 and all(map(_is_number, words)):
+            may_be_points = False
+            continue
+        seen.append(_seen(path, number, line.split(maxsplit=9)))
+        may_be_points = True
     return seen
 
 
-def read_cameras(path: Path, wanted: int) -> SurveyCamera:
-    """Return a camera of cameras.txt by its number."""
+def _seen(path: Path, number: int, words: Sequence[str]) -> Seen:
+    try:
+        w, x, y, z, *shift = map(float, words[1:8])
+        camera, name = int(words[8]), words[9]
+        turn = np.array((x, y, z, w))
+        if not np.isfinite([*turn, *shift]).all() or abs(np.linalg.norm(turn) - 1.0) > 0.01:
+            raise ValueError
+    except (ValueError, IndexError):
+        raise PhotographError(
+            f"{path}, line {number}: must be IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, and each "
+            "second line one of points, which may be empty."
+        ) from None
+    into_camera = Rotation.from_quat(turn).as_matrix()
+    return Seen(name, camera, -into_camera.T @ shift, into_camera.T)
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def read_cameras(path: Path, wanted: Collection[int]) -> dict[int, Sourced[SurveyCamera]]:
+    """Return cameras of cameras.txt by their numbers."""
+    cameras = dict[int, Sourced[SurveyCamera]]()
     for number, line in _lines(path):
         words = line.split()
-        if not words or line.startswith("#") or words[0] != str(wanted):
+        if not words or line.startswith("#"):
             continue
         try:
+            if (camera := int(words[0])) not in wanted:
+                continue
             model, width, height, *values = words[1:]
             if model not in MODELS:
                 raise ParameterError(
@@ -111,10 +131,14 @@ def read_cameras(path: Path, wanted: int) -> SurveyCamera:
             numbers = [float(each) for each in values]
             if len(numbers) != len(MODELS[model]):
                 raise ParameterError(f"{model} has {len(MODELS[model])} parameters, not {len(numbers)}")
-            return camera_with(int(width), int(height), _lens(dict(zip(MODELS[model], numbers))))
+            known = camera_with(int(width), int(height), _lens(dict(zip(MODELS[model], numbers))))
+            cameras[camera] = Sourced(known, "COLMAP", CALIBRATED)
         except (ValueError, ParameterError) as error:
             raise PhotographError(f"{path}, line {number}: is no camera that can be used: {error}.") from None
-    raise PhotographError(f"{path}: there is no camera {wanted}, which images.txt names.")
+    for each in wanted:
+        if each not in cameras:
+            raise PhotographError(f"{path}: there is no camera {each}, which images.txt names.")
+    return cameras
 
 
 def _lens(values: dict[str, float]) -> Lens:

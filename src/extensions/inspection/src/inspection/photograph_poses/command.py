@@ -11,15 +11,15 @@ from typing import Callable, NamedTuple, Sequence
 from flight_basics.errors import FlightBasicsError
 from flight_basics.geometry import Quaternion, Vector3, normalised
 from inspection.photograph_poses.colmap import poses_of_colmap
-from inspection.photograph_poses.exif import read_exif
-from inspection.photograph_poses.of_exif import camera_of_exif, poses_of_exif, with_exif
+from inspection.photograph_poses.of_exif import accuracy, poses_of_exif, read_all, with_exifs
 from inspection.photograph_poses.of_flight import Flight, poses_of_flight
-from inspection.photograph_poses.pose import Poses
+from inspection.photograph_poses.pose import Poses, checked_by
 from inspection.photograph_poses.storing import store
 from inspection.photograph_poses.table import moved_to_places, poses_of_table
 from inspection.photograph_poses.world_frame import WorldFrame
 from inspection.photographs.listing import LeftOut, pictures_in, unread_in
 from inspection.photographs.record import PhotographError
+from inspection.photographs.sourced import doubts_in_words
 
 FIRST = "first"
 
@@ -43,9 +43,9 @@ def main(arguments: list[str] | None, read_flight: Callable[[BagQuery], Flight])
             first = poses.left_out[0]
             raise PhotographError(
                 f"{given.folder}: none of the photographs can be placed. The first is {first.name}: "
-                f"{first.why}"
+                f"{first.why} What an earlier call placed stays."
             )
-        store(given.folder, poses, given.replace)
+        said = store(given.folder, poses, given.replace, given.keep)
     except FlightBasicsError as error:
         print(f"place_photographs: {error}", file=sys.stderr)
         return 1
@@ -53,7 +53,7 @@ def main(arguments: list[str] | None, read_flight: Callable[[BagQuery], Flight])
     unread = [path for path in unread_in(given.folder) if path.stem not in stems]
     for each in (*poses.left_out, *map(LeftOut.of_kind, unread)):
         print(f"place_photographs: left out: {each.name}: {each.why}", file=sys.stderr)
-    for remark in poses.remarks:
+    for remark in (*poses.remarks, *said):
         print(f"place_photographs: {remark}", file=sys.stderr)
     print(f"placed: {len(poses.of)} of {len(pictures_in(given.folder)) + len(unread)} photographs")
     return 0
@@ -111,6 +111,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--replace", action="store_true", help="also the JSON files and calibration of others"
     )
+    parser.add_argument(
+        "--keep", action="store_true",
+        help="keep the poses of an earlier call of photographs that this source lacks; else they are removed",
+    )  # fmt: skip
     return parser
 
 
@@ -126,47 +130,31 @@ def _poses(given: argparse.Namespace, read_flight: Callable[[BagQuery], Flight])
         frame = _frame(given.origin, given.heading)
     if given.places is not None and given.colmap is None:
         raise PhotographError("--places needs --colmap.")
+    told, damaged = read_all(photographs)
+    by_gps = Poses() if given.origin is None else poses_of_exif(told, frame, given.heading)
     if given.bag is not None:
         mount = _mount(given.mount) if given.mount else None
         query = BagQuery(given.bag, given.path, given.odometry, given.camera_frame, mount)
-        return poses_of_flight(photographs, read_flight(query), given.clock, given.level)
-    if given.colmap is not None:
+        poses = poses_of_flight(told, read_flight(query), given.clock, given.level)
+    elif given.colmap is not None:
         poses = poses_of_colmap(given.colmap, folder, photographs)
         if given.places is not None:
             poses = moved_to_places(poses, given.places, folder)
-        return _with_exif(poses)
-    if given.table is not None:
-        return _with_exif(poses_of_table(given.table, folder, photographs, frame))
-    if given.origin is None:
+    elif given.table is not None:
+        poses = poses_of_table(given.table, folder, photographs, frame)
+    elif given.origin is not None:
+        poses = by_gps
+    else:
         raise PhotographError(
             "Give --origin LAT,LON,HEIGHT, the place of the map's origin, or another source: --colmap, "
             "--table "
             f'or --bag. "--origin {FIRST}" takes the place of the first photograph.'
         )
-    return poses_of_exif(photographs, frame, given.heading)
-
-
-def _with_exif(poses: Poses) -> Poses:
-    """Return poses with what EXIF tells besides: time, exposure, ISO speed, and the camera if it lacks."""
-    told, left_out = [], list[LeftOut]()
-    for path in poses.of:
-        try:
-            told.append((path, read_exif(path)))
-        except PhotographError as error:
-            left_out.append(LeftOut.of(path, error))
-    kept = {path: with_exif(poses.of[path], each) for path, each in told}
-    poses = replace(poses, of=kept, left_out=(*poses.left_out, *left_out))
-    if poses.camera is not None:
-        return poses
-    camera, others, said = camera_of_exif(told)
-    names = {each.name for each in others}
-    return replace(
-        poses,
-        of={path: pose for path, pose in kept.items() if path.name not in names},
-        left_out=(*poses.left_out, *others),
-        camera=camera,
-        remarks=(*poses.remarks, *said),
-    )
+    known = {each.name for each in poses.left_out}
+    poses = replace(poses, left_out=(*poses.left_out, *(each for each in damaged if each.name not in known)))
+    poses = with_exifs(checked_by(poses, by_gps), told)
+    said = (*poses.remarks, *accuracy(poses), *doubts_in_words(poses.doubts))
+    return replace(poses, remarks=said)
 
 
 def _numbers(option: str, text: str, counts: Sequence[int]) -> list[float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Callable, Mapping, NamedTuple, Sequence
 
@@ -11,11 +11,10 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from flight_basics.geometry import Quaternion, Vector3, yaw_of
 from inspection.flight.slam_path import LevelPose, OdometryTrack, SlamPath, corrections
-from inspection.photograph_poses.exif import Exif, read_exif
-from inspection.photograph_poses.of_exif import camera_of_exif, with_exif
+from inspection.photograph_poses.exif import Exif
 from inspection.photograph_poses.pose import Pose, Poses
 from inspection.photographs.listing import LeftOut
-from inspection.photographs.record import PhotographError, stamp_of
+from inspection.photographs.record import PhotographError
 
 GAP_S = 0.5
 """Between two poses that are farther apart, nobody knows where the UAV was."""
@@ -67,15 +66,8 @@ class Flight:
         return Track(stamps_s, places_m, (turned * Rotation.from_quat(odometry.turns[inside])).as_quat())
 
 
-def time_of(path: Path, told: Exif) -> float | None:
-    """Return when a photograph was taken, s: by EXIF, or by a name that is a stamp; None: nobody knows."""
-    if told.stamp_s is not None:
-        return told.stamp_s
-    return stamp_of(path) if "." in path.stem else None
-
-
 def poses_of_flight(
-    photographs: Sequence[Path], flight: Flight, clock_s: float = 0.0, is_level: bool = False
+    told: Mapping[Path, Exif], flight: Flight, clock_s: float = 0.0, is_level: bool = False
 ) -> Poses:
     """Return the poses of photographs by their times.
 
@@ -85,42 +77,41 @@ def poses_of_flight(
     Raises:
         PhotographError: no photograph was taken while the pose is known.
     """
-    track = flight.in_map()
-    told, left_out, times = list[tuple[Path, Exif]](), list[LeftOut](), dict[Path, float]()
-    for path in photographs:
-        try:
-            each = read_exif(path)
-            taken_s = time_of(path, each)
-            if taken_s is None:
-                raise PhotographError(f"{path}: it tells no time (EXIF's DateTimeOriginal).")
-            times[path] = taken_s + clock_s
-            told.append((path, each))
-        except PhotographError as error:
-            left_out.append(LeftOut.of(path, error))
-    _check_times(times, track)
+    track, gap_s = flight.in_map(), GAP_S if flight.odometry is not None else 4.0 * GAP_S
+    times = {path: each.taken for path, each in told.items() if each.taken is not None}
+    left_out = [
+        LeftOut(each.name, "It tells no time (EXIF's DateTimeOriginal).")
+        for each in told
+        if each not in times
+    ]
+    _check_times([each.value + clock_s for each in times.values()], track)
     poses = dict[Path, Pose]()
-    camera, others, said = camera_of_exif(told)
-    exif = dict(told)
-    for path, taken_s in times.items():
-        here = pose_at(track, taken_s, GAP_S if flight.odometry is not None else 4.0 * GAP_S)
-        mount = flight.mount(taken_s)
-        if path.name in {each.name for each in others}:
-            continue
+    for path, taken in times.items():
+        taken_s = taken.value + clock_s
+        here, mount = pose_at(track, taken_s, gap_s), flight.mount(taken_s)
         if here is None or mount is None:
             what = "where the UAV was" if here is None else "how the camera was mounted"
             left_out.append(LeftOut(path.name, f"The bag does not tell {what} at {taken_s:.3f} s."))
             continue
-        poses[path] = with_exif(_mounted(here, mount, is_level, taken_s), exif[path])
-    return Poses(poses, (*left_out, *others), camera, remarks=tuple(said))
+        beside = [pose_at(track, taken_s + sign * taken.deviation, gap_s) for sign in (-1.0, 1.0)]
+        poses[path] = replace(
+            _mounted(here, mount, is_level, taken_s),
+            source=f"the flight at {taken.source}",
+            deviation=max((float(np.linalg.norm(each[0] - here[0])) for each in beside if each), default=0.0),
+            turned_rad=max(
+                (float((each[1] * here[1].inv()).magnitude()) for each in beside if each), default=0.0
+            ),
+        )
+    return Poses(poses, tuple(left_out))
 
 
-def _check_times(times: Mapping[Path, float], track: Track) -> None:
+def _check_times(times: Sequence[float], track: Track) -> None:
     first_s, last_s = float(track.stamps_s[0]), float(track.stamps_s[-1])
-    if times and not any(first_s <= each <= last_s for each in times.values()):
+    if times and not any(first_s <= each <= last_s for each in times):
         raise PhotographError(
             f"The bag knows the UAV's pose from {first_s:.3f} to {last_s:.3f} s, and the photographs were "
             "taken from "
-            f"{min(times.values()):.3f} to {max(times.values()):.3f} s. If the clocks differ, give "
+            f"{min(times):.3f} to {max(times):.3f} s. If the clocks differ, give "
             "--clock: the seconds that the camera's is behind."
         )
 
@@ -149,4 +140,4 @@ def _mounted(
         turn = Rotation.from_euler("z", yaw_of((qx, qy, qz, qw)))
     at_m = place_m + turn.apply(mount[0])
     pose = Pose.of_axes(at_m, (turn * Rotation.from_quat(mount[1])).as_matrix())
-    return Pose(pose.position_m, pose.orientation_xyzw, stamp_s)
+    return replace(pose, stamp_s=stamp_s)

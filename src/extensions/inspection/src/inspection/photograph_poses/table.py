@@ -25,7 +25,7 @@ HEADS = {
     "yaw_deg": ("yaw",), "tilt_deg": ("tilt",), "pitch_deg": ("pitch",), "roll_deg": ("roll",),
     "qx": (), "qy": (), "qz": (), "qw": (),
     "stamp_s": ("stamp", "time_s", "timestamp"), "exposure_s": ("exposure",),
-    "iso": ("iso_speed",), "lux": (),
+    "iso": ("iso_speed",), "lux": (), "deviation_m": ("sigma_m", "accuracy_m"),
 }  # fmt: skip
 QUATERNION = ("qx", "qy", "qz", "qw")
 COLUMNS = (
@@ -40,9 +40,9 @@ def poses_of_table(path: Path, folder: Path, photographs: Sequence[Path], frame:
     Raises:
         PhotographError: it cannot be read; the sentence names the line.
     """
-    names = Names(folder, photographs)
-    poses, left_out = dict[Path, Pose](), list[LeftOut]()
     table = _table(path, ("name",))
+    names = Names(folder, photographs, [row.values["name"] for row in table.rows], path)
+    poses, left_out = dict[Path, Pose](), list[LeftOut]()
     for row in table.rows:
         found = names.find(row.values["name"])
         if found is None:
@@ -50,7 +50,7 @@ def poses_of_table(path: Path, folder: Path, photographs: Sequence[Path], frame:
         elif found in poses:
             raise PhotographError(f"{row.where}: {found.name} has a row before.")
         else:
-            poses[found] = _pose(row, frame)
+            poses[found] = replace(_pose(row, frame), source=path.name)
     why = f"{path.name} has no row for it."
     left_out += [LeftOut(each.name, why) for each in photographs if each not in poses]
     unused = ", ".join(table.unused)
@@ -66,8 +66,9 @@ def moved_to_places(poses: Poses, path: Path, folder: Path) -> Poses:
     Raises:
         PhotographError: the table cannot be read, or the places do not tell how the model lies.
     """
-    names, known = Names(folder, list(poses.of)), dict[Path, list[float]]()
-    for row in _table(path, ("name", "x", "y", "z")).rows:
+    table, known = _table(path, ("name", "x", "y", "z")), dict[Path, list[float]]()
+    names = Names(folder, list(poses.of), [row.values["name"] for row in table.rows], path)
+    for row in table.rows:
         found = names.find(row.values["name"])
         if found is not None:
             known[found] = [_number(row, axis) for axis in "xyz"]
@@ -79,15 +80,18 @@ def moved_to_places(poses: Poses, path: Path, folder: Path) -> Poses:
             "not lie on one line."
         )
     scale, turn, shift = similarity(given, target)
-    moved = {}
-    for each, pose in poses.of.items():
-        axes = turn @ _axes_of(pose)
-        moved[each] = Pose.of_axes(scale * turn @ pose.position_m + shift, axes)
     off_m = np.linalg.norm(scale * given @ turn.T + shift - target, axis=1)
+    rms_m = float(np.sqrt((off_m**2).mean()))
+    moved = {
+        each: replace(
+            Pose.of_axes(scale * turn @ pose.position_m + shift, turn @ _axes_of(pose)),
+            source=pose.source, deviation=rms_m,
+        )
+        for each, pose in poses.of.items()
+    }  # fmt: skip
     said = (
         f"{len(known)} known places: the model's scale is {scale:.4g}; the places are "
-        f"{np.sqrt((off_m**2).mean()):.3f} "
-        f"m off (rms), at most {off_m.max():.3f} m."
+        f"{rms_m:.3f} m off (rms), at most {off_m.max():.3f} m."
     )
     return replace(poses, of=moved, remarks=(*poses.remarks, said))
 
@@ -135,7 +139,8 @@ def _pose(row: Row, frame: WorldFrame | None) -> Pose:
         place_m = frame.place_m(*(_number(row, each) for each in ("latitude", "longitude", "height")))
     else:
         raise PhotographError(f"{row.where}: there is no place. The columns are {COLUMNS}.")
-    return replace(Pose.of_axes(place_m, _axes(row, frame)), **_light(row))
+    deviation_m = _number(row, "deviation_m") if values.get("deviation_m") else 0.0
+    return replace(Pose.of_axes(place_m, _axes(row, frame)), deviation=abs(deviation_m), **_light(row))
 
 
 def _axes(row: Row, frame: WorldFrame | None) -> np.ndarray:

@@ -1,4 +1,7 @@
-"""The camera of a folder: `calibration.yaml`, as ROS's camera_calibration_parsers writes it."""
+"""The camera of a folder: `calibration.yaml`, as ROS's camera_calibration or OpenCV's samples write it.
+
+`source` and `focal_deviation` in it are ours: where we have it from, and how sure its focal length is.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,10 @@ from input_schemas import text_of
 from inspection.camera.lens import Lens, lens_of
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photographs.record import PhotographError
+from inspection.photographs.sourced import Sourced
 
+CALIBRATED = 0.002
+"""Standard deviation of the focal length of a camera that was calibrated, as a share. Chosen."""
 MIDDLE_PX, SQUARE = 1e-3, 1e-9
 """A principal point so near to the middle, and pixels so near to squares, are those of a pinhole."""
 
@@ -24,17 +30,47 @@ def read_camera(path: Path) -> SurveyCamera:
     Raises:
         PhotographError: the file cannot be read, or the lens is of another model than OpenCV's.
     """
+    return read_sourced_camera(path).value
+
+
+def read_sourced_camera(path: Path) -> Sourced[SurveyCamera]:
+    """Return the same, with its source and the deviation of its focal length, a share."""
     try:
-        values = yaml.safe_load(text_of(path.read_bytes()))
+        told = yaml.safe_load(_without_opencv(text_of(path.read_bytes())))
+        values = {str(name).lower(): value for name, value in told.items()}
+        if values.get("fisheye_model"):
+            raise ParameterError("it is of a fisheye lens. Undistort the photographs")
         distortion = (values.get("distortion_coefficients") or {}).get("data") or []
         lens = lens_of(values["camera_matrix"]["data"], values.get("distortion_model") or "", distortion)
-        return camera_with(values["image_width"], values["image_height"], lens)
+        camera = camera_with(values["image_width"], values["image_height"], lens)
+        return Sourced(
+            camera, str(values.get("source", "")), float(values.get("focal_deviation", CALIBRATED))
+        )
     except OSError as error:
         raise PhotographError(f"{path}: cannot be read: {error.strerror}.") from None
     except (
         yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError, RecursionError, ParameterError
     ) as error:  # fmt: skip
-        raise PhotographError(f"{path}: is no camera's calibration ({error}).") from None
+        why = " ".join(str(error).split())
+        raise PhotographError(f"{path}: is no camera's calibration ({why}).") from None
+
+
+def focal_apart(one: Sourced[SurveyCamera], other: Sourced[SurveyCamera]) -> float:
+    """Return by which share two focal lengths differ."""
+    return abs(math.log(one.value.focal_px / other.value.focal_px))
+
+
+def focal_in_words(camera: Sourced[SurveyCamera]) -> str:
+    """Return a focal length, with what it is of."""
+    told = camera.value
+    return f"{told.focal_px:.0f} px for pictures of {told.width} x {told.height} px"
+
+
+def _without_opencv(text: str) -> str:
+    """Return YAML of a file that OpenCV's FileStorage has written: it has a head and types of its own."""
+    if text.startswith("%YAML:"):
+        text = text.partition("\n")[2]
+    return text.replace("!!opencv-matrix", "")
 
 
 def camera_with(width: int, height: int, lens: Lens) -> SurveyCamera:

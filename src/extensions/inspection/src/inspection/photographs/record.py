@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +30,7 @@ class PhotographRecord:
     known. viewpoint: for which it was taken: x, y, z in m, yaw and tilt in rad, in the map; None: not
     known. A plan that is edited gives other numbers, so this tells what a photograph was taken for.
     told_position_m, told_orientation_xyzw: the pose as it was told first, before SLAM's path moved the
-    photograph; None: it did not.
+    photograph; None: it did not. source: of the pose, in words; empty: not told.
     """
 
     stamp_s: float
@@ -48,12 +48,22 @@ class PhotographRecord:
     viewpoint: tuple[float, float, float, float, float] | None = None
     told_position_m: tuple[float, float, float] | None = None
     told_orientation_xyzw: tuple[float, float, float, float] | None = None
+    source: str = ""
 
     @property
     def pose(self) -> PhotographPose:
         """Where the camera was, and how the picture is blurred."""
         taken = PhotographPose.of_pose(self.position_m, self.orientation_xyzw, self.blur_px)
-        return taken.moved(self.shift_m, self.turn_rad)
+        off_m, off_rad = self.deviations
+        return replace(taken.moved(self.shift_m, self.turn_rad), off_m=off_m, off_rad=off_rad)
+
+    @property
+    def deviations(self) -> tuple[float, float]:
+        """Standard deviations of the place, m, and of the direction, along the axes that are known least."""
+        covariance = np.reshape(self.covariance, (6, 6))
+        blocks = covariance[:3, :3], covariance[3:, 3:]
+        place_m, turn = (float(np.sqrt(max(np.linalg.eigvalsh(each).max(), 0.0))) for each in blocks)
+        return place_m, turn
 
 
 def read_record(path: Path) -> PhotographRecord:

@@ -1,15 +1,19 @@
-"""Which photographs count as seen: the whole ones that the search for findings did not leave out."""
+"""Which photographs count as seen, and of which the search for findings still holds."""
 
 from __future__ import annotations
 
+import hashlib
+import os
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Mapping
 
 from flight_basics.errors import ReportError
 from input_schemas import read_file
 from inspection.photographs.listing import LeftOut, Listing, listed
 
 FINDINGS = "findings.json"
+END_BYTES = 65_536
 
 
 @dataclass(frozen=True)
@@ -54,3 +58,27 @@ def left_out_in(folder: Path) -> list[LeftOut]:
         except ReportError:
             continue
     return []
+
+
+def digest_of(path: Path) -> str:
+    """Return what a search of a photograph rests on: its pose, its calibration, its size and end in bytes."""
+    digest = hashlib.sha256()
+    for each in (path.with_suffix(".json"), path.parent / "calibration.yaml"):
+        digest.update(each.read_bytes())
+    with path.open("rb") as stream:
+        size = stream.seek(0, os.SEEK_END)
+        stream.seek(-min(END_BYTES, size), os.SEEK_END)
+        digest.update(str(size).encode() + stream.read())
+    return digest.hexdigest()
+
+
+def changed_since(folder: Path, rests_on: Mapping[str, str]) -> list[str]:
+    """Return the photographs of a folder that are not as they were. rests_on: digests by name."""
+    changed = []
+    for name, digest in rests_on.items():
+        try:
+            if digest_of(folder / name) != digest:
+                changed.append(name)
+        except OSError:
+            changed.append(name)
+    return changed

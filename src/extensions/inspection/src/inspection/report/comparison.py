@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Sequence
+from typing import Collection, Sequence
 
 import numpy as np
 
 from flight_basics.errors import ReportError
 from inspection.findings.findings_file import DISMISSED
-from inspection.findings.kinds import kind_of
 from inspection.findings.merging import Finding
-from inspection.findings.pairing import pairs_of
+from inspection.findings.pairing import has_grown, meetings_of
 from inspection.report.sources import Inspection
 from inspection.survey.surface_record import SurfaceRecord
 
 APPEARED, GROWN, AS_BEFORE, NOT_SEEN_BEFORE = "new", "grown", "as before", "not looked at before"
-GROWTH_AREA, GROWTH_LENGTH = 1.25, 1.2
-LEAST_GROWTH_M2, LEAST_GROWTH_M = 0.001, 0.03
-"""Below these, two photographs of one place may differ."""
 LEAST_COMMON, ON_M, FEW = 0.5, 0.3, 5
 """Two surveys of one space have so much of their surface in common; so many findings tell it, too."""
 
@@ -27,11 +23,12 @@ LEAST_COMMON, ON_M, FEW = 0.5, 0.3, 5
 class Comparison:
     """Changes by the finding's number, and the last survey's findings that have none now.
 
-    last: (now's number -> last survey's finding). gone: the photographs show the place. unseen: they do not.
+    last: (now's number -> last survey's findings there, the nearest first). gone: the photographs show the
+    place. unseen: they do not.
     """
 
     change: dict[int, str] = field(default_factory=dict)
-    last: dict[int, Finding] = field(default_factory=dict)
+    last: dict[int, tuple[Finding, ...]] = field(default_factory=dict)
     gone: tuple[Finding, ...] = ()
     unseen: tuple[Finding, ...] = ()
 
@@ -64,38 +61,48 @@ def _on(one: SurfaceRecord, other: SurfaceRecord) -> float:
     return float(one.areas_m2[there].sum() / max(one.areas_m2.sum(), 1e-9))
 
 
-def compared(
-    last: Sequence[Finding],
-    now: Sequence[Finding],
-    last_surface: SurfaceRecord | None,
-    surface: SurfaceRecord | None,
-) -> Comparison:
-    """Compare two surveys in the same map. Without a surface record no place counts as looked at."""
-    pairs = pairs_of(last, now)
-    of = {now[j].id: last[i] for i, j in pairs}
-    missing = [each for k, each in enumerate(last) if k not in {i for i, _ in pairs}]
-    missing = [each for each in missing if each.status != DISMISSED]
-    looked = _looked_at(missing, surface)
-    before = _looked_at(now, last_surface)
+def compared(last: Survey, now: Survey) -> Comparison:
+    """Compare two surveys in the same map.
+
+    Those that met in one place belong together, even if they have grown into one, or are told in parts now.
+    """
+    meetings = meetings_of(last.findings, now.findings)
+    of: dict[int, list[Finding]] = {}
+    for i, j in meetings:
+        of.setdefault(now.findings[j].id, []).append(last.findings[i])
+    met = {i for i, _ in meetings}
+    missing = [each for k, each in enumerate(last.findings) if k not in met and each.status != DISMISSED]
+    looked, before = now.looked_at(missing), last.looked_at(now.findings)
     change = {}
-    for each, was in zip(now, before):
+    for each, was in zip(now.findings, before):
         if each.id in of:
-            change[each.id] = GROWN if _grown(of[each.id], each) else AS_BEFORE
+            change[each.id] = GROWN if has_grown(of[each.id], each) else AS_BEFORE
         else:
             change[each.id] = APPEARED if was else NOT_SEEN_BEFORE
     gone = tuple(each for each, seen in zip(missing, looked) if seen)
-    return Comparison(change, of, gone, tuple(each for each, seen in zip(missing, looked) if not seen))
+    unseen = tuple(each for each, seen in zip(missing, looked) if not seen)
+    return Comparison(change, {number: tuple(each) for number, each in of.items()}, gone, unseen)
 
 
-def _grown(last: Finding, now: Finding) -> bool:
-    if kind_of(now.kind).is_sized_by_area:
-        return now.area_m2 > max(GROWTH_AREA * last.area_m2, last.area_m2 + LEAST_GROWTH_M2)
-    return now.length_m > max(GROWTH_LENGTH * last.length_m, last.length_m + LEAST_GROWTH_M)
+@dataclass(frozen=True)
+class Survey:
+    """What is compared of a survey.
 
+    surface: what its photographs show; None: no place counts as looked at. blind: kinds of findings that they
+    cannot show, so that none of these counts as looked for.
+    """
 
-def _looked_at(findings: Sequence[Finding], surface: SurfaceRecord | None) -> list[bool]:
-    if surface is None or not findings:
-        return [False] * len(findings)
-    places = np.array([each.position_m for each in findings])
-    on = surface.patches_at(places, np.array([each.normal for each in findings]))
-    return [bool(k >= 0 and surface.is_shown[k]) for k in on]
+    findings: Sequence[Finding]
+    surface: SurfaceRecord | None
+    blind: Collection[str] = ()
+
+    def looked_at(self, findings: Sequence[Finding]) -> list[bool]:
+        """Return whether the survey would have shown each of these findings."""
+        if self.surface is None or not findings:
+            return [False] * len(findings)
+        places = np.array([each.position_m for each in findings])
+        on = self.surface.patches_at(places, np.array([each.normal for each in findings]))
+        return [
+            bool(k >= 0 and self.surface.is_shown[k]) and each.kind not in self.blind
+            for k, each in zip(on, findings)
+        ]

@@ -15,7 +15,7 @@ from inspection.findings.kinds import FINDING_KINDS, FindingKind, kinds_of
 from inspection.findings.merging import Finding
 from inspection.photograph_poses.exif import read_exif
 from inspection.report import records, tables
-from inspection.report.comparison import Comparison, compared
+from inspection.report.comparison import Comparison, Survey, compared
 from inspection.report.gauging.readings import read_readings
 from inspection.report.gauging.spots import Gauging, gauging_spots, with_readings
 from inspection.report.grades import AreaGrade, GradeRules, PlateState, areas_graded, plates_seen
@@ -79,7 +79,9 @@ def judged(
             remarks.append(f"Columns of {readings.name} that are not used: {', '.join(table.unused)}.")
     comparison = None
     if last is not None and last.findings is not None and findings is not None:
-        comparison = compared(last.findings, findings, last.seen, surface)
+        comparison = compared(
+            Survey(last.findings, last.seen, last.blind), Survey(findings, surface, inspection.blind)
+        )
     if last is not None and comparison is None:
         remarks.append("There is no comparison: this survey has no findings.")
     return Judged(scene, grades, plates, gaugings, comparison, remarks)

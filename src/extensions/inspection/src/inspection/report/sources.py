@@ -6,19 +6,22 @@ import hashlib
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Callable, Collection, Sequence, TypeVar
+from typing import Callable, Collection, Mapping, Sequence, TypeVar
 
 from flight_basics.errors import FlightBasicsError, ReportError, SurveyError
 from input_schemas import read_without
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.files.run_record import RunRecord
 from inspection.findings.findings_file import SearchRecord, read_search
+from inspection.findings.kinds import CRACK, RUST
 from inspection.findings.merging import Finding
+from inspection.findings.picture.flaws import BLURRED
 from inspection.findings.picture.on_pictures import MarkedPicture
 from inspection.findings.picture.paint import told_of_paint
 from inspection.photographs.calibration import read_camera
 from inspection.photographs.listing import LeftOut, listed
 from inspection.photographs.record import PhotographRecord
+from inspection.photographs.searched import changed_since
 from inspection.report.words import counted
 from inspection.survey.coverage import CoverageRecord
 from inspection.survey.plan import SurveyPlan
@@ -50,7 +53,8 @@ class Inspection:
     the surface that photographs show does not count as seen, as nobody has looked for rust in all of them;
     empty: it counts. red: photographs whose coating is as red as rust. without_pose: photographs that were
     searched on their own, for their poses are not known. damaged: those remarks that name a file which is
-    there, but cannot be used.
+    there, but cannot be used. blind: kinds of findings that most photographs cannot show: rust on a coating
+    as red as rust, and cracks where they are blurred.
     """
 
     folder: Path
@@ -67,6 +71,7 @@ class Inspection:
     red: int = 0
     without_pose: tuple[MarkedPicture, ...] = ()
     damaged: tuple[str, ...] = ()
+    blind: tuple[str, ...] = ()
 
     @property
     def seen(self) -> SurfaceRecord | None:
@@ -125,16 +130,26 @@ def read_inspection(folder: Path) -> Inspection:
         surface = of("coverage.npz", partial(_surface, coverage), told)
     plan = of("plan.yaml", read_plan, "There is no survey plan.")
     result = of("result.json", without(RunRecord), "There is no record of the flights.")
-    unsearched = (
-        "" if surface is None or search is None or coverage is None else _unsearched(coverage, search)
-    )
+    unsearched = ""
+    if surface is not None and search is not None and coverage is not None:
+        unsearched = (
+            _unsearched(coverage, search)
+            or _changed(photographs, search.rests_on, "findings")
+            or _changed(photographs, coverage.rests_on, "coverage")
+        )
     if unsearched:
         remarks.append(unsearched)
     if search is not None:
         remarks += _left_out("Not searched", search.left_out)
+        remarks += _left_out("Searched with a flaw", search.flawed)
         if search.red:
             told = told_of_paint(len(search.red), len(search.searched or ()))
             remarks.append(f"{told} Until then no coating is graded.")
+    if camera and plan and (camera.width, camera.height) != (plan.camera.width, plan.camera.height):
+        remarks.append(
+            f"The photographs have {camera.width} x {camera.height} px, and the plan is of "
+            f"{plan.camera.width} x {plan.camera.height} px: a pixel does not cover what was asked for."
+        )
     return Inspection(
         folder,
         photographs,
@@ -150,6 +165,7 @@ def read_inspection(folder: Path) -> Inspection:
         0 if search is None else len(search.red),
         () if search is None else search.without_pose,
         tuple(damaged),
+        () if search is None else _blind(search),
     )
 
 
@@ -187,6 +203,24 @@ def _unsearched(coverage: CoverageRecord, search: SearchRecord) -> str:
             f"{missing[0]}. {AGAIN['coverage']}"
         )
     return ""
+
+
+def _changed(photographs: Path, rests_on: Mapping[str, str], what: str) -> str:
+    """Return why findings or coverage are not those of these photographs; empty: they are."""
+    changed = changed_since(photographs, rests_on)
+    if not changed:
+        return ""
+    return (
+        f"{counted(len(changed), 'photograph')}, the first {changed[0]}, or their poses or calibration, are "
+        f"not as {what} has read them. {AGAIN[what]}"
+    )
+
+
+def _blind(search: SearchRecord) -> tuple[str, ...]:
+    """Return the kinds of findings that most of the searched photographs cannot show."""
+    blurred = sum(each.why == BLURRED for each in search.flawed)
+    hidden = {RUST.name: len(search.red), CRACK.name: blurred}
+    return tuple(kind for kind, count in hidden.items() if 2 * count > len(search.searched or ()))
 
 
 def _surface(coverage: CoverageRecord, path: Path) -> SurfaceRecord:

@@ -8,9 +8,9 @@ from urllib.parse import quote
 import numpy as np
 
 from inspection.findings.kinds import kind_of
-from inspection.findings.merging import Finding
+from inspection.findings.merging import SURE, Finding
 from inspection.findings.picture.on_pictures import MarkedPicture
-from inspection.report.comparison import AS_BEFORE, GROWN, Comparison
+from inspection.report.comparison import Comparison
 from inspection.report.gauging.spots import close_up_spots
 from inspection.report.grades import GradeRules, PlateState
 from inspection.report.pictures import data_uri
@@ -47,13 +47,15 @@ def finding_rows(
     things = _things(findings, surface, ship)
     for each, thing in zip(findings, things):
         place, kind = ship.describe(each.position_m, each.normal), kind_of(each.kind).word
+        place += f", \N{PLUS-MINUS SIGN} {SURE * each.deviation_m:.2f} m" if each.deviation_m else ""
         change, was = "", ""
         if comparison:
             change = comparison.change.get(each.id, "")
-            before = comparison.last.get(each.id)
-            if before is not None:
-                status = "" if before.status in ("new", each.status) else f", {before.status}"
-                was = f"was {size_of(before)}{status}" if change in (GROWN, AS_BEFORE) else ""
+            told = [
+                size_of(one) + ("" if one.status in ("new", each.status) else f", {one.status}")
+                for one in comparison.last.get(each.id, ())
+            ]
+            was = f"was {' and '.join(told)}" if told else ""
         rows.append(
             {
                 "id": each.id, "kind": kind, "place": place, "thing": thing, "size": size_of(each),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Sequence
 
@@ -15,6 +15,7 @@ from inspection.camera.photograph_pose import PhotographPose
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.files.whole import write_whole
 from inspection.photographs.listing import LeftOut
+from inspection.photographs.searched import digest_of
 from inspection.survey.parameters import SurveyParameters
 from inspection.survey.showing import Showing
 from inspection.survey.surface.of_mesh import sides_in_air
@@ -83,6 +84,7 @@ class CoverageRecord:
     reachable_m2: float | None = None
     share_of_reachable: float | None = None
     record: str | None = None
+    rests_on: dict[str, str] = field(default_factory=dict)
 
 
 def coverage_of_file(
@@ -190,6 +192,7 @@ def _record_of(
         "poses": poses,
         "photographs": len(taken),
         "counted": [each.name for each in taken if each.name],
+        "rests_on": {each.name: digest_of(each.path) for each in taken if each.path is not None},
         "resolution_mm_per_px": asked.resolution,
         "incidence_deg": asked.incidence,
         "mesh_m2": round(coverage.mesh_m2, 3),
