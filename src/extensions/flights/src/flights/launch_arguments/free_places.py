@@ -10,7 +10,6 @@ import numpy as np
 
 from flights.errors import ScenarioError
 from flights.flight.take_off import LEAST_HOVER_M, SPARE_M, USUAL_HOVER_M, first_hover_m
-from flights.launch_arguments.solid_bodies import solid_around
 from flights.worlds.scenario import Scenario
 from simulation_tools.geometry import Pose
 
@@ -60,7 +59,8 @@ def check_course(
         ScenarioError: one sentence that names the obstacle.
         SimulationToolsError: the world or the UAV cannot be loaded.
     """
-    # Physics takes a third of a second to import
+    # Physics takes a third of a second to import, scipy as long
+    from flights.launch_arguments.solid_bodies import solid_around
     from simulation_tools.sdf.parser import load_world, parse_model
     from simulation_tools.vehicle.uav import load_uav
     from simulation_tools.world.shapes.meshes import standing_height_m
