@@ -160,3 +160,29 @@ def test_a_slice_that_looks_displaced_moves_no_pose_that_was_found_in_space(log,
         off_m.append(float(np.hypot(*se2.between(base, base_in_map(session, base))[:2])))
     assert max(off_m[: 2 * once]) < 0.05
     assert (max(off_m[2 * once :]) > 0.5 * APART_M) == moves
+
+
+@pytest.mark.parametrize(
+    ("in_space", "walk_m", "is_witness"), [(True, 0.01, False), (True, 1.0, True), (False, 0.01, True)]
+)
+def test_another_slice_within_a_height_is_no_witness_against_clouds(log, in_space, walk_m, is_witness):
+    """On a second round, 0.4 m higher, all walls are half as far, as over the holes of plates.
+
+    It is one where clouds do not know the way: they tell that a step is off by 1 m.
+    """
+    log, once = log
+    said, states = [], []
+    session = SlamSession(PARAMETERS, CLOSURE, say=said.append, odometry_in_space=in_space)
+    for number, (scan, base) in enumerate(list(zip(log.scans, log.truth.poses_in_map))[: once + 20]):
+        walked_m2 = 1e-6 + 1e-4 * number
+        if number >= once:
+            walked_m2 += walk_m**2 * (number - once)
+            scan = dataclasses.replace(scan, ranges_m=0.5 * scan.ranges_m, height_m=LOW_M + 0.4)
+        session.process(scan, base, np.diag((walked_m2, walked_m2, 1e-6)))
+        states.append(session.tracking.state)
+    assert set(states[:once]) == {"tracking"}
+    assert ("lost" in states) == is_witness
+    if not is_witness:
+        assert set(states) == {"tracking"}
+        assert np.hypot(*se2.between(base, base_in_map(session, base))[:2]) < 0.05
+        assert not said

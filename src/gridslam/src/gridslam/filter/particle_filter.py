@@ -28,6 +28,7 @@ from gridslam.parameters import SlamParameters
 from gridslam.scan import PlanarScan
 from gridslam.tracking.evidence import Evidence
 from gridslam.tracking.monitor import TrackingMonitor
+from gridslam.tracking.self_check import UNCERTAIN_FROM_M
 
 START_DEVIATION = (0.1, 0.1, 0.05)
 """m, m, rad: uncertainty of a starting pose on a given map."""
@@ -164,7 +165,8 @@ class ParticleFilter:
         matches, drawn = self._match(scan, beams, motion, prediction)
         best = int(np.argmax(particles.log_likelihoods + matches.log_likelihoods))
         matched_scan = MatchedScan(scan.stamp_s, beams, motion, prediction, matches)
-        self.evidence = evidence_of(matched_scan, maps, best, particles.weights(), parameters)
+        is_witness = not self.is_told_in_space
+        self.evidence = evidence_of(matched_scan, maps, best, particles.weights(), parameters, is_witness)
         if not self.tracking.accepts(self.evidence):
             motion.refuse(scan.stamp_s)
             return None
@@ -272,6 +274,17 @@ class ParticleFilter:
 
     def _now(self, poses: np.ndarray) -> np.ndarray:
         return poses.copy() if self._motion is None else se2.compose(poses, self._motion.step)
+
+    @property
+    def is_told_in_space(self) -> bool:
+        """Whether odometry in space knows the motion since the last scan, to less than `UNCERTAIN_FROM_M`.
+
+        Then level scans are no witness against it.
+        """
+        motion = self._motion
+        if motion is None or not self.odometry_in_space:
+            return False
+        return motion.is_as_told and bool(motion.told[:2].max() < UNCERTAIN_FROM_M)
 
     @property
     def has_own_map(self) -> bool:

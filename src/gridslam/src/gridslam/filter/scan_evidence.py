@@ -30,7 +30,12 @@ class MatchedScan(NamedTuple):
 
 
 def evidence_of(
-    scan: MatchedScan, maps: TileMaps, best: int, weights: np.ndarray, parameters: SlamParameters
+    scan: MatchedScan,
+    maps: TileMaps,
+    best: int,
+    weights: np.ndarray,
+    parameters: SlamParameters,
+    is_witness: bool = True,
 ) -> Evidence:
     """Return what a scan says.
 
@@ -40,6 +45,7 @@ def evidence_of(
         best: the particle whose path explains scans and odometry best, with this scan.
         weights: (particles,) before this scan.
         parameters: the filter's.
+        is_witness: see `Evidence`.
     """
     stamp_s, beams, motion, prediction, matches = scan
     poses = maps.to_metres(matches.poses)
@@ -57,4 +63,5 @@ def evidence_of(
         range_m,
         parameters.srt * parameters.linearUpdate * range_m,
         motion.distance_m - float(motion.tried[0]),
+        is_witness,
     )

@@ -65,7 +65,7 @@ class Supervisor:
         self, slam: GridSlam, scan: PlanarScan, base: np.ndarray, covariance: np.ndarray | None = None
     ) -> ScanUpdate | None:
         """Take in a scan with continuous odometry (3,) and its covariance; see `GridSlam.process`."""
-        if self._standstill.has_changed(scan, base):
+        if self._standstill.has_changed(scan, base) and not slam.is_told_in_space:
             self._say(
                 "The scans change while odometry stands still: odometry has failed, the vehicle was carried, "
                 "or something moves before the lidar."

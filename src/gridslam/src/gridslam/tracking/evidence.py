@@ -54,3 +54,6 @@ class Evidence:
     """How far odometry's error between two scans moves the ends of typical beams."""
     travelled_m: float = 0.0
     """By odometry, since the evidence before."""
+    is_witness: bool = True
+    """Whether the scan can tell that the pose is wrong. Beside an odometry in space that knows the way it
+    cannot: where the height passes the edge of an opening, a level scan sees other walls."""

@@ -87,7 +87,7 @@ class TrackingMonitor:
         self.contradictions = 0
         """Number of scans in a row that contradict the map."""
         self.smoothed_share = 1.0
-        """Share of comparable beams that agree, over the last scans."""
+        """Share of comparable beams that agree, over the last scans; 1 if the newest one was no witness."""
         self.scans_since_tracking = 0
         """Number of scans judged since the state was last tracking."""
         self.travelled_since_tracking_m = 0.0
@@ -122,10 +122,14 @@ class TrackingMonitor:
         is_mapped = evidence.agreement.compared(1.0) > 0.0
         if self.is_bridging and is_mapped and evidence.agreement.compared_share < BRIDGED_BY_MAP_SHARE:
             self.self_check = self.self_check.bridged()
-        contradicts = self._contradicts(evidence)
+        is_witness = evidence.is_witness or self._known_map or self.is_confirming
+        contradicts = is_witness and self._contradicts(evidence)
         self.contradictions = self.contradictions + 1 if contradicts else 0
-        if self._is_meaningful(evidence):
+        if not is_witness:
+            self.smoothed_share = 1.0
+        elif self._is_meaningful(evidence):
             self.smoothed_share += (1.0 - MEMORY) * (self.share_of(evidence) - self.smoothed_share)
+        if self._is_meaningful(evidence):
             self.agreed = 0 if contradicts else self.agreed + 1
             self.is_bridging &= self.agreed < BRIDGED_AFTER
         self._decide(evidence)
