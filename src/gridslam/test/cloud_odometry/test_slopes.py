@@ -12,7 +12,7 @@ from gridslam.cloud_odometry import CloudOdometry, CloudOdometryParameters
 from gridslam.cloud_odometry.plane_map import PlaneMap
 from gridslam.cloud_odometry.rotations import matrix_of
 
-BACK_AT_THE_START_S = 33.0
+BACK_AT_THE_START_S = 34.0
 
 
 @pytest.mark.parametrize("slope_deg", [4.0, 8.0, 20.0])
@@ -25,6 +25,36 @@ def test_the_height_holds_up_a_ramp_and_down_again(slope_deg):
     assert off_m.max() < 0.1
     assert off_m[-20:].max() < 0.05
     assert odometry.height.wrong_m == 0.0
+
+
+@pytest.mark.parametrize("pitch_rad", [-0.008, 0.008])
+def test_a_long_level_floor_is_no_slope_and_no_step_whatever_the_imu_and_the_map_drift_by(pitch_rad):
+    """A bias of the accelerometer leans the map by degrees: over 60 m it rises or sinks by 0.5 m."""
+    corridor = Corridor(0.0, length_m=66.0)
+    flown = fly(
+        CloudOdometry(),
+        corridor.back_s,
+        np.random.default_rng(1),
+        at=corridor.place_at,
+        seen_m=corridor.ranges_m,
+        pitch_told=lambda time_s: pitch_rad * min(max((time_s - 6.0) / 20.0, 0.0), 1.0),
+    )
+    assert max(place[0] for _, _, place in flown) > 59.0
+    assert np.abs(errors(flown)[:, 2]).max() < 0.05
+
+
+@pytest.mark.parametrize("slope_deg", [8.0, 20.0])
+def test_behind_a_ramp_the_height_is_told_as_uncertain_as_it_is_until_the_floor_of_before_is_back(slope_deg):
+    corridor, sigmas_m, off_m = Corridor(math.radians(slope_deg)), [], []
+    for seed in range(3):
+        rng = np.random.default_rng(seed)
+        flown = fly(CloudOdometry(), BACK_AT_THE_START_S, rng, at=corridor.place_at, seen_m=corridor.ranges_m)
+        sigmas_m.append([estimate.height_uncertain_m for _, estimate, _ in flown])
+        off_m.append(np.abs(errors(flown)[:, 2]))
+    on_top = int(10 * corridor.back_s)
+    assert (np.array(off_m)[:, 20:] < 3.0 * np.array(sigmas_m)[:, 20:]).mean() > 0.99
+    assert min(each[on_top] for each in sigmas_m) > 0.05
+    assert max(each[-1] for each in sigmas_m) < 0.03
 
 
 @pytest.mark.parametrize("slope_deg", [0.0, 8.0, 30.0])

@@ -80,6 +80,7 @@ class CloudOdometry(BodySensedOdometry):
         self._rates = np.zeros(3)
         """(3,) rad/s in the base frame, from the cloud before to the last one that matched."""
         self._covariance = FIRST_VARIANCE * np.eye(6)
+        self._map_covariance = np.zeros((6, 6))  # of the place where the map began, in `odom`
         self._keyframe: PoseInSpace | None = None
         self._untold = np.zeros((0, 3))
         self._lidar_m = np.zeros(3)
@@ -110,12 +111,14 @@ class CloudOdometry(BodySensedOdometry):
         in_base, self._lidar_m = self._in_base(points, lidar_in_base), np.array(lidar_in_base[0], float)
         before = self._pose
         predicted = self._predict(stamp_s, lean)
+        self._follow_slope(stamp_s, predicted)
         found = self._match(stamp_s, in_base, predicted, remarks)
         self._move(stamp_s, found, predicted)
         if found and lean and self._stamp_s is not None:
             self._level_map(lean, stamp_s - self._stamp_s)
-        self._follow_slope(stamp_s)
-        self._way_m += float(np.linalg.norm(self._pose.place - before.place))
+        step_m = float(np.linalg.norm(self._pose.place - before.place))
+        self._way_m += step_m
+        self.height.on_way(step_m)
         self._stamp_s = stamp_s
         if len(in_base) >= POINTS_MIN and self._is_keyframe_due(stamp_s, found):
             self._add_keyframe(stamp_s, in_base)
@@ -197,6 +200,7 @@ class CloudOdometry(BodySensedOdometry):
             if stamp_s - self._matched_s > LOST_S and len(in_base) >= POINTS_MIN:
                 self._say("No cloud has matched for 2 s; the map begins anew at the predicted place.")
                 self.planes = PlaneMap(self._p)
+                self._map_covariance += self._covariance
             return None
         self._covariance = np.linalg.inv(found.information + prior)
         rise_m = self._levelling.rise_m(found.pose.place)
@@ -245,13 +249,13 @@ class CloudOdometry(BodySensedOdometry):
                 )
         self._pose = pose
 
-    def _follow_slope(self, stamp_s: float) -> None:
-        """Tell whether the floor below slopes, by the map of planes. Where that has none, it is as before."""
+    def _follow_slope(self, stamp_s: float, pose: PoseInSpace) -> None:
+        """Tell whether the floor below a pose slopes, by the planes. Where none are, it is as before."""
         below_m = self._sensors.below_m
         if below_m is None or not self.height.is_known_at(stamp_s):
             return
-        here = self._pose.place
-        floor = here + self._pose.rotation @ below_m
+        here = pose.place
+        floor = here + pose.rotation @ below_m
         slope, is_sloping = self.planes.slope_at(floor, here), self.height.is_sloping
         if slope is not None:
             self._slope, self._slope_s = slope, stamp_s
@@ -259,7 +263,8 @@ class CloudOdometry(BodySensedOdometry):
         elif stamp_s - self._slope_s > SLOPE_UNKNOWN_S:
             is_sloping = False
         rise_m = float(self._slope @ (floor - self._floor)[:2])
-        self.height.on_slope(stamp_s, is_sloping, rise_m)
+        missed_m = float(np.linalg.norm(self._slope)) * self.planes.slopes_late_m
+        self.height.on_slope(stamp_s, is_sloping, rise_m, missed_m)
         self._floor = floor
 
     def _is_by_range(self, stamp_s: float) -> bool:
@@ -294,9 +299,9 @@ class CloudOdometry(BodySensedOdometry):
         covariance = 0.5 * (self._covariance + self._covariance.T)
         if self._keyframe is None and not self.height.is_known_at(stamp_s):
             covariance[2, 2] = max(covariance[2, 2], UNKNOWN_M2)  # the first range may put it elsewhere
-        drifted = covariance.copy()
+        drifted = covariance + self._map_covariance
         drifted[PLACE, PLACE] += self._p.drift**2 * self._way_m * np.eye(3)
-        drifted[2, 2] += self.height.wrong_m**2
+        drifted[2, 2] += self.height.floor_variance_m2 + self.height.wrong_m**2
         velocity_covariance = np.zeros((6, 6))
         velocity_covariance[PLACE, PLACE] = rotation.T @ self._velocity_covariance @ rotation
         velocity_covariance[TURN, TURN] = self._p.lean_noise_rad**2 * np.eye(3)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gridslam.cloud_odometry.kernels.planes import (
+    FLOOR_LEVEL,
     MOMENTS,
     OTHER_SIDE,
     PLANE,
@@ -26,7 +27,7 @@ class PlaneMap:
     """Voxels with planes, in the map's frame.
 
     Attributes:
-        keys: (m,) int64 and planes: (m, 8), see `kernels.planes`. levels_m: (4,) sides of the voxels.
+        keys: (m,) int64 and planes: (m, 9), see `kernels.planes`. levels_m: (4,) sides of the voxels.
         is_full: whether it takes no more voxels.
     """
 
@@ -47,6 +48,11 @@ class PlaneMap:
     def __len__(self) -> int:
         """Return the number of voxels, of all levels."""
         return self._voxels
+
+    @property
+    def slopes_late_m(self) -> float:
+        """How late a slope is told where it begins, m of way: half of the widest voxel that tells slopes."""
+        return 0.5 * float(self.levels_m[FLOOR_LEVEL])
 
     def slope_at(self, place: np.ndarray, eye: np.ndarray) -> np.ndarray | None:
         """Return (2,) the rise per metre along x and y of the floor at a place (3,), m; None: not known.
@@ -87,7 +93,15 @@ class PlaneMap:
         places = np.column_stack([((keys >> shift) & MASK) - HALF for shift in (40, 20, 0)])
         middles = (places + 0.5) * self.levels_m[levels][:, None]
         fit_planes(
-            slots, middles, levels, self.levels_m, self._p.flatness_m, origin, self._moments, self.planes
+            slots,
+            middles,
+            levels,
+            self.levels_m,
+            self._p.flatness_m,
+            self._p.points_per_reading,
+            origin,
+            self._moments,
+            self.planes,
         )
 
     def reserve(self, voxels: int) -> None:

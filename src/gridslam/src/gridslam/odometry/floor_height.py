@@ -33,9 +33,10 @@ CONFIRMED = 3
 LEVELS_MAX = 20
 BIAS_WALK, BIAS_FIRST = 0.02, 0.2
 """Of the accelerometer's bias: its walk, m/s2 in the root of a second, and its first uncertainty, m/s2."""
-MAP_SIGMA_M, MAP_TIME_S = 0.03, 5.0
-"""The map of the clouds is off by so much, and by another height after this time. So a cloud hardly tells the
-height, but that it has not changed."""
+MAP_FIRST_M, MAP_DRIFT_M = 0.03, 0.02
+"""The map of the clouds is off by the first at the start, m. The height that it tells walks by the second in
+the root of a metre of way, so clouds tell a climb in one place, and hardly one over a long way. In a level
+corridor of 100 m it was off by 0.3 to 0.7 m at the end."""
 EDGE_S = 1.0
 """So long after a reading of the range finder that was off by a step, clouds decide what it was."""
 CLOUD_SIGMA_M, EDGE_SIGMA_M = 0.2, 0.03
@@ -52,6 +53,9 @@ much, and so much a second, as above a floor of 45 degrees at this speed."""
 RISEN_OFF_M = 0.8
 """Over a slope the floor rises as the map's slope tells, along the way flown. A floor that is off by more is
 none of this slope, or the height is wrong. Rock on the floor of a mine is off by 0.6 m."""
+SAME_LEVEL_SIGMAS = 2.0
+"""A floor behind a slope that differs from one seen before by fewer standard deviations is that one. So a
+slope that the clouds tell by mistake adds nothing."""
 SILENT_S = 1.0
 """If the last reading that counted is older, the height is not known any more; the next one begins anew."""
 HELD_S = 0.05
@@ -67,7 +71,7 @@ class FloorHeight:
 
     def __init__(self, parameters: LidarOdometryParameters) -> None:
         self._p = parameters
-        first = np.diag((1.0, CLIMB_FIRST**2, BIAS_FIRST**2, 0.0, MAP_SIGMA_M**2))
+        first = np.diag((1.0, CLIMB_FIRST**2, BIAS_FIRST**2, 0.0, MAP_FIRST_M**2))
         self._alive = [Hypothesis(np.zeros(5), first)]
         self._levels = [Level(0.0, 0.0)]
         self._stamp_s: float | None = None
@@ -75,8 +79,7 @@ class FloorHeight:
         self._held_until_s = -math.inf
         self._range_m = self._range_s = math.nan  # the newest reading
         self._counted_s: float | None = None
-        self._told_s = -math.inf  # by clouds, while no reading counted
-        self._off_m = 0.0  # by which the newest height by clouds is off
+        self._told_m, self._told_s = math.nan, -math.inf  # the newest height by clouds
         self._edge_s = -math.inf  # time of the newest reading that was off by a step
         self._jump_s = -math.inf  # time of the newest jump of the height by clouds
         self.is_sloping = False  # the floor below
@@ -97,6 +100,11 @@ class FloorHeight:
     def floor_m(self) -> float:
         """Height of the floor below now over that of the start, m."""
         return float(self._alive[0].state[FLOOR])
+
+    @property
+    def floor_variance_m2(self) -> float:
+        """Variance of the height of the floor below, m2."""
+        return float(self._alive[0].covariance[FLOOR, FLOOR])
 
     @property
     def map_m(self) -> float:
@@ -195,7 +203,7 @@ class FloorHeight:
         if not self.is_known_at(stamp_s):
             best = replace(self._alive[0], log_chance=0.0)
             self._alive = [_at_rest(best, height_m - self.map_m, variance_m2)]
-            self._told_s = stamp_s
+            self._told_m, self._told_s = height_m, stamp_s
             return
         model = np.array((1.0, stamp_s - (self._stamp_s or stamp_s), 0.0, 0.0, 1.0))
         if self.is_sloping:
@@ -203,10 +211,11 @@ class FloorHeight:
             return
         is_at_edge = stamp_s - self._edge_s < EDGE_S
         variance_m2 += (EDGE_SIGMA_M if is_at_edge else CLOUD_SIGMA_M) ** 2
-        off_m = height_m - float(model @ self._alive[0].state)
-        if abs(off_m - self._off_m) > JUMP_M:
+        jump_m = height_m - self._told_m - (stamp_s - self._told_s) * float(self._alive[0].state[CLIMB])
+        self._told_m, self._told_s = height_m, stamp_s
+        if abs(jump_m) > JUMP_M:
             self._jump_s = stamp_s
-            self._alive = [each.with_other_map(off_m) for each in self._alive]
+            self._alive = [each.with_other_map(jump_m) for each in self._alive]
         may_shift = stamp_s - self._jump_s > JUMP_S
         self._alive = likeliest(
             [
@@ -217,12 +226,17 @@ class FloorHeight:
                 )
             ]
         )
-        self._off_m = height_m - float(model @ self._alive[0].state)
 
-    def on_slope(self, stamp_s: float, is_sloping: bool, rise_m: float = 0.0) -> None:
+    def on_way(self, way_m: float) -> None:
+        """Take the way that the clouds have told since the last time, m. Along it their map drifts."""
+        added = np.diag((0.0, 0.0, 0.0, 0.0, MAP_DRIFT_M**2 * way_m))
+        self._alive = [replace(each, covariance=each.covariance + added) for each in self._alive]
+
+    def on_slope(self, stamp_s: float, is_sloping: bool, rise_m: float = 0.0, missed_m: float = 0.0) -> None:
         """Take whether the floor below slopes from an instant on.
 
-        rise_m: by its slope, the floor below has risen by so much since the last time.
+        rise_m: by its slope, the floor below has risen by so much since the last time. missed_m: standard
+        deviation of what it has risen before a slope was told.
 
         Over a slope the range finder does not tell a climb from a floor that rises. So clouds alone tell the
         height, and what the map of the clouds is off by stays. Where the slope ends the floor is as high as
@@ -238,14 +252,23 @@ class FloorHeight:
             self._slope_begins_m, self._risen_m = float(best.state[FLOOR]), 0.0
             if not self._wrong_m:
                 self._levels_trusted = len(self._levels)
-        level = SLOPING if is_sloping else self._level_at(float(best.state[FLOOR]))
-        self._alive = [replace(best, log_chance=0.0, level=level, readings=0)]
-        self._off_m, self._jump_s = 0.0, -math.inf
+        self._told_m, self._jump_s = math.nan, -math.inf
+        best = replace(best, log_chance=0.0)
+        self._alive = [best.shifted(0.0, SLOPING, missed_m**2, 1.0) if is_sloping else self._on_level(best)]
 
-    def _level_at(self, floor_m: float) -> int:
-        """Return the index of the level at a height, or `NEW`."""
-        near = (i for i, seen in enumerate(self._levels) if abs(seen.height_m - floor_m) < SAME_LEVEL_M)
-        return next(near, NEW)
+    def _on_level(self, best: Hypothesis) -> Hypothesis:
+        """Return it over a level floor: one that was seen before, unless it is surely another one."""
+        best = replace(best, level=NEW, readings=0)
+        off, index = min((self._off_in_sigmas(best, seen), i) for i, seen in enumerate(self._levels))
+        if off > SAME_LEVEL_SIGMAS:
+            return best
+        seen = self._levels[index]
+        return best.over(index, seen.height_m, seen.variance_m2, 1.0)
+
+    def _off_in_sigmas(self, best: Hypothesis, seen: Level) -> float:
+        """Return how far the floor below is from one that was seen, in standard deviations."""
+        variance_m2 = float(best.covariance[FLOOR, FLOOR]) + seen.variance_m2 + SAME_LEVEL_M**2
+        return abs(seen.height_m - float(best.state[FLOOR])) / math.sqrt(variance_m2)
 
     def _begin(self, stamp_s: float, height_m: float, variance_m2: float) -> None:
         """Begin at a reading over the floor of before, as if at rest."""
@@ -291,8 +314,6 @@ class FloorHeight:
         model[HEIGHT, CLIMB], model[HEIGHT, BIAS], model[CLIMB, BIAS] = dt, -0.5 * dt * pull, -pull
         added[:2, :2] = ((q * dt**3 / 3.0, q * dt**2 / 2.0), (q * dt**2 / 2.0, q * dt))
         added[BIAS, BIAS] = BIAS_WALK**2 * dt
-        kept = 1.0 if self.is_sloping else math.exp(-dt / MAP_TIME_S)
-        model[MAP, MAP], added[MAP, MAP] = kept, MAP_SIGMA_M**2 * (1.0 - kept**2)
         push = np.array((0.5 * dt * dt * acceleration, dt * acceleration, 0.0, 0.0, 0.0))
         self._alive = [
             replace(

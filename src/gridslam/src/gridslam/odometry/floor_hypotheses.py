@@ -116,7 +116,7 @@ class Hypothesis:
                 if abs(seen.height_m - floor_m) < SAME_LEVEL_M:
                     off_m, level = off_m + seen.height_m - floor_m, index
                     break
-            meanings.append(self._shifted(off_m, level, variance_m2, STEP_CHANCE / (1 + len(levels))))
+            meanings.append(self.shifted(off_m, level, variance_m2, STEP_CHANCE / (1 + len(levels))))
             meanings[-1] = meanings[-1].measured(model, height_m, variance_m2)
         return meanings
 
@@ -135,7 +135,7 @@ class Hypothesis:
         covariance[FLOOR, FLOOR] = covariance[HEIGHT, HEIGHT] + variance_m2
         return replace(self, state=state, covariance=covariance, level=SLOPING, readings=0, has_counted=True)
 
-    def _shifted(self, off_m: float, level: int, variance_m2: float, chance: float) -> Hypothesis:
+    def shifted(self, off_m: float, level: int, variance_m2: float, chance: float) -> Hypothesis:
         """Return it with height and floor moved alike, so that the readings fit as before."""
         state, covariance = self.state.copy(), self.covariance.copy()
         state[[HEIGHT, FLOOR]] += off_m

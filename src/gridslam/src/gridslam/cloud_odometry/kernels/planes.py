@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from gridslam.cloud_odometry.kernels.table import EMPTY, key_of, slot_of
@@ -13,10 +15,11 @@ voxel's middle, and the number of points when the plane was fitted."""
 MOMENTS = 11
 GROWTH = 1.2
 """A plane is fitted anew when its voxel has so many times the points."""
-NORMAL, MIDDLE, IS_PLANE, FROM_BEHIND = 0, 3, 6, 7
-"""Columns of planes (m, 8): unit normal to the side from which it was seen, mean of the points in the map's
-frame, 1 if it is one, and how many more points that were seen from the other side lie on it than off it."""
-PLANE = 8
+NORMAL, MIDDLE, IS_PLANE, FROM_BEHIND, LEAN_SIGMA = 0, 3, 6, 7, 8
+"""Columns of planes (m, 9): unit normal to the side from which it was seen, mean of the points in the map's
+frame, 1 if it is one, how many more points that were seen from the other side lie on it than off it, and the
+standard deviation of its lean, rad."""
+PLANE = 9
 OTHER_SIDE = 4
 """Added to the level of a voxel, it names the record of what was seen there from behind the voxel's plane."""
 BEHIND_M, BEHIND_POINTS = 0.05, 5.0
@@ -29,6 +32,8 @@ FLOOR_NORMAL, FLOOR_REACH_M = 0.7, 0.15
 """A floor's normal is at least so steep: it may slope by 45 degrees. So near to it, a place is on it, m."""
 FLOOR_LEVEL = 2
 """The coarsest level whose planes tell a floor's slope: wide ones follow a bend too late."""
+SLOPE_SIGMAS = 2.0
+"""A plane that is less sure tells neither a slope nor that the floor is level."""
 SAME_SLOPE = 0.05
 """m per m: two levels that differ by less agree on a slope. A plane through few rings on floor and wall is
 one of its own level only."""
@@ -113,14 +118,15 @@ def fit_planes(
     levels: np.ndarray,
     levels_m: np.ndarray,
     flatness_m: float,
+    points_per_reading: float,
     origin: np.ndarray,
     moments: np.ndarray,
     planes: np.ndarray,
 ) -> None:
     """Fit the planes of voxels anew: the axis of least scatter of their points is the normal.
 
-    slots: (n,). middles: (n, 3) of the voxels, m. levels: (n,). origin: (3,) from which the newest points
-    were seen.
+    slots: (n,). middles: (n, 3) of the voxels, m. levels: (n,). points_per_reading: so many points err
+    together. origin: (3,) from which the newest points were seen.
     """
     scatter = np.empty((3, 3))
     for index in range(len(slots)):
@@ -143,6 +149,8 @@ def fit_planes(
             plane[MIDDLE + 1] = y + middles[index, 1]
             plane[MIDDLE + 2] = z + middles[index, 2]
             _orient(axes[:, 0].copy(), origin, was_plane, n, plane)
+            readings = max(n / points_per_reading, 1.0)
+            plane[LEAN_SIGMA] = math.sqrt(max(variances[0], 0.0) / (variances[1] * readings))
             plane[IS_PLANE] = 1.0
 
 
@@ -191,7 +199,10 @@ def _slope_in_level(
     planes: np.ndarray,
     slope: np.ndarray,
 ) -> bool:
-    """Set the slope (2,) of a level's plane on which a place (3,) lies; return whether there is one."""
+    """Set the slope (2,) of a level's plane on which a place (3,) lies; return whether there is one.
+
+    A plane tells none that leans by less than it is uncertain, or may lean by more than a level floor.
+    """
     side = levels_m[level]
     i, j, k = (
         int(np.floor(place[0] / side)),
@@ -205,7 +216,9 @@ def _slope_in_level(
     for axis in range(3):
         off_m += plane[NORMAL + axis] * (place[axis] - plane[MIDDLE + axis])
     slope[0], slope[1] = -plane[NORMAL] / plane[NORMAL + 2], -plane[NORMAL + 1] / plane[NORMAL + 2]
-    return abs(off_m) <= FLOOR_REACH_M
+    steep = np.hypot(slope[0], slope[1])
+    is_sure = max(steep, SAME_SLOPE) > SLOPE_SIGMAS * plane[LEAN_SIGMA]
+    return is_sure and abs(off_m) <= FLOOR_REACH_M
 
 
 @njit(cache=True)
