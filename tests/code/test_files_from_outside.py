@@ -72,12 +72,14 @@ LIMITS = {"ceiling": 9.0, "keep_out": [BOX], "keep_in": BOX}
 FINDING = {
     "id": 1, "kind": "rust", "position_m": PLACE, "normal": PLACE, "length_m": 1.0, "area_m2": 1.0,
     "photographs": ["1.jpg"], "status": "new", "remark": "a", "detail_mm": 1.0, "places_m": [PLACE],
+    "deviation_m": 0.1,
 }  # fmt: skip
 LEFT_OUT = {"photograph": "2.jpg", "why": "blurred"}
 PICTURE_MARK = {"kind": "rust", "box_px": [1, 2, 3, 4], "size_px": 5}
 FINDINGS = {
     "findings": [FINDING], "searched": ["1.jpg"], "left_out": [LEFT_OUT], "red": ["1.jpg"],
     "flawed": [LEFT_OUT], "without_pose": [{"photograph": "3.jpg", "marks": [PICTURE_MARK]}],
+    "rests_on": {"1.jpg": "0"},
 }  # fmt: skip
 MARKS = {
     "photograph": hashlib.sha256(b"").hexdigest(),
@@ -88,6 +90,7 @@ RECORD = {
     "stamp_s": 1.0, "position_m": PLACE, "orientation_xyzw": TURN, "exposure_s": 0.1, "iso": 1.0, "lux": 1.0,
     "blur_px": 0.1, "covariance": [0.0] * 36, "patches": [1], "view": 1, "shift_m": 0.0, "turn_rad": 0.0,
     "viewpoint": [0.0] * 5, "told_position_m": PLACE, "told_orientation_xyzw": TURN,
+    "source": "SLAM",
 }  # fmt: skip
 MARK = {
     "kind": "rust", "position_m": PLACE, "normal": PLACE, "along": PLACE, "length_m": 1.0, "width_m": 1.0,
@@ -97,7 +100,7 @@ EFFECTS = {each.name: 1 for each in dataclasses.fields(Effects)}
 DEFECTS = {"defects": [MARK], "coatings": {"shell": PLACE}, "effects": EFFECTS, "world": "a", "seed": 1}
 COVERAGE = {
     "surface": "a.dae", "counted": ["1.jpg"], "resolution_mm_per_px": 1.0, "incidence_deg": 60.0,
-    "mesh_m2": 1.0, "reachable_m2": 1.0, "share_of_reachable": 0.5, "record": "0",
+    "mesh_m2": 1.0, "reachable_m2": 1.0, "share_of_reachable": 0.5, "record": "0", "rests_on": {"1.jpg": "0"},
 }  # fmt: skip
 FLOWN = {
     "photographs": 3, "purpose": "a", "time_s": 1.0, "way_m": 1.0, "battery_start": 1.0, "battery_end": 0.5

@@ -78,7 +78,10 @@ def test_who_sets_a_parameter_hears_that_the_node_refuses_it(ros_master):
         done = ros_master.run(command, of, *words, timeout_s=200.0)
         return done.returncode, done.stdout
 
-    assert set_parameters("max_speed", "1.5", "gain", "1") == (0, "")
+    assert set_parameters("max_speed", "1.5", "gain", "1") == (
+        0,
+        "/position_controller uses max_speed = 1.5, gain = 1.\n",
+    )
     assert master.getParam("/position_controller/max_speed") == 1.5
     assert set_parameters("max_speed", "99") == (
         1,

@@ -119,5 +119,5 @@ def test_the_file_of_path_planner_is_read():
 
 
 def test_limits_that_make_no_sense_are_refused_as_a_parameter_is():
-    with pytest.raises(ParameterError, match=r"limits: .* no 'floor'"):
+    with pytest.raises(ParameterError, match=r"limits: .*'floor'"):
         limits_of({"floor": 1})

@@ -45,6 +45,9 @@ class TuningTest(unittest.TestCase):
         self.client.update_configuration(config)
 
     def answer(self, case):
+        self.stamps.next(
+            0.5
+        )  # a gap: the UAV may have been carried here meanwhile
         if case.before is not None:
             self.ask(case, case.before, np.zeros_like(case.unseen))
         return self.ask(case, case.ranges, case.unseen)

@@ -18,5 +18,5 @@ def test_the_page_shows_a_file_that_can_be_read(tmp_path):
 def test_a_file_that_makes_no_sense_is_refused_as_a_parameter_is(tmp_path):
     path = tmp_path / "limits.yaml"
     path.write_text("{floor: 1}")
-    with pytest.raises(ParameterError, match=r"limits\.yaml: .* no 'floor'"):
+    with pytest.raises(ParameterError, match=r"limits\.yaml, line 1: .*'floor'"):
         read_limits(path)

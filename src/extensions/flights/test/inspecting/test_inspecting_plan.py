@@ -115,7 +115,7 @@ def test_effects_that_make_no_sense_are_refused_before_a_flight(effects):
 def test_a_file_of_defects_that_makes_no_sense_is_refused_before_a_flight(tmp_path):
     path = tmp_path / "my.defects.yaml"
     path.write_text("defects: []\neffects: {rain: 1}\n")
-    with pytest.raises(PhotographError, match=r'my[.]defects[.]yaml: There is no effect "rain"'):
+    with pytest.raises(PhotographError, match=r"my[.]defects[.]yaml, line 2: .*'rain'"):
         read({**ASKED, "defects": str(path)}, 0.5)
     with pytest.raises(PhotographError, match=r"none[.]yaml"):
         read({**ASKED, "defects": str(tmp_path / "none.yaml")}, 0.5)

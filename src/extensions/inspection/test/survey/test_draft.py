@@ -116,11 +116,11 @@ def test_the_nearest_places_are_on_this_side_of_a_wall(drafted):
     ("line", "told"),
     [
         ("draft: yes\n", "mapping"),
-        ("draft: {seed: 1}\n", "search_s of draft"),
+        ("draft: {seed: 1}\n", "draft lacks the key 'search_s'"),
         ("draft: {seed: 1.5, search_s: 3}\n", "whole number"),
         ("draft: {seed: 1, search_s: 3, more: 1}\n", "unknown"),
         ("draft: {seed: 1, search_s: .nan}\n", "finite"),
-        ("draft: {seed: 1, search_s: 1.0e+9}\n", "0 to 86400 s"),
+        ("draft: {seed: 1, search_s: 1.0e+9}\n", "0 to 86400"),
     ],
 )
 def test_a_draft_that_makes_no_sense_is_refused_with_a_sentence(drafted, tmp_path, line, told):

@@ -12,7 +12,7 @@ WINDOW_S = 0.8
 """Velocity and places are compared over so long, in two halves. Only what holds in both counts. So one jump
 of the places, as when a map corrects them, is no contradiction.
 """
-PERIOD_S = 0.01
+PERIOD_S = 0.015
 """Odometry that comes more often is thinned to this."""
 LONGEST_GAP_S = 0.3
 """After a longer gap nobody knows the way between two velocities; the comparison begins anew."""
@@ -95,10 +95,12 @@ class VelocityCheck:
         if told != self._told:
             self.restart()
             self._told = self.reading = told
-        if not all(map(math.isfinite, (*place_m, *orientation_xyzw))):
+        time_s = 1e-9 * stamp_ns
+        is_early = self._instants and 0.0 <= time_s - self._instants[-1].time_s < PERIOD_S
+        if (is_early and self.reading == BODY) or not math.isfinite(sum(place_m) + sum(orientation_xyzw)):
             return told_m_s
         axes = _axes(orientation_xyzw)
-        if self._take(1e-9 * stamp_ns, place_m, _readings(told_m_s, axes)):
+        if not is_early and self._take(time_s, place_m, _readings(told_m_s, axes)):
             self._judge()
         if self.reading == BODY:
             return told_m_s
@@ -113,8 +115,6 @@ class VelocityCheck:
         if last is None or not 0.0 <= passed_s <= LONGEST_GAP_S:
             self._judged_s = time_s
             self._instants = deque((_Instant(time_s, place_m, velocities, ((0.0, 0.0, 0.0),) * PLACES),))
-            return False
-        if passed_s < PERIOD_S:
             return False
         half_s = 0.5 * passed_s
         ways = tuple(

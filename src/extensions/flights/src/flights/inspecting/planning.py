@@ -87,12 +87,11 @@ def on_map(asked: SurveyParameters, path: Path) -> SurveyParameters:
     """Return what is asked of a plan on a map of voxels, a .bt or .ot file.
 
     A plan without margin is for manholes. The rim of one fills voxels that it only touches, so the manhole of
-    the map is narrower than the true one. As the planner of the flight does, such a plan measures to the
-    middle of the voxels.
+    the map is narrower than the true one, by up to a voxel at each side. Such a plan counts that voxel as free.
     """
     if asked.margin > 0.0:
         return asked
-    return replace(asked, margin=asked.margin - read_octree(path).resolution_m / 2)
+    return replace(asked, margin=asked.margin - read_octree(path).resolution_m)
 
 
 def ship_file(request: InspectingRequest) -> Path | None:
