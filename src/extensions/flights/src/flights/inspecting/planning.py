@@ -87,7 +87,7 @@ def on_map(asked: SurveyParameters, path: Path) -> SurveyParameters:
     """Return what is asked of a plan on a map of voxels, a .bt or .ot file.
 
     A plan without margin is for manholes. The rim of one fills voxels that it only touches, so the manhole of
-    the map is narrower than the true one, by up to a voxel at each side. Such a plan counts that voxel as free.
+    the map is narrower than the true one, by up to a voxel at each side. Such a plan counts it as free.
     """
     if asked.margin > 0.0:
         return asked
