@@ -200,8 +200,14 @@ class PathPlannerTest(unittest.TestCase):
         self.ready.send(Bool(False))
         # When it gets a goal, then a sentence says why nothing flies
         self.send_pose(START)
-        self.goals.send(stamped(PoseStamped, GOAL))
-        self.warned.wait_for("The goal waits until the UAV hovers.")
+
+        def waits():
+            """Send the goal, again if it came before `ready`, which has another connection."""
+            self.goals.send(stamped(PoseStamped, GOAL))
+            rospy.rostime.wallsleep(0.2)
+            return self.warned.count("The goal waits until the UAV hovers.")
+
+        wait_until(waits, "the sentence")
         rospy.sleep(0.5)  # a mission that was sent before that may still be on its way
         sent = len(self.missions.messages)
         # When the near door closes, then there is another plan, but no mission
