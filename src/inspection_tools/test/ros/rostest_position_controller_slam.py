@@ -103,7 +103,7 @@ class SlamTest(unittest.TestCase):
 
         # When SLAM begins another map, then the setpoint is a place of the old one, and the UAV hovers
         maps = Input("map_id", String)
-        maps.send(String("one"))
+        maps.deliver(String("one"))
         maps.send(String("two"))
         warned.wait_for("another map")
         for _ in range(300):
