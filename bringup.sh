@@ -27,7 +27,8 @@ usage() {
   cat <<'TEXT'
 ./bringup.sh                                     fly Experiment 1 in the forest with CEPA's algorithm dynamic; print where the results are
 ./bringup.sh <launch file> [arg:=value ...]      start a launch file with its arguments (PACKAGE/FILE where two packages have one)
-./bringup.sh test [pytest arguments]             run every test, four at a time; arguments go to pytest (-n 0: one at a time)
+./bringup.sh test [pytest arguments]             run the tests, four at a time; arguments go to pytest (-n 0: one at a time)
+./bringup.sh test --all                          run the long flights and more examples of each property, too, as CI does
 ./bringup.sh test --changed [REF]                run the tests that changes since REF (main) can touch; say what is left out
 ./bringup.sh bench [name [arguments]]            run all benchmarks, or one (--help lists them; NAME --help prints its arguments)
 ./bringup.sh report [--quick] [--only NAME ...]  fly every experiment of the thesis; write our results beside the thesis's as HTML
@@ -66,7 +67,7 @@ absolute() {
   esac
 }
 
-# run_tests [--changed [REF]] [ARGUMENT ...]: runs all tests, or those that changes since REF can touch
+# run_tests [--changed [REF]] [ARGUMENT ...]: runs the tests, or those that changes since REF can touch
 run_tests() {
   local since=() chosen
   set_up --tests

@@ -35,16 +35,30 @@ sys.path += [*sorted(str(path) for path in ROOT.glob("src/**/src")), str(ROOT)]
 # Tests run beside each other. More threads in numpy would wait for each other, and they wait by computing.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# On a busy machine any example of hypothesis may be slow, which is no fault of what is tested.
-# Every run tries the same ones.
-settings.register_profile(
-    "any_machine", deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
-)
-settings.load_profile("any_machine")
+EXAMPLES, ALL_EXAMPLES = 20, 100
+"""Of each property; where one example is dear, the test itself names fewer."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add `--all`: what CI runs."""
+    words = f"also the tests marked `long`, and {ALL_EXAMPLES} examples of a property instead of {EXAMPLES}"
+    parser.addoption("--all", action="store_true", help=words)
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Mark all that this run starts, and let SIGTERM end it as Ctrl-C does."""
+    """Choose the examples; mark all that this run starts, and let SIGTERM end it as Ctrl-C does."""
+    if config.args_source is pytest.Config.ArgsSource.ARGS:  # who names a file or a test means all of it
+        config.option.all = True
+    # On a busy machine any example of hypothesis may be slow, which is no fault of what is tested.
+    # Every run tries the same ones.
+    settings.register_profile(
+        "any_machine",
+        max_examples=ALL_EXAMPLES if config.option.all else EXAMPLES,
+        deadline=None,
+        derandomize=True,
+        suppress_health_check=[HealthCheck.too_slow],
+    )
+    settings.load_profile("any_machine")
     if RUN_TOKEN not in os.environ:  # else this is a worker of the run
         os.environ[RUN_TOKEN] = config.stash[RUN] = uuid.uuid4().hex
         signal.signal(signal.SIGTERM, interrupt)
@@ -85,8 +99,12 @@ def pytest_collection() -> Iterator[None]:
     gc.enable()
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skip the tests marked `ros` where there is no ROS, and say so."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Skip the tests marked `ros` where there is no ROS, and say so; leave the long ones to `--all`."""
+    if not config.option.all:
+        left_out = [item for item in items if item.get_closest_marker("long")]
+        items[:] = [item for item in items if not item.get_closest_marker("long")]
+        config.hook.pytest_deselected(items=left_out)
     reason = why_no_ros()
     for item in items:
         if reason and item.get_closest_marker("ros"):

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cepa import AttitudeError, CepaParameters, Improved, LaserScan2D, LidarAttitude, ParameterError, levelled
@@ -141,7 +141,6 @@ def test_on_the_ground_nothing_is_taken_for_floor():
 angles_of_lean = st.floats(-0.6, 0.6)
 
 
-@settings(max_examples=150, deadline=None)
 @given(
     st.integers(0, 2**32 - 1),
     st.tuples(angles_of_lean, angles_of_lean, st.floats(-math.pi, math.pi)),

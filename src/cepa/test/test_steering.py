@@ -88,7 +88,6 @@ def test_across_the_seam_no_beam_is_forbidden_twice():
     assert _across_the_seam.py_func(7, 7, 7, 0.4, reach, 0.5) == (7, 14)
 
 
-@settings(max_examples=60, deadline=None)
 @given(recipes(), velocities, parameter_sets)
 def test_original_equals_brute_force(recipe, v_ref, parameters):
     scan = recipe.scan()

@@ -6,7 +6,7 @@ import gc
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gridslam import StateError, se2
@@ -16,7 +16,6 @@ PARTICLES = 3
 parents = st.lists(st.integers(0, PARTICLES - 1), min_size=PARTICLES, max_size=PARTICLES).map(np.array)
 
 
-@settings(max_examples=50)
 @given(st.lists(parents, min_size=1, max_size=30))
 def test_paths_equal_plain_copies(history):
     tree, copies, rng = TrajectoryTree(PARTICLES), [[] for _ in range(PARTICLES)], np.random.default_rng(0)

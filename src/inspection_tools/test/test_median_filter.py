@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from flight_basics.errors import ParameterError, ScanError
@@ -60,7 +60,6 @@ readings = st.one_of(
 )
 
 
-@settings(max_examples=150, deadline=None)
 @given(
     data=st.data(), window=st.sampled_from([1, 3, 5, 7, 15, 31]), scans=st.integers(1, 4), wraps=st.booleans()
 )
@@ -101,7 +100,6 @@ def test_readings_outside_the_limits_take_rep_117s_names():
     np.testing.assert_array_equal(result, np.array([INF, -INF, NAN, NAN, RANGE_MIN, RANGE_MAX], np.float32))
 
 
-@settings(max_examples=200, deadline=None)
 @given(window=st.sampled_from([1, 3, 5, 7, 9]), width=st.integers(1, 12), start=st.integers(5, 15))
 def test_an_obstacle_keeps_its_full_width_or_vanishes(window, width, start):
     """k beams survive exactly when k > window / 2: the promise that the parameters' docstring makes."""
@@ -205,7 +203,6 @@ def test_refuses_parameters_that_make_no_sense(parameters, complaint):
         MedianFilterParameters(**parameters)
 
 
-@settings(max_examples=100, deadline=None)
 @given(data=st.data(), wraps=st.booleans())
 def test_a_scan_without_dropouts_is_filtered_as_any_other(data, wraps):
     some = st.one_of(st.sampled_from([INF, -INF, 0.25, 9.0]), st.integers(2, 32).map(lambda n: n / 4.0))

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from flight_basics.errors import ParameterError, ScanError
@@ -63,7 +63,6 @@ def test_all_six_lidars(name, sign):
     assert sign * padded.angle_max_rad < math.pi + 1e-3 * step
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     turn=st.integers(4, 400),
     beams=st.integers(1, 400),

@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from flight_basics.bounds import MAX_TIME_STEP_S
@@ -49,7 +49,6 @@ def test_speed_rises_cruises_and_brakes_as_closed_form_says():
     assert reached_s == pytest.approx(expected_s, abs=0.05)
 
 
-@settings(max_examples=30, deadline=None)
 @given(
     distance=st.floats(0.01, 30.0),
     bearing=st.floats(-math.pi, math.pi),

@@ -229,7 +229,7 @@ def test_parameters_of_clouds_that_make_no_sense_are_refused(change, word):
         replace(CepaParameters(), **change)
 
 
-@settings(max_examples=3, deadline=None)
+@settings(max_examples=3)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_no_flight_among_boxes_drawn_at_random_touches_one(seed):
     rng = np.random.default_rng(seed)
@@ -260,7 +260,6 @@ def first_fault(path, around, keep):
     return None
 
 
-@settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_no_admissible_path_leads_too_near_or_into_what_was_not_seen(seed):
     rng = np.random.default_rng(seed)

@@ -28,7 +28,6 @@ def turned(rng):
     return q * np.sign(np.linalg.det(q))
 
 
-@settings(max_examples=30, deadline=None)
 @given(seed=seeds, count=st.integers(0, 40))
 def test_each_layer_knows_the_distance_to_what_is_at_its_height(seed, count):
     rng = np.random.default_rng(seed)
@@ -50,7 +49,6 @@ def test_each_layer_knows_the_distance_to_what_is_at_its_height(seed, count):
             assert np.all(sign * (distances - true) <= rounding_m + 1e-6)
 
 
-@settings(max_examples=30, deadline=None)
 @given(seed=seeds, risen=st.sampled_from([-2, -1, 1, 2]))
 def test_a_layer_stays_as_it_is_when_the_uav_climbs_into_the_next(seed, risen):
     rng = np.random.default_rng(seed)
@@ -92,7 +90,6 @@ def test_each_layer_is_the_same_to_the_last_bit_as_obstacle_by_obstacle(far_m, i
             np.testing.assert_array_equal(distances, expected)
 
 
-@settings(max_examples=30, deadline=None)
 @given(seed=seeds)
 def test_a_column_is_as_open_as_its_best_layer(seed):
     rng = np.random.default_rng(seed)
@@ -106,7 +103,6 @@ def test_a_column_is_as_open_as_its_best_layer(seed):
     np.testing.assert_allclose(slowness, cost.min(axis=0))
 
 
-@settings(max_examples=30, deadline=None)
 @given(seed=seeds, number=st.sampled_from([60, 600]))
 def test_the_picture_of_a_cloud_holds_the_least_distance_in_each_direction(seed, number):
     rng = np.random.default_rng(seed)
@@ -143,7 +139,7 @@ def test_an_empty_direction_is_free_within_the_field_of_view_alone():
     np.testing.assert_array_equal(free, expected)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=seeds)
 def test_the_field_of_view_of_a_lidar_that_leans_ends_where_its_angles_end(seed):
     rng = np.random.default_rng(seed)
@@ -189,7 +185,7 @@ def stamped(stamps, since_s):
     return {(i, j, k) for i, j, k in CELLS if stamps[i % n, j % n, k % levels] >= since_s}
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(seed=seeds)
 def test_cells_are_seen_up_to_what_stands_in_their_direction(seed):
     rng = np.random.default_rng(seed)
@@ -205,7 +201,7 @@ def test_cells_are_seen_up_to_what_stands_in_their_direction(seed):
         before |= seen
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(seed=seeds)
 def test_a_layer_is_unseen_where_the_body_meets_an_unseen_cell(seed):
     rng = np.random.default_rng(seed)
@@ -271,7 +267,7 @@ class PlainMemory:
         return np.array(sorted(tuple(entry[0] - origin) for entry in self.cells.values())).reshape(-1, 3)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=seeds)
 def test_remembered_points_are_those_of_a_plain_dictionary(seed):
     rng = np.random.default_rng(seed)

@@ -51,7 +51,7 @@ def is_at_body(z):
     return BODY.middle - BODY.below - 0.5 * HEIGHT_M < z < BODY.middle + BODY.above + 0.5 * HEIGHT_M
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(seed=seeds)
 def test_beams_show_the_bodys_heights_and_their_own_plane(seed):
     rng = np.random.default_rng(seed)
@@ -68,7 +68,7 @@ def test_beams_show_the_bodys_heights_and_their_own_plane(seed):
         assert (cells.stamps[index] == NOW_S) == (is_passed and (is_at_body(z) or is_in_plane))
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(seed=seeds, range_m=st.sampled_from([0.5, 0.8, math.inf, math.nan]))
 def test_a_range_shows_what_is_beside_the_body_along_its_beam(seed, range_m):
     rng = np.random.default_rng(seed)
@@ -115,7 +115,7 @@ def test_its_own_place_is_what_would_be_seen_if_all_around_the_body_were(seed):
     assert (found == BY_REACH).any()
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(seed=seeds)
 def test_where_nobody_has_looked_the_plane_counts_at_all_heights(seed):
     rng = np.random.default_rng(seed)
@@ -131,7 +131,7 @@ def test_where_nobody_has_looked_the_plane_counts_at_all_heights(seed):
     np.testing.assert_array_equal(field, expected)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=seeds)
 def test_what_is_outside_of_a_disc_stays_in_its_order(seed):
     points = np.random.default_rng(seed).uniform(-2.0, 2.0, (50, 3))

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from puck_in_a_room import DOWN, LEVEL, LIMITS_M, cloud, errors, fly, heading, place_at, yaw_at
 
@@ -237,7 +237,6 @@ def test_a_range_beyond_the_limits_does_not_count():
     assert not o.height.is_known_at(0.0)
 
 
-@settings(max_examples=30, deadline=None)
 @given(
     st.sampled_from(["voxel_m", "agreement_min", "points_max", "first_reach_m", "drift"]),
     st.sampled_from([0, -1.0, math.nan, math.inf, "1", True]),

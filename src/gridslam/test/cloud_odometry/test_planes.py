@@ -18,7 +18,6 @@ MIDDLE_M = np.array((0.0, 0.0, 0.5))
 """A place over the floor and under the slope of `patches`."""
 
 
-@settings(max_examples=50, deadline=None)
 @given(st.lists(PLACES, min_size=2, max_size=50, unique=True))
 def test_every_voxel_has_a_key_and_a_slot_of_its_own(places):
     keys, slots = np.full(64, EMPTY, dtype=np.int64), {}
@@ -32,7 +31,6 @@ def test_every_voxel_has_a_key_and_a_slot_of_its_own(places):
     assert len(set(slots.values())) == len(places)
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 2**32), st.integers(0, 300))
 def test_thinned_keeps_the_first_point_of_each_cube(seed, number):
     points = np.random.default_rng(seed).uniform(-1.0, 1.0, (number, 3))
@@ -153,7 +151,7 @@ def test_normal_equations_are_those_of_numpy():
     np.testing.assert_allclose(our_pull, pull, rtol=1e-6, atol=1e-6)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 2**32))
 def test_a_match_finds_the_pose_from_nearby(seed):
     """Moved by up to 0.15 m and turned by up to 3 degrees, with a prediction that is hardly trusted."""

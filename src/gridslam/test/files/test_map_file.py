@@ -9,7 +9,7 @@ import zlib
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from PIL import Image
@@ -61,7 +61,6 @@ def test_the_yaml_file_is_map_servers(tmp_path):
     }
 
 
-@settings(max_examples=25)
 @given(
     arrays(np.int8, st.tuples(st.integers(1, 9), st.integers(1, 9)), elements=st.sampled_from([-1, 0, 100]))
 )

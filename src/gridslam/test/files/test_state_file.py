@@ -9,7 +9,7 @@ import math
 import numpy as np
 import pytest
 import rooms
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gridslam import GridSlam, StateError
@@ -129,7 +129,6 @@ def test_a_state_with_pickled_objects_is_refused(saved_file, tmp_path):
         read(tmp_path / "pickled.npz")
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.data())
 def test_no_damaged_byte_of_a_state_gets_further_than_a_sentence(saved_file, tmp_path_factory, data):
     content = bytearray(saved_file.read_bytes())

@@ -7,7 +7,7 @@ import threading
 import numpy as np
 import planar_world
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gridslam import SlamParameters
@@ -16,7 +16,6 @@ from gridslam.filter.grid_slam import GridSlam
 from gridslam.filter.workers import FreeCores, Usage, Workers, cores, usage
 
 
-@settings(max_examples=40)
 @given(st.integers(1, 40), st.integers(1, 6))
 def test_every_particle_is_computed_once(particles, threads):
     times = np.zeros(particles, int)

@@ -27,7 +27,6 @@ def assert_same(poses, expected):
     np.testing.assert_allclose(difference, 0.0, atol=1e-9)
 
 
-@settings(max_examples=40)
 @given(poses, st.lists(steps, min_size=1, max_size=8))
 def test_odometry_that_does_not_jump_passes(start, moves):
     readings = [start]
@@ -39,7 +38,6 @@ def test_odometry_that_does_not_jump_passes(start, moves):
     assert_same(odometry.odom_in_continuous, np.zeros(3))
 
 
-@settings(max_examples=40)
 @given(poses, poses, steps)
 def test_a_reset_is_no_motion_and_later_motion_counts(before, after, move):
     x, y, yaw = se2.between(before, after)
@@ -158,7 +156,6 @@ def test_a_way_home_without_readings_is_no_jump_after_a_slow_one():
     assert_same(found[-1], readings[-1][1])
 
 
-@settings(max_examples=40)
 @given(poses, poses, steps)
 def test_a_restored_state_goes_on_as_if_nothing_had_been(before, after, move):
     *_, odometry = followed([(1.0, before), (1.025, after)])

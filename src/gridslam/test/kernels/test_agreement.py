@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from plain_maps import SIZE, plain_of
 
@@ -57,7 +57,6 @@ def plainly(plain, pose, lidar_xy, ends_xy):
     return tuple(counts)
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0), st.floats(-3.0, 3.0)),
     st.integers(0, 1000),

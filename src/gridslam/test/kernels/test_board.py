@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gridslam.kernels.board import count_beam, count_in_tile
@@ -14,7 +14,6 @@ inside = st.floats(1.0, TILES * SIDE - 1.001)
 point = st.tuples(inside, inside)
 
 
-@settings(max_examples=300, deadline=None)
 @given(point, point)
 def test_a_beam_counts_in_one_tile_what_it_counts_there_on_the_board(lidar, end):
     lidar, end = np.array(lidar), np.array(end)
@@ -28,7 +27,6 @@ def test_a_beam_counts_in_one_tile_what_it_counts_there_on_the_board(lidar, end)
     assert not passed.any()
 
 
-@settings(max_examples=100, deadline=None)
 @given(point, point, st.lists(st.integers(0, TILES**2 - 1)))
 def test_tiles_that_are_not_wanted_are_left_out_and_named(lidar, end, wanted):
     lidar, end = np.array(lidar), np.array(end)

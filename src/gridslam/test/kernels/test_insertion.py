@@ -28,7 +28,6 @@ def enter(maps: TileMaps, lidar, ends, hits) -> None:
     maps.insert_at(np.zeros((1, 3)), np.vstack((lidar, ends)), hits)
 
 
-@settings(max_examples=60, deadline=None)
 @given(points, st.lists(st.tuples(points, st.booleans()), min_size=1, max_size=20))
 def test_insertion_equals_the_reference(lidar, beams):
     lidar, ends = np.array(lidar), np.array([end for end, _ in beams])
@@ -43,7 +42,6 @@ def test_insertion_equals_the_reference(lidar, beams):
     np.testing.assert_allclose(seen.means, plain.means, atol=1e-4)
 
 
-@settings(max_examples=60, deadline=None)
 @given(points, st.lists(st.tuples(points, st.booleans()), min_size=1, max_size=10))
 def test_only_tiles_that_are_written_are_taken(lidar, beams):
     lidar, ends = np.array(lidar), np.array([end for end, _ in beams])
@@ -99,7 +97,7 @@ def test_counts_are_halved_before_they_overflow():
         assert (seen.hits[4, 9], seen.visits[4, 9]) == (expected, (COUNT_MAX + len(hits)) // 2)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     points,
     st.integers(200, 1500),

@@ -77,7 +77,6 @@ def points_near(grid, pose, kernel: int = 1) -> tuple[NearestPoints, int]:
     return nearby, nearest.find_points(*pose, BEAMS, grid, kernel, nearby)
 
 
-@settings(max_examples=25, deadline=None)
 @given(pose_near, st.integers(1, 3))
 def test_score_and_likelihood_equal_the_reference(room, shift, kernel):
     grid, plain = room
@@ -92,7 +91,7 @@ def test_score_and_likelihood_equal_the_reference(room, shift, kernel):
     assert likelihood == pytest.approx(expected, rel=1e-6)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.floats(-100.0, 200.0), st.floats(-100.0, 200.0), st.floats(-4.0, 4.0))
 def test_beams_that_leave_the_map_count_for_nothing(room, x, y, yaw):
     grid, plain = room
@@ -107,7 +106,7 @@ def test_a_score_that_cannot_be_beaten_is_not_completed(room):
     assert nearest.score(*HOME, BEAMS, 1, grid, 1, SIGMA, len(BEAMS) - 1e-9) < whole
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(pose_near)
 def test_normal_equations_equal_the_reference(room, shift):
     grid, plain = room

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 
 import numpy as np
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from gridslam.kernels.nearest import NearestPoints
@@ -58,7 +58,6 @@ def nearest(cells: dict, point: np.ndarray, normal: np.ndarray, reach: float):
     return facing[0][1] if facing and distances[0] < reach else None
 
 
-@settings(max_examples=80, deadline=None)
 @given(surfaces, surfaces, st.floats(-3.0, 3.0), st.floats(-0.1, 0.1))
 def test_the_nearest_surface_is_that_of_a_plain_search(mapped, seen, yaw, x):
     table, points, scan = empty(), rows(mapped), rows(seen)
@@ -84,7 +83,6 @@ def test_the_nearest_surface_is_that_of_a_plain_search(mapped, seen, yaw, x):
             np.testing.assert_allclose(turn @ beams[i, 4:6], expected[i][2:] / length, atol=1e-9)
 
 
-@settings(max_examples=40, deadline=None)
 @given(surfaces, surfaces)
 def test_what_is_taken_out_leaves_no_trace(kept, gone):
     table, only = empty(), empty()
@@ -97,7 +95,6 @@ def test_what_is_taken_out_leaves_no_trace(kept, gone):
         np.testing.assert_allclose(sums, held(only)[cell], atol=1e-9)
 
 
-@settings(max_examples=40, deadline=None)
 @given(
     st.lists(st.tuples(st.integers(-(10**6), 10**6), st.integers(-(10**6), 10**6)), min_size=1, max_size=40)
 )

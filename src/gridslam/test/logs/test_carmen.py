@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gridslam.logs.carmen import (
@@ -75,7 +75,6 @@ def test_range_max_may_be_given(tmp_path):
     assert other.range_max_m == 2.0
 
 
-@settings(max_examples=40)
 @given(st.floats(0.0, 2e9).map(lambda value: round(value, 6)), ranges, poses, poses, st.booleans())
 def test_what_is_written_is_read_back(tmp_path_factory, stamp_s, ranges_m, robot, lidar, conventional):
     angles = flaser_angles(len(ranges_m)) if conventional else (-0.123456, 0.012345)

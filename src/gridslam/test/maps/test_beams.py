@@ -7,7 +7,7 @@ import math
 import numpy as np
 import plain_filter as reference
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from gridslam.kernels.surfaces import line_normals, surface_normals, thin_out
@@ -57,7 +57,6 @@ def test_lskip_leaves_beams_out_of_matching_only():
     assert (len(beams.ends), len(beams.matching)) == (31, 11)
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.integers(0, 200), st.integers(0, 10_000), st.booleans())
 def test_thinning_averages_runs_of_neighbours(count, seed, dense):
     rng = np.random.default_rng(seed)
@@ -110,7 +109,6 @@ def normals_of(points):
     return normals, flat
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.floats(-math.pi, math.pi), st.floats(10.0, 100.0), st.integers(0, 1000))
 def test_normals_of_a_wall_are_those_of_a_line_fit(direction, distance, seed):
     # given a wall at a distance, its points a cell apart, with a little noise
@@ -127,7 +125,6 @@ def test_normals_of_a_wall_are_those_of_a_line_fit(direction, distance, seed):
     assert abs(normals[8] @ expected) == pytest.approx(1.0, abs=1e-9)
 
 
-@settings(max_examples=30, deadline=None)
 @given(st.integers(0, 1000))
 def test_normals_of_a_local_map_are_those_of_line_fits(seed):
     rng = np.random.default_rng(seed)

@@ -83,7 +83,6 @@ def check_maps(maps: TileMaps, copies: PlainCopies) -> None:
             assert getattr(seen, name).sum() == whole.sum()
 
 
-@settings(max_examples=25, deadline=None)
 @given(st.lists(st.one_of(write, resampling), min_size=1, max_size=8))
 def test_shared_tiles_equal_plain_copies(actions):
     maps, copies = TileMaps(PARTICLES, DELTA), PlainCopies()
@@ -105,7 +104,6 @@ draw = st.tuples(st.just("draw"), st.integers(0, PARTICLES - 1))
 look = st.tuples(st.just("look"), st.integers(0, PARTICLES - 1), st.integers(0, 99))
 
 
-@settings(max_examples=60, deadline=None)
 @given(st.lists(st.one_of(write, resampling, draw, look), min_size=1, max_size=16), st.integers(1, 4))
 def test_maps_whose_free_space_waits_equal_plain_copies(actions, scans):
     maps, copies = TileMaps(PARTICLES, DELTA), PlainCopies()
@@ -136,7 +134,7 @@ def test_maps_whose_free_space_waits_equal_plain_copies(actions, scans):
         check_maps(maps, copies)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(300, 700), st.integers(0, 2**32 - 1))
 def test_free_space_that_waits_is_halved_as_if_it_had_not_waited(count, seed):
     """Counts that overflow are halved, and beams that are many are counted in lots: the order matters."""

@@ -52,7 +52,7 @@ def test_it_follows_the_height_over_flat_ground(height_at, bias):
 
 
 @given(st.floats(0.3, 1.0), st.floats(0.3, 3.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_a_box_below_is_no_climb(box_m, width_s):
     rows, floor = fly(climb, lambda t: box_m if 4.0 <= t < 4.0 + width_s else 0.0, 9.0)
     late = rows[rows[:, 0] > 3.0]
@@ -223,7 +223,6 @@ def test_without_readings_the_height_is_not_known():
 
 
 @given(st.floats(0.01, 0.3), st.floats(0.0, 0.9), st.floats(-3.0, 3.0))
-@settings(max_examples=40, deadline=None)
 def test_the_variance_after_an_imu_pause_is_that_of_the_filters_steps(late_s, pause_s, up):
     # Given a flight in which the range finder comes some time after the IMU
     floor = FloorHeight(LidarOdometryParameters())

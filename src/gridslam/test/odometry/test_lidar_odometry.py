@@ -150,7 +150,7 @@ def test_the_errors_are_as_great_as_the_covariance_says():
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-50.0, 50.0), st.floats(-50.0, 50.0))
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 def test_where_odom_begins_changes_nothing_but_the_frame(yaw, x, y):
     start = np.array((x, y, yaw))
     plain = fly(LidarOdometry(start=circle(0.0)), ROOM, circle, 0.5)[-1]

@@ -212,7 +212,7 @@ IN_TIME = heights(70 * [0.0])
 
 
 @given(st.lists(st.sampled_from((0.0, 0.001, 0.03, 0.1)), min_size=70, max_size=70))
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 def test_the_order_of_arrival_changes_nothing(delays_s):
     assert heights(delays_s) == IN_TIME
 

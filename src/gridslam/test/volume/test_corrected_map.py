@@ -31,7 +31,7 @@ places = st.lists(
 shifts = st.lists(st.one_of(st.just((0.0, 0.0, 0.0)), st.tuples(small, small, small)), min_size=7, max_size=7)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(places, shifts)
 def test_a_rebuilt_map_equals_a_fresh_one_and_octomaps(path, moves):
     corrected = flown(path)

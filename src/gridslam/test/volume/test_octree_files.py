@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from plain_volume import body_of, filled, leaves_of_binary, leaves_of_full
 from room_clouds import puck_in_hold
@@ -45,7 +45,6 @@ def kinds(values):
     return np.where(np.isnan(values), values, (values >= 0.0).astype(np.float32))
 
 
-@settings(max_examples=60, deadline=None)
 @given(clouds)
 def test_streams_read_by_a_slow_reader_hold_the_maps_voxels(given_clouds):
     voxel_map = mapped(given_clouds)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from flown_volumes import PARAMETERS, assert_equal, cloud_at, flown
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hypothesis_numpy
 from room_clouds import puck_directions, ranges_in_hold
@@ -20,7 +20,6 @@ whole_points = hypothesis_numpy.arrays(
 )
 
 
-@settings(max_examples=200, deadline=None)
 @given(whole_points, st.sampled_from([0.05, 0.1, 0.3]))
 def test_a_kept_cloud_returns_its_rounded_points(whole, resolution_m):
     """Also when neighbours are as far apart as can be, so that their differences overflow."""

@@ -40,7 +40,7 @@ def kinds(values):
     return np.where(np.isnan(values), UNKNOWN, np.where(values >= 0.0, OCCUPIED, FREE))
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(clouds)
 def test_layers_kept_up_to_date_equal_dense_ones(given_clouds):
     """Also after each cloud, and after a correction, not only when all is computed at once."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from plain_volume import PlainVolume, body_of, dense, filled, leaves_of_full
 from room_clouds import puck_in_hold
@@ -40,7 +40,6 @@ def oracle_of(clouds, max_range=-1.0):
     return tree
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.lists(cloud, min_size=1, max_size=4), st.sampled_from([-1.0, 1.5]))
 @example([((0.0, 0.0, 0.0), [(1.0, 1.0, 1.0), (1.0, 1.0, 0.0), (-1.0, 1.0, -1.0)])], -1.0)
 @example([((0.05, 0.05, 0.05), [(1.0, 0.05, 0.05)])] * 3, -1.0)
@@ -53,7 +52,6 @@ def test_voxels_equal_those_of_octomaps_rules_written_slowly(clouds, max_range):
     np.testing.assert_array_equal(voxel_map.values(box), dense(plain.voxels, box))
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.tuples(point, st.lists(point, min_size=LANES, max_size=3 * LANES)), st.integers(1, 7))
 def test_voxels_of_many_rays_equal_octomaps_also_where_they_are_surely_free(cloud, times):
     """Rays are followed side by side; five misses give a voxel the least log-odds."""
@@ -81,7 +79,6 @@ def assert_sure_rows_are_true(voxel_map):
     return np.count_nonzero(bits)
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.lists(cloud, min_size=1, max_size=4), st.sampled_from([-1.0, 1.5]))
 def test_voxels_equal_octomaps(clouds, max_range):
     tree, voxel_map = oracle_of(clouds, max_range), mapped(clouds, max_range_m=max_range)

@@ -1,6 +1,6 @@
 """Which reference and which odometry belong to a scan."""
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from stamp_pairing.pairing import StampPairing
@@ -180,7 +180,6 @@ events = st.lists(
 )
 
 
-@settings(max_examples=100, deadline=None)
 @given(events)
 def test_whatever_comes_in_whatever_order_each_scan_is_answered_once_and_none_waits_for_ever(stream):
     p, offered, answered = pairing(), [], []
@@ -194,7 +193,6 @@ def test_whatever_comes_in_whatever_order_each_scan_is_answered_once_and_none_wa
         assert [pair.leader.value for pair in answered] == offered[: len(answered)]
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.randoms(use_true_random=False), st.integers(2, 12))
 def test_sources_that_share_stamps_are_never_missed_however_the_messages_race(random, instants):
     p, answered = pairing(), []
@@ -234,7 +232,6 @@ def test_a_slow_source_that_fails_holds_up_one_scan():
 # -- recordings: nothing is lacking, nothing is urgent ----------------------------------------------------
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.data())
 def test_a_patient_pairing_answers_alike_in_whatever_order_the_connections_are_read(data):
     """Each topic in its own order, but one topic may be read seconds ahead of another."""

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from flight_basics.errors import ParameterError, VelocityError
@@ -39,7 +39,6 @@ def test_turns_at_the_limit_and_then_exponentially():
     assert yaws[-1] == pytest.approx(-left * (1.0 - 1.5 * STEP_S) ** (240 - saturated_steps), rel=1e-9)
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     yaw=st.floats(-math.pi, math.pi),
     direction=st.floats(-math.pi, math.pi),

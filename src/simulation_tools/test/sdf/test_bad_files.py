@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simulation_tools.sdf import parser
@@ -237,7 +237,6 @@ def test_files_that_include_more_and_more_files_are_refused(tmp_path, monkeypatc
         load_model("model://m0", [tmp_path])
 
 
-@settings(max_examples=150, deadline=None)
 @given(st.data())
 def test_whatever_is_broken_in_a_file_the_answer_is_a_model_or_one_sentence(data):
     # Given a good file, of which one piece is replaced by something else

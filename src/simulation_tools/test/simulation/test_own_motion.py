@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simulation_tools.geometry import Pose, rotate_inverse
@@ -14,7 +14,6 @@ numbers = st.floats(-20.0, 20.0)
 vectors = st.tuples(numbers, numbers, numbers)
 
 
-@settings(max_examples=50, deadline=None)
 @given(vectors, vectors, vectors, vectors, st.sampled_from([0.001, 0.004, 0.008]))
 def test_it_is_the_motion_in_the_world_turned_into_the_body(rpy, before, velocity, spin, dt_s):
     gravity = (0.0, 0.0, -9.8)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simulation_tools.geometry import Pose
@@ -110,7 +110,6 @@ def test_wind_and_velocity_count_by_their_difference():
     assert together[0][:2] == pytest.approx([0.0, 0.0])
 
 
-@settings(max_examples=200, deadline=None)
 @given(
     commands=st.lists(st.floats(0.0, 1.0), min_size=3, max_size=3),
     air=st.tuples(*[st.floats(-15.0, 15.0)] * 3),

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simulation_tools.geometry import Pose, quaternion_normalised
@@ -111,7 +111,6 @@ POSES = st.builds(
 )
 
 
-@settings(max_examples=60, deadline=None)
 @given(POSES, POSES)
 def test_what_moves_is_hit_as_if_it_stood_there(pose, lidar):
     # Given the same box standing and moving, before a wall (odd numbers: no beam runs along a face)

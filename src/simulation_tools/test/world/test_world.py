@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simulation_tools.geometry import Pose, quaternion_normalised
@@ -132,7 +132,6 @@ def test_closing_twice_is_harmless():
 
 
 # -- states --------------------------------------------------------------------------------------------------
-@settings(max_examples=50, deadline=None)
 @given(STATE)
 def test_a_state_comes_back_as_it_was_set_wherever_the_centre_of_mass_is(state):
     world = PhysicsWorld(World("w", ()))
@@ -270,7 +269,6 @@ def test_the_clearance_of_a_ball_to_boxes_and_trunks_is_that_of_closed_form(buil
     assert without == pytest.approx(x + 8 - 0.5, abs=1e-6)
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.floats(0.6, 4.0), st.floats(-math.pi, math.pi), st.floats(-math.pi, math.pi))
 def test_the_clearance_of_the_iris_to_a_trunk(distance, bearing, yaw):
     # Against its outline from above: the corners of the rotor discs and legs, the body's box.

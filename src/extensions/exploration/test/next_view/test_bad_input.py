@@ -237,7 +237,7 @@ def test_a_person_who_follows_it_holds_it_up_for_a_while_only(view_choice):
     assert led.exploration.is_home or "stood still" in led.explored.reason
 
 
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(st.integers(0, 2**32 - 1))
 def test_it_tells_explored_only_when_a_flood_fill_finds_nothing_or_cepa_refused(seed):
     """CEPA holds the UAV now and then, for up to 15 s. The end must be true all the same."""

@@ -42,7 +42,7 @@ def test_two_rooms_with_a_door_of_1_2_m_are_known_at_the_end():
     assert known[~flight.filled].mean() > 0.99
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=4)
 @given(st.integers(0, 2**32 - 1))
 def test_nothing_reachable_is_unknown_when_it_says_so(seed):
     """In rooms with boxes: all places where the UAV fits are known to be free."""
@@ -55,7 +55,7 @@ def test_nothing_reachable_is_unknown_when_it_says_so(seed):
     assert (flight.kinds[reachable(flight)] == FREE).all()
 
 
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=4)
 @given(st.integers(0, 2**32 - 1))
 def test_the_way_home_is_always_known_and_keeps_the_clearance(seed):
     """In two drawn rooms with a door and boxes: at each view a path leads home, through free voxels only."""

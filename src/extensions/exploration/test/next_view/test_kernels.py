@@ -48,7 +48,6 @@ def run_through(a, b):
     return {tuple(voxel) for voxel in np.floor(points[inside]).astype(int).tolist()}
 
 
-@settings(max_examples=60, deadline=None)
 @given(SEEDS)
 def test_a_view_is_open_if_all_that_it_runs_through_before_its_end_is_free(seed):
     rng = np.random.default_rng(seed)
@@ -59,7 +58,7 @@ def test_a_view_is_open_if_all_that_it_runs_through_before_its_end_is_free(seed)
     )
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SEEDS)
 def test_a_place_shows_the_cells_within_reach_and_beams(seed):
     rng = np.random.default_rng(seed)
@@ -85,7 +84,7 @@ def test_a_place_shows_the_cells_within_reach_and_beams(seed):
     np.testing.assert_array_equal(sights @ counts, expected)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SEEDS)
 def test_the_best_view_shows_most_for_its_time(seed):
     rng = np.random.default_rng(seed)
@@ -101,7 +100,7 @@ def test_the_best_view_shows_most_for_its_time(seed):
     assert best_view(kinds, places, times_s, *view, (1.0, rates.max()), unknown(places)) == (-1, 0)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SEEDS)
 def test_the_best_view_of_a_place_much_larger_than_the_reach(seed):
     rng = np.random.default_rng(seed)
@@ -177,7 +176,7 @@ def test_a_border_that_has_not_changed_is_not_looked_at_again(monkeypatch):
     assert len(looked) == 7
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SEEDS)
 def test_frontiers_are_unknown_voxels_beside_free_ones(seed):
     kinds = drawn_kinds(np.random.default_rng(seed), free=0.5)
@@ -202,7 +201,6 @@ def test_cells_count_their_voxels_and_stay_when_the_map_grows():
     np.testing.assert_array_equal(grown.places, cells.places + 7)
 
 
-@settings(max_examples=30, deadline=None)
 @given(SEEDS, st.integers(1, 4))
 def test_a_cells_place_is_its_voxel_nearest_to_their_mean(seed, side):
     rng = np.random.default_rng(seed)
@@ -217,7 +215,6 @@ def test_a_cells_place_is_its_voxel_nearest_to_their_mean(seed, side):
         assert (len(own), off.min()) == (count, pytest.approx(np.square(place - own.mean(axis=0)).sum()))
 
 
-@settings(max_examples=25, deadline=None)
 @given(SEEDS)
 def test_a_border_and_gains_that_follow_a_growing_map_are_those_of_the_whole_map(seed):
     """Given tiles that come, come again, change and widen the map, when views are chosen each time..."""
@@ -248,7 +245,7 @@ def test_a_border_and_gains_that_follow_a_growing_map_are_those_of_the_whole_map
         kept.keep(again)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SEEDS, st.integers(1, 3))
 def test_ways_are_shortest_over_edges_whose_voxels_all_keep_the_clearance(seed, spacing):
     rng = np.random.default_rng(seed)
@@ -270,7 +267,7 @@ def test_ways_are_shortest_over_edges_whose_voxels_all_keep_the_clearance(seed, 
     np.testing.assert_allclose(found, expected)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SEEDS, st.integers(1, 4), st.integers(2, 12), st.integers(2, 30))
 def test_clearances_at_both_ends_tell_the_same_ways(seed, spacing, need, cut):
     """Given clearances, cut at a distance as the planner's, whatever the voxels between would tell."""
@@ -287,7 +284,7 @@ def clearances(is_blocked):
     return np.rint(ndimage.distance_transform_edt(~is_blocked) ** 2).astype(np.uint16)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(SEEDS, st.integers(1, 5))
 def test_one_place_of_each_cube_has_most_room(seed, side):
     rng = np.random.default_rng(seed)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 from voxel_room import PLANNER, SIDE_M, TILE
@@ -30,7 +30,6 @@ def goes_on_in(row, goes_on):
     return np.array(marked)
 
 
-@settings(max_examples=30, deadline=None)
 @given(SEEDS, st.integers(1, 4))
 def test_walls_go_on_along_each_axis_beyond_rows_of_occupied_voxels(seed, goes_on):
     rng = np.random.default_rng(seed)
@@ -62,7 +61,6 @@ def cells_met(kinds, is_wall, place, direction, side, offset, reaches):
     return found
 
 
-@settings(max_examples=60, deadline=None)
 @given(SEEDS, st.floats(0.0, 1.0), st.floats(-1.2, 1.2), st.floats(0.01, 1.4))
 def test_a_view_reveals_what_is_unknown_in_the_cells_that_its_beams_meet(seed, free, lowest_rad, span_rad):
     """Also where few beams can meet any, because most of the map is free."""

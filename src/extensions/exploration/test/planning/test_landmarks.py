@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from drawn_voxels import SIDE, block, planner_on, tiles_of, voxels_on
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from exploration.planning import PathPlanner, PlannerParameters
@@ -120,7 +120,6 @@ def away_of(kinds):
 places = st.tuples(*(st.floats(0.01, size - 0.01) for size in (14, 14, 6)))
 
 
-@settings(max_examples=60, deadline=None)
 @given(kinds=rooms(), start=places, goal=places, reach=st.floats(1.5, 8.0))
 def test_no_path_goes_farther_away_than_its_reach_or_its_start(kinds, start, goal, reach):
     planner = PathPlanner(dataclasses.replace(NEAR, radius=0.5, landmark_reach=reach))

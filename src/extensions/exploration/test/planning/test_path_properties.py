@@ -6,7 +6,7 @@ import numpy as np
 import plain_paths
 import pytest
 from drawn_voxels import SIDE, planner_on, tiles_of, voxels_on
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import ndimage
 
@@ -46,7 +46,6 @@ def squares_of(kinds):
     return plain_paths.squared_clearances(kinds != FREE, REACH)
 
 
-@settings(max_examples=150, deadline=None)
 @given(kinds=rooms(), start=places, goal=places)
 def test_a_path_is_safe_and_exists_if_and_only_if_the_reference_finds_one(kinds, start, goal):
     squares = squares_of(kinds)
@@ -69,7 +68,6 @@ def test_a_path_is_safe_and_exists_if_and_only_if_the_reference_finds_one(kinds,
     assert (passed > 0).all()
 
 
-@settings(max_examples=150, deadline=None)
 @given(kinds=rooms(), start=places, goal=places)
 def test_the_search_costs_what_the_reference_costs(kinds, start, goal):
     squares = squares_of(kinds)
@@ -81,7 +79,6 @@ def test_the_search_costs_what_the_reference_costs(kinds, start, goal):
     assert cost == expected or abs(cost - expected) <= 1e-6 * expected
 
 
-@settings(max_examples=100, deadline=None)
 @given(
     kinds=rooms(),
     holes=st.lists(st.tuples(st.integers(0, 7), st.integers(0, 11), st.integers(1, 2)), max_size=3),
@@ -104,7 +101,6 @@ def test_the_narrowest_place_is_that_of_the_widest_way(kinds, holes):
     assert (squares.ravel()[found] if found >= 0 else 0) == expected
 
 
-@settings(max_examples=60, deadline=None)
 @given(
     first=rooms(),
     second=rooms(),

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from cepa import CepaParameters, LaserScan2D, Reason
@@ -53,7 +53,6 @@ def test_in_the_open_the_reference_is_flown_unchanged(name):
 
 
 @pytest.mark.parametrize("name", BASELINES)
-@settings(max_examples=100, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), direction=st.floats(-math.pi, math.pi))
 def test_nobody_is_ever_faster_than_the_reference(name, seed, direction):
     rng = np.random.default_rng(seed)

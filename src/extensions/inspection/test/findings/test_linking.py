@@ -4,7 +4,7 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
@@ -24,7 +24,6 @@ def by_all_pairs(groups, apart_m):
     return {frozenset(np.flatnonzero(numbers == number).tolist()) for number in range(count)}
 
 
-@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_groups_hang_together_as_by_all_pairs(seed):
     rng = np.random.default_rng(seed)

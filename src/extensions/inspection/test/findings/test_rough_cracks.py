@@ -53,7 +53,7 @@ def by_hand(values, factor):
     return out
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.integers(0, 2**32 - 1))
 def test_strength_is_the_largest_eigenvalue(seed):
     values = np.random.default_rng(seed).normal(size=(12, 9)).astype(np.float32)

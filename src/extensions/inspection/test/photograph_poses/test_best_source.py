@@ -171,7 +171,7 @@ def test_a_name_that_is_a_stamp_tells_the_part_of_a_second_unless_it_contradicts
 WHOLE_SIZE = (512, 384)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(
     share=st.sampled_from((1.0, 0.5, 0.25, 0.125)),
     size=st.sampled_from(("kept", "rewritten", "lost")),

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from inspection.survey import SurveyParameters
@@ -44,7 +44,6 @@ def plain_shares(cover, candidates, already_m2):
     return shown_m2.sum() / whole_m2.sum(), shown_m2 / whole_m2
 
 
-@settings(max_examples=50, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.lists(st.integers(0, 11), max_size=40))
 def test_the_shares_are_those_of_the_photographs_in_it(seed, moves):
     already_m2 = np.array((0.5, 2.0))
@@ -59,7 +58,6 @@ def test_the_shares_are_those_of_the_photographs_in_it(seed, moves):
     np.testing.assert_allclose(cover.class_shares(), by_class)
 
 
-@settings(max_examples=50, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from((0.5, 0.7, 1.0)), st.sampled_from((0.0, 0.8, 1.0)))
 def test_no_photograph_is_kept_that_is_not_needed(seed, share, class_share):
     cover, _, shots = cover_and_shots(seed, share, class_share)
@@ -75,7 +73,6 @@ def test_no_photograph_is_kept_that_is_not_needed(seed, share, class_share):
         cover.add(shot)
 
 
-@settings(max_examples=50, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.sampled_from((0.5, 0.8)))
 def test_photographs_chosen_anew_are_enough_and_never_cost_more(seed, share):
     cover, candidates, shots = cover_and_shots(seed, share, 0.0)

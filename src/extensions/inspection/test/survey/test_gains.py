@@ -49,7 +49,7 @@ def lens_of(across, down):
     return np.array((across + 1.234e-4, down + 1.234e-4, 1e6, 0.0))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), EDGES, EDGES)
 def test_the_worth_in_each_frame_is_that_of_plain_geometry(seed, across, down):
     rng = np.random.default_rng(seed)
@@ -62,7 +62,7 @@ def test_the_worth_in_each_frame_is_that_of_plain_geometry(seed, across, down):
     np.testing.assert_allclose(found, plain_worth(tilts, yaws, worth, lens), atol=1e-9)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 0.5))
 def test_what_a_straight_look_draws_is_near_and_steep_enough(seed, blur):
     rng = np.random.default_rng(seed)
@@ -84,7 +84,7 @@ def test_a_gimbal_that_does_not_look_up_has_no_direction_there():
     np.testing.assert_array_equal(np.unique(runs[:, 0]), np.flatnonzero(tilts[1] > TILTS_RAD))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1), st.floats(-80.0, 0.0), st.floats(0.0, 80.0))
 def test_the_best_photograph_draws_its_gain_and_more_than_others(seed, least_deg, most_deg):
     rng = np.random.default_rng(seed)

@@ -48,7 +48,7 @@ def relaxed(shows, left_out):
     return linprog(costs, A_ub=matrix, b_ub=np.append(-np.ones(PATCHES), left_out), method="highs").fun
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 2**32 - 1), st.sampled_from((0.75, 1.0)))
 def test_bounds_rise_to_the_relaxation_and_no_cover_is_below(seed, share):
     shows, candidates, cover = candidates_and_cover(seed, range(PLACES))
@@ -59,7 +59,7 @@ def test_bounds_rise_to_the_relaxation_and_no_cover_is_below(seed, share):
     assert bounds[-1] == pytest.approx(relaxed(shows, left_out), rel=0.01)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 2**32 - 1))
 def test_columns_that_the_cover_lacks_are_found(seed):
     shows, candidates, cover = candidates_and_cover(seed, range(0, PLACES, 2))
@@ -69,7 +69,7 @@ def test_columns_that_the_cover_lacks_are_found(seed):
     assert 0.9 * optimum <= bound <= optimum + 1e-6
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.integers(0, 2**32 - 1))
 def test_with_fair_prices_no_photograph_is_worth_more_than_one(seed):
     shows, candidates, cover = candidates_and_cover(seed, range(PLACES))

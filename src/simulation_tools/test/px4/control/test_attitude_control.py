@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from simulation_tools.geometry import quaternion_from_rpy, quaternion_multiply, rotation_matrix
@@ -53,7 +53,6 @@ def test_the_same_attitude_asks_for_nothing_but_the_yaw_rate():
     assert rates == pytest.approx(0.5 * down_in_body, abs=1e-9)
 
 
-@settings(max_examples=30, deadline=None)
 @given(angles, st.floats(-1.4, 1.4), angles, st.floats(-0.6, 0.6), st.floats(-0.6, 0.6), angles)
 def test_following_the_rates_brings_any_attitude_to_the_wanted_one(roll, pitch, yaw, r, p, y):
     control = AttitudeControl(Px4Parameters())

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simulation_tools.px4.control.mixer import QUAD_WIDE, Mixer, mixing_matrix
@@ -29,7 +29,6 @@ def test_what_fits_is_mixed_exactly():
     assert not mixer.saturation.any()
 
 
-@settings(max_examples=100, deadline=None)
 @given(st.tuples(*[st.floats(-1, 1)] * 3), st.floats(0, 1))
 def test_commands_stay_within_bounds_and_thrust_is_never_raised(torques, thrust):
     out = Mixer().mix(np.array(torques), thrust)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simulation_tools.geometry import rotation_matrix
@@ -116,7 +116,6 @@ def test_a_new_hover_thrust_does_not_jerk_the_vehicle(control):
     assert after == pytest.approx(before, abs=0.002)
 
 
-@settings(max_examples=200, deadline=None)
 @given(st.tuples(*[st.floats(-8, 8)] * 3), angles)
 def test_the_attitude_points_along_the_thrust_with_the_wanted_heading(acceleration, yaw):
     control = PositionControl(Px4Parameters())

@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from simulation_tools.autopilot import VehicleState
@@ -304,7 +304,6 @@ def everything():
     return bench
 
 
-@settings(max_examples=25, deadline=None)
 @given(st.lists(st.one_of(visions, distances), min_size=1, max_size=8), st.booleans())
 def test_whatever_arrives_the_estimate_stays_a_number(everything, arriving, late):
     bench = copy.deepcopy(everything)

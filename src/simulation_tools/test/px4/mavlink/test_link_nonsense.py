@@ -85,7 +85,6 @@ def test_messages_of_newer_dialects_are_skipped_in_silence(number):
     assert (codec.unknown, codec.bad) == (2, 0)
 
 
-@settings(max_examples=300, deadline=None)
 @given(st.sampled_from(sorted(mavlink.mavlink_map)), st.binary(max_size=255))
 def test_every_message_type_with_any_payload_is_survived(one_setup, number, payload):
     """Frames that are whole and have a right checksum, of every type there is, with random payloads."""
@@ -247,7 +246,6 @@ def everything_sent(setup):
     setup.link.poll(setup.flight.body.time_us)
 
 
-@settings(max_examples=150, deadline=None)
 @given(
     st.sampled_from(COMMANDS),
     st.lists(numbers, min_size=7, max_size=7),
@@ -270,7 +268,6 @@ def test_commands_with_any_numbers_are_survived(one_setup, number, params, x, y,
     assert acks == [number] + 4 * [512]
 
 
-@settings(max_examples=150, deadline=None)
 @given(
     st.lists(numbers, min_size=11, max_size=11),
     st.integers(0, 4095),

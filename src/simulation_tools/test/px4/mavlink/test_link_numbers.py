@@ -12,7 +12,7 @@ import struct
 import numpy as np
 import pytest
 from flight import hovering
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mavlink_client import Setup
 from pymavlink.dialects.v20 import common as mavlink
@@ -150,7 +150,6 @@ def handled():
     return names
 
 
-@settings(max_examples=200, deadline=None)
 @given(messages(handled()))
 def test_any_number_in_any_field_of_any_handled_message_is_survived(flying, message):
     try:
@@ -160,7 +159,6 @@ def test_any_number_in_any_field_of_any_handled_message_is_survived(flying, mess
     check_state(flying)
 
 
-@settings(max_examples=60, deadline=None)
 @given(messages(["VISION_POSITION_ESTIMATE", "ODOMETRY", "DISTANCE_SENSOR"]), st.integers(0, 100_000))
 def test_estimates_of_the_present_with_any_numbers_are_survived(flying, message, late_us):
     """The stamp decides whether the filter takes a sample in; here it always does."""
@@ -227,7 +225,6 @@ def download(setup, kind, as_int):
     setup.run(0.004)
 
 
-@settings(max_examples=40, deadline=None)
 @given(st.lists(items(ITEM_COMMANDS), min_size=1, max_size=4), st.booleans(), st.booleans())
 def test_a_mission_with_any_numbers_is_refused_or_flown(flying, drawn, as_int, down_as_int):
     upload(flying, 0, drawn, as_int)
@@ -238,7 +235,6 @@ def test_a_mission_with_any_numbers_is_refused_or_flown(flying, drawn, as_int, d
     check_state(flying)
 
 
-@settings(max_examples=25, deadline=None)
 @given(
     st.lists(items(sorted(FENCE_COMMANDS)), min_size=1, max_size=4),
     st.sampled_from((1, 2, 3, 5)),
