@@ -47,8 +47,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Choose the examples; mark all that this run starts, and let SIGTERM end it as Ctrl-C does."""
-    if config.args_source is pytest.Config.ArgsSource.ARGS:  # who names a file or a test means all of it
-        config.option.all = True
+    if RUN_TOKEN not in os.environ and config.args_source is pytest.Config.ArgsSource.ARGS:
+        config.option.all = True  # who names a file or a test means all of it; workers are told
     # On a busy machine any example of hypothesis may be slow, which is no fault of what is tested.
     # Every run tries the same ones.
     settings.register_profile(
