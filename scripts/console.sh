@@ -50,18 +50,18 @@ start_step() {
   trap '[[ ! -t 1 ]] || echo; fail "Interrupted. The next call goes on from here."' INT TERM
 }
 
-# note_code FILE COMMAND...: writes the command's code into the file. The shell forgets the codes of processes that ended
-# long before it waits for them.
+# note_code FILE COMMAND...: writes the command's code into the file, and when it ended. The shell forgets the codes of
+# processes that ended long before it waits for them, and only then would see the time.
 note_code() {
   local code=0
   "${@:2}" || code=$?
-  echo "$code" >"$1"
+  echo "$code $SECONDS" >"$1"
   return "$code"
 }
 
 # finish_step NUMBER: shows progress until the step ends, adds its output to the log, returns its code
 finish_step() {
-  local child=${step_children[$1]} last_progress=0 code=0 elapsed size="" sized=-10
+  local child=${step_children[$1]} last_progress=0 code=0 ended elapsed size="" sized=-10
   while kill -0 "$child" 2>/dev/null; do
     sleep 0.2
     elapsed=$((SECONDS - step_starts[$1]))
@@ -71,13 +71,14 @@ finish_step() {
     progress "$elapsed" "$size$(last_line "$log_file.$1")"
   done
   wait "$child" 2>/dev/null || code=$?
-  [[ ! -s $log_file.$1.code ]] || code=$(<"$log_file.$1.code")
+  ended=$SECONDS
+  [[ ! -s $log_file.$1.code ]] || read -r code ended <"$log_file.$1.code"
   rm -f "$log_file.$1.code"
   step_children[$1]=
   collect_log "$1"
   [[ ${step_children[*]} == *[0-9]* ]] || trap - EXIT INT TERM
   [[ ! -t 1 ]] || printf '\r\033[K'
-  ((code != 0)) || say "${step_titles[$1]}: done in $((SECONDS - step_starts[$1])) s"
+  ((code != 0)) || say "${step_titles[$1]}: done in $((ended - step_starts[$1])) s"
   return "$code"
 }
 

@@ -243,14 +243,52 @@ upstream_interfaces() {
   done
 }
 
-# build_inputs: prints a digest of catkin's inputs; Python code is used in place, so it does not count
+# build_inputs PRESENT: prints catkin's inputs: a line for what concerns all packages, then one for each package, its
+# digest and its folder. Python code is used in place, so it does not count.
 build_inputs() {
-  {
-    echo "$root" "$*" "$(declare -f write_interpreter)"
-    find src -type f \( -name package.xml -o -name 'CMakeLists.txt' -o -name setup.py -o -name '*.msg' -o -name '*.srv' \
-      -o -name '*.action' -o -name '*.cfg' -o -path '*/env-hooks/*' \) -print0 | sort -z | xargs -0 sha256sum
-    find src -path '*/nodes/*' -type f -not -name '*.pyc' | sort
-  } | sha256sum
+  local folder
+  echo "$root $* $(declare -f write_interpreter build_alone | sha256sum)"
+  while read -r folder; do
+    echo "$(package_inputs "$folder" | sha256sum | cut -d ' ' -f 1) $folder"
+  done < <(find src -name package.xml -printf '%h\n' | sort)
+}
+
+# package_inputs FOLDER
+package_inputs() {
+  find "$1" -type f \( -name package.xml -o -name 'CMakeLists.txt' -o -name setup.py -o -name '*.msg' -o -name '*.srv' \
+    -o -name '*.action' -o -name '*.cfg' -o -path '*/env-hooks/*' \) -print0 | sort -z | xargs -0 sha256sum
+  find "$1" -path '*/nodes/*' -type f -not -name '*.pyc' | sort
+}
+
+# packages_to_build INPUTS: prints the folders of the packages that alone have changed since the last build, or are new.
+# Fails if the workspace must be built: never built, another place, a package gone, or one changed that others need.
+packages_to_build() {
+  local line folder name
+  is_built_here && [[ $(head -n 1 <<<"$1") == "$(head -n 1 build/.bringup)" ]] || return
+  while read -r _ folder; do [[ -f $folder/package.xml ]] || return; done < <(tail -n +2 build/.bringup)
+  while read -r line; do
+    folder=${line#* }
+    name=$(package_name "$folder")
+    # shellcheck disable=SC2046 # no path has spaces
+    ! grep -qsE "<[a-z_]*depend[^>]*>\s*$name\s*<" $(find src -name package.xml) || return
+    echo "$folder"
+  done < <(comm -23 <(tail -n +2 <<<"$1" | sort) <(tail -n +2 build/.bringup | sort))
+}
+
+# package_name FOLDER
+package_name() { sed -n 's/.*<name>\s*\([^< ]*\)\s*<.*/\1/p' "$1/package.xml" | head -n 1; }
+
+# build_alone FOLDER...: builds packages that no other needs, each with a build folder of its own and the same devel/
+build_alone() {
+  local folder name
+  for folder in "$@"; do
+    name=$(package_name "$folder")
+    # shellcheck disable=SC1091
+    (unset CATKIN_TEST_RESULTS_DIR && set +u && source devel/setup.bash && set -u &&
+      cmake -S "$folder" -B "build/alone/$name" -DCATKIN_DEVEL_PREFIX="$root/devel" "${cmake_options[@]}" &&
+      cmake --build "build/alone/$name") || return
+  done
+  echo -n "$root/src" >devel/.catkin # catkin adds each folder that it has built
 }
 
 # write_interpreter: makes the interpreter of all nodes. It is .venv's, or says what to do when .venv was deleted.
@@ -291,8 +329,11 @@ all_sources_exist() {
   local folder
   while read -r folder; do
     [[ -f $folder/CMakeLists.txt ]] || return # Python leaves its caches in the folder
-  done < <(sed -n 's/^[A-Za-z0-9_]*_SOURCE_DIR:STATIC=//p' build/CMakeCache.txt 2>/dev/null)
+  done < <(sed -n 's/^[A-Za-z0-9_]*_SOURCE_DIR:STATIC=//p' build/CMakeCache.txt build/alone/*/CMakeCache.txt 2>/dev/null)
 }
+
+# is_built_here: whether the last build succeeded, in this folder
+is_built_here() { [[ -f build/.bringup ]] && grep -qsx "CMAKE_HOME_DIRECTORY:INTERNAL=$root/src" build/CMakeCache.txt; }
 
 build_workspace() {
   local present inputs
@@ -300,6 +341,18 @@ build_workspace() {
   inputs=$(build_inputs "$present")
   ! is_current build/.bringup "$inputs" || return 0
   finish_venv
+  # Messages for Python and C++ only, because other languages take time and have no nodes here. Debian 12's catkin reads
+  # the first name of the interpreter, Debian 13's the second.
+  local changed cmake_options=(-DPYTHON_EXECUTABLE="$root/devel/interpreter/python3"
+    -DPython_EXECUTABLE="$root/devel/interpreter/python3" -DCOMPILE_KERNELS=OFF)
+  export ROS_LANG_DISABLE=genlisp:geneus:gennodejs
+  if changed=$(packages_to_build "$inputs"); then
+    mapfile -t changed <<<"$changed"
+    remove_relays
+    run_step "building ${changed[*]}" build_alone "${changed[@]}" || explain_failure "The build failed."
+    echo "$inputs" >build/.bringup
+    return
+  fi
   [[ -z $present ]] || say "built against the machine's own ${present//;/, }"
   if [[ -f build/CMakeCache.txt ]] && ! grep -qx "CMAKE_HOME_DIRECTORY:INTERNAL=$root/src" build/CMakeCache.txt; then
     rm -rf build devel # from the workspace's earlier place
@@ -311,11 +364,8 @@ build_workspace() {
   remove_relays
   write_interpreter
   leave_out "$present"
-  # Messages for Python and C++ only, because other languages take time and have no nodes here. Debian 12's catkin reads
-  # the first name of the interpreter, Debian 13's the second.
-  run_step "building the workspace" env -u CATKIN_TEST_RESULTS_DIR ROS_LANG_DISABLE=genlisp:geneus:gennodejs catkin_make --directory "$root" \
-    -DPYTHON_EXECUTABLE="$root/devel/interpreter/python3" -DPython_EXECUTABLE="$root/devel/interpreter/python3" \
-    -DCATKIN_BLACKLIST_PACKAGES="$present" -DCOMPILE_KERNELS=OFF ||
+  run_step "building the workspace" env -u CATKIN_TEST_RESULTS_DIR catkin_make --directory "$root" "${cmake_options[@]}" \
+    -DCATKIN_BLACKLIST_PACKAGES="$present" ||
     explain_failure "The build failed."
   echo "$present" >build/.upstream
   echo "$inputs" >build/.bringup

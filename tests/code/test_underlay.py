@@ -77,6 +77,33 @@ def test_without_an_underlay_the_subsets_are_built_once(workspace):
     assert workspace.set_up() == ""
 
 
+def test_what_no_other_package_needs_is_built_alone(workspace):
+    workspace.set_up()
+    (workspace.root / "build/CMakeCache.txt").write_text(
+        f"CMAKE_HOME_DIRECTORY:INTERNAL={workspace.root}/src\n"
+    )
+    mine = workspace.root / "src/mine"
+    (mine / "nodes").mkdir(parents=True)
+    (mine / "package.xml").write_text("<package><name>mine</name></package>")
+    command = workspace.root / "build/command"
+    workspace.set_up()
+    assert command.read_text().endswith("build_alone src/mine\n")
+    assert workspace.set_up() == ""
+    (mine / "nodes/flyer").touch()
+    command.unlink()
+    workspace.set_up()
+    assert command.read_text().endswith("build_alone src/mine\n")
+    # Whoever depends on what has changed is built again, too
+    other = workspace.root / "src/other"
+    other.mkdir()
+    (other / "package.xml").write_text("<package><name>other</name><depend>mine</depend></package>")
+    workspace.set_up()
+    assert command.read_text().endswith("build_alone src/other\n")
+    (mine / "A.msg").touch()
+    workspace.set_up()
+    assert "catkin_make" in command.read_text()
+
+
 def test_both_catkins_are_told_the_interpreter_of_the_nodes(workspace):
     """FindPythonInterp of Debian 12's catkin reads PYTHON_EXECUTABLE, FindPython of Debian 13's the other."""
     workspace.set_up()
