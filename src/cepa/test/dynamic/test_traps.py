@@ -135,6 +135,7 @@ def told_by(moves_m_s: float, is_asked: bool, until_s: float) -> list[str]:
 def test_a_uav_that_gets_nowhere_is_told_once():
     (sentence,) = told_by(0.0, True, 30.0)
     assert "has stayed within 0.5 m for 10 s" in sentence
+    assert "planner:=true" in sentence
     assert told_by(0.0, False, 30.0) == told_by(0.1, True, 30.0) == []
 
 

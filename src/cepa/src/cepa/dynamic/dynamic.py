@@ -62,6 +62,7 @@ class Dynamic(Algorithm):
         self._ways_out = WaysOut(p, self._rollouts, self._cost)
         self.wants_cloud = p.climb_max > 0.0
         self._hold_up = HoldUp()
+        self._hold_up.is_planned = self._search is None
         super().__init__(p)
 
     def reset(self) -> None:
@@ -89,6 +90,7 @@ class Dynamic(Algorithm):
         self._destination = earlier._destination
         self._plane.take_over(earlier._plane)
         self._hold_up = earlier._hold_up
+        self._hold_up.is_planned = self._search is None
         self._command, self._is_guessed = earlier._command.copy(), earlier._is_guessed
         if self._search is not None and earlier._search is not None:
             self._search.take_over(earlier._search)

@@ -334,3 +334,38 @@ def test_a_ball_that_is_assumed_free_may_lie_beyond_the_map():
     planner.assume_free((-6.0, 4.0, 4.0), 4.0)
     planner.assume_free((-2.0, 4.0, 4.0), 4.0)
     assert planner.plan((-6.5, 3.5, 3.5), (5.5, 3.5, 3.5)).length_m == pytest.approx(12.0)
+
+
+def test_towards_a_goal_that_is_not_known_it_flies_as_far_as_the_door_that_the_map_shows():
+    """The room behind the wall is unknown. Its door is aside of the straight way, and a voxel behind it seen."""
+    kinds = walled(17, [(slice(2, 7), slice(8, 12))])
+    kinds[:, :, 9:] = 0
+    kinds[2:7, 8:12, 9:12] = 1
+    start, goal = np.array((3.5, 3.5, 4.5)), np.array((13.5, 3.5, 4.5))
+    planner = planner_on(kinds, SLIM)
+    with pytest.raises(NoPathError):
+        planner.plan(start, goal)
+    plan = planner.onward(start, goal)
+    assert planner.is_clear(plan.points_m)
+    end = plan.points_m[-1]
+    assert 8.0 < end[0] < 12.0  # through the door, no farther than what is seen behind it
+    assert 8.0 < end[1] < 12.0
+    assert plan.beyond_m[-1] == pytest.approx(goal)
+
+
+def test_over_a_wall_of_unknown_height_it_does_not_look_for_a_way_first():
+    kinds = walled(17, [(slice(2, 7), slice(8, 12))])
+    kinds[:, :, 9:] = 0
+    kinds[2:7, 8:12, 9:12] = 1
+    kinds[7:, :, :] = 0  # all above is unknown
+    kinds[7:, :, 8] = 0
+    end = planner_on(kinds, SLIM).onward((3.5, 3.5, 4.5), (13.5, 3.5, 4.5)).points_m[-1]
+    assert end[0] > 8.0
+
+
+def test_without_a_door_even_the_unknown_has_no_way():
+    kinds = block(12, 16, 16)  # whole tiles: nothing unknown is beside the wall
+    kinds[:, :, 8] = 2
+    kinds[:, :, 9:] = 0
+    with pytest.raises(NoPathError, match="No known free way"):
+        planner_on(kinds, SLIM).onward((3.5, 3.5, 4.5), (13.5, 3.5, 4.5))

@@ -10,6 +10,12 @@ from cepa.dynamic.constants.choice import HELD_M, HELD_OWED_M, HELD_PAUSE_S, HEL
 from cepa.dynamic.constants.cost_to_go import RETURNS_S, RETURNS_TOLD
 
 
+ANOTHER_WAY = (
+    "Lead it another way: set waypoints, or let path_planner lead it on a map (fly_to_goal: planner:=true)."
+)
+ANOTHER_PLAN = "CEPA looks for no way itself (window_m is 0): whoever plans must lead it another way."
+
+
 class HoldUp:
     """Watches how long the UAV has stayed at a place although the reference leads on.
 
@@ -20,6 +26,8 @@ class HoldUp:
     def __init__(self) -> None:
         self.is_ready = True
         """Whether the UAV flies what it is asked. One that is landed, or takes off, is not held up."""
+        self.is_planned = False
+        """Whether the way is another node's alone (`window_m` 0)."""
         self.reset()
 
     def reset(self) -> None:
@@ -72,7 +80,7 @@ class HoldUp:
         self._is_told = True
         return (
             f"The UAV is asked to fly, but has stayed within {HELD_M:g} m for {self.held_s:.0f} s: nothing "
-            "that it fits through is open. Lead it another way.",
+            f"that it fits through is open. {ANOTHER_PLAN if self.is_planned else ANOTHER_WAY}",
         )
 
     def _about_returns(self, returns: int) -> tuple[str, ...]:
@@ -81,5 +89,5 @@ class HoldUp:
             return ()
         return (
             f"The UAV has come back to where it was {returns} times in {RETURNS_S:g} s: no way that it tried "
-            "led on. Lead it another way.",
+            f"led on. {ANOTHER_WAY}",
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Sequence
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from exploration.planning import refusals
 from exploration.planning.clearance import ClearanceMap
 from exploration.planning.closures import Closure, Closures
+from exploration.planning.if_free import clearances_if_free
 from exploration.planning.kernels.distances import REACH_MAX
 from exploration.planning.kernels.neighbours import STEPS
 from exploration.planning.kernels.pulling import pull
@@ -20,7 +21,7 @@ from exploration.planning.parameters import PlannerParameters
 from exploration.planning.room_above import room_above_m
 from exploration.planning.space import Space
 from exploration.planning.unseen import unseen_obstacle
-from exploration.planning.voxel_grid import AssumedFree, VoxelGrid
+from exploration.planning.voxel_grid import UNKNOWN, AssumedFree, VoxelGrid
 from flight_basics.errors import NoPathError, PoseError
 from flight_limits import KeepOutBox, Limits
 
@@ -44,11 +45,13 @@ class Plan:
         points_m: (n, 3) x, y, z in the map's frame, from the start to the goal.
         length_m: of its legs.
         searched_m: length of the path from voxel to voxel that string pulling began with.
+        beyond_m: (n, 3) of `onward`: how the way would lead on, from voxel to voxel.
     """
 
     points_m: np.ndarray
     length_m: float
     searched_m: float
+    beyond_m: np.ndarray = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 class PathPlanner:
@@ -226,6 +229,40 @@ class PathPlanner:
         points_m = space.outer(chain[kept])
         return Plan(points_m, _length(points_m), _length(space.outer(chain)))
 
+    def onward(self, start_m: np.ndarray, goal_m: np.ndarray, stamp_s: float = 0.0) -> Plan:
+        """Return the path to where the known part ends of the way to a goal that the map does not show yet.
+
+        This way is the cheapest if all that is unknown is free (Koenig and Likhachev, D* Lite, 2002: the
+        free-space assumption). The path itself keeps what `plan` promises. What is unknown counts only from
+        the lower to the higher end, so that a UAV does not try the space above each wall first.
+
+        Raises:
+            PoseError: a place is not finite.
+            MapError: the goal is too far from the map.
+            NoPathError: there is no way, even if all that is unknown is free.
+        """
+        start_m, goal_m = _place("start", start_m), _place("goal", goal_m)
+        if self._map is None:
+            raise NoPathError("There is no map yet.")
+        self._map.assume_free(goal_m, self._map.grid.resolution_m)  # the grid then reaches there
+        space, reach = self.space(stamp_s, start_m), self._map.reach
+        refusals.require_start(space, start_m)
+        if_free = clearances_if_free(space, reach).astype(np.uint16)
+        if_free[_beyond(space, start_m[2], goal_m[2]) & (space.grid.kinds == UNKNOWN)] = 0
+        ideal = Space.of(space.grid, if_free, self._parameters, space.limits, space.closed, start_m[2])
+        cost, came = _search(ideal, start_m, goal_m)
+        if math.isinf(cost):
+            raise NoPathError(self._why(ideal, came, start_m, goal_m))
+        way = _way_back(came, np.array(space.grid.index_of(goal_m))).astype(np.int64)
+        _, reached = _search(space, start_m, goal_m)
+        voxels = tuple(way.T)
+        known = np.flatnonzero((reached[voxels] != UNREACHED) & (space.squares[voxels] >= space.need))
+        if not len(known):
+            raise NoPathError("Around the UAV too little is known to fly on towards the goal.")
+        way_m = space.grid.centres_m(way)
+        plan = self.plan(start_m, way_m[known[-1]], stamp_s)
+        return replace(plan, beyond_m=way_m[known[-1] :])
+
     def is_clear(self, points_m: np.ndarray, stamp_s: float = 0.0) -> bool:
         """Return whether a path's legs (n, 3), begun at the UAV, still keep what `plan` promises."""
         space = self.space(stamp_s, points_m[0])
@@ -284,6 +321,13 @@ def _search(space: Space, start_m: np.ndarray, goal_m: np.ndarray) -> tuple[floa
     came = np.full(space.squares.shape, UNREACHED, np.int8)
     greed = FAR_GREED if np.ptp(ends, axis=0).max() > FAR_VOXELS else TIE
     return search(space.squares, space.need, space.factors, ends, came, greed), came
+
+
+def _beyond(space: Space, one_m: float, other_m: float) -> np.ndarray:
+    """Return which layers (d, 1, 1) are more than the clearance above or below both heights."""
+    heights_m = (np.arange(space.squares.shape[0]) + space.corner[2] + 0.5) * space.grid.resolution_m
+    low_m, high_m = min(one_m, other_m) - space.clearance_m, max(one_m, other_m) + space.clearance_m
+    return ((heights_m < low_m) | (heights_m > high_m))[:, None, None]
 
 
 def _place(name: str, place_m: np.ndarray) -> np.ndarray:

@@ -8,9 +8,9 @@ from typing import Iterable, Sequence
 import numpy as np
 import rospy
 from flight_basics_ros.setpoints import SetpointSender
-from geometry_msgs.msg import Point, Pose, Quaternion
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion
 from nav_msgs.msg import Odometry
-from std_msgs.msg import Bool
+from std_msgs.msg import Bool, Header
 
 from flights.flight.course import Phase
 from flights.flight.judging.contacts import UavParts
@@ -31,6 +31,8 @@ from flights_ros.launch.request import check_avoidance
 from node_tools.ending import Ending
 from node_tools.node import RunNode
 
+NEAR_GOAL_M = 1.0
+"""path_planner leads over places on the way. The one within so far of the goal is the goal."""
 KeptM = tuple[float, float]
 """What CEPA keeps, m: r_lb and body_radius."""
 
@@ -39,23 +41,39 @@ class Experiment1Node(FlightNode):
     """Flies to one goal.
 
     Subscribes, besides every `FlightNode`'s topics: goal_reached (std_msgs/Bool).
-    Publishes: pos_setpoint (geometry_msgs/Pose): see `SetpointSender`.
+    Publishes: pos_setpoint (geometry_msgs/Pose): see `SetpointSender`. If path_planner leads, plan_goal
+        (geometry_msgs/PoseStamped, latched) in its place.
     Parameters: see doc/reference.md.
     """
 
     def __init__(
-        self, monitor: Monitor, goal_xyz_m: tuple[float, float, float], lockstep: bool, cepa: bool
+        self,
+        monitor: Monitor,
+        goal_xyz_m: tuple[float, float, float],
+        lockstep: bool,
+        cepa: bool,
+        is_planned: bool,
     ) -> None:
         self._goal_xyz_m = goal_xyz_m
-        self._setpoint = SetpointSender()
-        self._progress = ProgressWatch(goal_xyz_m)
+        self._setpoint = None if is_planned else SetpointSender()
+        self._plan_goals = rospy.Publisher("plan_goal", PoseStamped, queue_size=1, latch=True)
+        self._progress = ProgressWatch(goal_xyz_m, is_planned)
+        self._distance_m = 0.0
         super().__init__(monitor, lockstep, cepa)
-        self.subscribe("goal_reached", Bool, lambda message: monitor.on_goal_reached(message.data))
+        self.subscribe("goal_reached", Bool, self._on_goal_reached)
 
     def send_goal(self) -> None:
-        """Send the position setpoint."""
-        self._setpoint.send(Pose(Point(*self._goal_xyz_m), Quaternion(0.0, 0.0, 0.0, 1.0)))
+        """Send the goal to the position controller, or to path_planner."""
+        goal = Pose(Point(*self._goal_xyz_m), Quaternion(0.0, 0.0, 0.0, 1.0))
+        if self._setpoint is None:
+            self._plan_goals.publish(PoseStamped(Header(stamp=rospy.Time.now(), frame_id="map"), goal))
+        else:
+            self._setpoint.send(goal)
         rospy.loginfo("The UAV hovers over the start and is sent to the goal.")
+
+    def _on_goal_reached(self, message: Bool) -> None:
+        is_goal = self._setpoint is not None or self._distance_m <= NEAR_GOAL_M
+        self._monitor.on_goal_reached(message.data and is_goal)
 
     def _unstamped_matter(self) -> bool:
         """Only `ready` decides. `goal_reached` begins the hover, whose time decides seconds later."""
@@ -66,6 +84,7 @@ class Experiment1Node(FlightNode):
         course = self._monitor.course
         if course.phase is Phase.FLYING:
             distance_m, said = self._progress.update(stamp_s(message), pose_values(message.pose.pose)[:3])
+            self._distance_m = distance_m
             course.on_distance(distance_m)
             if said:
                 decisions = self._monitor.log.decisions.rows
@@ -90,7 +109,7 @@ def _fly(flight: GoalFlight, lockstep: bool, kept_m: KeptM | None, ending: Endin
     run = Run(flight.description.experiment, ending)
     monitor = Monitor(flight.limits, UavParts.load(flight.description.model))
     goal_xyz_m = flight.description.scenario.goal_xyz_m
-    run.lead(monitor, lambda: Experiment1Node(monitor, goal_xyz_m, lockstep, kept_m is not None))
+    run.lead(monitor, lambda: Experiment1Node(monitor, goal_xyz_m, lockstep, kept_m is not None, flight.is_planned))
     description, wall = run.close(flight.description, monitor)
     flown = run.folder, description, monitor.log, monitor.course.outcome
     numbers = write_numbers(*flown, wall)

@@ -7,6 +7,8 @@ from typing import Sequence
 
 PATIENCE_S = 15.0
 LEAST_M = 0.5
+UNPLANNED = "CEPA sees only what is near. To look for a door farther aside, fly with planner:=true."
+PLANNED = "path_planner leads it around what is in the way, and says so if it finds no way."
 
 
 class ProgressWatch:
@@ -15,9 +17,10 @@ class ProgressWatch:
     It reports when the distance has not shrunk by `LEAST_M` for `PATIENCE_S`.
     """
 
-    def __init__(self, goal_xyz_m: Sequence[float]) -> None:
-        """goal_xyz_m: in the frame of the positions."""
+    def __init__(self, goal_xyz_m: Sequence[float], is_planned: bool = False) -> None:
+        """goal_xyz_m: in the frame of the positions. is_planned: path_planner leads the UAV."""
         self._goal_xyz_m = tuple(goal_xyz_m)
+        self._advice = PLANNED if is_planned else UNPLANNED
         self._nearest_m = math.inf
         self._nearest_s = -math.inf
         self._told_s = -math.inf
@@ -32,5 +35,5 @@ class ProgressWatch:
         self._told_s = t_s
         return distance_m, (
             f"The UAV is {distance_m:.1f} m from the goal, and has come no nearer for "
-            f"{t_s - self._nearest_s:.0f} s."
+            f"{t_s - self._nearest_s:.0f} s. {self._advice}"
         )

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, Mapping
 
+from flights.errors import ScenarioError
 from flights.flight.course import PhaseLimits
 from flights.flight.description import RunDescription
 from flights.launch_arguments.common import check_pose_source, choices_of, limits_of
@@ -15,10 +16,11 @@ from flights.worlds import scenario
 
 @dataclass(frozen=True)
 class GoalFlight:
-    """A flight to one goal, and the limits of its phases."""
+    """A flight to one goal, and the limits of its phases. is_planned: path_planner leads the UAV."""
 
     description: RunDescription
     limits: PhaseLimits
+    is_planned: bool = False
 
 
 def read(asked: Mapping[str, Any], keep_m: float) -> GoalFlight:
@@ -34,7 +36,13 @@ def read(asked: Mapping[str, Any], keep_m: float) -> GoalFlight:
         scenario.choose("scenario", name, scenario.SCENARIOS)
     choices = choices_of(asked)
     avoidance = str(asked.get("avoidance", scenario.CEPA))
-    check_pose_source(asked, scenario.POSE_SOURCES)
+    is_planned = str(asked.get("planner", "false")).lower() in ("true", "1")
+    check_pose_source(asked, ("slam",) if is_planned else scenario.POSE_SOURCES)
+    if is_planned and (choices["lidar"] not in scenario.CLOUD_LIDARS or avoidance != scenario.CEPA):
+        raise ScenarioError(
+            "planner:=true maps in three dimensions and flies with CEPA: give a lidar with clouds "
+            f"({', '.join(scenario.CLOUD_LIDARS)}), and no other avoidance."
+        )
     world = scenario.absolute("world", str(asked.get("world", "")))
     start = scenario.place_and_yaw("start", asked.get("start", "0 0 0 0"))
     goal = scenario.place("goal", asked.get("goal", "40 0 2"))
@@ -49,4 +57,4 @@ def read(asked: Mapping[str, Any], keep_m: float) -> GoalFlight:
         check_course(
             flown, description.model, description.lidar, [goal], keep_m if avoidance == scenario.CEPA else 0.0
         )
-    return GoalFlight(description, limits)
+    return GoalFlight(description, limits, is_planned)
