@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 from typing import Sequence
 
+from changed_tests.references import code_of
 from changed_tests.selection import select
 from changed_tests.workspace import Workspace
 
@@ -33,7 +34,8 @@ def main(arguments: Sequence[str], root: Path = ROOT) -> int:
     except GitError as error:
         print(error, file=sys.stderr)
         return 1
-    selection = select(Workspace(root, files), changed)
+    same_code = [path for path in changed if has_same_code(root, since, path)]
+    selection = select(Workspace(root, files), changed, same_code)
     print(f"Changed since {since[:8]}: {len(changed)} file(s). {selection.sentence()}", file=sys.stderr)
     print("".join(f"{argument}\n" for argument in selection.arguments), end="")
     return 0
@@ -66,6 +68,19 @@ def changed_files(root: Path, since: str) -> list[str]:
     """Return what differs from a commit: committed, staged, or not; new and deleted files, too."""
     tracked = listed(root, "diff", "--name-only", "--no-renames", since)
     return sorted({*tracked, *listed(root, "ls-files", "--others", "--exclude-standard")})
+
+
+def has_same_code(root: Path, since: str, path: str) -> bool:
+    """Whether a Python file differs from a commit in comments, docstrings and layout only."""
+    if not path.endswith(".py") or not (root / path).is_file():
+        return False
+    try:
+        before, now = (
+            code_of(text) for text in (git(root, "show", f"{since}:{path}"), (root / path).read_text())
+        )
+    except (GitError, SyntaxError):
+        return False  # it is new, or no Python
+    return now is not None and before == now
 
 
 def listed(root: Path, *command: str) -> list[str]:

@@ -11,6 +11,8 @@ _WORD = re.compile(r"[\w.*-]+")
 _XML_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 _SUBSTITUTION = re.compile(r"\$\([^)]*\)|\$\{[^}]*\}")  # of roslaunch and of the shell
 _ATTRIBUTE = re.compile(r'\b(pkg|type)="([^"]*)"')
+_DOC = re.compile(r'\bdoc="[^"]*"')
+_VALUE = re.compile(r'="([^"]*)"')
 _COMMANDS = ("rosrun", "roslaunch")
 _TEST_STARTS = re.compile(
     r"rosrun|roslaunch|devel/lib|start_node|subprocess|processes|ros_master|master_of|launched"
@@ -26,14 +28,14 @@ class References:
 
     modules: what it imports, dotted, with the imported name. words: of its strings, and pairs of words that
     follow each other ("cepa cepa" is a package and its node). patterns: words with a gap that only a running
-    program fills, written `*` ("lidar_*", "*.world"). starts_programs: whether it may start nodes and launch
-    files.
+    program fills, written `*` ("lidar_*", "*.world"). programs: whole strings, or values of attributes, that
+    may be names of nodes and launch files that it starts. A word within a sentence is none.
     """
 
     modules: set[str] = field(default_factory=set)
     words: set[str] = field(default_factory=set)
     patterns: set[str] = field(default_factory=set)
-    starts_programs: bool = True
+    programs: set[str] = field(default_factory=set)
 
     def read(self, text: str) -> None:
         """Take the words of a text."""
@@ -51,9 +53,13 @@ class References:
 
 
 def of_text(text: str) -> References:
-    """Return what a launch file, a rostest, a world, a configuration or a script of the shell refers to."""
+    """Return what a launch file, a rostest, a world, a configuration or a script of the shell refers to.
+
+    Comments of XML and the descriptions (`doc`) of arguments do not count.
+    """
     found = References()
-    text = _SUBSTITUTION.sub("*", _XML_COMMENT.sub("", text))
+    text = _SUBSTITUTION.sub("*", _DOC.sub("", _XML_COMMENT.sub("", text)))
+    found.programs.update(map(str.strip, _VALUE.findall(text)))
     found.read(text)
     for line in text.split(">"):
         attributes = dict(_ATTRIBUTE.findall(line))
@@ -69,7 +75,9 @@ def of_python(text: str, package: str, is_test: bool = False) -> References:
         SyntaxError: it is no Python.
     """
     tree = ast.parse(text)
-    found = References(starts_programs=is_test and _TEST_STARTS.search(text) is not None)
+    found = References()
+    starts = is_test and _TEST_STARTS.search(text) is not None
+    strings: set[str] = set()
     docstrings = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
@@ -80,10 +88,31 @@ def of_python(text: str, package: str, is_test: bool = False) -> References:
             found.read("".join(_text(part) or "*" for part in node.values))
         elif _text(node) and id(node) not in docstrings:
             found.read(_text(node))
-            found.starts_programs |= _text(node) in _COMMANDS
+            strings.add(_text(node).strip())
+            starts |= _text(node) in _COMMANDS
         else:
             found.pair(_neighbours(node))
+    if starts:
+        found.programs = strings
     return found
+
+
+def code_of(text: str) -> str | None:
+    """Return what Python runs of a source, without comments and docstrings; None: it reads its docstring.
+
+    Raises:
+        SyntaxError: it is no Python.
+    """
+    tree = ast.parse(text)
+    if any(
+        isinstance(node, (ast.Name, ast.Attribute)) and "__doc__" in ast.dump(node) for node in ast.walk(tree)
+    ):
+        return None
+    for node in ast.walk(tree):
+        body = getattr(node, "body", None)
+        if isinstance(body, list):
+            node.body = [each for each in body if not (isinstance(each, ast.Expr) and _text(each.value))]
+    return ast.dump(tree)
 
 
 def _source(node: ast.ImportFrom, package: str) -> str:

@@ -6,7 +6,7 @@ import re
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import PurePosixPath
-from typing import Iterable, Sequence
+from typing import Collection, Iterable, Sequence
 
 from changed_tests.workspace import Workspace, package_of
 
@@ -14,9 +14,11 @@ ROSTESTS = "tests/test_rostests.py"
 EVERYTHING = re.compile(
     r"conftest\.py|tests/conftest\.py|bringup\.sh|pyproject\.toml|requirements\.txt|\.ci/.*|\.github/.*|my\.world"
     r"|scripts/(?:setup|console)\.sh|scripts/import_all\.py|scripts/packages/.*|rosinstall|\.catkin_workspace"
-    r"|.*/(?:CMakeLists\.txt|package\.xml|setup\.py)|.*\.(?:msg|srv|action|cfg|em)|.*/env-hooks/.*"
+    r"|.*\.em|.*/env-hooks/.*"
 )
-"""What the set-up, the build, or each test reads."""
+"""What the set-up or each test reads."""
+BUILT = re.compile(r".*/(?:CMakeLists\.txt|package\.xml|setup\.py)|.*\.(?:msg|srv|action|cfg)")
+"""What the build of a package reads: it concerns the package, and those that need it."""
 PAGES = re.compile(
     r".*\.(?:md|rst)|LICENSE|\.gitignore|\.pre-commit-config\.yaml|benchmarks/results/.*|(?:.*/)?doc/.*\.(?:png|svg)"
 )
@@ -52,8 +54,11 @@ class Selection:
         return f"Left out, because the change cannot touch them (files): {', '.join(parts)}."
 
 
-def select(workspace: Workspace, changed: Sequence[str]) -> Selection:
-    """Return the tests that a change of these files can touch."""
+def select(workspace: Workspace, changed: Sequence[str], same_code: Collection[str] = ()) -> Selection:
+    """Return the tests that a change of these files can touch.
+
+    same_code: those of them in which only comments and docstrings have changed.
+    """
     if not changed:
         return Selection(())
     touched: set[str] = set()
@@ -62,10 +67,9 @@ def select(workspace: Workspace, changed: Sequence[str]) -> Selection:
             return _all_tests(f"{path} can touch each of them")
         if PAGES.fullmatch(path):
             continue
-        dependents = workspace.dependents(path)
-        if dependents == {path} and not workspace.is_python(path) and not _is_test(path):
+        touched |= (dependents := _touched_by(workspace, path, path in same_code))
+        if not dependents:
             return _all_tests(f"no file names {path}")
-        touched |= dependents
     if workspace.unread:
         path, reason = min(workspace.unread.items())
         return _all_tests(f"{path} is no Python ({reason})")
@@ -75,6 +79,18 @@ def select(workspace: Workspace, changed: Sequence[str]) -> Selection:
         chosen |= {path for path in tests if _ROSTEST.fullmatch(path)}
     chosen.discard(ROSTESTS)
     return Selection(tuple(sorted(map(_argument, chosen))), left_out=_left_out(tests - {ROSTESTS}, chosen))
+
+
+def _touched_by(workspace: Workspace, path: str, has_same_code: bool) -> set[str]:
+    """Return the files that a change of one file concerns; none: it cannot be placed."""
+    if has_same_code:
+        return workspace.readers(path)
+    package = package_of(path)
+    dependents = set() if package and BUILT.fullmatch(path) else workspace.dependents(path)
+    is_placed = dependents > {path} or workspace.is_python(path) or _is_test(path)
+    if is_placed and not BUILT.fullmatch(path):
+        return dependents
+    return workspace.dependents_of_package(package) if package else set()
 
 
 def _all_tests(reason: str) -> Selection:

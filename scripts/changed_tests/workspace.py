@@ -14,6 +14,7 @@ _TEXTS = {".launch", ".test", ".world", ".sdf", ".yaml", ".rviz", ".sh", ".xml",
 _PACKAGE = re.compile(r"src/(?:(?:helpers|extensions)/)?([^/]+)/")
 _ROOTS = re.compile(r"src/(?:(?:helpers|extensions)/)?[^/]+/(?:src|ros)/|scripts/")
 _TEST_FOLDER = re.compile(r"(?:src/(?:(?:helpers|extensions)/)?[^/]+/test|tests)/")
+_NEEDED = re.compile(r"depend[^>]*>\s*([\w-]+)\s*<")
 _ATTRIBUTES = ":attributes"
 """Behind a package's path: what its names may need that it imports only when asked (`__getattr__`)."""
 
@@ -91,12 +92,11 @@ class Workspace:
             # A package that imports by name does so only for those who take its names.
             asker = path + _ATTRIBUTES if path.endswith("/__init__.py") else path
             for word in references.words:
-                for found in {*named.get(word, ()), *self._module_called(word)} - {path}:
+                for found in {*self._named_by(path, word, named), *self._module_called(word)} - {path}:
                     dependents[found].add(asker)
-            if references.starts_programs:
-                for word in references.words:
-                    for found in started.get(word, ()):
-                        dependents[found].add(path)
+            for name in references.programs:
+                for found in started.get(name, ()):
+                    dependents[found].add(path)
         for path in self.files:
             if path.endswith("/__init__.py"):
                 dependents[path].add(path + _ATTRIBUTES)
@@ -104,6 +104,57 @@ class Workspace:
                 folder = path.removesuffix("conftest.py")
                 dependents[path].update(other for other in self.files if other.startswith(folder))
         return dependents
+
+    def _named_by(self, asker: str, word: str, named: Mapping[str, set[str]]) -> set[str]:
+        """Return the files that a word in a file names.
+
+        A library's module is imported. Only a test may read it by its name alone: each package has a warm_up.py.
+        """
+        found = named.get(word, set())
+        return found if _test_folder(asker) else {path for path in found if not _is_library(path)}
+
+    def readers(self, changed: str) -> set[str]:
+        """Return the file and those tests that may read its text: they have its name in a string."""
+        called = names(changed)
+        tests = {
+            path for path, found in self._references.items() if _test_folder(path) and called & found.words
+        }
+        return {changed, *tests}
+
+    def dependents_of_package(self, package: str) -> set[str]:
+        """Return the files of a package and of those whose package.xml names it, and what depends on these."""
+        concerned = {package}
+        while more := {
+            name for name, needed in self._needed.items() if name not in concerned and needed & concerned
+        }:
+            concerned |= more
+        found: set[str] = set()
+        todo = {
+            path
+            for path in self.files
+            if package_of(path) in concerned or self._heads.get(path, set()) & concerned
+        }
+        while todo:
+            path = todo.pop()
+            found.add(path)
+            todo |= self._dependents[path] - found
+        return {path.removesuffix(_ATTRIBUTES) for path in found} & self.files
+
+    @cached_property
+    def _needed(self) -> Mapping[str, set[str]]:
+        """By a package: those that its package.xml names."""
+        paths = {
+            path for path in self.files if path.endswith("/package.xml") and (self.root / path).is_file()
+        }
+        return {package_of(path): set(_NEEDED.findall(self._text(path))) for path in paths}
+
+    @cached_property
+    def _heads(self) -> Mapping[str, set[str]]:
+        """By a file: names that may be those of packages whose messages or programs it uses."""
+        return {
+            path: {module.partition(".")[0] for module in found.modules} | found.words
+            for path, found in self._references.items()
+        }
 
     def _is_data(self, path: str) -> bool:
         """Whether a file is neither code nor starts any."""
@@ -191,6 +242,10 @@ def package_of(path: str) -> str:
     """Return the name of the package that a file belongs to; empty: none."""
     found = _PACKAGE.match(path)
     return found[1] if found else ""
+
+
+def _is_library(path: str) -> bool:
+    return path.endswith(".py") and _ROOTS.match(path) is not None and not path.startswith("scripts/")
 
 
 def _matches(pattern: str, name: str) -> bool:

@@ -20,6 +20,8 @@ ALPHA, BETA = "src/alpha/src/alpha", "src/beta/src/beta"
 FILES = {
     "conftest.py": "",
     "README.md": "the geometry of alpha",
+    "src/alpha/package.xml": "<package><name>alpha</name><depend>beta</depend></package>",
+    "src/beta/package.xml": "<package><name>beta</name></package>",
     f"{ALPHA}/__init__.py": "",
     f"{ALPHA}/geometry.py": "A = 1",
     f"{ALPHA}/speed.py": "from . import geometry",
@@ -53,10 +55,16 @@ FILES = {
     "tests/test_rostests.py": "",
     "tests/flights/test_flight.py": "def test(launched): launched('fly')",
     "tests/flights/test_nodes.py": "def test(processes): processes.start_node('alpha', 'saver')",
+    # Words of sentences, and the name of a module that several packages have: nothing is started or imported
+    "src/beta/launch/other.launch": '<launch><arg name="a" doc="as the flyer does after fly"/></launch>',
+    "src/beta/test/test_words.py": "import subprocess\nassert 'the flyer may fly'",
+    f"{BETA}/folders.py": "def has(folder): return (folder / 'geometry.py').is_file()",
+    "src/beta/test/test_folders.py": "import beta.folders",
     "tests/pages/test_links.py": "",
 }
 LOOK_AT_ALL = {"src/alpha/test/test_all_models.py", "tests/pages/test_links.py"}
 OF_ALPHA = {path for path in FILES if path.startswith("src/alpha/test/test_")}
+OF_BETA = {path for path in FILES if path.startswith("src/beta/test/test_")}
 FLYER = "tests/test_rostests.py::test_rostest[alpha/flyer]"
 
 
@@ -105,6 +113,22 @@ def selected(root: Path, *changed: str) -> Selection:
         ("src/alpha/worlds/room.world", {"src/alpha/test/test_worlds.py"}),
         ("src/alpha/models/box/model.sdf", {"src/alpha/test/test_worlds.py"}),
         ("src/alpha/config/room_map.yaml", {"src/alpha/test/test_maps.py"}),
+        # What the build of a package reads: it, and the packages that need it
+        (
+            "src/alpha/CMakeLists.txt",
+            {*OF_ALPHA, FLYER, "tests/flights/test_flight.py", "tests/flights/test_nodes.py"},
+        ),
+        (
+            "src/beta/msg/B.msg",
+            {*OF_ALPHA, *OF_BETA, FLYER, "tests/flights/test_flight.py", "tests/flights/test_nodes.py"},
+        ),
+        ("src/mine/package.xml", set()),
+        ("src/mine/nodes/new", set()),
+        # What no file names
+        (
+            "src/alpha/data/nobody.bin",
+            {*OF_ALPHA, FLYER, "tests/flights/test_flight.py", "tests/flights/test_nodes.py"},
+        ),
         # Pages
         ("README.md", set()),
         ("src/alpha/doc/picture.png", set()),
@@ -126,20 +150,19 @@ def test_what_used_a_deleted_file_is_selected(workspace):
     "changed",
     [
         *("conftest.py", "bringup.sh", "pyproject.toml", "requirements.txt", "scripts/setup.sh", ".ci/run"),
-        *("scripts/packages/debian-12.txt", "src/alpha/CMakeLists.txt", "src/alpha/package.xml"),
-        *("src/alpha/setup.py", "src/alpha/cfg/Alpha.cfg", "src/interfaces/m/msg/A.msg", "src/a/srv/B.srv"),
+        *("scripts/packages/debian-12.txt", "src/alpha/env-hooks/10.alpha.sh"),
     ],
 )
-def test_what_set_up_build_or_each_test_reads_selects_all(workspace, changed):
+def test_what_set_up_or_each_test_reads_selects_all(workspace, changed):
     found = selected(workspace, changed, f"{BETA}/far.py")
     assert found.arguments == ("src", "tests")
     assert found.sentence() == f"All tests run: {changed} can touch each of them."
 
 
 def test_what_cannot_be_placed_selects_all_and_is_told(workspace):
-    found = selected(workspace, "src/alpha/data/nobody.bin")
+    found = selected(workspace, "nobody.bin")
     assert found.arguments == ("src", "tests")
-    assert found.sentence() == "All tests run: no file names src/alpha/data/nobody.bin."
+    assert found.sentence() == "All tests run: no file names nobody.bin."
     (workspace / ALPHA / "speed.py").write_text("def (")
     found = selected(workspace, f"{ALPHA}/geometry.py")
     assert found.arguments == ("src", "tests")
@@ -149,7 +172,7 @@ def test_what_cannot_be_placed_selects_all_and_is_told(workspace):
 def test_what_is_left_out_is_counted_by_package(workspace):
     left_out = selected(workspace, f"{BETA}/far.py")
     assert left_out.sentence() == (
-        "Left out, because the change cannot touch them (files): alpha 5 of 6, beta 1 of 2, rostests 1 of 1, "
+        "Left out, because the change cannot touch them (files): alpha 5 of 6, beta 3 of 4, rostests 1 of 1, "
         "tests/flights 2 of 2."
     )
     assert selected(workspace).sentence() == "Nothing has changed, so no test runs."
@@ -204,8 +227,20 @@ def test_the_command_prints_arguments_and_tells_what_is_left_out(repository, cap
         *("tests/flights/test_nodes.py", "tests/pages/test_links.py", FLYER),
     }
     assert ": 6 file(s). Left out, because " in told.err
-    assert told.err.endswith("(files): tests/flights 1 of 2.\n")
+    assert told.err.endswith("(files): beta 2 of 4, tests/flights 1 of 2.\n")
     assert len(told.err.splitlines()) == 1
+
+
+def test_a_change_of_comments_and_docstrings_selects_no_importer(repository, capsys):
+    subprocess.run(("git", "checkout", "--force", "main"), cwd=repository, check=True, capture_output=True)
+    (repository / "new file.py").unlink(missing_ok=True)
+    far = repository / BETA / "far.py"
+    far.write_text('"""How far it is."""\n# m\nfar = 1')
+    assert command.main(["HEAD"], repository) == 0
+    assert set(capsys.readouterr().out.split()) == LOOK_AT_ALL
+    far.write_text('"""How far it is."""\nfar = 2')
+    assert command.main(["HEAD"], repository) == 0
+    assert set(capsys.readouterr().out.split()) == {"src/beta/test/test_far.py", *LOOK_AT_ALL}
 
 
 @pytest.mark.parametrize("name", ["nothing", "--output=x"])

@@ -337,7 +337,7 @@ def test_a_ball_that_is_assumed_free_may_lie_beyond_the_map():
 
 
 def test_towards_a_goal_that_is_not_known_it_flies_as_far_as_the_door_that_the_map_shows():
-    """The room behind the wall is unknown. Its door is aside of the straight way, and a voxel behind it seen."""
+    """The room behind the wall is unknown, but for some voxels behind its door, which is aside of the way."""
     kinds = walled(17, [(slice(2, 7), slice(8, 12))])
     kinds[:, :, 9:] = 0
     kinds[2:7, 8:12, 9:12] = 1

@@ -9,7 +9,6 @@ import numpy as np
 from cepa.dynamic.constants.choice import HELD_M, HELD_OWED_M, HELD_PAUSE_S, HELD_S
 from cepa.dynamic.constants.cost_to_go import RETURNS_S, RETURNS_TOLD
 
-
 ANOTHER_WAY = (
     "Lead it another way: set waypoints, or let path_planner lead it on a map (fly_to_goal: planner:=true)."
 )

@@ -109,7 +109,9 @@ def _fly(flight: GoalFlight, lockstep: bool, kept_m: KeptM | None, ending: Endin
     run = Run(flight.description.experiment, ending)
     monitor = Monitor(flight.limits, UavParts.load(flight.description.model))
     goal_xyz_m = flight.description.scenario.goal_xyz_m
-    run.lead(monitor, lambda: Experiment1Node(monitor, goal_xyz_m, lockstep, kept_m is not None, flight.is_planned))
+    run.lead(
+        monitor, lambda: Experiment1Node(monitor, goal_xyz_m, lockstep, kept_m is not None, flight.is_planned)
+    )
     description, wall = run.close(flight.description, monitor)
     flown = run.folder, description, monitor.log, monitor.course.outcome
     numbers = write_numbers(*flown, wall)
