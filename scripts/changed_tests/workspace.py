@@ -108,7 +108,7 @@ class Workspace:
     def _named_by(self, asker: str, word: str, named: Mapping[str, set[str]]) -> set[str]:
         """Return the files that a word in a file names.
 
-        A library's module is imported. Only a test may read it by its name alone: each package has a warm_up.py.
+        A library's module is imported. Only a test may read it by its name alone: each has a warm_up.py.
         """
         found = named.get(word, set())
         return found if _test_folder(asker) else {path for path in found if not _is_library(path)}
@@ -122,7 +122,7 @@ class Workspace:
         return {changed, *tests}
 
     def dependents_of_package(self, package: str) -> set[str]:
-        """Return the files of a package and of those whose package.xml names it, and what depends on these."""
+        """Return the files of a package and of those that need it (package.xml), and what depends on them."""
         concerned = {package}
         while more := {
             name for name, needed in self._needed.items() if name not in concerned and needed & concerned
