@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import importlib.util
 import json
+import math
 import os
 import re
 import shutil
@@ -219,6 +220,16 @@ def test_exploring_and_inspecting_are_seen_from_the_uav_on():
     assert views[0]["Current"]["Target Frame"] == "base_frame"
     assert views[0]["Current"]["Distance"] < 10.0
     assert sizes(explore) == sizes(inspection)
+
+
+@pytest.mark.parametrize("name", ["experiment", "explore", "inspection", "volume"])
+def test_a_roof_between_the_eye_and_the_uav_is_cut_away(name):
+    """Where a roof hides a UAV 2 m below it, it is nearer to the eye than the cut."""
+    views = yaml.safe_load((FLYING_RVIZ / f"{name}.rviz").read_text())["Visualization Manager"]["Views"]
+    (view,) = [view for view in (views["Current"], *views["Saved"]) if view["Name"] == "Follow the UAV"]
+    pitch, cut_m = view["Pitch"], view["Near Clip Distance"]
+    uav_m = view["Distance"] - view["Focal Point"]["X"] * math.cos(pitch)
+    assert uav_m - 2.0 / math.sin(pitch) < cut_m < uav_m - 0.5
 
 
 def sizes(config):

@@ -61,9 +61,9 @@ def draw_cushions():
             ax.plot(*outline.T, color=colour, label=label)
             ax.plot(*view.circle(radius).T, color=colour, lw=0.7, ls=":")
         _arrow(ax, (1.0, 0.0), OUTPUT, "v")
-        ax.set(title=f"{name} (equation {equation})", xlabel="x, m", aspect="equal")
+        ax.set(title=f"{name} (equation {equation})", xlabel="x [m]", aspect="equal")
     figure.suptitle(f"|v| = 1 m/s, T = {PARAMETERS.time_horizon:g} s", fontsize=8)
-    axes[0].set_ylabel("y, m")
+    axes[0].set_ylabel("y [m]")
     axes[1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
     return figure
 
@@ -94,7 +94,7 @@ def draw_steering():
         plane.plot(*ring, ".", color=colour, ms=3, label=label)
     _arrow(plane, v_ref, REFERENCE, "$v_{ref}$")
     _arrow(plane, decision.velocity_xy, OUTPUT, "$v_{out}$")
-    plane.set(xlim=(-2.8, 4.6), ylim=(-2.6, 3.6), aspect="equal", xlabel="x, m", ylabel="y, m")
+    plane.set(xlim=(-2.8, 4.6), ylim=(-2.6, 3.6), aspect="equal", xlabel="x [m]", ylabel="y [m]")
     plane.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncol=3, frameon=False, fontsize=7)
     _draw_costs(costs, scan, v_ref, v_uav, decision)
     return figure
@@ -117,9 +117,7 @@ def _draw_costs(ax, scan, v_ref, v_uav, decision) -> None:
         color=OUTPUT,
         label=f"answer, after {decision.directions_tested} candidates",
     )
-    ax.set(
-        xlabel="direction, degrees", ylabel="cost (6.5); gaps: rejected", xlim=(-180, 180), ylim=(-40, 120)
-    )
+    ax.set(xlabel="direction [deg]", ylabel="cost (6.5); gaps: rejected", xlim=(-180, 180), ylim=(-40, 120))
     ax.set_xticks(range(-180, 181, 60))
     ax.legend(frameon=False, fontsize=7)
 
@@ -152,9 +150,9 @@ def draw_emergency():
         for velocity, colour, label in arrows:
             _arrow(ax, np.array(velocity) * 0.8 / math.hypot(*velocity), colour, label, named=False)
         ax.set(
-            title=f"K = {slope:g} m/rad", xlim=(-1.4, 1.4), ylim=(-1.2, 0.95), aspect="equal", xlabel="x, m"
+            title=f"K = {slope:g} m/rad", xlim=(-1.4, 1.4), ylim=(-1.2, 0.95), aspect="equal", xlabel="x [m]"
         )
-    axes[0].set_ylabel("y, m")
+    axes[0].set_ylabel("y [m]")
     figure.legend(
         *axes[0].get_legend_handles_labels(),
         loc="lower center",
@@ -173,7 +171,7 @@ def draw_extensions():
         outline = view.emergency_outline(aware, (speed, 0.0))
         zone.plot(*outline.T, color=str(shade), label=f"{speed:g} m/s")
     zone.add_patch(plt.Circle((0.0, 0.0), aware.body_radius, color="#8c6d4f", alpha=0.4))
-    zone.set(title="edge of an emergency, by the speed ahead", xlabel="x, m", ylabel="y, m", aspect="equal")
+    zone.set(title="edge of an emergency, by the speed ahead", xlabel="x [m]", ylabel="y [m]", aspect="equal")
     zone.legend(frameon=False, fontsize=7, loc="upper center", ncol=4)
     zone.set(xlim=(-0.7, 2.7), ylim=(-0.7, 1.0))
     _draw_leaning(side)
@@ -200,7 +198,7 @@ def _draw_leaning(ax) -> None:
     sight = needed_sight(parameters, speed)
     ax.axvline(sight, color=REFERENCE, lw=0.8, ls="--", label="sight needed at 2 m/s")
     ax.plot(0.0, height, "s", color=SCAN)
-    ax.set(title="what the beam ahead is when the UAV leans", xlabel="ahead, m", ylabel="height, m")
+    ax.set(title="what the beam ahead is when the UAV leans", xlabel="ahead [m]", ylabel="height [m]")
     ax.set(xlim=(-0.2, 6.2), ylim=(-0.1, 1.6))
     ax.legend(frameon=False, fontsize=7, loc="upper right")
 

@@ -89,7 +89,7 @@ def draw_loop_closure(log, before: GridSlam, after: GridSlam, closer: LoopCloser
         ends = poses_at(path, np.array([closure.stamp_from_s, closure.stamp_to_s]))
         plan.plot(*ends[:, :2].T, "o-", color="k", ms=3, lw=0.8)
     plan.plot([], [], "o-", color="k", ms=3, lw=0.8, label=f"{len(closer.closures)} closures")
-    plan.set(aspect="equal", xlabel="x, m", ylabel="y, m")
+    plan.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     plan.legend(loc="center", frameon=False, fontsize=8)
     _draw_surface(surface, before)
     return figure
@@ -119,8 +119,8 @@ def _draw_surface(ax, slam: GridSlam) -> None:
     ax.plot(x, y, "+", color=BEFORE, ms=9, mew=2, label="the filter's estimate")
     ax.set(
         aspect="equal",
-        xlabel="last pose seen from the first: along the wall, m",
-        ylabel="across, m",
+        xlabel="last pose seen from the first: along the wall [m]",
+        ylabel="across [m]",
     )
     ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), frameon=False, fontsize=8)
     ax.figure.colorbar(drawn, ax=ax, label="share that agrees", orientation="horizontal", pad=0.22)

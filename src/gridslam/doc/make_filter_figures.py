@@ -75,7 +75,7 @@ def _draw_motions(ax, slam, prediction, found, log):
     ):
         ax.plot(*poses[:, :2].T, ".", ms=4, color=colour, label=label)
     ax.plot(*log.truth.poses_in_map[AFTER - 1, :2], "x", color=RED, label="truth")
-    ax.set(title="one step of the particles", xlabel="x, m", ylabel="y, m", xlim=(-2.4, -1.6))
+    ax.set(title="one step of the particles", xlabel="x [m]", ylabel="y [m]", xlim=(-2.4, -1.6))
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), frameon=False)
 
 
@@ -93,7 +93,7 @@ def _draw_scans(ax, slam, beams, poses):
     for pose, colour, label in zip(poses, (ORANGE, BLUE), ("as drawn", "as matched")):
         ends = se2.transform(pose, beams.ends[beams.hits] * slam.parameters.delta)
         ax.plot(*ends.T, ".", ms=3, color=colour, label=label)
-    ax.set_xlabel("x, m")
+    ax.set_xlabel("x [m]")
 
 
 def _zoom(ax):
@@ -119,7 +119,7 @@ def draw_tiles(slam: GridSlam):
         for x0, y0, x1, y1 in hold().ends_m:
             walls.plot((x0, x1), (y0, y1), color="k", lw=0.8)
         walls.plot(*slam.trajectory().poses_in_map[:, :2].T, color=RED, lw=1.0)
-        walls.set(xlim=(-17.0, 17.0), ylim=(-12.0, 12.0), xlabel="x, m", aspect="equal")
+        walls.set(xlim=(-17.0, 17.0), ylim=(-12.0, 12.0), xlabel="x [m]", aspect="equal")
     visits = maps.pool.tiles.visits[maps.tables[slam.best_particle]]
     cells = visits.reshape(*visits.shape[:2], SIDE, SIDE).transpose(0, 2, 1, 3)
     before.imshow(

@@ -80,7 +80,7 @@ def forest(run: Run) -> Iterator[Image.Image]:
     figure = Figure(figsize=(9.0, 4.3), layout="constrained")
     axes = figure.subplots()
     goal = run.told["goal"]
-    axes.set(aspect="equal", xlim=(-3.0, goal[0] + 3.0), ylim=(-9.0, 9.0), xlabel="x (m)", ylabel="y (m)")
+    axes.set(aspect="equal", xlim=(-3.0, goal[0] + 3.0), ylim=(-9.0, 9.0), xlabel="x [m]", ylabel="y [m]")
     shapes = outlines_of_file(run.told["world"])
     for blocks, colour in ((False, "#dfe5d8"), (True, SOLID)):
         draw_solids(axes, (each.outline_xy for each in shapes if each.blocks(goal[2]) is blocks), colour)
@@ -109,7 +109,7 @@ def tank(run: Run, seed: int = 1) -> Iterator[Image.Image]:
     panels = figure.subplots(2, 1, height_ratios=spans[1:])
     for panel, name in zip(panels, ("from above", "from the side")):
         panel.set_title(name, loc="left", **TEXT)
-        panel.set(aspect="equal", xlabel="x (m)", ylabel="y (m)" if panel is panels[0] else "z (m)")
+        panel.set(aspect="equal", xlabel="x [m]", ylabel="y [m]" if panel is panels[0] else "z [m]")
     views = [((0, up), _drawn(panel, low_m, high_m, up)) for panel, up in zip(panels, (1, 2))]
     for step, row in enumerate(run.rows(TANK_STEP_S)):
         for axes, (image, path, here) in views:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from lxml import etree
 from matplotlib import image
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from flights.results import flight_pictures, picture_files
 from flights.worlds import floor_plan
@@ -90,6 +91,19 @@ def test_the_flight_over_time_has_a_panel_for_each_quantity():
     panel = flight_pictures.TimeSeries("speed [m/s]", (("flown", np.column_stack((t, np.sin(t)))),))
     one, three = (pixels(flight_pictures.time_series_figure("a flight", (panel,) * n)) for n in (1, 3))
     assert three.shape[0] > 1.8 * one.shape[0]
+
+
+def test_no_legend_lies_on_the_curves():
+    t = np.linspace(0, 10, 100)
+    curves = tuple((f"the curve of {n}", np.column_stack((t, np.sin(n * t)))) for n in (1, 2, 3))
+    figure = flight_pictures.time_series_figure(
+        "a flight", (flight_pictures.TimeSeries("speed", curves),) * 2
+    )
+    FigureCanvasAgg(figure).draw()
+    for axes in figure.axes:
+        legend = axes.get_legend().get_window_extent()
+        assert not legend.overlaps(axes.get_window_extent())
+        assert figure.bbox.x1 >= legend.x1  # nor is it cut off
 
 
 def test_every_panel_shows_when_the_goal_was_reached():

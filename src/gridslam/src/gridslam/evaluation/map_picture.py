@@ -93,8 +93,8 @@ def _draw_plan(
         xlim=(lowest[0], highest[0]),
         ylim=(lowest[1], highest[1]),
         aspect="equal",
-        xlabel="x, m",
-        ylabel="y, m",
+        xlabel="x [m]",
+        ylabel="y [m]",
         facecolor=str(GREY_UNKNOWN),
     )
 
@@ -127,8 +127,8 @@ def _draw_spread(
     for value, label, style in ((accuracy.mean_m, "mean", ":"), (accuracy.p95_m, "95 %", "--")):
         ax.axvline(value, color="0.4", ls=style, lw=1.0, label=f"{label}: {value:.3f} m")
     ax.set(
-        xlabel="distance from the nearest true wall, m",
-        ylabel="occupied cells, %",
+        xlabel="distance from the nearest true wall [m]",
+        ylabel="occupied cells [%]",
         xlim=(0.0, max(0.1, 1.6 * accuracy.p95_m)),
         ylim=(0.0, 101.0),
     )

@@ -91,7 +91,6 @@ def _write_pictures(
         TimeSeries(
             "SLAM [m]",
             (("path at the end", _curve(errors[0])), ("as believed in flight", _curve(online))),
-            legend_at="upper left",
         ),
         TimeSeries("odometry [m]", (("odometry alone", _curve(errors[1])),)),
     )

@@ -72,5 +72,5 @@ def _draw_known(panel: Axes, known: np.ndarray) -> None:
     panel.axvline(enough_s, color="grey", linewidth=0.8, linestyle="--")
     whole = f"{100 * KNOWN:.0f} % of these {known[-1, 1]:.0f} m³"
     panel.set_title(f"known volume; {whole} after {enough_s:.0f} s", fontsize=9)
-    panel.set(xlabel="time, s", ylabel="m³", xlim=(0.0, known[-1, 0]), ylim=(0.0, None))
+    panel.set(xlabel="time [s]", ylabel="known volume [m³]", xlim=(0.0, known[-1, 0]), ylim=(0.0, None))
     panel.spines[["top", "right"]].set_visible(False)

@@ -58,7 +58,7 @@ def write_inspected(
             panel.plot(line[:, right], line[:, up], color=LOOK, lw=1.2, zorder=4)
             panel.plot(*line[0, [right, up]], "o", color=LOOK, ms=3.0, mew=0.0, zorder=4)
         panel.set(aspect="equal", xlim=(low[right], high[right]), ylim=(low[up], high[up]))
-        panel.set(xlabel=f"{'xyz'[right]} (m)", ylabel=f"{'xyz'[up]} (m)")
+        panel.set(xlabel=f"{'xyz'[right]} [m]", ylabel=f"{'xyz'[up]} [m]")
         panel.set_title(name, fontsize=9, loc="left")
         panel.spines[["top", "right"]].set_visible(False)
     handles = [

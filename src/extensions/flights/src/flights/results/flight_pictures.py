@@ -146,14 +146,13 @@ class TimeSeries:
     label: str
     curves: tuple[tuple[str, np.ndarray], ...]
     limit: tuple[str, float] | None = None
-    legend_at: str = "lower center"
 
 
 def time_series_figure(
     title: str, panels: tuple[TimeSeries, ...], event: tuple[str, float] | None = None
 ) -> Figure:
     """Draw panels over a common time axis. event: name and time of a vertical line through all of them."""
-    figure = Figure(figsize=(_WIDTH_IN, 1.35 * len(panels) + 0.6))
+    figure = Figure(figsize=(_WIDTH_IN, 1.35 * len(panels) + 0.6), layout="constrained")
     all_axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     styles = (("#1f3b73", "-"), ("#c2410c", "--"), ("black", ":"))
     for axes, panel in zip(all_axes, panels):
@@ -168,7 +167,9 @@ def time_series_figure(
         axes.tick_params(labelsize=7)
         axes.grid(alpha=0.3, lw=0.4)
         if len(axes.get_legend_handles_labels()[0]) > 1:
-            axes.legend(fontsize=7, frameon=False, ncol=4, loc=panel.legend_at)
+            axes.legend(
+                fontsize=7, frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5)
+            )  # off the curves
     all_axes[0].set_title(title, fontsize=9)
     all_axes[-1].set_xlabel("time [s]", **_STYLE)
     figure.align_ylabels(all_axes)

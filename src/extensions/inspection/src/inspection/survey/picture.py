@@ -54,7 +54,7 @@ def plan_png(plan: SurveyPlan, patches: Patches, dpi: int = 200) -> bytes:
         _draw_left_out(panel, plan, right, up)
         panel.plot(plan.home_m[right], plan.home_m[up], "*", color="black", ms=11, mec="white", zorder=6)
         panel.set(aspect="equal", xlim=(low[right], high[right]), ylim=(low[up], high[up]))
-        panel.set(xlabel=f"{'xyz'[right]} (m)", ylabel=f"{'xyz'[up]} (m)")
+        panel.set(xlabel=f"{'xyz'[right]} [m]", ylabel=f"{'xyz'[up]} [m]")
         panel.set_title(name, fontsize=10, loc="left")
         panel.spines[["top", "right"]].set_visible(False)
     _tell(axes[0, 1], plan)

@@ -82,7 +82,7 @@ def volume_error_figure(
     bar = {"location": "bottom", "aspect": 50}
     left.colorbar(heights, ax=[*panels, spread], label=HEIGHT_LABEL, **bar)
     right.colorbar(
-        errors, ax=[*sections, parts], label="distance from the true surface, m", extend="max", **bar
+        errors, ax=[*sections, parts], label="distance from the true surface [m]", extend="max", **bar
     )
     sections[0].set_title(f"{sections[0].get_title()}; orange: true surface", fontsize=9)
     _draw_distances(spread, distances_m, error, voxels.resolution_m)
@@ -151,7 +151,7 @@ def _draw_distances(panel: Axes, distances_m: np.ndarray, error: VolumeError, re
     for value, style in ((error.mean_m, ":"), (error.p95_m, "--")):
         panel.axvline(value, color=TRUE, ls=style, lw=1.2)
     panel.set(xlim=(0.0, max(1.6 * error.p95_m, FAR_VOXELS * resolution_m)), ylim=(0.0, 101.0))
-    panel.set(xlabel="distance, m", ylabel="occupied voxels, %")
+    panel.set(xlabel="distance [m]", ylabel="occupied voxels [%]")
     panel.set_title(f"mean {error.mean_m:.3f} m (dotted)\n95 % {error.p95_m:.3f} m (dashed)", fontsize=9)
     panel.spines[["top", "right"]].set_visible(False)
 
@@ -165,7 +165,7 @@ def _draw_parts(panel: Axes, error: VolumeError) -> None:
     panel.barh(names, shares, color="0.75", height=0.75)
     for row, share in enumerate(shares):
         panel.text(1.0, row, f"{share:.1f} %", va="center", fontsize=8)
-    panel.set(xlim=(0.0, 100.0), xlabel="visible surface mapped, %")
+    panel.set(xlim=(0.0, 100.0), xlabel="visible surface mapped [%]")
     hidden = len(error.mapped_by_part) - len(names)
     if hidden:
         panel.set_title(f"the {len(names)} least of {len(names) + hidden} things", fontsize=9)

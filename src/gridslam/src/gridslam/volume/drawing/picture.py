@@ -20,7 +20,7 @@ ABOVE, SIDE, FRONT = (0, 1, 2), (0, 2, 1), (1, 2, 0)
 VIEWS = (ABOVE, SIDE, FRONT)
 """Axis to the right, axis up, axis of sight."""
 HEIGHTS = "viridis"
-HEIGHT_LABEL = "height z, m"
+HEIGHT_LABEL = "height z [m]"
 SHADOW_M, DARKEST = 0.5, 0.75
 """A pixel this far behind its neighbour has the darkest shadow, 0..1."""
 PIXELS_MAX = 3000
@@ -150,5 +150,5 @@ def show_pixels(
         vmin=lowest,
         vmax=highest,
     )
-    panel.set(xlabel=f"{AXES[view[0]]}, m", ylabel=f"{AXES[view[1]]}, m", aspect="equal")
+    panel.set(xlabel=f"{AXES[view[0]]} [m]", ylabel=f"{AXES[view[1]]} [m]", aspect="equal")
     return shown
