@@ -108,6 +108,27 @@ def test_delays_on_a_busy_machine_are_warnings(late):
     )
 
 
+@pytest.mark.parametrize(
+    ("signs", "told"),
+    [({"load": 2.4}, "2.4 programs"), ({"factor": 1.0, "wall_s": 100.0}, "real-time factor is 0.")],
+)
+def test_a_load_or_a_slow_clock_is_told_before_any_node_is_blamed(signs, told):
+    late = replace(edge_late(3.0), **signs)
+    found = graph.check(late)
+    (note,) = (one for one in found if one.where == "machine")
+    assert told in note.what
+    (edge,) = (one for one in found if "late" in one.what)
+    assert edge.severity == WARNING
+    assert edge.remedy.startswith("The machine is busy: free it first.")
+
+
+def test_a_simulator_that_is_asked_to_be_slow_is_no_busy_machine():
+    kept = replace(WELL, wall_s=100.0).kept_factor
+    assert not [
+        one for one in graph.check(replace(WELL, wall_s=100.0, factor=kept)) if one.where == "machine"
+    ]
+
+
 def test_a_publisher_that_hovers_between_scans_is_no_fault():
     """Its setpoints have the scan's stamp; at a hover without scans they have the present, which is later."""
     name = "/mavros/setpoint_raw/local"

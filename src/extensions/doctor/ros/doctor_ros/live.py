@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import os
 import threading
 import time
 from pathlib import Path
@@ -58,6 +59,8 @@ def look(listen_s: float) -> Graph:
             use_sim_time,
             wall_s,
             waited_s / max(ran_s + waited_s, 1e-9),
+            os.getloadavg()[0] / len(os.sched_getaffinity(0)),
+            float(_parameter(master, "/gazebo/real_time_factor", 0.0) or 0.0),
         )
 
 

@@ -26,6 +26,10 @@ OBEYING, LANDING = ("OFFBOARD", "GUIDED"), ("AUTO.LAND", "LAND")
 """Modes that follow setpoints; the mode at the end of every flight, while the publisher still streams."""
 
 BUSY_SHARE = 0.3
+BUSY_LOAD = 1.5
+"""Programs for each processor. The graph of a flight alone asks for about one on two cores."""
+BUSY_FACTOR = 0.9
+"""Of the real-time factor that was asked for."""
 LEAST_SPAN_S = 2.0
 """A shorter time is not enough for a rate."""
 
@@ -33,7 +37,7 @@ LEAST_SPAN_S = 2.0
 def check(graph: Graph) -> list[Diagnosis]:
     """Return all diagnoses about a running graph.
 
-    What a busy machine may have made late is only a warning there.
+    What a busy machine may have made late is only a warning there, and the machine is to be freed first.
     """
     recording = graph.recording
     timely = [*rates(graph), *chain(recording)]
@@ -41,9 +45,13 @@ def check(graph: Graph) -> list[Diagnosis]:
         graph.use_sim_time or not recording.clock_s
     ):  # else all stamps are from another clock, which is a diagnosis already
         timely += [*clock.stamps(recording), *transforms.times(recording)]
-    if graph.waited_share > BUSY_SHARE:
+    if _busy(graph):
         timely = [
-            replace(diagnosis, severity=WARNING) if diagnosis.severity == ERROR else diagnosis
+            replace(
+                diagnosis,
+                severity=WARNING if diagnosis.severity == ERROR else diagnosis.severity,
+                remedy=f"The machine is busy: free it first. If it stays so: {diagnosis.remedy}",
+            )
             for diagnosis in timely
         ]
     found = [
@@ -56,10 +64,24 @@ def check(graph: Graph) -> list[Diagnosis]:
 
 def load(graph: Graph) -> Iterator[Diagnosis]:
     """Note that the machine is busy: then delays and missing messages are not the nodes' fault."""
+    if signs := _busy(graph):
+        remedy = (
+            "End other programs, or fly slower (real_time_factor:=0.5), and examine again; until then delays "
+            "and rates tell little"
+        )
+        yield Diagnosis(NOTE, "machine", f"is busy: {', '.join(signs)}", remedy)
+
+
+def _busy(graph: Graph) -> list[str]:
+    """Return the signs of a machine that is busy; none: it is not."""
+    signs = []
     if graph.waited_share > BUSY_SHARE:
-        what = f"is busy: the doctor waited {100.0 * graph.waited_share:.0f} % of its time for a processor"
-        remedy = "End other programs, and examine again; until then delays and rates tell little"
-        yield Diagnosis(NOTE, "machine", what, remedy)
+        signs.append(f"the doctor waited {100.0 * graph.waited_share:.0f} % of its time for a processor")
+    if graph.load > BUSY_LOAD:
+        signs.append(f"{graph.load:.1f} programs want each processor")
+    if graph.kept_factor < BUSY_FACTOR * graph.factor:
+        signs.append(f"the real-time factor is {graph.kept_factor:.2f} of {graph.factor:g}")
+    return signs
 
 
 def nodes(graph: Graph) -> Iterator[Diagnosis]:

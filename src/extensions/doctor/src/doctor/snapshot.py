@@ -10,6 +10,7 @@ same.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -136,7 +137,8 @@ class Graph:
     """A running graph and its received messages.
 
     wall_s: wall time of the observation. waited_share: of the time in which the doctor had work, the part in
-    which it waited for a processor.
+    which it waited for a processor. load: programs that want a processor, for each one that there is. factor:
+    the simulator's real-time factor that was asked for; 0: as fast as possible, or there is no simulator.
     """
 
     recording: Recording
@@ -146,3 +148,11 @@ class Graph:
     use_sim_time: bool = False
     wall_s: float = 0.0
     waited_share: float = 0.0
+    load: float = 0.0
+    factor: float = 0.0
+
+    @property
+    def kept_factor(self) -> float:
+        """The simulator's real-time factor; NaN without its clock."""
+        ticks = self.recording.clock_s
+        return (ticks[-1] - ticks[0]) / self.wall_s if len(ticks) > 1 and self.wall_s > 0.0 else math.nan

@@ -106,6 +106,28 @@ def test_a_run_that_never_flew_has_a_summary_too(tmp_path, description):
     assert "failure" in run_summary.headline(content)
 
 
+@pytest.mark.parametrize(
+    ("factor", "p99_ms", "lockstep", "told"),
+    [
+        (0.99, 60.0, False, ""),
+        (0.80, 60.0, False, "bad: the machine did not keep the factor of 1."),
+        (0.80, 997.0, False, "bad: 1 % of the answers came after 500 ms"),
+        (0.80, 997.0, True, "does not matter: in lockstep"),
+    ],
+)
+def test_pace_and_latency_are_judged(description, tmp_path, factor, p99_ms, lockstep, told):
+    monitor = Monitor(PhaseLimits(), IRIS)
+    monitor.abort("The simulator ended.")
+    wall = monitor.wall_metrics(0.0)
+    folder = RunFolder(tmp_path, "experiment_1", datetime.now())
+    content = run_files.write_numbers(folder, description, monitor.log, monitor.course.outcome, wall)
+    content["parameters"] = {"gazebo": {"real_time_factor": 1.0, "lockstep": lockstep}}
+    content |= {"real_time_factor": factor, "latency_ms": {"median": 50.0, "p99": p99_ms}}
+    words = run_summary.headline(content)
+    assert told in words
+    assert ("pace" in words) == bool(told)
+
+
 def test_wall_metrics(description):
     monitor, _ = fly_straight()
     monitor.on_performance(

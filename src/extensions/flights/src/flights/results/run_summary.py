@@ -11,6 +11,11 @@ from flights.results import run_folder
 from flights.results.sources import commit
 from flights.worlds.scenario import ALGORITHMS
 
+COMMAND_TIMEOUT_S = 0.5
+"""Default `command_timeout` of mavros_publisher: an older command is none, and the UAV hovers."""
+KEPT_SHARE = 0.9
+"""Of the real-time factor that was asked for. A machine that has time keeps 0.99."""
+
 
 def summary_of(
     description: RunDescription, metrics: dict, wall: WallMetrics, min_clearance_m: float | None
@@ -60,10 +65,28 @@ def headline(content: dict) -> str:
         "CEPA, mean, p99": _in_unit("ms", 3, computation.get("mean"), computation.get("p99")),
         "latency, median, p99": _in_unit("ms", 1, latency.get("median"), latency.get("p99")),
         "real-time factor": _in_unit("", 3, content["real_time_factor"]),
+        **_pace(content),
     }
     if content["failure"]:
         rows["failure"] = content["failure"]
     return "\n".join(f"  {name:<22} {value}" for name, value in rows.items())
+
+
+def _pace(content: dict) -> dict[str, str]:
+    """Return a row that judges latency and real-time factor; none if both are as they should be."""
+    parameters = content.get("parameters") or {}
+    simulator, publisher = (parameters.get(node) or {} for node in ("gazebo", "mavros_publisher"))
+    late_ms = 1e3 * float(publisher.get("command_timeout", COMMAND_TIMEOUT_S))
+    asked, kept = float(simulator.get("real_time_factor", 0.0)), content["real_time_factor"]
+    is_slow = kept is not None and kept < KEPT_SHARE * asked
+    is_late = ((content["latency_ms"] or {}).get("p99") or 0.0) > late_ms
+    if not (is_slow or is_late):
+        return {}
+    if simulator.get("lockstep"):
+        return {"pace": "slow, which does not matter: in lockstep the simulator waited for each answer"}
+    faults = [f"1 % of the answers came after {late_ms:g} ms, when the UAV already hovers"] * is_late
+    faults += [f"the machine did not keep the factor of {asked:g}"] * is_slow
+    return {"pace": f"bad: {', and '.join(faults)}. Add lockstep:=true, or end other programs"}
 
 
 def _arrival(content: dict) -> str:
