@@ -9,6 +9,7 @@ menu, or a parameter of a node has no sentence.
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 import subprocess
 import sys
@@ -17,7 +18,7 @@ from pathlib import Path
 from handbook import library
 from handbook.pages import ROOT, all_pages, without_words
 from handbook.parameters import tables
-from handbook.staging import Stage, gallery
+from handbook.staging import GUIDE, Stage, gallery
 
 HERE = Path(__file__).resolve().parent
 SEARCH = Path("file-search/iframe-worker.js")
@@ -30,8 +31,9 @@ MARK = SEARCH
 def stage_all(folder: Path, is_quick: bool = False) -> Stage:
     """Write all pages into the folder. is_quick: those of the libraries are empty."""
     stage = Stage(folder)
+    guides = pages_of("Tutorials", "How-to")
     for page in all_pages():
-        stage.take(page)
+        stage.take(page, GUIDE if page in guides else "")
     stage.write(Path("pictures.md"), gallery())
     for package, place in library.packages().items():
         text = f"# {package}\n" if is_quick else library.page(package, place)
@@ -41,6 +43,16 @@ def stage_all(folder: Path, is_quick: bool = False) -> Stage:
     stage.write(SEARCH, (HERE / "file-search.js").read_text(encoding="utf-8"))
     stage.write(Path("handbook.css"), (HERE / "handbook.css").read_text(encoding="utf-8"))
     return stage
+
+
+def pages_of(*parts: str) -> set[Path]:
+    """Return the pages in parts of the menu, by the titles of these."""
+    menu = (HERE / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:")[2]
+    found: set[Path] = set()
+    for part in re.split(r"\n  - ", menu):
+        if part.partition(":")[0] in parts:
+            found |= set(map(Path, re.findall(r"[\w./]+\.md\b", part)))
+    return found
 
 
 def faults() -> list[str]:

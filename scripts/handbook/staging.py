@@ -11,6 +11,8 @@ from handbook.layout import with_captions, with_comments_above
 from handbook.lists import spread
 from handbook.pages import PICTURES, ROOT, all_pages, pictures, relative, with_links
 
+GUIDE = "---\nsearch:\n  boost: 16\n---\n"
+"""The search begins with tutorials and how-tos: they say what to do. Parameters (4) come next."""
 UNSEARCHED = "---\nsearch:\n  exclude: true\n---\n"
 LANGUAGES = {".py": "python", ".yaml": "yaml", ".rst": "rst", ".csv": "text", ".launch": "xml", "": "text"}
 LONGEST_FENCE = "`````"
@@ -35,11 +37,11 @@ class Stage:
         (self.folder / page).parent.mkdir(parents=True, exist_ok=True)
         (self.folder / page).write_text(text, encoding="utf-8")
 
-    def take(self, page: Path) -> None:
-        """Take a page of the workspace, with the pictures and files that it refers to."""
+    def take(self, page: Path, front: str = "") -> None:
+        """Take a page of the workspace, with the pictures and files that it refers to, behind `front`."""
         text = (self.root / page).read_text(encoding="utf-8")
         linked = with_links(text, lambda path: self._link(page, path))
-        self.write(page, spread(with_captions(with_comments_above(linked))))
+        self.write(page, front + spread(with_captions(with_comments_above(linked))))
 
     def _link(self, page: Path, path: str) -> str:
         """Return what a page's link is in the site, and make what it leads to."""

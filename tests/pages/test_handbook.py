@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
 from handbook import library  # noqa: E402
+from handbook.__main__ import stage_all  # noqa: E402
 from handbook.layout import with_captions, with_comments_above  # noqa: E402
 from handbook.lists import spread  # noqa: E402
 from handbook.pages import all_pages, pictures, with_links, without_words  # noqa: E402
@@ -160,6 +161,7 @@ def test_a_nodes_docstring_tells_of_its_parameters():
         ("real PX4", "src/simulation_tools/doc/px4_sitl.md"),
         ("keys of result", "src/extensions/flights/doc/reference.md"),
         ("UAV stop", "*/doctor.md"),
+        ("UAV crash", "*/doctor.md"),
         ("why UAV stopped", "*/doctor.md"),
         ("UAV does not move", "*/doctor.md"),
         ("two machines", "*/campaigns.md"),
@@ -184,6 +186,21 @@ def test_the_search_shows_parameters_before_names_of_the_code(parameters):
         for text in (library.FOUND_LATER, *(text for _, text in tables.pages(parameters)))
     ]
     assert boosts[0] * 1000 <= 1 < min(boosts[1:])
+
+
+def test_the_search_shows_tutorials_and_how_tos_before_parameters(tmp_path, parameters):
+    """A word of a heading counts the same on each page; what a page is for must decide."""
+    stage = stage_all(tmp_path, is_quick=True)
+    boosts = {
+        page: float(found[1]) if (found := re.search(r"(?m)\A---\nsearch:\n  boost: (.*)", text)) else 1.0
+        for page in all_pages()
+        for text in [(stage.folder / page).read_text(encoding="utf-8")]
+    }
+    greatest = max(float(re.search(r"(?m)^  boost: (.*)", text)[1]) for _, text in tables.pages(parameters))
+    for name in ("tutorial", "own_tank", "launch_files", "doctor"):
+        (boost,) = (boost for page, boost in boosts.items() if page.stem == name)
+        assert boost > greatest, name
+    assert boosts[Path("src/cepa/doc/reference.md")] == 1.0
 
 
 def test_each_page_is_in_the_menu_once():

@@ -13,9 +13,16 @@ import pytest
 from simulation_tools.sdf.parser import load_world
 from simulation_tools.vehicle.uav import load_uav
 
-PAGE = Path(__file__).parents[2] / "doc/tutorial.md"
-FILES = dict(re.findall(r"^`(\S+)`\n\n```\w+\n(.*?)^```$", PAGE.read_text(encoding="utf-8"), re.M | re.S))
+PAGES = [Path(__file__).parents[2] / f"doc/{name}.md" for name in ("tutorial", "own_tank")]
+FILES = {
+    name: text
+    for page in PAGES
+    for name, text in re.findall(
+        r"^`(\S+)`\n\n```\w+\n(.*?)^```$", page.read_text(encoding="utf-8"), re.M | re.S
+    )
+}
 MODELS = Path(__file__).parents[4] / "simulation_tools/models"
+TANK = "~/tutorial/tank.world"
 WORLD, LIDAR = "~/tutorial/yard.world", "~/tutorial/models/lidar_mine/model.sdf"
 NODE = "src/my_avoidance/nodes/potential_field"
 PATIENCE_S = 200.0
@@ -51,7 +58,7 @@ def test_the_world_is_one(tutorial):
 
 
 @pytest.mark.skipif(not shutil.which("ign"), reason="needs ign sdf: ./bringup.sh setup")
-@pytest.mark.parametrize("name", [WORLD, LIDAR])
+@pytest.mark.parametrize("name", [WORLD, LIDAR, TANK])
 def test_gazebos_own_checker_accepts_the_files(tutorial, name):
     environment = {"PATH": "/usr/bin:/bin", "SDF_PATH": str(MODELS)}
     command = ["ign", "sdf", "-k", str(saved(tutorial, name))]
