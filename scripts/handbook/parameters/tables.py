@@ -20,7 +20,7 @@ TOLD = ROOT / "doc/parameters.yaml"
 FOLDER = Path("parameters")
 """Of these pages, in the site."""
 FOUND_FIRST = "---\nsearch:\n  boost: 4\n---\n"
-"""The search for a parameter's name begins with its row."""
+"""The search shows a parameter before other pages and names of the code, but behind tutorials and how-tos."""
 HEAD = "| name | default | unit | what it does | least | greatest | type |\n|---|---|---|---|---|---|---|\n"
 NODE = tuple[str, str]
 WORDS_MIN = 3
