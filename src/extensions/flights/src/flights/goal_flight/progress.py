@@ -7,7 +7,7 @@ from typing import Sequence
 
 PATIENCE_S = 15.0
 LEAST_M = 0.5
-UNPLANNED = "CEPA sees only what is near. To look for a door farther aside, fly with planner:=true."
+UNPLANNED = "CEPA sees only what is near: fly_to_goal.launch planner:=true looks for a door farther aside."
 PLANNED = "path_planner leads it around what is in the way, and says so if it finds no way."
 
 
