@@ -7,6 +7,7 @@ import pytest
 from lxml import etree
 from matplotlib import image
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 from flights.results import flight_pictures, picture_files
 from flights.worlds import floor_plan
@@ -104,6 +105,20 @@ def test_no_legend_lies_on_the_curves():
         legend = axes.get_legend().get_window_extent()
         assert not legend.overlaps(axes.get_window_extent())
         assert figure.bbox.x1 >= legend.x1  # nor is it cut off
+
+
+def test_no_label_is_cut_off_at_the_border_of_a_file():
+    """A plan and a square panel beside it, laid out by matplotlib, as the picture of the map error."""
+    figure = Figure(figsize=(10.0, 5.0), layout="constrained")
+    plan, square = figure.subplots(1, 2, gridspec_kw={"width_ratios": (2.2, 1.0)})
+    plan.plot((-9.0, 9.0), (-7.0, 7.0), label="a line")
+    plan.set(xlim=(-9.0, 9.0), ylim=(-7.0, 7.0), aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    plan.legend(loc="upper center", bbox_to_anchor=(0.5, -0.08), ncol=3, frameon=False)
+    square.set(xlabel="distance from the nearest true wall [m]", ylabel="occupied cells [%]")
+    square.set_box_aspect(1.0)
+    drawn = image.imread(io.BytesIO(picture_files.files("map_error", figure)["map_error.png"]))[:, :, :3]
+    for border in (drawn[0], drawn[-1], drawn[:, 0], drawn[:, -1]):
+        assert (border > 0.9).all()
 
 
 def test_every_panel_shows_when_the_goal_was_reached():

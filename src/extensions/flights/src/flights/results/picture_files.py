@@ -47,6 +47,9 @@ def _inked(figure: Figure) -> Bbox:
     canvas, dpi = FigureCanvasAgg(figure), figure.dpi
     figure.dpi = _DPI
     figure.draw_without_rendering()
+    figure.set_layout_engine(
+        "none"
+    )  # each later drawing would lay it out anew, and move labels out of this part
     inked = figure.get_tightbbox(canvas.get_renderer()).padded(_PAD_IN)
     figure.dpi = dpi
     return inked
