@@ -54,6 +54,10 @@ def test_each_launch_compiles_what_it_flies_with():
         machine_code.LOOP_CLOSURE,
         machine_code.ODOMETRY,
     }
+    assert parts_of("fly_to_goal.launch", world="w", goal="1 0 2", planner="true") == {
+        *(machine_code.SIMULATOR, machine_code.DYNAMIC_CEPA, machine_code.CLOUD_ODOMETRY),
+        *(machine_code.SLAM, machine_code.LOOP_CLOSURE, machine_code.VOLUME),
+    }
     assert set(machine_code.ALL) >= parts_of("teleop.launch", gnss="false", algorithm="dynamic")
 
 

@@ -65,11 +65,12 @@ def needed_by(asked: Mapping[str, str]) -> tuple[str, ...]:
     parts = [SIMULATOR] if "world" in asked or "scenario" in asked else []
     if asked.get("avoidance", "cepa") == "cepa":
         parts.append(DYNAMIC_CEPA if asked.get("algorithm") == "dynamic" else THESIS_CEPA)
-    if "slam_config" in asked and asked.get("slam", "true").lower() not in NO:
+    is_planned = asked.get("planner", "false").lower() not in NO
+    if is_planned or ("slam_config" in asked and asked.get("slam", "true").lower() not in NO):
         parts += [SLAM, LOOP_CLOSURE]
     if asked.get("gnss", "true").lower() in NO:
         parts.append(CLOUD_ODOMETRY if asked.get("lidar") in CLOUD_LIDARS else ODOMETRY)
-    if asked.get("volume", "false").lower() not in NO:
+    if is_planned or asked.get("volume", "false").lower() not in NO:
         parts.append(VOLUME)
     return tuple(parts)
 
