@@ -48,6 +48,9 @@ class Link:
     def poll(self, time_us, until):
         """Nothing has come."""
 
+    def take_orders(self, time_us):
+        """Nobody orders anything."""
+
 
 def waited(barrier, said=None):
     """Return whether lockstep got all answers to the scan of 100 ms, when it was over, and the link."""

@@ -22,6 +22,9 @@ class OwnLinks:
     def flush(self) -> None:
         """Do nothing: nothing was kept."""
 
+    def take_orders(self, time_us: int) -> None:
+        """In lockstep alone somebody waits with orders."""
+
     def keep_alive(self) -> None:
         """Do nothing: there is no lockstep with it."""
 

@@ -120,6 +120,9 @@ class SetpointInput(Protocol):
     def poll(self, time_us: int, until: Callable[[], bool] = ...) -> None:
         """Handle all input that has arrived. Stop early if `until` returns True after a datagram."""
 
+    def take_orders(self, time_us: int) -> None:
+        """Carry out orders (modes, commands) that have arrived. All other input waits for the next poll."""
+
     def keep_alive(self) -> None:
         """Tell the other side that nothing has happened to this one, though time stands still."""
 
@@ -152,8 +155,9 @@ class Lockstep:
     def wait(self, time_us: int, timeout_s: float) -> bool:
         """Wait for the answers to the scan of time_us. Return False after a time-out or an interruption.
 
-        MAVLink input is applied up to the setpoint and the external pose of the scan, and no further. A
-        participant that says that it works is waited for.
+        MAVLink input is applied up to the setpoint and the external pose of the scan, and no further. But
+        what a participant orders before it acknowledges takes effect at this scan, though its order may
+        arrive before or after the setpoint. A participant that says that it works is waited for.
         """
         barrier = self.barrier
         barrier.raise_for(time_us // 1000)
@@ -166,7 +170,10 @@ class Lockstep:
                 return False
         if self._has_said:  # the others had to wait, too
             self._deadline_s = self._clock.now() + timeout_s
-        return self._read_until(lambda: not barrier.lacks_pose, time_us, timeout_s)
+        if not self._read_until(lambda: not barrier.lacks_pose, time_us, timeout_s):
+            return False
+        self._link.take_orders(time_us)
+        return True
 
     def _is_at_work(self, timeout_s: float) -> bool:
         """Return whether all participants that are late say that they work."""

@@ -9,6 +9,8 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from simulation_tools.mavlink import parameter_from_wire
 from simulation_tools.px4.modes import Mode
+from simulation_tools.running.lockstep import Barrier, Lockstep
+from simulation_tools.running.pacing import WallClock
 
 # Commands
 
@@ -54,6 +56,39 @@ def test_command_int_is_answered_too(ready):
     setup, client = ready
     message = mavlink.MAVLink_command_int_message(1, 1, 0, 400, 0, 0, 1, 0, 0, 0, 0, 0, 0)
     assert setup.ack(client, lambda: client.send(message)) == [(400, 0)]
+
+
+@pytest.mark.parametrize("is_slow", [False, True])
+def test_in_lockstep_an_order_takes_effect_at_its_scan_whether_the_setpoint_comes_before_or_after(
+    ready, is_slow
+):
+    """is_slow: the machine brings the setpoint to MAVROS after the participant's order."""
+    setup, client = ready
+    stamp_ms = setup.flight.body.time_us // 1000
+
+    class Ordering(Barrier):
+        def wait_for_participants(self, timeout_s):
+            if not is_slow:
+                order()
+            client.velocity(vx=1.0, stamp=stamp_ms + 25)  # of the next scan
+            self.acknowledge("driver", stamp_ms)
+            return super().wait_for_participants(timeout_s)
+
+    def order():
+        client.send(mavlink.MAVLink_set_mode_message(1, 1, 4 << 16 | 6 << 24))
+
+    barrier = Ordering(frozenset({"driver"}))
+    setup.link.on_setpoint = lambda stamp: (setup.stamps.append(stamp), barrier.on_setpoint(stamp))
+    if is_slow:
+        order()
+    client.velocity(stamp=stamp_ms)
+    lockstep = Lockstep(barrier, setup.link, WallClock(), lambda: False, lambda: False)
+    assert lockstep.wait(1000 * stamp_ms, timeout_s=10.0)
+    assert setup.flight.px4.status.wanted_mode is Mode.AUTO_LAND
+    assert setup.stamps == [stamp_ms]
+    assert setup.link.wait(0.0)
+    setup.link.poll(1000 * stamp_ms)
+    assert setup.stamps == [stamp_ms, stamp_ms + 25]
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from typing import Any, Iterable, Sequence
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, TwistStamped
-from mavros_msgs.msg import ExtendedState, State, StatusText
+from mavros_msgs.msg import AttitudeTarget, ExtendedState, PositionTarget, State, StatusText
 from mavros_msgs.srv import SetMode
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
@@ -33,9 +33,12 @@ LAND_ATTEMPTS = 5
 ANSWER_PATIENCE_S = 0.5
 """Wall time for the stamped messages of an instant."""
 ORDER_PATIENCE_S = 30.0
-"""Wall time for an order in lockstep. MAVROS answers within milliseconds, and later on a busy machine."""
+"""Wall time in lockstep for an order, and for the setpoint of an instant. MAVROS answers within milliseconds,
+and later on a busy machine."""
 UNSTAMPED_S = 0.02
-"""Wall time after which messages without a stamp (ready, goal_reached) have also arrived."""
+"""Wall time after which messages without a stamp (ready, goal_reached) have also arrived: their nodes have
+sent them before the instant's setpoint.
+"""
 
 
 class FlightNode(ExperimentNode):
@@ -44,8 +47,10 @@ class FlightNode(ExperimentNode):
     Subscribes, besides every `ExperimentNode`'s topics: odometry (nav_msgs/Odometry); vel_raw, vel_final
     (geometry_msgs/TwistStamped); performance (diagnostic_msgs/DiagnosticArray); mavros/state,
     mavros/extended_state and mavros/statustext/recv (of mavros_msgs), mavros/battery
-    (sensor_msgs/BatteryState). Publishes: ~path (nav_msgs/Path, latched; for RViz). Calls: mavros/set_mode
-    (landing). A subclass sends the goal (`send_goal`) and notes its arrival.
+    (sensor_msgs/BatteryState); in lockstep mavros/setpoint_raw/local, mavros/setpoint_raw/attitude (of
+    mavros_msgs) and mavros/setpoint_position/local (geometry_msgs/PoseStamped). Publishes: ~path
+    (nav_msgs/Path, latched; for RViz). Calls: mavros/set_mode (landing). A subclass sends the goal
+    (`send_goal`) and notes its arrival.
     """
 
     def __init__(self, monitor: Monitor, lockstep: bool, cepa: bool = True) -> None:
@@ -56,11 +61,17 @@ class FlightNode(ExperimentNode):
         self._landing = family_of(str(rospy.get_param("/gazebo/autopilot", "standin"))).landing
         self._set_mode = ServiceCall("mavros/set_mode", SetMode)
         self._carried_out = threading.Semaphore(0)
+        self._setpoint_s = -math.inf
         super().__init__(monitor, lockstep, cepa)
         log = monitor.log
         self.subscribe("odometry", Odometry, self._on_odometry)
         self.subscribe("vel_raw", TwistStamped, lambda message: log.v_ref.add(*twist_row(message)))
         self.subscribe("vel_final", TwistStamped, lambda message: log.v_final.add(*twist_row(message)))
+        if lockstep:
+            self.subscribe("mavros/setpoint_raw/local", PositionTarget, self._on_setpoint)
+            self.subscribe("mavros/setpoint_position/local", PoseStamped, self._on_setpoint)
+            # Not among the others, because it is advertised when the first one is sent
+            rospy.Subscriber("mavros/setpoint_raw/attitude", AttitudeTarget, self._locked(self._on_setpoint))
         self.subscribe("performance", DiagnosticArray, self._on_performance)
         self.subscribe("mavros/state", State, self._on_state)
         self.subscribe("mavros/extended_state", ExtendedState, self._on_extended_state)
@@ -108,6 +119,8 @@ class FlightNode(ExperimentNode):
     def _decide_at(self, header: Header) -> bool:
         t_s = header.stamp.to_sec()
         with self._heard:
+            # The last answer to the scan: who sent anything for this instant has sent it
+            self._heard.wait_for(lambda: self._finished or self._setpoint_s >= t_s, ORDER_PATIENCE_S)
             self._heard.wait_for(lambda: self._finished or self._has_heard(t_s), ANSWER_PATIENCE_S)
         if self._unstamped_matter():
             time.sleep(UNSTAMPED_S)
@@ -143,6 +156,9 @@ class FlightNode(ExperimentNode):
     def _on_scan(self, message: LaserScan) -> None:
         log = self._monitor.log
         log.add_scan(stamp_s(message), message.ranges, message.angle_min, message.angle_increment)
+
+    def _on_setpoint(self, message: PositionTarget | AttitudeTarget | PoseStamped) -> None:
+        self._setpoint_s = max(self._setpoint_s, stamp_s(message))
 
     def _on_performance(self, message: DiagnosticArray) -> None:
         for status in message.status:

@@ -8,6 +8,7 @@ to either port is served as well. All times are simulation time.
 from __future__ import annotations
 
 import math
+from collections import deque
 from dataclasses import dataclass
 from typing import Callable
 
@@ -38,6 +39,7 @@ _MAIN_SHIFT, _SUB_SHIFT = 16, 24
 _TEXT_CHUNK, _TEXT_MAX = 50, 126  # bytes of a STATUSTEXT, and of a text of PX4
 NO_ANSWER = (255, 190)
 """System and component that a PING is for which only says: I am there. Nobody answers one for another."""
+_ORDERS = "SET_MODE", "COMMAND_LONG", "COMMAND_INT"
 _NOT_GIVEN = (0x7FF80000, 0x7FFFFFFF)  # latitude or longitude of COMMAND_INT
 
 
@@ -83,6 +85,7 @@ class MavlinkLink:
         self.on_setpoint: Callable[[int], None] = lambda time_boot_ms: None
         self.on_external_pose: Callable[[int], None] = lambda time_boot_ms: None
         self.on_warning: Callable[[str], None] = lambda sentence: None
+        self._kept: deque[tuple[Channel, common.MAVLink_message, Address]] = deque()
         self._warned: set[str] = set()
         self._text_id = 0
         rates_hz = telemetry.OFFBOARD_RATES_HZ
@@ -141,16 +144,33 @@ class MavlinkLink:
         waits for.
         """
         self._time_us = time_us
+        while self._kept:
+            self._handle(*self._kept.popleft())
+            if until():
+                return
         for channel in self._channels:
             for message, sender in channel.receive(until):
-                self.statistics.messages += 1
-                handler = self._handlers.get(message.get_type())
-                if handler is not None:
-                    handler(channel, message, sender)
+                self._handle(channel, message, sender)
         bad = sum(channel.codec.bad for channel in self._channels)
         if bad > self.statistics.bad_packets:
             self.statistics.bad_packets = bad
             self._warn("bad", "MAVLink: received data that is not a valid MAVLink 2 message; it is ignored")
+
+    def take_orders(self, time_us: int) -> None:
+        """Carry out the orders that have arrived, and keep all else for the next `poll`."""
+        self._time_us = time_us
+        for channel in self._channels:
+            for received in channel.receive(lambda: False):
+                if received[0].get_type() in _ORDERS:
+                    self._handle(channel, *received)
+                else:
+                    self._kept.append((channel, *received))
+
+    def _handle(self, channel: Channel, message: common.MAVLink_message, sender: Address) -> None:
+        self.statistics.messages += 1
+        handler = self._handlers.get(message.get_type())
+        if handler is not None:
+            handler(channel, message, sender)
 
     def send_due(self, time_us: int) -> None:
         """Send the streamed messages that are due at this simulation time."""
@@ -174,7 +194,7 @@ class MavlinkLink:
 
     def wait(self, timeout_s: float) -> bool:
         """Wait, in wall time, until there is something to `poll`; returns whether there is."""
-        return wait_readable(self._sockets, timeout_s)
+        return bool(self._kept) or wait_readable(self._sockets, timeout_s)
 
     def keep_alive(self) -> None:
         """Tell all clients that the flight controller is there, though simulation time stands still."""
@@ -182,6 +202,7 @@ class MavlinkLink:
 
     def reset(self) -> None:
         """Start again after simulation time has jumped back."""
+        self._kept.clear()
         for channel in self._channels:
             channel.reset()
         self._mission_status.reset()
