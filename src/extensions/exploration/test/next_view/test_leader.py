@@ -110,6 +110,34 @@ def test_a_node_that_died_in_flight_comes_home_to_the_same_place():
     assert again.kept.values["has_ended"]
 
 
+def test_when_slam_begins_another_map_nothing_is_flown_in_it_and_the_next_goal_has_a_home_there():
+    uav = Uav()
+    uav.give(came.MapId("one"))
+    uav.begin()
+    uav.place_m = FAR_M
+    uav.step()
+    uav.give(came.MapId("one"))  # latched, so it may come twice
+    assert uav.errand.is_active
+    # When the map's frame is another one, then the UAV's place reads otherwise, and no old place is flown to
+    uav.give(came.MapId("two"))
+    (finish,) = uav.ended
+    assert "another map" in finish.words
+    assert uav.leader.outcome().must_land
+    uav.place_m = elsewhere_m = np.array((2.5, 2.5, 2.0))
+    for _ in range(5):
+        uav.step()
+        assert np.array_equal(uav.place_m, elsewhere_m)
+    # And a node that is started again does not go on with the old goal in the new map
+    again = Uav(uav.kept, elsewhere_m)
+    again.stamp_s = uav.stamp_s
+    again.give(came.MapId("two"))
+    again.step()
+    again.give(came.Goal("one", SimpleNamespace(time_max=0.0), "one", again.stamp_s))
+    assert not again.errand.is_active
+    again.begin("two")
+    assert np.allclose(again.kept.values["home"], elsewhere_m)
+
+
 def test_without_a_pose_it_hovers_and_lands_where_it_is_when_the_energy_says_come_home():
     uav = Uav()
     uav.begin()
