@@ -8,7 +8,7 @@ import numpy as np
 
 from exploration.planning.if_free import clearances_if_free
 from exploration.planning.parameters import PlannerParameters
-from exploration.planning.space import Space
+from exploration.planning.space import Space, square_to_faces
 from exploration.planning.voxel_grid import OCCUPIED
 from flight_limits import KeepOutBox
 
@@ -28,7 +28,8 @@ def unseen_obstacle(
     nothing tells of. It closes the passage: straight ahead, across it, up to what is known on each side.
     None: something known is near. Or it climbs or sinks, where a lidar does not look.
 
-    again: it was held off here before. The first time, a wall beside the way may be the cause.
+    again: it was held off here before. The first time, a wall beside the way may be the cause, if its surface
+    may be nearer than the clearance.
     """
     way_m, radius_m = np.asarray(next_m, float) - here_m, parameters.radius
     length_m = float(np.linalg.norm(way_m))
@@ -38,7 +39,7 @@ def unseen_obstacle(
     axis = int(np.abs(ahead[:2]).argmax())
     across = [side for side in range(3) if side != axis]
     width_m = 2.0 * (parameters.clearance_m + NEAR_SHARE * parameters.comfort)
-    least = space.need if again else math.ceil((math.sqrt(space.need) + 1.0) ** 2)
+    least = space.need if again else max(space.need, square_to_faces(parameters.clearance_m / voxel_m))
     squares = clearances_if_free(space, math.isqrt(least) + 1)
     for along_m in np.arange(0.0, 2.0 * radius_m, 0.5 * voxel_m):
         place_m = here_m + along_m * ahead
