@@ -10,11 +10,12 @@ import signal
 
 signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C during the slow imports: no traceback
 
-import json
 import sys
 from pathlib import Path
 
+from flights.errors import ResultsError
 from flights.results import run_summary
+from input_schemas import read_made
 from master_thesis.experiment_2 import summary as trial_summary
 
 
@@ -41,18 +42,19 @@ def headline(result: dict) -> str:
 
 def main(path: Path, launch_code: int = 0) -> int:
     """Print the summary of one result.json. launch_code: roslaunch's exit code."""
+
+    def made(result: dict) -> tuple[str, bool, str | None]:
+        try:
+            return headline(result), result["success"], run_summary.truth_digest(path.parent, result)
+        except (LookupError, TypeError, ValueError, AttributeError) as error:
+            raise ResultsError(
+                f"was changed, or is of another version: {error!r}. It is not summarised."
+            ) from None
+
     try:
-        result = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        print(f"{path} cannot be read: {error}", file=sys.stderr)
-        return 1
-    try:
-        told, success = headline(result), result["success"]
-        digest = run_summary.truth_digest(path.parent, result)
-    except (LookupError, TypeError, ValueError, AttributeError) as error:
-        print(
-            f"{path} was changed, or is of another version: {error!r}. It is not summarised.", file=sys.stderr
-        )
+        told, success, digest = read_made(path, "The record", made, ResultsError)
+    except ResultsError as error:
+        print(error, file=sys.stderr)
         return 1
     print(f"\nResults in {path.parent}:\n{told}")
     print(f"  {'digest of truth.csv':<22} {digest}\n" if digest else "")

@@ -71,6 +71,7 @@ MAY_IMPORT: dict[str, frozenset[str]] = {
     **dict.fromkeys(HELPERS, frozenset()),
     "flight_basics": frozenset({"node_tools", "stamp_pairing"}),
     "flight_limits": frozenset({"input_schemas"}),
+    "mesh_files": frozenset({"input_schemas"}),
     "input_checks": frozenset({"node_tools"}),
     **dict.fromkeys(("simulation_tools", "inspection_tools", "cepa", "gridslam", "exploration"), HELPERS),
     "inspection": HELPERS | {"exploration"},

@@ -131,7 +131,7 @@ REFUSED = {
     "SLAM's form": (
         "experiment_3",
         [f"slam_config:={__file__}"],
-        "test_launch_requests.py are no valid YAML",
+        r"test_launch_requests.py cannot be read: line \d+, column \d+ is not YAML",
     ),
     "map": (
         "experiment_3",

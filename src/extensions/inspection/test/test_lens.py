@@ -138,6 +138,10 @@ def test_a_calibration_comes_back_as_it_was(tmp_path):
             "four distortion",
         ),
         ({"fisheye_model": 1}, "fisheye"),
+        ({"camera_matrix": {"data": [700.0, float("nan"), 640, 0, 700, 480, 0, 0, 1]}}, "line 4: .+ is nan"),
+        ({"distortion_coefficients": {"rows": 1, "cols": 5, "data": [0.1] * 4}}, "4 numbers for 1 x 5"),
+        ({"image_width": 10**400}, "image_width is 1000.+; it must be a whole number"),
+        ({"focal_deviation": -1.0}, "focal_deviation"),
     ],
 )
 def test_a_calibration_that_is_not_read_is_refused(tmp_path, more, told):
@@ -149,12 +153,13 @@ def test_a_calibration_that_is_not_read_is_refused(tmp_path, more, told):
 def test_a_calibration_of_opencvs_samples_is_read(tmp_path):
     told, path = calibration_of(CAMERA), tmp_path / "calibration.yaml"
     lines = ["%YAML:1.0", "---", "image_Width: 1280", "image_Height: 960"]
-    for name, key in (
-        ("Camera_Matrix", "camera_matrix"),
-        ("Distortion_Coefficients", "distortion_coefficients"),
+    for name, key, rows, cols in (
+        ("Camera_Matrix", "camera_matrix", 3, 3),
+        ("Distortion_Coefficients", "distortion_coefficients", 5, 1),
     ):
         data = ", ".join(f"{each!r}" for each in told[key]["data"])
-        lines += [f"{name}: !!opencv-matrix", "   rows: 3", "   cols: 3", "   dt: d", f"   data: [ {data} ]"]
+        lines += [f"{name}: !!opencv-matrix", f"   rows: {rows}", f"   cols: {cols}", "   dt: d"]
+        lines += [f"   data: [ {data} ]"]
     path.write_text("\n".join(lines) + "\n")
     assert read_camera(path).lens == CAMERA.lens
     path.write_text("%YAML:1.0\n---\ncamera_matrix: [1\n")

@@ -44,14 +44,15 @@ def test_whatever_editor_has_written_it(tmp_path, encoding, end):
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        (b"a: 1\nb: [\n", r"line 3 is not YAML \(.+\)"),
-        (b"name: a\n\tfrom: 2\n", r"line 2 is not YAML \(a tab is in its indentation; use spaces\)"),
+        (b"a: 1\nb: [\n", r"line 3, column 1 is not YAML \(.+\)"),
+        (b"name: a\n\tfrom: 2\n", r"line 2, column 1 is not YAML \(a tab .+; use spaces\)"),
+        (b"name: a\nplaces:\n-\tx: 1\n \ty: 2\n", r"line 3, column 2 is not YAML \(a tab .+; use spaces\)"),
         (b"\0\1", "it is not YAML"),
         (b"[" * 100_000, ".+ is not YAML.*"),
         (b"1" * 5000, "it is not YAML"),
         (None, "No such file or directory"),
     ],
-    ids=["open list", "tab", "no text", "depth", "digits", "none"],
+    ids=["open list", "tab", "tab after a dash", "no text", "depth", "digits", "none"],
 )
 def test_a_file_that_is_none_is_refused(tmp_path, content, said):
     if content is not None:

@@ -202,7 +202,7 @@ def test_decimal_commas_of_stl_and_obj(tmp_path):
             struct.pack("<4sII", b"glTF", 2, 99),
             "the GLB is cut: 99 bytes are told in its header, and 12",
         ),
-        ("a.gltf", b'{"asset":', "is no glTF, or it is damaged"),
+        ("a.gltf", b'{"asset":', "is no glTF, or it is cut"),
         ("a.gltf", b'{"asset": {"version": "1.0"}}', 'is glTF "1.0"'),
         ("a.dae", b"<COLLADA><asset/></COLLADA>", "no visual scene"),
         (

@@ -61,7 +61,7 @@ def test_every_shipped_campaign_is_read_and_its_smallest_is_small(path):
             "no algorithm 'magic'; choose from",
         ),
         ({"trials": {**FOREST, "lidar": "vlp"}}, "There is no lidar 'vlp'; choose from urg"),
-        ({"trials": {**FOREST, "speed_m_s": "fast"}}, "speed_m_s must be a number, not 'fast'"),
+        ({"trials": {**FOREST, "speed_m_s": "fast"}}, "speed_m_s is 'fast'; it must be a finite number"),
         ({"trials": {**FOREST, "speed_m_s": [1, 900]}}, "speed_m_s must be from 0.2 to 8, not 900"),
         ({"trials": {**FOREST, "speed_m_s": [2, 2.0]}}, "speed_m_s names a value twice"),
         ({"trials": {**FOREST, "speed_m_s": []}}, "speed_m_s has an empty list of values"),
@@ -76,7 +76,7 @@ def test_every_shipped_campaign_is_read_and_its_smallest_is_small(path):
             "knows no 'cepa.r_upper'; did you mean cepa.r_ub?",
         ),
         ({"trials": {**FOREST, "cepa.r_ub": [1, 0.3]}}, "do not go together: r_lb must be less than r_ub"),
-        ({"trials": {**FOREST, "cepa.levelling": 1}}, "cepa.levelling must be true or false, not 1"),
+        ({"trials": {**FOREST, "cepa.levelling": 1}}, "cepa.levelling is 1; it must be true or false"),
         ({"trials": {**FOREST, "slam.particles": 3}}, "trials knows no 'slam.particles'"),
         ({"kind": "mapping", "trials": {"world": "room", "slam.particles": 2.5}}, "must be a whole number"),
         (
@@ -85,7 +85,8 @@ def test_every_shipped_campaign_is_read_and_its_smallest_is_small(path):
         ),
         ({"trials": {**FOREST, **{f"cepa.k{i}": BY_100 for i in (1, 2, 3)}}}, "has 1000000 combinations"),
         ({"trials": FOREST, "seeds": 0}, "seeds must be from 1 to"),
-        ({"trials": FOREST, "seed": True}, "seed must be a number, not True"),
+        ({"trials": FOREST, "seed": True}, "seed is True; it must be a whole number"),
+        ({"trials": FOREST, "seeds": 10**400}, "seeds is 1000.+; it must be a whole number"),
         ({"trials": []}, "trials is an empty list"),
         ({"trials": [FOREST, {**FOREST, "cepa.k4": 0}]}, "Only some blocks of trials name cepa.k4"),
         ({"trials": {**FOREST, "times": 0}}, "times must be from 1 to"),
@@ -114,7 +115,7 @@ def test_the_command_tells_mistakes_and_where(tmp_path, capsys):
     path.write_text("trials: {world: moon}")
     assert main(["tune", str(path)]) == 1
     damaged, unknown, wrong = capsys.readouterr().err.splitlines()
-    assert f"{path} cannot be read: line 3 is not YAML" in damaged
+    assert f"{path} cannot be read: line 3, column 1 is not YAML" in damaged
     assert "There is no campaign file nowhere; give a YAML file, or one of avoidance, " in unknown
     assert wrong.startswith(f"campaign: {path}: There is no world 'moon'")
 

@@ -40,7 +40,7 @@ def test_a_file_may_say_little_and_nothing(tmp_path):
         ("experiment: {time: 5}", "experiment: There is no parameter time;"),  # has an argument
         ("camera: 5184", "camera holds no names with values;"),
         ("camera: {width: 640}", "width is 640 for the camera and None for the flight; keep the line '<<:"),
-        ("a: [", "are no valid YAML"),
+        ("a: [", "line 1, column 5 is not YAML"),
     ],
 )
 def test_what_has_no_effect_is_refused_in_one_sentence(tmp_path, text, sentence):

@@ -16,7 +16,7 @@ import numpy as np
 from gridslam.errors import MapError, reason_of
 from gridslam.files.replacing import replace_file, replace_files
 from gridslam.occupancy_grid import CELLS_MAX, FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from input_schemas import text_of
+from input_schemas import read_made
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PillowImage
@@ -147,18 +147,18 @@ def read_map(path: str | Path) -> OccupancyGrid:
 def _facts_of(path: Path) -> dict:
     import yaml
 
-    try:
-        content = path.read_bytes()
-        # As map_server's reader, take the first of several documents.
-        facts = next(iter(yaml.safe_load_all(_without_tabs(text_of(content)))), None)
-    except OSError as error:
-        raise MapError(f"The map's file {path} cannot be read: {reason_of(error)}.") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:  # endless digits, endless depth
-        mark = getattr(error, "problem_mark", None)
-        where = f" in line {mark.line + 1}" if mark else ""
-        raise MapError(f"{path} is not valid YAML{where}.") from None
+    class FirstDocument(yaml.SafeLoader):
+        """As map_server's reader, takes the first of several documents."""
+
+        def get_single_data(self) -> Any:
+            return self.get_data()
+
+    return read_made(path, "The map's file", _checked, MapError, plain=_without_tabs, loader=FirstDocument)
+
+
+def _checked(facts: Any) -> dict:
     if not isinstance(facts, dict) or not {"image", "resolution", "origin"} <= facts.keys():
-        raise MapError(f"{path} is not a map's YAML file: it lacks image, resolution or origin.")
+        raise MapError("is not a map's YAML file: it lacks image, resolution or origin.")
     return facts
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import codecs
 import json
+import re
 from pathlib import Path
 from typing import Any, Callable, Sequence, TypeVar
 
@@ -12,6 +13,8 @@ from input_schemas.structuring import InputError, leaving_out, structured
 
 S = TypeVar("S")
 T = TypeVar("T")
+TAB = re.compile(r"[ -]*\t")
+"""In the indentation of a line of YAML."""
 UTF_16 = codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE
 """Begins of a text as PowerShell writes it."""
 
@@ -37,13 +40,21 @@ def read_file(
     return read_made(path, what, lambda content: structured(content, schema, other_keys=other_keys), error)
 
 
-def read_made(path: str | Path, what: str, make: Callable[[Any], T], error: type[Exception]) -> T:
+def read_made(
+    path: str | Path,
+    what: str,
+    make: Callable[[Any], T],
+    error: type[Exception],
+    plain: Callable[[str], str] = str,
+    loader: Any = None,
+) -> T:
     """Return what `make` returns of a file's content, where a schema does not tell all. Else as `read_file`.
 
-    make: may raise whatever has the same base class as `error`.
+    make: may raise whatever has the same base class as `error`. plain: makes YAML with the same lines of a
+        text that only another program's reader takes. loader: of PyYAML; None: the safe one.
     """
-    text = _text_in(path, what, error)
-    content = _content_of(path, text, what, error)
+    text = plain(_text_in(path, what, error))
+    content = _content_of(path, text, what, error, loader)
     family = next(
         each for each in reversed(error.__mro__) if issubclass(each, Exception) and each is not Exception
     )
@@ -75,20 +86,23 @@ def _text_in(path: str | Path, what: str, error: type[Exception]) -> str:
         raise error(f"{what} {path} cannot be read: {fault.strerror}.") from None
 
 
-def _content_of(path: str | Path, text: str, what: str, error: type[Exception]) -> Any:
+def _content_of(path: str | Path, text: str, what: str, error: type[Exception], loader: Any = None) -> Any:
     import yaml  # only if a file is read
 
     is_json = Path(path).suffix.lower() == ".json"
     try:
-        return json.loads(text) if is_json else yaml.load(text, getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+        if is_json:
+            return json.loads(text)
+        return yaml.load(text, loader or getattr(yaml, "CSafeLoader", yaml.SafeLoader))
     except json.JSONDecodeError as fault:
-        why = f"line {fault.lineno} is not JSON ({fault.msg})"
+        why = f"line {fault.lineno}, column {fault.colno} is not JSON ({fault.msg})"
     except yaml.MarkedYAMLError as fault:
         mark = fault.problem_mark or fault.context_mark
-        line = text.split("\n")[mark.line] if mark.line <= text.count("\n") else ""
-        is_tab = "\t" in line[: mark.column + 1]
-        why = "a tab is in its indentation; use spaces" if is_tab else fault.problem
-        why = f"line {mark.line + 1} is not YAML ({why})"
+        line, column, why = mark.line, mark.column, fault.problem
+        lines = text.split("\n")[: line + 1]
+        if (tab := TAB.match(lines[line] if line < len(lines) else "")) is not None:
+            column, why = tab.end() - 1, "a tab is in its indentation; use spaces"
+        why = f"line {line + 1}, column {column + 1} is not YAML ({why})"
     except (yaml.YAMLError, ValueError, RecursionError):  # no text, endless digits, endless depth
         why = f"it is not {'JSON' if is_json else 'YAML'}"
     raise error(f"{what} {path} cannot be read: {why}.")

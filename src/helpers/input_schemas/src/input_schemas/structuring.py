@@ -106,6 +106,7 @@ def _faults_of(
     if isinstance(raised, KeyFaultError):
         return [Fault((*keys, raised.key), f"{_named(keys)} {raised}", cut)]
     told = str(raised) or type(raised).__name__
+    told += "" if told.endswith((".", "?")) else "."
     return [Fault(keys, f"{_named(keys)}: {told}" if keys else told, cut)]
 
 

@@ -26,12 +26,6 @@ def turn_of(kind: str, content: bytes) -> np.ndarray:
     """
     if kind == "dae" and (told := _UP_AXIS.search(content)):
         return _OF_COLLADA.get(told[1].decode("ascii", errors="replace").upper(), Z_UP)
-    if kind in ("glb", "gltf") and _TRIMESH not in _generator(kind, content):
+    if kind in ("glb", "gltf") and _TRIMESH not in gltf_document(kind, content).asset.generator:
         return Y_UP
     return Z_UP
-
-
-def _generator(kind: str, content: bytes) -> str:
-    """Return which program wrote a glTF; empty: it is not told."""
-    asset = gltf_document(kind, content).get("asset")
-    return str(asset.get("generator", "")) if isinstance(asset, dict) else ""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-from typing import Any
 
 from mesh_files.errors import MeshFileError
 from mesh_files.text import text_of
@@ -13,7 +12,7 @@ SAMPLE = 1024
 _LFS = "version https://git-lfs.github.com/spec/"
 _PAGE = ("<!doctype html", "<html")
 _GLB = struct.Struct("<4sII")
-_GLTF = 2
+GLTF = 2
 """The version of glTF that is read."""
 
 
@@ -28,22 +27,12 @@ def check_content(kind: str, content: bytes) -> None:
         _check_glb(content)
 
 
-def check_version(document: dict[str, Any]) -> None:
-    """Raise MeshFileError if a glTF's JSON is none, or of another version."""
-    asset = document.get("asset")
-    if not isinstance(asset, dict):
-        raise MeshFileError("is no glTF, or it is damaged: it does not tell its version. Export it again")
-    told = str(asset.get("version", ""))
-    if told.partition(".")[0] != str(_GLTF):
-        raise MeshFileError(f'is glTF "{told}", but {_GLTF}.0 is read here. Export it as glTF {_GLTF}.0')
-
-
 def _check_glb(content: bytes) -> None:
     if len(content) < _GLB.size or not content.startswith(b"glTF"):
         raise MeshFileError("is no GLB, or it is cut within its header. Export it again")
     _, version, length = _GLB.unpack_from(content)
-    if version != _GLTF:
-        raise MeshFileError(f"is a GLB of version {version}, but {_GLTF} is read here. Export it as glTF 2.0")
+    if version != GLTF:
+        raise MeshFileError(f"is a GLB of version {version}, but {GLTF} is read here. Export it as glTF 2.0")
     if length > len(content):
         raise MeshFileError(
             f"the GLB is cut: {length:,} bytes are told in its header, and {len(content):,} are in it. "

@@ -11,7 +11,7 @@ import numpy as np
 
 from mesh_files.axes import turn_of
 from mesh_files.collada_text import plain_collada
-from mesh_files.contents import check_content, check_version
+from mesh_files.contents import check_content
 from mesh_files.errors import MeshFileError
 from mesh_files.gltf import check_gltf, gltf_document
 from mesh_files.obj import plain_obj, with_points
@@ -75,6 +75,8 @@ def _parts(scene: Any, turn: np.ndarray) -> Iterator[Part]:
         mesh = scene.geometry[geometry]
         if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces):
             vertices, triangles = np.asarray(mesh.vertices, float), np.asarray(mesh.faces)
+            if vertices.shape[1:] != (3,):
+                raise MeshFileError("has places that are not of three numbers. Export it again")
             placed = trimesh.transform_points(vertices, transform)
             if np.linalg.det(transform[:3, :3]) < 0.0:  # mirrored, so its triangles would face inside
                 triangles = triangles[:, ::-1]
@@ -110,9 +112,7 @@ def _scene(path: Path, kind: str, content: bytes) -> Any:
     elif kind == "stl":
         given = io.BytesIO(whole_stl(content))
     elif kind in ("glb", "gltf"):
-        document = gltf_document(kind, content)
-        check_version(document)
-        check_gltf(document)
+        check_gltf(gltf_document(kind, content))
         given = path if kind in _BESIDE else given
     elif kind == "dae":
         given = io.BytesIO(plain_collada(content))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Mapping, Sequence
 
 from flights.errors import FlightError
+from input_schemas import read_made, structured
 
 
 def parameters_in(path: Path, what: str, how: str) -> dict[str, Any]:
@@ -20,19 +21,13 @@ def parameters_in(path: Path, what: str, how: str) -> dict[str, Any]:
     import rosparam  # noqa: F401  gives YAML its angles, as for roslaunch
     import yaml
 
+    def made(content: Any) -> dict[str, Any]:
+        return structured({} if content is None else content, dict[str, Any], FlightError)
+
     try:
-        found = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise FlightError(f"{what} {path} cannot be read: {error.strerror}; {how}") from None
-    except (yaml.YAMLError, ValueError) as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f" in line {mark.line + 1}" if mark else ""
-        raise FlightError(f"{what} {path} are no valid YAML{where}; {how}") from None
-    if found is None:
-        return {}
-    if not isinstance(found, dict):
-        raise FlightError(f"{path} holds no names with values; {how}")
-    return found
+        return read_made(path, what, made, FlightError, loader=yaml.SafeLoader)
+    except FlightError as error:
+        raise FlightError(f"{str(error).rstrip('.')}; {how}") from None
 
 
 def settings_in(

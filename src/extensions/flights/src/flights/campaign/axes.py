@@ -21,6 +21,7 @@ from flights.worlds.experiment_1 import GOAL_X_M
 from flights.worlds.scenario import CLOUD_LIDARS, FLIGHT_HEIGHT_M, LIDARS
 from flights.worlds.scenario import SCENARIOS as EXPERIMENT_WORLDS
 from gridslam import SlamError, SlamParameters
+from input_schemas import InputError, structured
 
 Value = bool | int | float | str
 Settings = Mapping[str, Any]
@@ -70,18 +71,14 @@ class Axis:
                 choices = ", ".join(self.choices)
                 raise CampaignError(f"There is no {self.name} {value!r}; choose from {choices}.")
             return value
-        if self.kind is bool:
-            if not isinstance(value, bool):
-                raise CampaignError(f"{self.name} must be true or false, not {value!r}.")
-            return value
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise CampaignError(f"{self.name} must be a number, not {value!r}.")
+        try:
+            value = structured(value, self.kind)
+        except InputError as error:
+            raise CampaignError(str(error).replace("The top level", self.name)) from None
         low, high = self.bounds
         if not low <= value <= high:
             raise CampaignError(f"{self.name} must be from {low:g} to {high:g}, not {value:g}.")
-        if self.kind is int and value != int(value):
-            raise CampaignError(f"{self.name} must be a whole number, not {value:g}.")
-        return self.kind(value)
+        return value
 
 
 _COMMON = (

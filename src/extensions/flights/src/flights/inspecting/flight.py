@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Callable
 
 import numpy as np
-import yaml
 
 from exploration.energy import EnergyWatch
 from exploration.planning import PathPlanner, PlannerParameters
 from flight_basics.geometry import heading_rate
+from flights.errors import FlightError
 from flights.exploring.battery_swap import BatterySwap
 from flights.exploring.flight import BATTERY_US
 from flights.exploring.flown_clouds import FlownClouds
@@ -27,6 +27,7 @@ from flights.flight.due import Due
 from gridslam.inputs.attitude import matrix_of_quaternion
 from gridslam.odometry import OdometryEstimate
 from gridslam.volume import VolumeParameters
+from input_schemas import read_file
 from inspection.camera.photograph_pose import PhotographPose
 from inspection.flight import (
     Inspection,
@@ -61,8 +62,8 @@ def regulator() -> YawRegulatorParameters:
 
 
 def _configured(name: str) -> dict[str, float]:
-    with CONTROLLER_YAML.open(encoding="utf-8") as stream:
-        return yaml.safe_load(stream)[name]
+    held = read_file(CONTROLLER_YAML, "The controller", dict[str, dict[str, float]], FlightError)
+    return held[name]
 
 
 @dataclass(frozen=True)

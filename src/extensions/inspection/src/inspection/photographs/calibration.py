@@ -6,13 +6,15 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Mapping
 
 import numpy as np
-import yaml
 
+from flight_basics.checks import check_parameters, limited
 from flight_basics.errors import ParameterError
-from input_schemas import text_of
+from input_schemas import read_made, structured
 from inspection.camera.lens import Lens, lens_of
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photographs.record import PhotographError
@@ -22,6 +24,36 @@ CALIBRATED = 0.002
 """Standard deviation of the focal length of a camera that was calibrated, as a share. Chosen."""
 MIDDLE_PX, SQUARE = 1e-3, 1e-9
 """A principal point so near to the middle, and pixels so near to squares, are those of a pinhole."""
+
+
+@dataclass(frozen=True)
+class MatrixEntry:
+    """A matrix in a calibration, row by row; raises ParameterError if its numbers are not rows x cols."""
+
+    data: tuple[float, ...] = ()
+    rows: int | None = None
+    cols: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.rows is not None and self.cols is not None and self.rows * self.cols != len(self.data):
+            raise ParameterError(f"it has {len(self.data)} numbers for {self.rows} x {self.cols}")
+
+
+@dataclass(frozen=True)
+class CalibrationFile:
+    """The file of a calibration; see the module."""
+
+    image_width: int
+    image_height: int
+    camera_matrix: MatrixEntry
+    distortion_coefficients: MatrixEntry = MatrixEntry()
+    distortion_model: str = ""
+    fisheye_model: Any = None
+    source: str = ""
+    focal_deviation: float = limited(CALIBRATED, 0.0, 1.0)
+
+    def __post_init__(self) -> None:
+        check_parameters(self)
 
 
 def read_camera(path: Path) -> SurveyCamera:
@@ -35,24 +67,21 @@ def read_camera(path: Path) -> SurveyCamera:
 
 def read_sourced_camera(path: Path) -> Sourced[SurveyCamera]:
     """Return the same, with its source and the deviation of its focal length, a share."""
+    return read_made(path, "The camera's calibration", _camera_in, PhotographError, plain=_without_opencv)
+
+
+def _camera_in(content: Any) -> Sourced[SurveyCamera]:
+    if isinstance(content, Mapping):  # OpenCV's samples write some in capitals
+        content = {str(name).lower(): value for name, value in content.items()}
+    told = structured(content, CalibrationFile, PhotographError, other_keys=True)
     try:
-        told = yaml.safe_load(_without_opencv(text_of(path.read_bytes())))
-        values = {str(name).lower(): value for name, value in told.items()}
-        if values.get("fisheye_model"):
+        if told.fisheye_model:
             raise ParameterError("it is of a fisheye lens. Undistort the photographs")
-        distortion = (values.get("distortion_coefficients") or {}).get("data") or []
-        lens = lens_of(values["camera_matrix"]["data"], values.get("distortion_model") or "", distortion)
-        camera = camera_with(values["image_width"], values["image_height"], lens)
-        return Sourced(
-            camera, str(values.get("source", "")), float(values.get("focal_deviation", CALIBRATED))
-        )
-    except OSError as error:
-        raise PhotographError(f"{path}: cannot be read: {error.strerror}.") from None
-    except (
-        yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError, RecursionError, ParameterError
-    ) as error:  # fmt: skip
-        why = " ".join(str(error).split())
-        raise PhotographError(f"{path}: is no camera's calibration ({why}).") from None
+        lens = lens_of(told.camera_matrix.data, told.distortion_model, told.distortion_coefficients.data)
+        camera = camera_with(told.image_width, told.image_height, lens)
+    except ParameterError as error:
+        raise PhotographError(f"is no camera's calibration ({str(error).rstrip('.')}).") from None
+    return Sourced(camera, told.source, told.focal_deviation)
 
 
 def focal_apart(one: Sourced[SurveyCamera], other: Sourced[SurveyCamera]) -> float:
@@ -69,7 +98,7 @@ def focal_in_words(camera: Sourced[SurveyCamera]) -> str:
 def _without_opencv(text: str) -> str:
     """Return YAML of a file that OpenCV's FileStorage has written: it has a head and types of its own."""
     if text.startswith("%YAML:"):
-        text = text.partition("\n")[2]
+        text = "\n" + text.partition("\n")[2]
     return text.replace("!!opencv-matrix", "")
 
 

@@ -6,20 +6,19 @@ read. A photograph is a picture of any name with a JSON of the same name beside 
 
 from __future__ import annotations
 
-import json
 import os
 import re
 import warnings
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Callable, Iterator, NamedTuple
+from typing import Any, Callable, Iterator, NamedTuple
 
 import numpy as np
 from PIL import Image, ImageOps
 
 from flight_basics.errors import FlightBasicsError
-from input_schemas import text_of
+from input_schemas import read_file
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photographs.calibration import read_camera
 from inspection.photographs.damage import damage_of
@@ -277,10 +276,17 @@ def _order(path: Path) -> tuple:
     return 1, 0.0, tuple((int(w), "") if w.isdecimal() else (0, w) for w in words), path.name
 
 
+@dataclass(frozen=True)
+class Placed:
+    """What makes a JSON a photograph's."""
+
+    position_m: Any
+
+
 def _is_record(path: Path) -> bool:
     """Return whether a JSON tells a pose, as a photograph's does."""
     try:
-        content = json.loads(text_of(path.read_bytes()))
-    except (OSError, ValueError, RecursionError):
+        read_file(path, "The record", Placed, PhotographError, other_keys=True)
+    except PhotographError:
         return False
-    return isinstance(content, dict) and "position_m" in content
+    return True
