@@ -257,6 +257,6 @@ def test_a_tab_is_told_with_its_line(tmp_path):
     path.write_text("kind: flight\ntrials:\n\tworld: room\n")
     for read in (read_campaign, read_limits, read_plan, read_ship, read_mission):
         with pytest.raises(
-            ERRORS, match=r"campaign\.yaml cannot be read: line 3, column 1 is not YAML \(a tab"
+            ERRORS, match=r"campaign\.yaml cannot be read: line 3, column 1 is not YAML .a tab"
         ):
             read(path)

@@ -65,6 +65,7 @@ def test_a_fault_is_told_with_its_line(tmp_path):
     path = tmp_path / "a.yaml"
     for text, said in (
         ("name: a\nplaces:\n- {x: 1}\n- {x: b}\n", r"line 4: x in entry 2 of places is 'b'; it must be a"),
+        ("name: a\nplaces: [{x: 1e3}]\n", r"line 2: x .+ is '1e3'; it must be a finite .+ Write 1000\.0,"),
         ("name: a\nplaces:\n- {x: 1}\n- {x: 1, y: -1}\n", r"line 4: entry 2 of places: y is below 0\."),
         ("name: a\nplaces:\n- x: 1\n  xx: 1\n", r"line 4: entry 1 of places has the key 'xx'"),
         ("# a\nform: 2\nname: a\n", r"line 2: The top level .+ did you mean 'from'\?$"),

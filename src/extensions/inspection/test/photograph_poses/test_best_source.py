@@ -111,7 +111,7 @@ def test_xmp_behind_the_pixels_counts(tmp_path):
     assert record_of(path)["position_m"] == pytest.approx((0.0, 0.0, 3.0), abs=1e-6)
 
 
-def test_a_height_of_exactly_0_yields_to_another_and_alone_is_told_as_unsure(tmp_path, capsys):
+def test_a_height_of_exactly_0_is_none(tmp_path, capsys):
     told = xmp(**ANGLES, AbsoluteAltitude="+103.50")
     both, alone = (
         shots(tmp_path / name, "1.jpg", gps=(54.0, 10.0, 0.0), told=each, block=OF_35MM)[0]
@@ -119,9 +119,43 @@ def test_a_height_of_exactly_0_yields_to_another_and_alone_is_told_as_unsure(tmp
     )
     assert place(both.parent, "--origin", "54,10,100") == 0
     assert record_of(both)["position_m"][2] == pytest.approx(3.5, abs=1e-6)
-    assert place(alone.parent, "--origin", "54,10,100") == 0
-    assert deviation_m(alone) == pytest.approx(100.0)
-    assert "100.0 m" in capsys.readouterr().err
+    assert place(alone.parent, "--origin", "54,10,100") == 1
+    assert "1.jpg: It tells no height (GPS)" in capsys.readouterr().err
+
+
+def test_a_lens_that_is_not_read_leaves_out_its_photographs_only(tmp_path, capsys):
+    cameras = [f"{k} PINHOLE 64 48 50 50 32 24 # K\xfcste" for k in (1, 2)]
+    cameras.append("3 OPENCV_FISHEYE 64 48 50 50 32 24 0.1 0 0 0")
+    rows = [line for k in (1, 2, 3) for line in (row(k, f"{k}.jpg", k, k), "")]
+    model = write_model(tmp_path / "m", rows)
+    (model / "cameras.txt").write_bytes("\n".join(cameras).encode("latin-1"))
+    paths = shots(tmp_path / "p", *(f"{k}.jpg" for k in (1, 2, 3)))
+    assert place(tmp_path / "p", "--colmap", model) == 0
+    assert [path.with_suffix(".json").exists() for path in paths] == [True, True, False]
+    said = capsys.readouterr().err
+    assert "3.jpg" in said
+    assert "OPENCV_FISHEYE" in said
+
+
+def test_photographs_that_a_model_has_in_several_folders_are_told(tmp_path, capsys):
+    model = write_model(tmp_path / "m", [row(1, "north/1.jpg", 1), "", row(2, "south/2.jpg", 2), ""])
+    for folder, is_told in (("any", True), ("south", False)):
+        shots(tmp_path / folder, "1.jpg", "2.jpg")
+        assert place(tmp_path / folder, "--colmap", model) == 0
+        assert ("north and south" in capsys.readouterr().err) is is_told
+
+
+def test_what_a_calibration_tells_is_no_matter_of_exif(tmp_path, capsys):
+    told = xmp(
+        **ANGLES, CalibratedFocalLength="50", CalibratedOpticalCenterX="32", CalibratedOpticalCenterY="24"
+    )
+    (path,) = shots(tmp_path / "p", "1.jpg", gps=(54.0, 10.0, 3.0), told=told)
+    assert place(path.parent, "--origin", "54,10,0") == 0
+    assert "50 px by XMP, may be wrong" in capsys.readouterr().err  # DJI's manual: the designed focal length
+    camera = calibration_of(SurveyCamera(64, 48, 65.0))
+    (path.parent / "calibration.yaml").write_text(yaml.safe_dump(camera))
+    assert place(path.parent, "--origin", "54,10,0") == 0
+    assert "may be wrong by some 2" not in capsys.readouterr().err
 
 
 def test_heights_that_contradict_each_other_are_told_once(tmp_path, capsys):

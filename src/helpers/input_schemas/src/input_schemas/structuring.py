@@ -10,6 +10,7 @@ is imported in 40 ms. pydantic has a compiled core, takes 11 MB and twice the ti
 
 from __future__ import annotations
 
+import math
 from typing import Any, Callable, NamedTuple, Sequence, TypeVar
 
 from cattrs.errors import AttributeValidationNote, BaseValidationError, IterableValidationNote
@@ -102,7 +103,8 @@ def _faults_of(
     if isinstance(raised, BaseValidationError):
         return [fault for each in raised.exceptions for fault in _faults_of(each, keys, cut, raised.cl)]
     if isinstance(raised, WrongError):
-        return [Fault(keys, f"{_named(keys)} is {_short(raised.given)}; it must be {raised.must_be}.", cut)]
+        told = f"{_named(keys)} is {_short(raised.given)}; it must be {raised.must_be}."
+        return [Fault(keys, told + _how_to_write(raised.given), cut)]
     if isinstance(raised, KeyFaultError):
         return [Fault((*keys, raised.key), f"{_named(keys)} {raised}", cut)]
     told = str(raised) or type(raised).__name__
@@ -119,6 +121,15 @@ def _named(keys: Sequence[Key]) -> str:
         else:
             words = f"{key} in {words}" if words else str(key)
     return words or "The top level"
+
+
+def _how_to_write(given: Any) -> str:
+    """Return how a number is written that YAML takes for a text, such as 1e3."""
+    try:
+        number = float(given) if isinstance(given, str) else math.nan
+    except ValueError:
+        return ""
+    return f" Write {number!r}, without quotation marks." if math.isfinite(number) else ""
 
 
 def _short(given: Any) -> str:

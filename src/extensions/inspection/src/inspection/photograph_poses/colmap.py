@@ -14,6 +14,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from flight_basics.errors import ParameterError
+from input_schemas import text_of
 from inspection.camera.lens import Lens
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.photograph_poses.pose import Names, Pose, Poses, one_camera
@@ -58,8 +59,13 @@ def poses_of_colmap(model: Path, folder: Path, photographs: Sequence[Path]) -> P
         raise PhotographError(
             f"{model}: none of its {len(seen)} photographs is in {folder}; the first is {seen[0].name}."
         )
-    cameras = read_cameras(model / "cameras.txt", {each.camera for each in own.values()})
-    camera, others = one_camera({path: cameras[each.camera] for path, each in own.items()})
+    cameras, faults = read_cameras(model / "cameras.txt", {each.camera for each in own.values()})
+    if not cameras:
+        raise PhotographError(next(iter(faults.values())))
+    camera, others = one_camera(
+        {path: cameras[each.camera] for path, each in own.items() if each.camera in cameras}
+    )
+    others += [LeftOut(path.name, faults[each.camera]) for path, each in own.items() if each.camera in faults]
     refused = {each.name for each in others}
     poses = {
         path: replace(Pose.of_axes(each.place_m, each.axes), source=f"COLMAP's model {model.name}")
@@ -67,7 +73,7 @@ def poses_of_colmap(model: Path, folder: Path, photographs: Sequence[Path]) -> P
         if path.name not in refused
     }
     missing = [LeftOut(each.name, "It is not in COLMAP's model.") for each in photographs if each not in own]
-    return Poses(poses, (*others, *missing), camera, is_camera_exact=True)
+    return Poses(poses, (*others, *missing), camera, is_camera_exact=True, remarks=names.remarks)
 
 
 def read_images(path: Path) -> list[Seen]:
@@ -112,16 +118,18 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def read_cameras(path: Path, wanted: Collection[int]) -> dict[int, Sourced[SurveyCamera]]:
-    """Return cameras of cameras.txt by their numbers."""
+def read_cameras(
+    path: Path, wanted: Collection[int]
+) -> tuple[dict[int, Sourced[SurveyCamera]], dict[int, str]]:
+    """Return cameras of cameras.txt by their numbers, and a sentence for each that cannot be used."""
     cameras = dict[int, Sourced[SurveyCamera]]()
+    faults = {each: f"{path}: there is no camera {each}, which images.txt names." for each in wanted}
     for number, line in _lines(path):
-        words = line.split()
-        if not words or line.startswith("#"):
+        words = line.partition("#")[0].split()
+        if not words or words[0] not in map(str, wanted):
             continue
+        camera = int(words[0])
         try:
-            if (camera := int(words[0])) not in wanted:
-                continue
             model, width, height, *values = words[1:]
             if model not in MODELS:
                 raise ParameterError(
@@ -133,12 +141,11 @@ def read_cameras(path: Path, wanted: Collection[int]) -> dict[int, Sourced[Surve
                 raise ParameterError(f"{model} has {len(MODELS[model])} parameters, not {len(numbers)}")
             known = camera_with(int(width), int(height), _lens(dict(zip(MODELS[model], numbers))))
             cameras[camera] = Sourced(known, "COLMAP", CALIBRATED)
+            del faults[camera]
         except (ValueError, ParameterError) as error:
-            raise PhotographError(f"{path}, line {number}: is no camera that can be used: {error}.") from None
-    for each in wanted:
-        if each not in cameras:
-            raise PhotographError(f"{path}: there is no camera {each}, which images.txt names.")
-    return cameras
+            why = str(error).rstrip(".")
+            faults[camera] = f"{path}, line {number}: is no camera that can be used: {why}."
+    return cameras, faults
 
 
 def _lens(values: dict[str, float]) -> Lens:
@@ -152,12 +159,12 @@ def _lens(values: dict[str, float]) -> Lens:
 
 def _lines(path: Path) -> list[tuple[int, str]]:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = text_of(path.read_bytes())
     except OSError as error:
         more = ""
         if path.with_suffix(".bin").exists():
             more = " Write the model as text: colmap model_converter --output_type TXT."
         raise PhotographError(f"{path}: cannot be read: {error.strerror}.{more}") from None
-    except UnicodeDecodeError:
-        raise PhotographError(f"{path}: is no text of COLMAP.") from None
+    if "\0" in text:
+        raise PhotographError(f"{path}: is no text of COLMAP.")
     return [(number, line.strip()) for number, line in enumerate(text.splitlines(), start=1)]

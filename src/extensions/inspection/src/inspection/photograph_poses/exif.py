@@ -36,8 +36,8 @@ ALIKE = 0.01
 """Shares of two sides of a reduced copy differ by less."""
 UNITS_MM = {2: 25.4, 3: 10.0, 4: 1.0, 5: 0.001}
 """Of the focal plane's resolution: inch, cm, mm, um."""
-DIAGONAL_35MM = math.hypot(36.0, 24.0)
-"""To which the 35 mm equivalent focal length belongs (CIPA DCG-001)."""
+FULL_FRAME_MM, DIAGONAL_35MM = 36.0, math.hypot(36.0, 24.0)
+"""Width; and diagonal, to which the 35 mm equivalent focal length belongs (CIPA DCG-001)."""
 ZONE = re.compile(r"([+-])(\d\d):?([0-5]\d)")
 """An offset from UTC; some programs leave the colon out."""
 ZONE_MAX = timedelta(hours=24)
@@ -50,14 +50,16 @@ GNSS_M, GNSS_UP_M = 3.3, 6.6
 
 The GPS SPS Performance Standard of 2020 promises 8 m to the side and 13 m in height for 95 %.
 """
-RTK_M, ABOVE_START_M, UNFILLED_M = 0.05, 1.0, 100.0
-"""Of a fix with corrections; of a barometer's height above the take-off; of a height of exactly 0. Chosen.
+RTK_M, ABOVE_START_M = 0.05, 1.0
+"""Of a fix with corrections; of a barometer's height above the take-off.
 
-Many cameras write the height 0 when they know none.
+DJI promises 3 cm and 1 ppm of the way to the base (data sheet of D-RTK 3), which is 20 km away in a network.
+The barometers of its UAVs are right within 0.5 m, and 2 m in gusts (SiteSee's manual); this is between.
 """
-OF_35MM, OF_PLANE, OF_MIDDLE = 0.05, 0.02, 0.02
-"""Of a focal length, as a share: by the 35 mm equivalent in whole mm, where some makers mean the width and
-not the diagonal; by the sensor's pixels; where only its optical centre tells the size of the whole picture.
+OF_DESIGN = 0.02
+"""Of a focal length as the maker has designed it, as a share; also of one where the optical centre alone
+tells the size of the whole picture. The centres of public data sets are 0.01 of the width beside the middle,
+which makes the picture larger by twice as much.
 """
 XMP = re.compile(rb"<x:xmpmeta.*?</x:xmpmeta>", re.DOTALL)
 XMP_ATTRIBUTE = re.compile(r"[\w-]+:(\w+)\s*=\s*[\"']([^\"']*)[\"']")
@@ -157,14 +159,13 @@ def _places(gps: Mapping[int, Any], xmp: Mapping[str, str]) -> Iterator[Sourced[
 
 
 def _heights(gps: Mapping[int, Any], xmp: Mapping[str, str]) -> Iterator[Sourced[float]]:
-    """Yield heights by satellites, m."""
+    """Yield heights by satellites, m. Exactly 0 is none: many cameras write it when they know none."""
     by_exif = _number(gps.get(6))
     if by_exif is not None and gps.get(5) in BELOW:
         by_exif = -by_exif
     for source, height_m in (("XMP", _number(xmp.get("AbsoluteAltitude"))), ("EXIF's GPS", by_exif)):
-        if height_m is not None:
-            off_m = _deviation_m(xmp, 2, GNSS_UP_M) if height_m else UNFILLED_M
-            yield Sourced(height_m, source, off_m)
+        if height_m:
+            yield Sourced(height_m, source, _deviation_m(xmp, 2, GNSS_UP_M))
 
 
 def _xmp_of(path: Path) -> dict[str, str]:
@@ -291,7 +292,7 @@ def _lenses(
     equivalent_mm = _positive(block.get(FOCAL_35MM))
     if equivalent_mm:
         focal_px = equivalent_mm * math.hypot(*size) / DIAGONAL_35MM
-        yield plain(focal_px, size), size, "EXIF's 35 mm equivalent", OF_35MM
+        yield plain(focal_px, size), size, "EXIF's 35 mm equivalent", _off_35mm(equivalent_mm, size)
     x, y = (_positive(xmp.get(f"CalibratedOpticalCenter{axis}")) for axis in "XY")
     whole, deviation = _whole_size(size, stored, x, y)
     lens = _dewarp_lens(xmp, (0.5 * stored[0] if x is None else x, 0.5 * stored[1] if y is None else y))
@@ -299,11 +300,20 @@ def _lenses(
         yield lens, whole, "XMP's DewarpData", deviation
     focal = _positive(xmp.get("CalibratedFocalLength"))
     if focal is not None and x is not None and y is not None:
-        yield Lens((focal, focal), (x - 0.5, y - 0.5)), whole, "XMP's calibration", deviation
+        yield Lens((focal, focal), (x - 0.5, y - 0.5)), whole, "XMP", OF_DESIGN  # so DJI's manuals call it
     focal_mm, per_unit = _positive(block.get(FOCAL_LENGTH)), _positive(block.get(FOCAL_PLANE_X))
     unit_mm = UNITS_MM.get(_first(block.get(FOCAL_PLANE_UNIT)) or 2)
     if focal_mm and per_unit and unit_mm:
-        yield plain(focal_mm * per_unit / unit_mm, stored), stored, "EXIF's sensor", OF_PLANE
+        yield plain(focal_mm * per_unit / unit_mm, stored), stored, "EXIF's sensor", OF_DESIGN
+
+
+def _off_35mm(equivalent_mm: float, size: tuple[int, int]) -> float:
+    """Return the deviation of a focal length by the 35 mm equivalent, as a share.
+
+    It is told in whole mm. Some makers mean the width by it, and not the diagonal.
+    """
+    by_width = FULL_FRAME_MM * math.hypot(*size) / (max(size) * DIAGONAL_35MM)
+    return math.hypot(math.log(by_width), _evenly(1.0) / equivalent_mm)
 
 
 def _whole_size(
@@ -319,7 +329,7 @@ def _whole_size(
         if max(abs(x / known[0] - 0.5), abs(y / known[1] - 0.5)) <= MIDDLE:
             return known, CALIBRATED
     shape = (x / size[0]) / (y / size[1])
-    return ((2.0 * x, 2.0 * y), OF_MIDDLE) if abs(shape - 1.0) < MIDDLE else (stored, CALIBRATED)
+    return ((2.0 * x, 2.0 * y), OF_DESIGN) if abs(shape - 1.0) < MIDDLE else (stored, CALIBRATED)
 
 
 def _dewarp_lens(xmp: Mapping[str, str], middle: tuple[float, float]) -> Lens | None:

@@ -10,7 +10,7 @@ from typing import Mapping, Sequence
 
 from inspection.camera.lens import Lens
 from inspection.camera.survey_camera import SurveyCamera
-from inspection.photograph_poses.exif import ALIKE, OF_PLANE, Exif, read_exif
+from inspection.photograph_poses.exif import ALIKE, Exif, read_exif
 from inspection.photograph_poses.pose import Pose, Poses, one_camera
 from inspection.photograph_poses.world_frame import WorldFrame
 from inspection.photographs.calibration import camera_with
@@ -19,7 +19,7 @@ from inspection.photographs.record import PhotographError
 from inspection.photographs.sourced import Sourced
 
 BY_COMPASS_RAD = math.radians(2.0)
-"""Standard deviation of a direction by a compass. Chosen."""
+"""Standard deviation of a direction by a compass: 1 to 2 degrees (data sheet of Honeywell's HMC5883L)."""
 FINE_M = 0.5
 """A place that is less sure is told."""
 
@@ -58,18 +58,10 @@ def with_exifs(poses: Poses, told: Mapping[Path, Exif]) -> Poses:
         )
     cameras = {path: each for path in kept if (each := told[path].camera) is not None}
     camera, others = one_camera(cameras)
-    remarks = list(poses.remarks)
-    if camera is not None and camera.deviation >= OF_PLANE:
-        remarks.append(
-            f"The focal length, {camera.value.focal_px:.0f} px by {camera.source}, may be wrong by some "
-            f"{100 * camera.deviation:.0f} %"
-            + (", and the lens is taken for one without distortion" if camera.value.lens is None else "")
-            + ". Put the camera's calibration.yaml into the folder for better places."
-        )
     names = {each.name for each in others}
     kept = {path: pose for path, pose in kept.items() if path.name not in names}
     left_out = (*poses.left_out, *others)
-    return replace(poses, of=kept, left_out=left_out, camera=camera, remarks=tuple(remarks))
+    return replace(poses, of=kept, left_out=left_out, camera=camera)
 
 
 def _fitting(camera: Sourced[SurveyCamera], size: tuple[int, int]) -> Sourced[SurveyCamera]:

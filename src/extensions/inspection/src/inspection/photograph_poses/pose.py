@@ -122,6 +122,9 @@ class Names:
 
     If these have folders before them, as of several flights, those count whose folder is called like ours.
 
+    Attributes:
+        remarks: a sentence, if the photographs have been found in several folders, none called like ours.
+
     Raises:
         PhotographError: one photograph could be several of them.
     """
@@ -148,6 +151,15 @@ class Names:
                 )
             exact = [each for each in names if _letters(_name(each)) == _letters(path.name)]
             self._found[(exact or names)[0]] = path
+        of = sorted({_folders(each) for each in self._found}) if not most else []
+        self.remarks = (
+            (
+                f"{where}: the photographs are of {len(of)} folders, the first {'/'.join(of[0])} and "
+                f"{'/'.join(of[1])}. If they are of one of them, call {folder} like it, and run this again.",
+            )
+            if of[1:]
+            else ()
+        )
 
     def find(self, told: str) -> Path | None:
         """Return the photograph; None: it is not in the folder."""

@@ -10,9 +10,11 @@ import numpy as np
 import yaml
 
 from input_schemas import read_file
+from inspection.camera.survey_camera import SurveyCamera
 from inspection.files.whole import write_whole
 from inspection.photograph_poses.pose import Pose, Poses
 from inspection.photographs.calibration import (
+    CALIBRATED,
     calibration_of,
     focal_apart,
     focal_in_words,
@@ -20,7 +22,7 @@ from inspection.photographs.calibration import (
 )
 from inspection.photographs.listing import pictures_in
 from inspection.photographs.record import PhotographError, PhotographRecord, check_record
-from inspection.photographs.sourced import best_of, doubts_in_words
+from inspection.photographs.sourced import Sourced, best_of, doubts_in_words
 
 CALIBRATION = "calibration.yaml"
 BY = "place_photographs"
@@ -82,10 +84,10 @@ def _calibration(folder: Path, poses: Poses, replace_all: bool) -> tuple[bytes |
         calibration_of(camera.value) | {"source": camera.source, "focal_deviation": camera.deviation}
     ).encode()
     if replace_all or not path.exists():
-        return content, []
+        return content, _unsure(camera)
     held = read_sourced_camera(path)
     if held.source and (poses.is_camera_exact or camera.deviation <= held.deviation):
-        return content, []
+        return content, _unsure(camera)
     known = replace(held, source=held.source or "calibration.yaml")
     _, doubts = best_of((known, camera), focal_apart, "the focal length", focal_in_words)
     if doubts and poses.is_camera_exact:
@@ -94,6 +96,18 @@ def _calibration(folder: Path, poses: Poses, replace_all: bool) -> tuple[bytes |
             "calibration with which they were found, or --replace."
         )
     return None, [f"{path}: {each.why}" for each in doubts]
+
+
+def _unsure(camera: Sourced[SurveyCamera]) -> list[str]:
+    """Return a sentence on a focal length that nobody has measured."""
+    if camera.deviation <= 2.0 * CALIBRATED:
+        return []
+    return [
+        f"The focal length, {camera.value.focal_px:.0f} px by {camera.source}, may be wrong by some "
+        f"{100 * camera.deviation:.1f} %"
+        + (", and the lens is taken for one without distortion" if camera.value.lens is None else "")
+        + ". Put the camera's calibration.yaml into the folder for better places."
+    ]
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ def poses_of_table(path: Path, folder: Path, photographs: Sequence[Path], frame:
     left_out += [LeftOut(each.name, why) for each in photographs if each not in poses]
     unused = ", ".join(table.unused)
     said = (f"{path.name}: these columns are not known and not read: {unused}.",) if unused else ()
-    return Poses(poses, tuple(left_out), remarks=said)
+    return Poses(poses, tuple(left_out), remarks=(*names.remarks, *said))
 
 
 def moved_to_places(poses: Poses, path: Path, folder: Path) -> Poses:
