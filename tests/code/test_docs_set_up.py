@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -55,3 +56,16 @@ def test_an_environment_that_is_current_is_used(tmp_path):
     assert "installing what builds the handbook" in run_docs(tmp_path, made).stdout
     again = run_docs(tmp_path, "make_docs_environment() { echo again; return 1; }")
     assert again.stdout == "called: -m handbook --help\n"
+
+
+def test_a_folder_with_other_files_is_not_replaced(tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    done = subprocess.run(
+        [sys.executable, "-m", "handbook", "--out", tmp_path],
+        env={"PYTHONPATH": str(ROOT / "scripts")},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert "holds no handbook" in done.stderr
+    assert (tmp_path / "mine.txt").exists()

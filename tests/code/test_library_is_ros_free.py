@@ -7,7 +7,6 @@ A package's library is `src/<package>/`; what its nodes share stands in a packag
 from __future__ import annotations
 
 import re
-from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -105,17 +104,6 @@ def test_no_rooms_of_a_library_import_each_other_in_a_circle(package):
         outside = {room for room, others in needs.items() if not others or room not in needed}
         needs = {room: others for room, others in needs.items() if room not in outside}
     assert not needs
-
-
-@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
-def test_no_folder_is_crowded(package):
-    modules = [
-        path for path in package.rglob("*.py") if path.name != "__init__.py" and "test" not in path.parts
-    ]
-    crowded = {
-        str(folder): count for folder, count in Counter(path.parent for path in modules).items() if count > 15
-    }
-    assert not crowded
 
 
 def test_the_rule_finds_ros():

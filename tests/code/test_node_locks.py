@@ -8,16 +8,10 @@ inbox. dynamic_reconfigure holds its lock in callbacks, too.
 
 import ast
 from functools import cache
-from pathlib import Path
 
 from locked_calls import LockedCall, LockedCalls, NodeClass, classes_in, dotted
-from python_sources import folder_of, python_nodes
+from python_sources import folder_of, sources
 
-ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = sorted(path.parent for path in ROOT.glob("src/**/setup.py"))
-FILES = sorted(
-    {path for package in PACKAGES for path in (*python_nodes(package), *package.glob("ros/**/*.py"))}
-)
 ENDS = {"set_succeeded", "set_aborted", "set_canceled", "set_accepted", "publish_feedback"}
 """Methods of actionlib's goals that take its lock."""
 BLOCKS = {"wait_for_service", "wait_for_message", "wait_for_result", "wait_for_server", "sleep", "wallsleep"}
@@ -27,8 +21,8 @@ BLOCKS |= {"join", "result", "communicate", "check_call", "check_output", "urlop
 
 @cache
 def classes() -> list[NodeClass]:
-    """Return the nodes' classes. Every process imports this file, but only one needs the sources read."""
-    return [each for path in FILES for each in classes_in(path)]
+    """Return the nodes' classes."""
+    return [each for path in sources("ros") for each in classes_in(path)]
 
 
 @cache
@@ -95,7 +89,9 @@ def test_nobody_reconfigures_under_a_lock():
 
 
 def test_a_publisher_never_waits_for_a_subscriber():
-    for path in FILES:
+    for path in sources("ros"):
+        if "rospy.Publisher" not in path.read_text(encoding="utf-8"):
+            continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and dotted(node.func).endswith("rospy.Publisher"):
                 given = {keyword.arg for keyword in node.keywords}

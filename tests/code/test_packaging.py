@@ -95,13 +95,3 @@ def test_what_rosdep_does_not_know_is_in_the_requirements():
     lines = (ROOT / "requirements.txt").read_text().lower().splitlines()
     listed = {re.split(r"[^a-z0-9_-]", line)[0] for line in lines if line and line[0].isalpha()}
     assert not {name for name in BY_REQUIREMENTS if name not in listed}
-
-
-def test_the_page_of_licences_names_every_requirement():
-    page = (ROOT / "doc/licences.md").read_text(encoding="utf-8")
-    rows = [line.split("|") for line in page.splitlines() if line.startswith("| ")]
-    told = [name.strip() for row in rows for name in row[1].split(",")]
-    lists = [ROOT / "requirements.txt", *(ROOT / "scripts/packages").glob("*.txt")]
-    lines = [line for path in lists for line in path.read_text(encoding="utf-8").splitlines()]
-    asked = {re.split(r"[=;< ]", line)[0] for line in lines if line and not line.startswith("#")}
-    assert sorted(set(told) - {"package"}) == sorted(asked)

@@ -1,25 +1,21 @@
 """Whoever asks another program or node, waits for a limited time only: it may hang, and a UAV flies on."""
 
 import ast
-from pathlib import Path
+import re
+from functools import cache
 
 import pytest
 from locked_calls import dotted
-from python_sources import python_nodes
+from python_sources import sources
 
-ROOT = Path(__file__).resolve().parents[2]
-PACKAGES = sorted(path.parent for path in ROOT.glob("src/**/setup.py"))
-
-
-def sources(package):
-    """Return the Python files of a package that run on a robot or in a run; helpers of tests do not."""
-    found = (*python_nodes(package), *package.glob("ros/**/*.py"), *package.glob("src/**/*.py"))
-    return sorted(path for path in found if path.name != "testing.py")
+WAITING = re.compile(r"wait|ServiceProxy|subprocess\.|communicate|urlopen")
 
 
-def trees(package):
-    """Return the files of a package with what they say."""
-    return [(path, ast.parse(path.read_text(encoding="utf-8"))) for path in sources(package)]
+@cache
+def trees():
+    """Return the files in which something may wait and which run on a robot; helpers of tests do not."""
+    texts = {path: path.read_text(encoding="utf-8") for path in sources() if path.name != "testing.py"}
+    return [(path, ast.parse(text)) for path, text in texts.items() if WAITING.search(text)]
 
 
 WAITS = {"wait_for_service": 1, "wait_for_message": 2, "wait_for_result": 0, "wait_for_server": 0}
@@ -52,22 +48,20 @@ def fault_of(call):
     return ""
 
 
-@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
-def test_every_question_has_a_time_limit(package):
+def test_every_question_has_a_time_limit():
     faults = [
         f"{path}:{node.lineno}: {fault}"
-        for path, tree in trees(package)
+        for path, tree in trees()
         for node in ast.walk(tree)
         if isinstance(node, ast.Call) and (fault := fault_of(node)) and path.name not in UNLIMITED
     ]
     assert faults == []
 
 
-@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
-def test_a_process_is_awaited_for_ever_only_when_it_is_told_to_end(package):
+def test_a_process_is_awaited_for_ever_only_when_it_is_told_to_end():
     faults = [
         f"{path}:{function.lineno}: {function.name}"
-        for path, tree in trees(package)
+        for path, tree in trees()
         for function in ast.walk(tree)
         if isinstance(function, ast.FunctionDef) and path.name not in UNLIMITED
         if any(waits_for_process(call) for call in ast.walk(function))

@@ -4,39 +4,32 @@ import re
 from pathlib import Path
 
 import pytest
-from python_sources import python_nodes
+from python_sources import sources
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGE = (ROOT / "doc/restarts.md").read_text(encoding="utf-8")
-PACKAGES = sorted(path.parent for path in ROOT.glob("src/**/setup.py"))
-FILES = sorted(
-    {
-        path
-        for package in PACKAGES
-        for path in (*python_nodes(package), *package.glob("ros/**/*.py"), *package.glob("src/**/*.py"))
-    }
-)
 
 
 def those_with(pattern):
-    return [path for path in FILES if re.search(pattern, path.read_text(encoding="utf-8"))]
+    return [path for path in sources() if re.search(pattern, path.read_text(encoding="utf-8"))]
 
 
-LATCHED, WRITTEN = those_with(r"latch=True"), those_with(r"rospy\.set_param\(")
+LATCHED = r"latch=True"
 
 
 def listed(heading):
     """The files in a table of the page."""
-    section = PAGE.split(f"## {heading}\n")[1].split("\n## ")[0]
+    page = (ROOT / "doc/restarts.md").read_text(encoding="utf-8")
+    section = page.split(f"## {heading}\n")[1].split("\n## ")[0]
     first = "".join(line.split("|")[1] for line in section.splitlines() if line.startswith("| `"))
     return re.findall(r"`([^`]+)`", first)
 
 
 @pytest.mark.parametrize(
-    ("heading", "files"), [("Latched topics", LATCHED), ("Parameters that nodes write", WRITTEN)]
+    ("heading", "pattern"),
+    [("Latched topics", LATCHED), ("Parameters that nodes write", r"rospy\.set_param\(")],
 )
-def test_the_page_lists_each_file_and_no_other(heading, files):
-    names, found = listed(heading), [path.as_posix() for path in files]
+def test_the_page_lists_each_file_and_no_other(heading, pattern):
+    names, found = listed(heading), [path.as_posix() for path in those_with(pattern)]
     missing = [path for path in found if not any(path.endswith(f"/{name}") for name in names)]
     assert not missing, f"doc/restarts.md does not say why what these files keep does no harm: {missing}"
     gone = [name for name in names if not any(path.endswith(f"/{name}") for path in found)]
@@ -51,5 +44,5 @@ def test_a_node_keeps_what_it_needs_after_its_death_for_its_launch_only():
 
 def test_nobody_latches_where_to_fly():
     """Of several senders that latch, a listener that starts again gets the last message of each."""
-    latched = [path for path in LATCHED if re.search(r'"pos_setpoint"[^)]*latch=True', path.read_text())]
+    latched = those_with(r'"pos_setpoint"[^)]*latch=True')
     assert not latched, f"send it with SetpointSender: {latched}"

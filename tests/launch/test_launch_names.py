@@ -1,6 +1,7 @@
 """`./bringup.sh NAME` finds a launch file in whatever package it is."""
 
 import os
+import re
 import subprocess
 from pathlib import Path
 
@@ -56,6 +57,15 @@ def test_logs_that_cannot_be_written_are_one_sentence(tmp_path):
         said = f"bringup: ROS cannot write its logs to {home}/log; {remedy}.\n"
         assert (checked.returncode, checked.stderr) == (code, said if code else "")
     assert (tmp_path / "new/log").is_dir()
+
+
+def test_the_help_of_bringup_says_what_each_launch_file_does():
+    told = subprocess.run([ROOT / "bringup.sh", "--help"], capture_output=True, text=True, check=True).stdout
+    files = sorted(f"{path.parts[-3]}/{path.name}" for path in ROOT.glob("src/**/launch/*.launch"))
+    sentences = dict(re.findall(r"^  (\w+/\w+\.launch) +(\S.*\.)$", told, flags=re.M))
+    assert sorted(sentences) == files
+    assert sentences["flights/explore.launch"].startswith("A UAV explores a place")
+    assert not any("<" in sentence or "--" in sentence for sentence in sentences.values())
 
 
 MOVED = ("explore", "fly_to_goal", "inspection", "real", "teleop")

@@ -85,3 +85,13 @@ def test_the_planners_launch_file_says_the_defaults():
     defaults = PlannerParameters()
     assert f'name="radius" default="{defaults.radius}"' in text
     assert f'name="margin" default="{defaults.margin}"' in text
+
+
+def test_each_cfg_file_says_what_its_dataclass_says(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    from live_parameters import config_files, written
+
+    texts = {path: (path.read_text(encoding="utf-8"), of) for path, of in config_files().items()}
+    assert len(texts) > 6
+    wrong = [path.name for path, (text, of) in texts.items() if written(text, of) != text]
+    assert not wrong, "run scripts/live_parameters.py"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import re
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -33,12 +32,8 @@ def module_of(path: Path, library: Path) -> str:
 
 def imported(path: Path, modules: dict[str, Path]) -> Iterator[str]:
     """Yield the modules of the library that a file names, also for types and inside functions."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.module:
-            inner = {f"{node.module}.{alias.name}" for alias in node.names} & set(modules)
-            yield from inner or {node.module} & set(modules)
-        elif isinstance(node, ast.Import):
-            yield from {alias.name for alias in node.names} & set(modules)
+    for name in dotted_imports(path):
+        yield from {name if name in modules else name.rpartition(".")[0]} & modules.keys()
 
 
 def test_a_circle_of_types_is_found(tmp_path):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import re
-import subprocess
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -108,15 +108,6 @@ def test_contributing_says_how_to_add(what):
     assert re.search(rf"^### Add an? {what}.*\n\n\w", section, re.M)
 
 
-def test_the_help_of_bringup_says_what_each_launch_file_does():
-    told = subprocess.run([ROOT / "bringup.sh", "--help"], capture_output=True, text=True, check=True).stdout
-    files = sorted(f"{path.parts[-3]}/{path.name}" for path in ROOT.glob("src/**/launch/*.launch"))
-    sentences = dict(re.findall(r"^  (\w+/\w+\.launch) +(\S.*\.)$", told, flags=re.M))
-    assert sorted(sentences) == files
-    assert sentences["flights/explore.launch"].startswith("A UAV explores a place")
-    assert not any("<" in sentence or "--" in sentence for sentence in sentences.values())
-
-
 @pytest.mark.parametrize(
     ("number", "lacks"),
     [
@@ -143,3 +134,20 @@ def test_the_arguments_of_experiment_1_mean_the_same_in_the_others_but_those_the
     shared = next((line for line in mine.splitlines() if "mean the same" in line), "")
     after = listed.index("lidar") if "from `lidar` on" in shared else 0
     assert set(re.findall(r"no `(\w+)`", shared)) == {name for name in lacks if name in listed[after:]}
+
+
+def test_the_page_of_licences_names_every_requirement():
+    page = (ROOT / "doc/licences.md").read_text(encoding="utf-8")
+    rows = [line.split("|") for line in page.splitlines() if line.startswith("| ")]
+    told = [name.strip() for row in rows for name in row[1].split(",")]
+    lists = [ROOT / "requirements.txt", *(ROOT / "scripts/packages").glob("*.txt")]
+    lines = [line for path in lists for line in path.read_text(encoding="utf-8").splitlines()]
+    asked = {re.split(r"[=;< ]", line)[0] for line in lines if line and not line.startswith("#")}
+    assert sorted(set(told) - {"package"}) == sorted(asked)
+
+
+def test_no_folder_is_crowded():
+    """It holds at most 15 modules."""
+    modules = [path for path in ROOT.glob("src/**/*.py") if "test" not in path.parts]
+    folders = Counter(path.parent for path in modules if path.name != "__init__.py")
+    assert {str(folder): count for folder, count in folders.items() if count > 15} == {}

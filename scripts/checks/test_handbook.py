@@ -1,33 +1,23 @@
-"""The handbook: what it is made of. Its build runs where ./bringup.sh docs has installed mkdocs."""
+"""What the handbook is made of. Its build looks at links, menu, texts of pictures and sentences."""
 
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
-import yaml
+from handbook import library
+from handbook.__main__ import stage_all
+from handbook.layout import with_captions, with_comments_above
+from handbook.lists import spread
+from handbook.pages import all_pages, pictures, with_links
+from handbook.parameters import tables
+from handbook.parameters.launches import set_by_launch_files
+from handbook.parameters.meanings import Parameter, attributes, private_parameters
+from handbook.staging import Stage
 
 ROOT = Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "scripts"))
-
-from handbook import library  # noqa: E402
-from handbook.__main__ import stage_all  # noqa: E402
-from handbook.layout import with_captions, with_comments_above  # noqa: E402
-from handbook.lists import spread  # noqa: E402
-from handbook.pages import all_pages, pictures, with_links, without_words  # noqa: E402
-from handbook.parameters import tables  # noqa: E402
-from handbook.parameters.launches import set_by_launch_files  # noqa: E402
-from handbook.parameters.meanings import Parameter, attributes, private_parameters  # noqa: E402
-from handbook.staging import Stage  # noqa: E402
-
-PYTHON = ROOT / ".docs/env/bin/python"
-needs_mkdocs = pytest.mark.skipif(
-    not PYTHON.exists(), reason="mkdocs is not installed; ./bringup.sh docs does it"
-)
 FOREIGN = {"use_sim_time"}
 
 
@@ -36,19 +26,10 @@ def parameters():
     return tables.known_parameters()
 
 
-def test_every_picture_has_a_text():
-    assert {page: bare for page in all_pages() if (bare := without_words(page))} == {}
-
-
 def test_a_picture_without_a_text_is_found():
     text = '![](a.png) ![ ](b.png) ![`w`](c.png) `![](code.png)`\n<img src="d.png"> <img src="e.png" alt="w">'
     assert [file for words, file in pictures(text) if not words] == ["a.png", "b.png", "d.png"]
     assert ("`w`", "c.png") in pictures(text)
-
-
-def test_every_parameter_has_a_sentence(parameters):
-    assert tables.faults(parameters) == []
-    assert len(parameters) > 30
 
 
 def test_a_parameter_without_a_sentence_is_named():
@@ -203,12 +184,6 @@ def test_the_search_shows_tutorials_and_how_tos_before_parameters(tmp_path, para
     assert boosts[Path("src/cepa/doc/reference.md")] == 1.0
 
 
-def test_each_page_is_in_the_menu_once():
-    text = (ROOT / "scripts/handbook/mkdocs.yml").read_text(encoding="utf-8")
-    listed = re.findall(r"[\w./]+\.md\b", text[text.index("\nnav:") :])
-    assert sorted(listed) == sorted(map(str, all_pages()))
-
-
 @pytest.mark.parametrize(
     ("page", "spread_page"),
     [
@@ -260,49 +235,3 @@ def test_a_comment_that_does_not_fit_beside_its_command_stands_above_it():
         f"```sh\n# what it does\n{long}\n# too\nls -l\nls '#'\na \\\n  b   # of a and b\n```\n"
         "```sh\nls   # short\n```\n```yaml\n" + yaml_line
     )
-
-
-@needs_mkdocs
-def test_a_link_that_leads_nowhere_fails_the_build(tmp_path):
-    (tmp_path / "pages").mkdir()
-    (tmp_path / "pages/index.md").write_text("# Start\n[gone](gone.md) [nowhere](#nowhere)\n")
-    checks = yaml.safe_load("links: {not_found: warn, anchors: warn, unrecognized_links: warn}")
-    config = {"site_name": "s", "docs_dir": str(tmp_path / "pages"), "validation": checks}
-    (tmp_path / "mkdocs.yml").write_text(yaml.dump({**config, "site_dir": str(tmp_path / "site")}))
-    code = "import sys, pathlib, handbook.__main__ as h; sys.exit(not h.build(pathlib.Path(sys.argv[1])))"
-    done = subprocess.run(
-        [PYTHON, "-c", code, tmp_path / "mkdocs.yml"],
-        env={"PYTHONPATH": str(ROOT / "scripts")},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 1
-    assert "gone.md" in done.stderr
-    assert "#nowhere" in done.stderr
-
-
-@needs_mkdocs
-def test_the_handbook_is_built(tmp_path):
-    done = subprocess.run(
-        [ROOT / "bringup.sh", "docs", "--quick", "--out", tmp_path / "site"], capture_output=True, text=True
-    )
-    assert done.returncode == 0, done.stderr
-    page = (tmp_path / "site/index.html").read_text(encoding="utf-8")
-    assert not re.findall(r'<(?:script|link|img)[^>]+(?:src|href)="https?:', page)
-    assert '<div class="language-sh ' in page  # handbook.css lets a long command go on in the next line
-    assert '<p class="caption">' in page
-    assert "r_lb" in (tmp_path / "site/parameters/cepa.html").read_text(encoding="utf-8")
-    assert (tmp_path / "site/search/search_index.js").is_file()
-
-
-def test_a_folder_with_other_files_is_not_replaced(tmp_path):
-    (tmp_path / "mine.txt").write_text("mine")
-    done = subprocess.run(
-        [sys.executable, "-m", "handbook", "--out", tmp_path],
-        env={"PYTHONPATH": str(ROOT / "scripts")},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 1
-    assert "holds no handbook" in done.stderr
-    assert (tmp_path / "mine.txt").exists()
