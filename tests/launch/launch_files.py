@@ -1,11 +1,19 @@
-"""Launch files as roslaunch itself loads them. A command whose output becomes a parameter runs once.
+"""Launch files as roslaunch itself loads them, and Python programs, without a process that imports all anew.
+
+A command whose output becomes a parameter runs once.
 
 The checks among these commands end at once, as for bringup.sh: they only look at a calling roslaunch.
 """
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
+import runpy
+import shlex
+import shutil
+import sys
 from functools import cache
 from pathlib import Path
 from unittest import mock
@@ -14,14 +22,37 @@ import roslaunch
 import roslaunch.config
 import roslaunch.loader
 import roslib.packages
+import rospkg
+
+from benchmarks.shared.forked import in_a_copy
 
 _LOADER = roslaunch.loader.Loader
 _PARAM_VALUE = _LOADER.param_value
 
 
+def run(*words: str) -> tuple[int, str]:
+    """Run a Python program in a copy of this process, which has the libraries; return code and output."""
+
+    def program() -> tuple[int, str]:
+        sys.argv, said = list(words), io.StringIO()
+        try:
+            with contextlib.redirect_stdout(said):
+                runpy.run_path(str(shutil.which(words[0])), run_name="__main__")
+        except SystemExit as end:
+            return int(end.code or 0), said.getvalue()
+        return 0, said.getvalue()
+
+    return in_a_copy(program)
+
+
 @cache
-def _param_value(*given: object) -> object:
-    return _PARAM_VALUE(None, *given)
+def _param_value(verbose: bool, name: str, kind: str, *sources: str | None) -> object:
+    command = sources[-1]
+    if command is None:
+        return _PARAM_VALUE(None, verbose, name, kind, *sources)
+    code, said = run(*shlex.split(command))
+    assert code == 0, f"{command}: {said}"
+    return roslaunch.loader.convert_value(said, kind)
 
 
 def load(path: str | Path, *given: str) -> roslaunch.config.ROSLaunchConfig:
@@ -31,7 +62,8 @@ def load(path: str | Path, *given: str) -> roslaunch.config.ROSLaunchConfig:
         AssertionError: roslaunch refuses the file.
     """
     runs_once = mock.patch.object(_LOADER, "param_value", lambda _, *what: _param_value(*what))
-    with runs_once, mock.patch.dict(os.environ, LAUNCH_CHECKED="1"):
+    finds_once = mock.patch.object(rospkg, "RosPack", rospkg.RosPack.get_instance)
+    with runs_once, finds_once, mock.patch.dict(os.environ, LAUNCH_CHECKED="1"):
         try:
             return roslaunch.config.load_config_default([(str(path), given)], None, verbose=False)
         except roslaunch.RLException as error:
@@ -41,4 +73,11 @@ def load(path: str | Path, *given: str) -> roslaunch.config.ROSLaunchConfig:
 @cache
 def node_exists(package: str, node: str) -> bool:
     """Return whether ROS finds the program of a node."""
-    return bool(roslib.packages.find_node(package, node))
+    return bool(roslib.packages.find_node(package, node, rospkg.RosPack.get_instance()))
+
+
+@cache
+def launch_file(package: str, name: str) -> str | None:
+    """Return the path of a launch file as ROS finds it by the name of its package."""
+    found = roslib.packages.find_resource(package, name, rospack=rospkg.RosPack.get_instance())
+    return next((path for path in found if path.endswith(".launch")), None)

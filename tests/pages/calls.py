@@ -11,9 +11,8 @@ from xml.etree import ElementTree
 
 import genpy
 import roslib.message
-import roslib.packages
 import yaml
-from launch_files import load, node_exists
+from launch_files import launch_file, load, node_exists, run
 from snippets import ROOT, Call
 
 FILE_ARGUMENTS = {"world", "bag", "mission"}
@@ -67,9 +66,9 @@ def look_at(call: Call) -> None:
 
 def launches(call: Call) -> None:
     package, file, *given = call.words[1:]
-    found = [path for path in roslib.packages.find_resource(package, file) if path.endswith(".launch")]
+    found = launch_file(package, file)
     assert found, f"{package} has no {file}"
-    names = arguments_of(found[0])
+    names = arguments_of(found)
     for word in given:
         name, given_as, value = word.partition(":=")
         assert given_as, f"{word} is not an argument"
@@ -78,7 +77,7 @@ def launches(call: Call) -> None:
             assert Path(call.folder, value).is_file(), f"{value} is not there"
     if not is_there("mavros"):  # it is built from source; all else of the file is looked at
         given = [word for word in given if word != "mavros:=real" and not word.startswith("fcu_url:=")]
-    config = load(found[0], *given)
+    config = load(found, *given)
     assert not config.config_errors
     nodes = {(node.package, node.type) for node in config.nodes if node.package not in READERS_OWN}
     assert not {node for node in nodes if not node_exists(*node)}
@@ -131,9 +130,9 @@ def is_there(package: str) -> bool:
 
 @cache
 def help_of(*words: str) -> str:
-    done = subprocess.run([*words, "--help"], capture_output=True, text=True, timeout=200.0)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    code, said = run(*words, "--help")
+    assert code == 0, said
+    return said
 
 
 def tunes(words) -> None:
