@@ -49,15 +49,7 @@ EXAMPLES = {
 OPTIONAL = {"mavros", "urg_node"}  # asked for by an argument only, and not in every distribution
 
 
-def variants() -> list[tuple[Path, str]]:
-    """Return each launch file as it is (""), and with each of its yes-or-no arguments turned over."""
-    flipped = {"true": "false", "false": "true"}
-    return [(path, "") for path in STARTED + ROSTESTS] + [
-        (path, f"{arg.get('name')}:={flipped[arg.get('default')]}")
-        for path in STARTED
-        for arg in arguments(path)
-        if arg.get("default") in flipped
-    ]
+FLIPPED = {"true": "false", "false": "true"}
 
 
 def arguments(path: Path) -> list[ElementTree.Element]:
@@ -81,25 +73,28 @@ def loaded(path, *given):
     return load(path, *(f"{key}:={EXAMPLES[key]}" for key in required), *given)
 
 
-@pytest.mark.ros
-@pytest.mark.parametrize("path", LAUNCH, ids=name)
-def test_no_topic_is_remapped_twice(path):
+def test_no_topic_is_remapped_twice():
     """rospy resolves a subscriber's topic twice: a topic that is remapped, too, would be another one."""
-    for node in ElementTree.parse(path).getroot().iter("node"):
-        remaps = [(each.get("from", ""), each.get("to", "")) for each in node.iter("remap")]
-        sources = {"/" + source.lstrip("/") for source, _ in remaps}
-        assert [to for source, to in remaps if to in sources and to != "/" + source.lstrip("/")] == []
+    for path in LAUNCH:
+        for node in ElementTree.parse(path).getroot().iter("node"):
+            remaps = [(each.get("from", ""), each.get("to", "")) for each in node.iter("remap")]
+            sources = {"/" + source.lstrip("/") for source, _ in remaps}
+            twice = [to for source, to in remaps if to in sources and to != "/" + source.lstrip("/")]
+            assert not twice, name(path)
 
 
-@pytest.mark.parametrize(("path", "change"), variants(), ids=lambda v: name(v) if isinstance(v, Path) else v)
-def test_launch_file_loads_and_its_nodes_exist(path, change):
+@pytest.mark.parametrize("path", STARTED + ROSTESTS, ids=name)
+def test_launch_file_loads_and_its_nodes_exist(path):
+    """As it is, and with each of its yes-or-no arguments turned over."""
     from launch_files import node_exists
 
-    config = loaded(path, *[change] * bool(change))
-    nodes = {(node.package, node.type) for node in config.nodes + config.tests}
-    assert not config.config_errors
-    assert nodes
-    assert not {node for node in nodes if not node_exists(*node)}
+    turned = [arg for arg in arguments(path) if arg.get("default") in FLIPPED] if path in STARTED else []
+    for given in ((), *((f"{arg.get('name')}:={FLIPPED[arg.get('default')]}",) for arg in turned)):
+        config = loaded(path, *given)
+        nodes = {(node.package, node.type) for node in config.nodes + config.tests}
+        assert not config.config_errors, given
+        assert nodes
+        assert not {node for node in nodes if not node_exists(*node)}, given
 
 
 THESIS, OWN_WORLD = "improved", "dynamic"
@@ -137,14 +132,14 @@ def test_every_launch_file_that_flies_can_hold_the_worlds_models(file):
         assert config.params["/gazebo/static_models"].value is value
 
 
-@pytest.mark.parametrize("path", LAUNCH + ROSTESTS, ids=name)
-def test_package_declares_what_its_launch_file_uses(path):
-    package = next(folder for folder in path.parents if (folder / "package.xml").is_file())
-    text = path.read_text(encoding="utf-8")
-    used = set(re.findall(r"""\bpkg="(\w+)"|\$\(find (\w+)\)|\bfind\('(\w+)'\)""", text))
-    manifest = ElementTree.parse(package / "package.xml").getroot()
-    declared = {entry.text for entry in manifest if entry.tag.endswith("depend")}
-    assert {"".join(names) for names in used} <= declared | {package.name} | OPTIONAL
+def test_a_package_declares_what_its_launch_files_use():
+    for path in LAUNCH + ROSTESTS:
+        package = next(folder for folder in path.parents if (folder / "package.xml").is_file())
+        text = path.read_text(encoding="utf-8")
+        used = set(re.findall(r"""\bpkg="(\w+)"|\$\(find (\w+)\)|\bfind\('(\w+)'\)""", text))
+        manifest = ElementTree.parse(package / "package.xml").getroot()
+        declared = {entry.text for entry in manifest if entry.tag.endswith("depend")}
+        assert {"".join(names) for names in used} <= declared | {package.name} | OPTIONAL, name(path)
 
 
 def test_rostests_have_ports_of_their_own():
@@ -154,14 +149,19 @@ def test_rostests_have_ports_of_their_own():
     assert len(ports) == len({"14540", "14550", *ports}) - 2
 
 
-@pytest.mark.parametrize("path", LAUNCH, ids=name)
-def test_every_launch_argument_is_documented(path):
-    assert not [arg.get("name") for arg in arguments(path) if not (arg.get("doc") or "").strip()]
+def test_every_launch_argument_is_documented():
+    bare = {
+        (name(path), arg.get("name"))
+        for path in LAUNCH
+        for arg in arguments(path)
+        if not (arg.get("doc") or "").strip()
+    }
+    assert bare == set()
 
 
-@pytest.fixture(scope="module")
-def sdf_complaints():
-    """Return what `ign sdf -k` says of each SDF file. It knows the format better than we do."""
+@pytest.mark.long
+def test_sdf_is_valid():
+    """`ign sdf -k` knows the format better than we do. What it only warns of is a fault as well."""
     if not shutil.which("ign"):
         pytest.skip("needs `ign sdf`: packages ignition-tools and libsdformat-dev")
     models = os.pathsep.join(str(folder) for folder in files("models"))
@@ -180,18 +180,12 @@ def sdf_complaints():
             complaints[Path(path)], said = [*said, "not valid"] if int(code) else said, []
         else:
             said.append(line)
-    return complaints
+    assert complaints == {path: [] for path in SDF}
 
 
-@pytest.mark.parametrize("path", SDF, ids=name)
-def test_sdf_is_valid(path, sdf_complaints):
-    """What `ign sdf` only warns of is a fault as well."""
-    assert not sdf_complaints[path]
-
-
-@pytest.mark.parametrize("path", YAML, ids=name)
-def test_yaml_loads(path):
-    assert yaml.safe_load(path.read_text(encoding="utf-8")), "the file is empty"
+def test_yaml_loads():
+    for path in YAML:
+        assert yaml.load(path.read_text(encoding="utf-8"), yaml.CSafeLoader), f"{name(path)} is empty"
 
 
 def test_every_launch_file_starts_rviz_where_there_is_a_display_only():
@@ -242,6 +236,7 @@ def sizes(config):
     return taken
 
 
+@pytest.mark.long
 @pytest.mark.ros
 def test_rviz_shows_every_display(ros_master):
     """RViz itself loads each file, knows each display, and reports no error when the frames are there."""
