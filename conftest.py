@@ -47,6 +47,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Choose the examples; mark all that this run starts, and let SIGTERM end it as Ctrl-C does."""
+    # Nobody's: somebody may fly at the usual master. A test that needs one starts it, and says where.
+    os.environ["ROS_MASTER_URI"] = "http://127.0.0.1:1"
     if RUN_TOKEN not in os.environ and config.args_source is pytest.Config.ArgsSource.ARGS:
         config.option.all = True  # who names a file or a test means all of it; workers are told
     # On a busy machine any example of hypothesis may be slow, which is no fault of what is tested.

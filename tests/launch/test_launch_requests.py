@@ -11,6 +11,7 @@ import pytest
 import yaml
 
 from flights.graph.free_ports import free_ports
+from flights.launch_arguments import machine_pace
 from simulation_tools.launch_check.launch_files import arguments_of
 
 rosgraph = pytest.importorskip("rosgraph", reason="needs ROS")
@@ -176,8 +177,9 @@ REFUSED = {
 
 
 @pytest.fixture(autouse=True)
-def nothing_runs(monkeypatch):
-    monkeypatch.setenv("ROS_MASTER_URI", f"http://localhost:{free_ports(1)[0]}")
+def machine_is_fast(monkeypatch):
+    """It would count for 0.3 s on each core, how fast it is."""
+    monkeypatch.setattr(machine_pace, "_spin", lambda lasts_s: 1e9)
 
 
 @pytest.mark.parametrize("case", REFUSED)
@@ -368,18 +370,18 @@ def test_the_simulator_alone_is_not_launched_either_when_a_port_is_taken(process
 
 
 def test_roslaunch_alone_refuses_before_it_starts_anything(processes):
-    run = processes.run("roslaunch", "master_thesis", "experiment_1.launch", "lidr:=urg", timeout_s=200.0)
-    assert run.returncode == 1
-    assert "experiment_1.launch has no argument 'lidr'; did you mean lidar:=?" in run.stdout
-    assert "process[" not in run.stdout
-    assert "Traceback" not in run.stdout
     # A default below, $(eval 4560 + px4_instance), would fail in roslaunch's own words.
     run = processes.run(
         "roslaunch", "master_thesis", "experiment_1.launch", "px4_instance:=abc", timeout_s=200.0
     )
     assert run.returncode == 1
     assert "'abc' is no px4_instance; give a number, for example px4_instance:=0." in run.stdout
-    assert "unsupported operand" not in run.stdout
+    for word in ("unsupported operand", "process[", "Traceback"):
+        assert word not in run.stdout
+
+
+@pytest.mark.long
+def test_what_a_launch_would_start_is_listed(processes):
     listed = processes.run("roslaunch", "--nodes", "master_thesis", "experiment_1.launch", timeout_s=200.0)
     assert "/cepa" in listed.stdout
 

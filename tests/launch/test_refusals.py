@@ -101,6 +101,7 @@ def wait_for(condition, otherwise: str) -> None:
         time.sleep(0.05)
 
 
+@pytest.mark.long
 def test_a_node_that_cannot_start_ends_the_launch_with_its_sentence(processes, tmp_path):
     """MAVROS's port is taken since the check; it would be tried for ever, and the UAV never ready."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:

@@ -57,6 +57,7 @@ def nodes(master_of_module, tmp_path_factory):
     return {node: (started[node], sent[f"/{node}"], (folder / node).read_text()) for node in NODES}
 
 
+@pytest.mark.long
 @pytest.mark.timeout(500.0)
 @pytest.mark.parametrize("node", NODES)
 def test_a_node_survives_them(nodes, node):

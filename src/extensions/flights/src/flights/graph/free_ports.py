@@ -20,7 +20,7 @@ def free_ports(count: int) -> list[int]:
     """
     with contextlib.ExitStack() as held:
         found: list[int] = []
-        for port in random.SystemRandom().sample(CANDIDATES, len(CANDIDATES)):
+        for port in random.Random().sample(CANDIDATES, len(CANDIDATES)):
             if len(found) == count:
                 return found
             if _take(port, held):
