@@ -75,6 +75,7 @@ def test_each_peer_is_pinned_and_tells_why():
         assert not any(line.lower().startswith(("torch", "nvidia", "jax-cuda")) for line in packages)
 
 
+@pytest.mark.long
 @pytest.mark.flight
 def test_a_peer_is_installed_once_and_flown(registry, no_network_after):
     known, folder = peer(registry), registry / "peers"
@@ -94,6 +95,7 @@ def no_network_after(request):
     return lambda: request.getfixturevalue("no_registry")
 
 
+@pytest.mark.long
 def test_a_registry_that_does_not_answer_is_told_in_one_sentence(tmp_path, no_registry):
     with pytest.raises(PeerError) as caught:
         make_ready(peer(tmp_path), tmp_path / "peers")
@@ -103,6 +105,7 @@ def test_a_registry_that_does_not_answer_is_told_in_one_sentence(tmp_path, no_re
     )
 
 
+@pytest.mark.long
 def test_a_package_that_the_registry_has_not_is_named(registry):
     known = peer(registry)
     known.requirements.write_text("fakesim==7.0\n")

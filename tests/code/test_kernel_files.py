@@ -9,27 +9,22 @@ import sys
 from pathlib import Path
 
 import pytest
+from python_sources import sources
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ["cepa", "gridslam", "exploration", "inspection", "simulation_tools"]
-WITH_KERNELS = [
-    path for path in sorted(ROOT.glob("src/**/src/**/*.py")) if "njit(" in path.read_text(encoding="utf-8")
-]
 COMPILER = ROOT / "src/helpers/kernel_cache/src/kernel_cache/compiler.py"
 
 
-@pytest.mark.parametrize("path", WITH_KERNELS, ids=lambda path: str(path.relative_to(ROOT / "src")))
-def test_kernels_are_compiled_through_the_cache_that_knows_their_sources(path):
-    text = path.read_text(encoding="utf-8")
-    if path == COMPILER:
-        assert "numba.njit(" in text
-        return
-    assert "from kernel_cache.compiler import njit\n" in text
-    assert not re.search(r"^(import|from) numba\b.*\b(njit|jit|vectorize|cfunc)\b|numba\.\w*jit", text, re.M)
-
-
-def test_there_are_files_to_look_at():
-    assert len(WITH_KERNELS) > 30
+def test_kernels_are_compiled_through_the_cache_that_knows_their_sources():
+    texts = {path: path.read_text(encoding="utf-8") for path in sources("src")}
+    assert "numba.njit(" in texts.pop(COMPILER)
+    with_kernels = {path: text for path, text in texts.items() if "njit(" in text}
+    assert len(with_kernels) > 30
+    own = re.compile(r"^(import|from) numba\b.*\b(njit|jit|vectorize|cfunc)\b|numba\.\w*jit", re.M)
+    for path, text in with_kernels.items():
+        assert "from kernel_cache.compiler import njit\n" in text, path
+        assert not own.search(text), path
 
 
 LOOK = """
@@ -61,6 +56,7 @@ for package in sys.argv[1:]:
 """
 
 
+@pytest.mark.long
 def test_the_warm_up_calls_every_kernel_and_sources_hold_all_it_uses():
     """Or it would be compiled in flight, or fly with the code of older sources."""
     paths = os.pathsep.join(str(path) for path in ROOT.glob("src/**/src"))

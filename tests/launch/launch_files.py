@@ -16,6 +16,7 @@ import shutil
 import sys
 from functools import cache
 from pathlib import Path
+from subprocess import CompletedProcess
 from unittest import mock
 
 import roslaunch
@@ -30,19 +31,19 @@ _LOADER = roslaunch.loader.Loader
 _PARAM_VALUE = _LOADER.param_value
 
 
-def run(*words: str) -> tuple[int, str]:
-    """Run a Python program in a copy of this process, which has the libraries; return code and output."""
+def run(*words: str) -> CompletedProcess:
+    """Run a Python program to its end in a copy of this process, which has loaded the libraries."""
 
-    def program() -> tuple[int, str]:
-        sys.argv, said = list(words), io.StringIO()
-        try:
-            with contextlib.redirect_stdout(said):
+    def program() -> tuple[int, str, str]:
+        sys.argv, code, said, complained = list(words), 0, io.StringIO(), io.StringIO()
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(complained):
+            try:
                 runpy.run_path(str(shutil.which(words[0])), run_name="__main__")
-        except SystemExit as end:
-            return int(end.code or 0), said.getvalue()
-        return 0, said.getvalue()
+            except SystemExit as end:
+                code = int(end.code or 0)
+        return code, said.getvalue(), complained.getvalue()
 
-    return in_a_copy(program)
+    return CompletedProcess(words, *in_a_copy(program))
 
 
 @cache
@@ -50,9 +51,9 @@ def _param_value(verbose: bool, name: str, kind: str, *sources: str | None) -> o
     command = sources[-1]
     if command is None:
         return _PARAM_VALUE(None, verbose, name, kind, *sources)
-    code, said = run(*shlex.split(command))
-    assert code == 0, f"{command}: {said}"
-    return roslaunch.loader.convert_value(said, kind)
+    done = run(*shlex.split(command))
+    assert done.returncode == 0, f"{command}: {done.stderr}"
+    return roslaunch.loader.convert_value(done.stdout, kind)
 
 
 def load(path: str | Path, *given: str) -> roslaunch.config.ROSLaunchConfig:

@@ -130,9 +130,9 @@ def is_there(package: str) -> bool:
 
 @cache
 def help_of(*words: str) -> str:
-    code, said = run(*words, "--help")
-    assert code == 0, said
-    return said
+    done = run(*words, "--help")
+    assert done.returncode == 0, done.stderr
+    return done.stdout
 
 
 def tunes(words) -> None:
