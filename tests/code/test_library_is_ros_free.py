@@ -10,11 +10,11 @@ import re
 from pathlib import Path
 
 import pytest
-from python_sources import dotted_imports, folder_of, imports, python_nodes
+from python_sources import dotted_imports, folder_of, imports, packages, python_nodes
 
 ROOT = Path(__file__).resolve().parents[2]
 
-PACKAGES = sorted(path.parent for path in ROOT.glob("src/**/setup.py"))
+PACKAGES = packages()
 EDGE = "node_tools"
 TOOLS = {"simulation_tools", "inspection_tools", "cepa", "gridslam"}
 ROOMS = {
@@ -51,7 +51,7 @@ def test_library_imports_no_ros(package):
 
 @pytest.mark.parametrize("package", sorted(TOOLS))
 def test_tool_packages_do_not_import_each_other(package):
-    sources = [path for path in ROOT.glob(f"src/{package}/**/*.py") if "test" not in path.parts]
+    sources = [path for path in folder_of(package).rglob("*.py") if "test" not in path.parts]
     sources += python_nodes(folder_of(package))
     others = TOOLS - {package} | {"flights", "doctor", "master_thesis"}
     found = {(path.name, name) for path in sources for name in imports(path) if name in others}

@@ -9,23 +9,22 @@ import sys
 from pathlib import Path
 
 import pytest
-from python_sources import imports, python_nodes
+from python_sources import imports, packages, python_nodes
 
 ROOT = Path(__file__).resolve().parents[2]
-SETUPS = sorted(ROOT.glob("src/**/setup.py"))
-PACKAGES = sorted(path.parent for path in ROOT.glob("src/**/setup.py"))
+PACKAGES = packages()
 
 
-@pytest.mark.parametrize("setup", SETUPS, ids=lambda path: path.parent.name)
-def test_setup_lists_every_python_package(setup):
+@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
+def test_setup_lists_every_python_package(package):
     (packages,) = (
         node.value
-        for node in ast.walk(ast.parse(setup.read_text()))
+        for node in ast.walk(ast.parse((package / "setup.py").read_text()))
         if isinstance(node, ast.keyword) and node.arg == "packages"
     )
     there = {
         ".".join(path.parent.relative_to(folder).parts)
-        for folder in (setup.parent / "src", setup.parent / "ros")
+        for folder in (package / "src", package / "ros")
         for path in folder.glob("**/__init__.py")
     }
     assert set(ast.literal_eval(packages)) == there

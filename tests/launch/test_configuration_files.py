@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 import sys
+from fnmatch import fnmatch
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -20,20 +21,24 @@ import yaml
 ROOT = Path(__file__).resolve().parents[2]
 
 
+FILES = sorted(Path(folder, file) for folder, _, files in os.walk(ROOT / "src") for file in files)
+
+
 def files(*patterns: str) -> list[Path]:
-    return sorted(path for pattern in patterns for path in ROOT.glob(f"src/**/{pattern}"))
+    return [path for path in FILES if any(fnmatch(str(path), f"*/{pattern}") for pattern in patterns)]
 
 
 def name(path: Path) -> str:
     return str(path.relative_to(ROOT / "src" if ROOT / "src" in path.parents else ROOT))
 
 
-LAUNCH = files("launch/**/*.launch")
-STARTED = files("launch/*.launch")  # those in launch/include get their arguments from these
-ROSTESTS = files("test/**/*.test")
+LAUNCH = files("launch/*.launch")
+STARTED = [path for path in LAUNCH if path.parent.name == "launch"]
+"""Those in launch/include get their arguments from these."""
+ROSTESTS = files("test/*.test")
 # A test's data may be broken on purpose.
 SDF = [path for path in files("*.sdf", "*.world") if "test" not in path.parts] + [ROOT / "my.world"]
-YAML = files("config/**/*.yaml", "launch/**/*.yaml", "rviz/*.rviz")
+YAML = files("config/*.yaml", "launch/*.yaml", "rviz/*.rviz")
 RVIZ = files("rviz/*.rviz")
 MAPPING_RVIZ, FLYING_RVIZ = ROOT / "src/master_thesis/rviz", ROOT / "src/extensions/flights/rviz"
 CFG = files("cfg/*.cfg")
@@ -164,7 +169,7 @@ def test_sdf_is_valid():
     """`ign sdf -k` knows the format better than we do. What it only warns of is a fault as well."""
     if not shutil.which("ign"):
         pytest.skip("needs `ign sdf`: packages ignition-tools and libsdformat-dev")
-    models = os.pathsep.join(str(folder) for folder in files("models"))
+    models = os.pathsep.join(str(folder) for folder in ROOT.glob("src/**/models"))
     run = subprocess.run(
         [sys.executable, str(ROOT / "tests/launch/sdf_check.py"), *map(str, SDF)],
         env={**os.environ, "SDF_PATH": models},

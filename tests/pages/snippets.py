@@ -12,6 +12,7 @@ import re
 import subprocess
 import textwrap
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -66,11 +67,16 @@ class Call:
     words: tuple[str, ...]
 
 
+@cache
 def pages() -> list[str]:
     """Return the pages that users read."""
-    found = [ROOT / "README.md", *ROOT.glob("benchmarks/*.md"), *ROOT.glob("src/**/README.md")]
-    found += [*ROOT.glob("doc/*.md"), *ROOT.glob("src/**/doc/*.md"), *ROOT.glob("src/**/models/*.md")]
-    return sorted({str(path.relative_to(ROOT)) for path in found})
+    found = [ROOT / "README.md", *ROOT.glob("benchmarks/*.md"), *ROOT.glob("doc/*.md")]
+    found += [
+        path
+        for path in ROOT.glob("src/**/*.md")
+        if path.name == "README.md" or path.parent.name in ("doc", "models")
+    ]
+    return sorted(str(path.relative_to(ROOT)) for path in found)
 
 
 def fenced(page: str, *languages: str) -> list[str]:
