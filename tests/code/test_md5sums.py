@@ -11,9 +11,8 @@ from doctor.upstream_messages import UPSTREAM_MD5SUMS as UPSTREAM
 pytestmark = pytest.mark.ros
 
 
-@pytest.mark.parametrize(("name", "md5sum"), UPSTREAM.items())
-def test_md5sum_is_upstreams(name, md5sum):
-    assert interface(name)._md5sum == md5sum
+def test_md5sums_are_upstreams():
+    assert {name: interface(name)._md5sum for name in UPSTREAM} == UPSTREAM
 
 
 def test_every_interface_of_ours_is_compared(request):

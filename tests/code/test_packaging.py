@@ -8,34 +8,33 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
 from python_sources import imports, packages, python_nodes
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = packages()
 
 
-@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
-def test_setup_lists_every_python_package(package):
-    (packages,) = (
-        node.value
-        for node in ast.walk(ast.parse((package / "setup.py").read_text()))
-        if isinstance(node, ast.keyword) and node.arg == "packages"
-    )
-    there = {
-        ".".join(path.parent.relative_to(folder).parts)
-        for folder in (package / "src", package / "ros")
-        for path in folder.glob("**/__init__.py")
-    }
-    assert set(ast.literal_eval(packages)) == there
+def test_setup_lists_every_python_package():
+    for package in PACKAGES:
+        (listed,) = (
+            node.value
+            for node in ast.walk(ast.parse((package / "setup.py").read_text()))
+            if isinstance(node, ast.keyword) and node.arg == "packages"
+        )
+        there = {
+            ".".join(path.parent.relative_to(folder).parts)
+            for folder in (package / "src", package / "ros")
+            for path in folder.glob("**/__init__.py")
+        }
+        assert set(ast.literal_eval(listed)) == there, package.name
 
 
-@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
-def test_every_node_and_rostest_is_listed(package):
-    listed = set((package / "CMakeLists.txt").read_text().replace("(", " ").replace(")", " ").split())
-    there = [*python_nodes(package), *package.glob("test/**/rostest_*.py"), *package.glob("test/**/*.test")]
-    missing = {str(path.relative_to(package)) for path in [*there, *package.glob("cfg/*.cfg")]} - listed
-    assert not missing
+def test_every_node_and_rostest_is_listed():
+    for package in PACKAGES:
+        listed = set((package / "CMakeLists.txt").read_text().replace("(", " ").replace(")", " ").split())
+        files = ("test/**/rostest_*.py", "test/**/*.test", "cfg/*.cfg")
+        there = [*python_nodes(package), *(path for pattern in files for path in package.glob(pattern))]
+        assert not {str(path.relative_to(package)) for path in there} - listed, package.name
 
 
 def test_catkin_lint_finds_no_error_and_no_warning():
@@ -77,17 +76,17 @@ BY_REQUIREMENTS |= {"pymavlink", "trimesh"}
 """Python modules that rosdep does not know; requirements.txt has them."""
 
 
-@pytest.mark.parametrize("package", PACKAGES, ids=lambda path: path.name)
-def test_every_import_is_declared(package):
-    declared = set(re.findall(r"<(?:\w+_)?depend>([^<]+)<", (package / "package.xml").read_text()))
-    sources = [*package.glob("src/**/*.py"), *package.glob("ros/**/*.py"), *python_nodes(package)]
-    tests = list(package.glob("test/**/*.py"))
-    helpers = {path.stem for path in ROOT.glob("src/**/test/**/*.py")}
-    own = {package.name, f"{package.name}_ros", "benchmarks", *helpers, *sys.stdlib_module_names}
-    found = set().union(*(imports(path) for path in (*sources, *tests))) - own - BY_REQUIREMENTS
+def test_every_import_is_declared():
+    tests = {path: package for package in PACKAGES for path in package.glob("test/**/*.py")}
+    foreign = {"benchmarks", *(path.stem for path in tests), *sys.stdlib_module_names, *BY_REQUIREMENTS}
     others = {f"{path.name}_ros": path.name for path in PACKAGES}
-    needed = {BY_ROSDEP.get(name) or others.get(name, name) for name in found}
-    assert not needed - declared, f"package.xml of {package.name} lacks {sorted(needed - declared)}"
+    for package in PACKAGES:
+        declared = set(re.findall(r"<(?:\w+_)?depend>([^<]+)<", (package / "package.xml").read_text()))
+        sources = [*package.glob("src/**/*.py"), *package.glob("ros/**/*.py"), *python_nodes(package)]
+        sources += [path for path, owner in tests.items() if owner == package]
+        found = set().union(*map(imports, sources)) - foreign - {package.name, f"{package.name}_ros"}
+        needed = {BY_ROSDEP.get(name) or others.get(name, name) for name in found}
+        assert not needed - declared, f"package.xml of {package.name} lacks {sorted(needed - declared)}"
 
 
 def test_what_rosdep_does_not_know_is_in_the_requirements():
