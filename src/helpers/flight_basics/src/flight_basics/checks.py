@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import numbers
 import sys
 from dataclasses import Field, field, fields
@@ -23,9 +24,9 @@ def check_flag(name: str, value: Any) -> None:
 
 
 def check_number(name: str, value: Any, low: float, high: float) -> None:
-    """Raise ParameterError unless `value` is a finite number from `low` to `high`."""
+    """Raise ParameterError unless `value` is a number from `low` to `high`, which a float can hold."""
     is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not is_number or not low <= value <= high:  # NaN fails this test too
+    if not is_number or not low <= value <= high or sys.float_info.max < abs(value) < math.inf:  # or NaN
         raise ParameterError(f"{name} is {value!r}; it must be a number from {low:g} to {high:g}.")
 
 
