@@ -1,7 +1,7 @@
 """Each value that a parameter's field does not allow is refused in one sentence, which names the field.
 
-The limits are those of the fields (`limited`), so this holds for every class of every package. What values
-must be to each other, and what no field can say, is in the tests of the packages.
+The limits are those of the fields (`limited`), so this holds for every class of every package. `MISFITS` are
+values that each field allows, but not beside the others, and values of fields that are no single number.
 """
 
 from __future__ import annotations
@@ -56,6 +56,50 @@ NEEDED: dict[str, dict[str, Any]] = {
 }
 """What a class needs to be made, where it has no defaults."""
 
+MISFITS: list[tuple[str, dict[str, Any], str]] = [
+    ("BallastTankParameters", {"manhole_breadth_m": 2.0}, "manholes do not fit"),
+    ("BatteryParameters", {"initial_charge_ah": 6.0}, "capacity"),
+    ("BatteryParameters", {"linear_voltage_v": (10.0, -11.0)}, "open-circuit voltage"),
+    ("ButtonParameters", {"button_home": 2}, "button"),
+    ("CepaParameters", {"body_radius": 0.5}, "body_radius"),
+    ("CepaParameters", {"floor_height": 3.0, "ceiling_height": 3.0}, "floor_height"),
+    ("CepaParameters", {"r_lb": 1.2}, "r_lb"),
+    ("CepaParameters", {"speed_fractions": ("fast",)}, "speed_fractions"),
+    ("CepaParameters", {"speed_fractions": ()}, "speed_fractions"),
+    ("CepaParameters", {"speed_fractions": (1.0, 1.5)}, "speed_fractions"),
+    ("CepaParameters", {"speed_fractions": [10**400]}, "speed_fractions"),
+    ("CepaParameters", {"v_min": 2.0, "v_max": 1.0}, "v_min"),
+    ("CloudOdometryParameters", {"first_reach_m": 0.01}, "last_reach_m"),
+    ("EnergyParameters", {"reserve": 0.05}, "reserve"),
+    ("ExplorerParameters", {"elevation_min": 0.3, "elevation_max": 0.1}, "elevation_max"),
+    ("Hold3DParameters", {"frame_spacing_m": 20.0}, "less than half"),
+    ("Hold3DParameters", {"hatch_length_m": 29.0}, "hatch does not fit"),
+    ("LidarView", {"elevation_deg": (5.0, 5.0)}, "LOW < HIGH"),
+    ("LoopClosureParameters", {"rival_distance_m": 0.01}, "rival_distance_m"),
+    ("LoopClosureParameters", {"search_agreed_m": 20.0}, "search_agreed_m"),
+    ("LoopClosureParameters", {"stretch_m": 10.0}, "stretch_m"),  # maps of 10 m on both sides meet at 20 m
+    ("LoopClosureParameters", {"window_min_m": 9.0}, "window_min_m"),
+    ("MedianFilterParameters", {"window": 4}, "window"),
+    ("PlateParameters", {"reach": 0.3}, "reach"),
+    ("PositionControllerParameters", {"max_acceleration": 0.5}, "lower the one or raise the other"),
+    ("SlamParameters", {"xmin": -9000.0, "xmax": 9000.0}, "choose a smaller box"),
+    ("SlamParameters", {"xmin": 0.0, "xmax": 1e6, "ymin": 0.0, "ymax": 0.05}, "choose a smaller box"),
+    ("SlamParameters", {"xmin": 1.0, "xmax": 0.0, "ymin": 0.0, "ymax": 1.0}, "must span an area"),
+    ("SlamParameters", {"ymin": 100.0}, "must span an area"),
+    ("SurveyCamera", {"tilt_min": 10.0, "tilt_max": -10.0}, "tilt_min"),
+    ("TeleopParameters", {"axis_up": 1}, "axis_up"),
+    ("ThresholdParameters", {"low": 0.1, "critical": 0.2}, "no greater than the one before"),
+    ("TiltParameters", {"place_m": (99.0, 0.0, 0.0)}, "place"),
+    ("TiltParameters", {"tilt_min": 50.0, "tilt_max": 0.0}, "tilts from"),
+    ("VfhPlus3dParameters", {"alpha_deg": 7.0}, "divide 180"),
+    ("VfhPlus3dParameters", {"low": 2.0}, "low <= high"),
+    ("VfhPlus3dParameters", {"mu": (5.0, -2.0, 2.0)}, "no negative mu"),
+    ("VfhPlus3dParameters", {"opening": 2}, "opening"),
+    ("VfhPlus3dParameters", {"voxel_m": 1.0}, "voxel_m"),
+    ("YawRegulatorParameters", {"speed_on": 0.1, "speed_off": 0.1}, "speed_on"),
+]
+"""(class, values, what the sentence must name)."""
+
 
 def parameter_classes(folder: str) -> Iterator[type]:
     """Yield each class with a `limited` field of the libraries in `src` or in `ros` of the packages."""
@@ -99,10 +143,10 @@ def bad_values(field: dataclasses.Field, good: Any) -> Iterator[object]:
     yield from (limits[side] for side in ("above", "below") if limits[side] is not None)
 
 
-def complaint(made: type, name: str, called: str, value: object) -> str:
-    """Return what is wrong with how a class answers a bad value; empty: it refuses it in one sentence."""
+def complaint(made: type, called: str, given: dict[str, object]) -> str:
+    """Return what is wrong with how a class answers bad values; empty: it refuses them in one sentence."""
     try:
-        made(**{**NEEDED.get(made.__name__, {}), name: value})
+        made(**{**NEEDED.get(made.__name__, {}), **given})
     except Exception as error:
         said = str(error)
         is_told = type(error).__module__ != "builtins" or type(error) is ValueError
@@ -123,6 +167,12 @@ def test_what_a_field_does_not_allow_is_refused_in_one_sentence_that_names_it(fo
             if "least" in field.metadata or field.type == "bool":
                 called = field.metadata.get("named") or field.name
                 for value in bad_values(field, good):
-                    answer = complaint(each, field.name, called, value)
+                    answer = complaint(each, called, {field.name: value})
                     wrong += [f"{each.__name__}({field.name}={value!r}): {answer}"[:200]] if answer else []
     assert not wrong, "\n".join(wrong)
+
+
+def test_what_does_not_fit_each_other_is_refused_in_one_sentence():
+    classes = {each.__name__: each for each in parameter_classes("src")}
+    answers = [(name, given, complaint(classes[name], called, given)) for name, given, called in MISFITS]
+    assert not [told for told in answers if told[2]]

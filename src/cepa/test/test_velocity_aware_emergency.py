@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from planar_flight import Scene, turn
 from random_scans import full_turn, recipes, velocities
 
-from cepa import CepaParameters, Improved, LaserScan2D, Original, ParameterError, Reason, view
+from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason, view
 from cepa.algorithm import GREATEST_SPEED_M_S, normal_form
 from cepa.scan import Grid
 from cepa.thesis.cushion import emergency_edge, stopping_distance
@@ -165,19 +165,6 @@ def test_what_is_drawn_is_what_is_judged():
     (edge, end), *_ = view.intrusions(beams, P, (0.0, 2.0))
     assert np.hypot(*edge) > np.hypot(*end)
     assert view.intrusions(beams, CepaParameters(), (0.0, 2.0)).size == 0
-
-
-@pytest.mark.parametrize(
-    ("change", "sentence"),
-    [
-        ({"braking_deceleration": 0.0}, "braking_deceleration must be greater than 0, not 0.0."),
-        ({"braking_latency": -0.1}, "braking_latency must be at least 0, not -0.1."),
-        ({"velocity_aware_emergency": 1}, "velocity_aware_emergency must be true or false, not 1."),
-    ],
-)
-def test_what_makes_no_sense_is_refused_in_a_sentence(change, sentence):
-    with pytest.raises(ParameterError, match=sentence.replace(".", r"\.")):
-        CepaParameters(**change)
 
 
 def test_the_edge_is_r_lb_behind_and_beside_at_every_speed():

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from flight_basics.errors import ParameterError
-from inspection_tools.charge_thresholds import ChargeLevel, ChargeWatch, ThresholdParameters
+from inspection_tools.charge_thresholds import ChargeLevel, ChargeWatch
 
 
 def told(*charges, watch=None):
@@ -34,8 +33,3 @@ def test_a_level_does_not_rise_in_flight_but_with_a_new_battery():
     assert told(0.1, 0.1, 0.16, 0.16, 0.1, 0.1, watch=watch) == ["The battery is at 10%: come home."]
     watch.begin()
     assert told(0.9, 0.9, 0.05, 0.05, watch=watch) == ["The battery is at 5%: the UAV lands here."]
-
-
-def test_thresholds_that_do_not_fall_are_refused():
-    with pytest.raises(ParameterError, match="no greater than the one before"):
-        ThresholdParameters(low=0.1, critical=0.2)

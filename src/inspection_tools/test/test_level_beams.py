@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from flight_basics.errors import ParameterError, ScanError
+from flight_basics.errors import ScanError
 from inspection_tools import LevelBeamsParameters, LevelFrame, ScanGeometry
 from inspection_tools.level_beams import is_whole, level_part
 
@@ -119,9 +119,3 @@ def test_a_scan_of_another_length_and_wrong_limits_are_refused():
         level(np.ones(10), np.eye(3))
     with pytest.raises(ScanError, match="range_min"):
         level_part(np.ones(1081), GEOMETRY, (2.0, 1.0), np.eye(3), np.zeros(3), ASKED)
-
-
-@pytest.mark.parametrize("values", [{"height": -0.1}, {"height": math.nan}, {"slope": 0.6}])
-def test_parameters_that_make_no_sense_are_refused(values):
-    with pytest.raises(ParameterError, match=next(iter(values))):
-        LevelBeamsParameters(**values)

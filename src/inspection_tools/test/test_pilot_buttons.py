@@ -2,7 +2,6 @@
 
 import pytest
 
-from flight_basics.errors import ParameterError
 from inspection_tools.pilot_buttons import ButtonParameters, Order, PilotButtons
 
 
@@ -30,7 +29,5 @@ def test_what_is_held_from_the_beginning_or_does_not_exist_gives_no_order():
     assert orders((0,), (1,), parameters=ButtonParameters(button_pause=7)) == [None, None]
 
 
-def test_two_orders_of_one_button_are_refused():
-    with pytest.raises(ParameterError, match="a button of its own"):
-        ButtonParameters(button_home=2)
+def test_two_orders_may_have_no_button():
     ButtonParameters(button_home=-1, button_land=-1)

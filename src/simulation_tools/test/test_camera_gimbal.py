@@ -137,11 +137,6 @@ def test_a_smeared_picture_is_the_mean_of_shifted_ones(flow_px):
     assert (smeared(picture, np.array(flow_px)) == total // (steps + 1)).all()
 
 
-@pytest.mark.parametrize(
-    "given", [{"rate": 0.0}, {"tilt_min": 50.0, "tilt_max": 0.0}, {"place_m": (99.0, 0.0, 0.0)}]
-)
-def test_bad_parameters_are_refused(given):
-    with pytest.raises(PhotographError, match=r"\.$"):
-        TiltParameters(**given)
+def test_a_tilt_that_is_no_number_is_refused():
     with pytest.raises(PhotographError, match="not finite"):
         TiltGimbal().command(math.nan)

@@ -12,13 +12,13 @@ from simulation_tools.camera.kernels import crack_share
 from simulation_tools.camera.metering import Seen, meter
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.camera.renderer import Renderer
-from simulation_tools.camera.surfaces import linear, surfaces_of
+from simulation_tools.camera.surfaces import surfaces_of
 from simulation_tools.geometry import Pose
 from simulation_tools.sdf.frames import OPTICAL
 from simulation_tools.sdf.parser import load_world
 
 WALL_AT_M, BOX_AT_M = 4.0, 2.0
-GREY = linear(np.array(0.7))
+
 SDF = """<sdf version="1.6"><world name="wall"><model name="wall"><static>true</static><link name="l">
 <visual name="w"><pose>4.5 0 0 0 0 0</pose><geometry><box><size>1 50 50</size></box></geometry></visual>
 <visual name="b"><pose>2.5 0 0 0 0 0</pose><geometry><box><size>1 0.5 0.5</size></box></geometry></visual>
@@ -159,11 +159,6 @@ def test_a_bad_file_is_refused_with_a_sentence(tmp_path, text):
     path.write_text(text)
     with pytest.raises(PhotographError, match=r"a\.defects\.yaml"):
         read_defects(path)
-
-
-def test_bad_optics_are_refused():
-    with pytest.raises(PhotographError, match="lamp_cd"):
-        CameraOptics(lamp_cd=math.nan)
 
 
 def test_nothing_in_view_is_black(tmp_path):

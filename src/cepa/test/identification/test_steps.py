@@ -7,7 +7,6 @@ import math
 import numpy as np
 import pytest
 
-from cepa import ParameterError
 from cepa.identification.identify import identify
 from cepa.identification.recording import Recording
 from cepa.identification.response_report import draw, report
@@ -57,8 +56,3 @@ def test_the_steps_tell_the_response(tmp_path):
     assert len(lines) == 7
     draw(found, tmp_path / "response.png")
     assert (tmp_path / "response.png").stat().st_size > 10_000
-
-
-def test_a_speed_that_makes_no_sense_is_refused():
-    with pytest.raises(ParameterError, match="speed_m_s"):
-        StepParameters(speed_m_s=-1.0)

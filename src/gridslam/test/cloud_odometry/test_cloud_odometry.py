@@ -4,12 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from puck_in_a_room import DOWN, LEVEL, LIMITS_M, cloud, errors, fly, heading, place_at, yaw_at
 
 from gridslam.cloud_odometry import CloudOdometry, CloudOdometryParameters
-from gridslam.errors import ParameterError, ScanError
+from gridslam.errors import ScanError
 from gridslam.odometry.inertial import GRAVITY_MPS2, InertialReading
 
 START = place_at(0.0)
@@ -235,24 +233,6 @@ def test_a_range_beyond_the_limits_does_not_count():
     for range_m in (0.01, 30.0, math.nan):
         o.on_range(0.0, range_m, LIMITS_M, DOWN)
     assert not o.height.is_known_at(0.0)
-
-
-@given(
-    st.sampled_from(["voxel_m", "agreement_min", "points_max", "first_reach_m", "drift"]),
-    st.sampled_from([0, -1.0, math.nan, math.inf, "1", True]),
-)
-def test_parameters_that_make_no_sense_are_refused(name, value):
-    with pytest.raises(ParameterError, match=name):
-        CloudOdometryParameters(**{name: value})
-
-
-def test_parameters_that_do_not_fit_each_other_are_refused():
-    with pytest.raises(ParameterError, match="last_reach_m"):
-        CloudOdometryParameters(first_reach_m=0.01)
-    with pytest.raises(ParameterError, match="whole number"):
-        CloudOdometryParameters(points_max=10.5)
-    with pytest.raises(ParameterError, match="at most 1"):
-        CloudOdometryParameters(agreement_min=1.5)
 
 
 def turning_yaw_at(time_s):

@@ -176,17 +176,3 @@ def test_a_world_of_sdf_is_read_with_its_models_as_things(tmp_path):
     assert surface.names == ("crate",)
     corners = surface.triangles_m.reshape(-1, 3)
     np.testing.assert_allclose([corners.min(axis=0), corners.max(axis=0)], [[0.5, 1.5, 0], [1.5, 2.5, 1]])
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"field_of_view_deg": 0.0}, "field_of_view_deg must be greater than 0, not 0.0"),
-        ({"field_of_view_deg": 361.0}, "field_of_view_deg must be at most 360, not 361.0"),
-        ({"range_max_m": np.inf}, "range_max_m must be a finite number"),
-        ({"elevation_deg": (5.0, 5.0)}, "use -90 <= LOW < HIGH <= 90"),
-    ],
-)
-def test_a_view_that_makes_no_sense_is_refused(given, said):
-    with pytest.raises(EvaluationError, match=said):
-        LidarView(**given)

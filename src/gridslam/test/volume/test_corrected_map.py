@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_volume import body_of
 
-from gridslam import ParameterError, ScanError
+from gridslam import ScanError
 from gridslam.volume import (
     Board,
     Box,
@@ -195,11 +195,6 @@ def test_clouds_that_cannot_be_used_are_told_and_the_map_stays():
     with pytest.raises(ScanError, match="too large"):
         corrected.add(1.0, np.zeros((10_000_000, 3), np.float32), Pose.identity(), Pose.identity())
     np.testing.assert_array_equal(corrected.voxels.values(corrected.voxels.box()), before)
-
-
-def test_a_spacing_that_makes_no_sense_is_told():
-    with pytest.raises(ParameterError, match="period_s"):
-        NodeSpacing(period_s=0.0)
 
 
 def test_a_map_that_begins_anew_is_empty():

@@ -90,21 +90,6 @@ def test_a_reset_keeps_how_contacts_are_solved(build):
     assert height(world) == pytest.approx(0.09, abs=1e-3)
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"iterations": 0},
-        {"cfm": -1.0},
-        {"erp": math.nan},
-        {"residual_m_s": math.inf},
-        {"surface_layer_m": -1e-9},
-    ],
-)
-def test_a_setting_that_makes_no_sense_is_refused_by_its_name(wrong):
-    with pytest.raises(WorldError, match=next(iter(wrong)).replace("iterations", "iteration")):
-        ContactSolver(**wrong)
-
-
 def test_gravity_that_is_not_finite_is_refused_and_the_old_one_stays(build):
     world = build(solid_box(1, 1, 1, 1))
     with pytest.raises(WorldError, match="Gravity"):

@@ -11,12 +11,11 @@ from hypothesis import strategies as st
 from scipy import ndimage
 from voxel_room import PLANNER, SIDE_M, TILE, Flight, beams, reachable, room
 
-from exploration.next_view import ExplorationParameters, Explorer, ExplorerParameters
+from exploration.next_view import Explorer, ExplorerParameters
 from exploration.next_view.unknown.leftovers import Why
 from exploration.next_view.unknown_room import is_near_room
 from exploration.next_view.views import room as room_views
 from exploration.planning import FREE, UNKNOWN
-from flight_basics.errors import ParameterError
 
 LIDAR = {"spacing": 0.4, "reach": 8.0}
 
@@ -150,43 +149,6 @@ def test_a_uav_that_fits_nowhere_is_shut_in_and_nothing_is_said_to_be_explored()
     decision = Explorer(ExplorerParameters(**LIDAR)).decide(flight.space(), flight.place_m)
     assert decision.is_shut_in
     assert decision.goal_m is None
-
-
-@pytest.mark.parametrize(
-    "name",
-    [
-        "reach",
-        "cell",
-        "spacing",
-        "way_spacing",
-        "speed",
-        "keep",
-        "volume_min",
-        "volume_rate",
-        "near_first",
-        "worth_min",
-        "rate_min",
-        "room_min",
-        "elevation_min",
-    ],
-)
-def test_parameters_that_make_no_sense_are_refused(name):
-    for value in (-5.0, math.nan, "1"):
-        with pytest.raises(ParameterError, match=name):
-            ExplorerParameters(**{name: value})
-
-
-@pytest.mark.parametrize("value", ["false", 0, math.nan, -1.0, None])
-def test_what_is_neither_true_nor_false_is_refused(value):
-    with pytest.raises(ParameterError, match=r"shafts is .*; it must be true or false"):
-        ExplorerParameters(shafts=value)
-    with pytest.raises(ParameterError, match=r"steep is .*; it must be true or false"):
-        ExplorationParameters(steep=value)
-
-
-def test_beams_from_above_to_below_are_refused():
-    with pytest.raises(ParameterError, match="is above elevation_max"):
-        ExplorerParameters(elevation_min=0.3, elevation_max=0.1)
 
 
 @pytest.mark.parametrize(("large_voxels", "looks"), [(0, 0), (10**9, 1)])

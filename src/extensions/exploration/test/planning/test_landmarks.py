@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from exploration.planning import PathPlanner, PlannerParameters
-from flight_basics.errors import NoPathError, ParameterError
+from flight_basics.errors import NoPathError
 
 NEAR = PlannerParameters(radius=1.4, margin=0.0, comfort=0.0, preference=0.0, landmark_reach=4.0)
 """Voxels have 1 m."""
@@ -90,11 +90,6 @@ def test_what_is_seen_later_counts_at_once():
     assert planner.plan(start, goal).length_m > 23.0
     planner.parameters = ANYWHERE
     assert planner.plan(start, goal).length_m == pytest.approx(23.0)
-
-
-def test_a_reach_below_0_is_refused():
-    with pytest.raises(ParameterError, match="landmark_reach"):
-        PlannerParameters(landmark_reach=-1.0)
 
 
 @st.composite

@@ -5,8 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from flights.errors import FlightError
-from flights.flight.conditions import Conditions
 from flights.flight.lidar.faults import TURNS_S, LidarFaults, Pane, panes_of
 from flights.worlds.drawn.barriers import GLASS, barriers_sdf
 from simulation_tools.geometry import Pose
@@ -109,9 +107,3 @@ def test_the_panes_of_a_drawn_world_are_found(tmp_path):
         assert np.linalg.norm(pane.normal_xy) == pytest.approx(1.0)
         assert abs(pane.normal_xy[0]) > math.cos(0.61)
         assert 1.5 <= pane.half_m <= 3.5
-
-
-@pytest.mark.parametrize("name", ["rain", "lost_view", "glass_deg"])
-def test_faults_beyond_sense_are_refused(name):
-    with pytest.raises(FlightError, match=f"{name} must be between 0 and"):
-        Conditions(**{name: -1.0})

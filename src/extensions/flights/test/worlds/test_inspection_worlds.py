@@ -136,22 +136,6 @@ def test_a_manhole_is_0_6_x_0_8_m_and_lies_to_port_and_starboard_by_turns(worlds
     assert cast((middle[0] - 1.0, -y, middle[2]), [(1, 0, 0)])[0] == pytest.approx(1.0 - 0.015, abs=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("make", "values", "complaint"),
-    [
-        (Hold3DParameters, {"height_m": 0.0}, "hold_3d: height_m must be greater than 0, not 0.0"),
-        (Hold3DParameters, {"hatch_length_m": 29.0}, "hatch does not fit"),
-        (Hold3DParameters, {"frame_spacing_m": 20.0}, "less than half"),
-        (BallastTankParameters, {"breadth_m": float("nan")}, "breadth_m must be a finite number, not nan"),
-        (BallastTankParameters, {"compartments": 2.5}, "whole number"),
-        (BallastTankParameters, {"manhole_breadth_m": 2.0}, "manholes do not fit"),
-    ],
-)
-def test_sizes_that_make_no_sense_are_refused_with_a_sentence(make, values, complaint):
-    with pytest.raises(ScenarioError, match=complaint):
-        make(**values)
-
-
 def test_a_world_is_drawn_with_sizes_of_ones_own():
     assert generator.make("ballast_tank", {"compartments": 3}) == ballast_tank(BallastTankParameters(3))
 

@@ -5,7 +5,6 @@ import math
 import numpy as np
 import pytest
 
-from flight_basics.errors import ParameterError
 from inspection.survey import SurveyCamera, optical_axes
 from inspection.survey.kernels.sight import axes_of, worst_scale
 
@@ -72,12 +71,3 @@ def test_a_motion_during_the_exposure_widens_a_pixel_in_quadrature():
     """On a wall that the camera faces, the motion moves the picture by its own length."""
     ahead = np.array((0.0, 0.0, -1.0))
     assert worst_scale(0.0, 0.0, 3.0, ahead, 4.0) == pytest.approx(5.0)
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [{"width": 0}, {"field_of_view": math.nan}, {"tilt_min": 10.0, "tilt_max": -10.0}, {"exposure": 0.0}],
-)
-def test_a_camera_that_makes_no_sense_is_refused_with_a_sentence(wrong):
-    with pytest.raises(ParameterError):
-        SurveyCamera(**wrong)

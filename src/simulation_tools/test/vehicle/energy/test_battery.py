@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from simulation_tools.vehicle.energy.battery import (
     Battery,
-    BatteryError,
     BatteryParameters,
     BatteryStart,
     cell_voltage_v,
@@ -98,37 +97,3 @@ def test_the_current_is_told_smoothed():
     for _ in range(250):
         battery.draw(60.0, 0.004)
     assert battery.reading.current_a == pytest.approx(6.0 * (1.0 - math.exp(-1.0)), rel=2e-3)
-
-
-@pytest.mark.parametrize(
-    ("change", "sentence"),
-    [
-        ({"capacity_ah": 0.0}, "The battery's capacity_ah must be greater than 0, not 0.0."),
-        (
-            {"initial_charge_ah": 6.0},
-            "initial_charge must be from 0 to its capacity of 5.1 Ah, but is 6.0 Ah.",
-        ),
-        ({"resistance_ohm": -1.0}, "The battery's resistance_ohm must be at least 0, not -1.0."),
-        ({"power_load_w": math.nan}, "The battery's power_load_w must be a finite number, not nan."),
-        ({"cells": 11}, "The battery's cells must be at most 10, not 11."),
-        ({"linear_voltage_v": (10.0, -11.0)}, "The battery's open-circuit voltage (10.0, -11.0) V is not"),
-    ],
-)
-def test_a_battery_that_cannot_be_is_refused(change, sentence):
-    with pytest.raises(BatteryError) as refused:
-        BatteryParameters(**{"capacity_ah": 5.1, "initial_charge_ah": 5.1, **change})
-    assert sentence in str(refused.value)
-
-
-@pytest.mark.parametrize(
-    ("start", "sentence"),
-    [
-        ({"charge": 1.5}, "The battery's charge must be between 0 and 1, not 1.5."),
-        ({"charge": math.nan}, "The battery's charge must be a finite number, not nan."),
-        ({"temperature_c": -30.0}, "temperature_c must be between -20 and 60, not -30.0."),
-    ],
-)
-def test_a_start_that_cannot_be_is_refused(start, sentence):
-    with pytest.raises(BatteryError) as refused:
-        BatteryStart(**start)
-    assert sentence in str(refused.value)

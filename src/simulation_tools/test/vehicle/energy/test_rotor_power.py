@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simulation_tools.vehicle.energy.battery import BatteryError
 from simulation_tools.vehicle.energy.rotor_power import RotorPower
 
 IRIS = RotorPower()
@@ -44,9 +43,3 @@ def test_a_climb_costs_its_lift_work_and_gives_back_induced_loss():
 
 def test_standing_rotors_draw_nothing():
     assert IRIS.power_w(np.zeros(4), 3.0) == 0.0
-
-
-@pytest.mark.parametrize("change", [{"k1": 0.0}, {"k2": -0.3}, {"c2": -0.1}, {"k2": math.nan}])
-def test_coefficients_that_cannot_be_are_refused(change):
-    with pytest.raises(BatteryError, match=f"rotor_{next(iter(change))} must be"):
-        RotorPower(**change)
