@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import itertools
 import os
 import shutil
 import signal
@@ -113,6 +114,54 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             item.add_marker(pytest.mark.skip(reason=reason))
     if "PYTEST_XDIST_WORKER" in os.environ:
         items.sort(key=turn)
+
+
+# -- tables -------------------------------------------------------------------------------------------------
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Make one test of a function with `@pytest.mark.table(names, rows)`, whatever the number of its rows."""
+    for table in metafunc.definition.iter_markers("table"):
+        names = table.args[0]
+        one_row = [None] if isinstance(names, str) and "," not in names else [(None,) * len(names_in(names))]
+        metafunc.parametrize(names, one_row, ids=[pytest.HIDDEN_PARAM])
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
+    """Call a test with each row of its tables (`parametrize`, which makes a test of each row, costs more).
+
+    Rows share the fixtures, but each has its own folder `tmp_path` and its own `monkeypatch`.
+    """
+    tables = [(names_in(each.args[0]), each.args[1]) for each in pyfuncitem.iter_markers("table")]
+    if not tables:
+        return None
+    fixtures = {name: pyfuncitem.funcargs[name] for name in pyfuncitem._fixtureinfo.argnames}
+    failed = []
+    for number, rows in enumerate(itertools.product(*(rows for _, rows in tables))):
+        given = dict(fixtures)
+        for (names, _), row in zip(tables, rows):
+            given.update(zip(names, row if len(names) > 1 else [row]))
+        if "tmp_path" in given:
+            given["tmp_path"] = given["tmp_path"] / f"row_{number}"
+            given["tmp_path"].mkdir()
+        try:
+            pyfuncitem.obj(**given)
+        except (Exception, pytest.fail.Exception) as error:
+            error.add_note(f"in row {number} of the table: {rows!r}")
+            failed.append(error)
+        finally:
+            if "monkeypatch" in given:
+                given["monkeypatch"].undo()
+    if failed:
+        failed[0].add_note("\n".join(note for error in failed[1:] for note in error.__notes__))
+        raise failed[0]
+    return True
+
+
+def names_in(names: str | list[str] | tuple[str, ...]) -> list[str]:
+    """Return the names of a table's columns."""
+    return [each.strip() for each in names.split(",") if each.strip()] if isinstance(names, str) else [*names]
 
 
 # -- several tests at a time --------------------------------------------------------------------------------

@@ -35,8 +35,8 @@ def test_the_improveds_end_is_an_arc_about_the_uav():
     assert improved_cushion(1.1 * gamma, 2.0, 0.5, 1.5) == pytest.approx(0.5 / math.sin(1.1 * gamma))
 
 
-@pytest.mark.parametrize("cushion", [original_cushion, improved_cushion])
-@pytest.mark.parametrize("speed", [0.0, 0.1, 1.0, 4.0])
+@pytest.mark.table("cushion", [original_cushion, improved_cushion])
+@pytest.mark.table("speed", [0.0, 0.1, 1.0, 4.0])
 def test_the_edge_has_no_jumps(cushion, speed):
     edge = cushion(np.linspace(-math.pi, math.pi, 200_001), speed, 0.5, 1.5)
     assert np.isfinite(edge).all()

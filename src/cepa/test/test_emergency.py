@@ -58,7 +58,7 @@ class TestKFilter:
         filtered = k_filter(beams.ranges, slope, beams.increment)
         assert filtered == pytest.approx(reference.k_filter(beams, slope), rel=1e-12, abs=1e-12)
 
-    @pytest.mark.parametrize("nearest", range(6))
+    @pytest.mark.table("nearest", range(6))
     def test_an_increment_that_does_not_divide_the_turn(self, nearest):
         ranges = np.roll([1.0, 9.0, 9.0, 9.0, 9.0, 9.0], nearest)
         beams = LaserScan2D(ranges, 0.3, 1.0, 0.05, 12.0).full_turn(4)
@@ -233,9 +233,9 @@ class TestImproved:
         assert decision.reason is Reason.EMERGENCY_SUM
         assert decision.velocity_xy[0] < 0.0
 
-    @pytest.mark.parametrize("near", [-math.inf, 0.2, 0.49])
-    @pytest.mark.parametrize("r_lb", [0.45, 0.5, 0.6])
-    @pytest.mark.parametrize("algorithm", [Improved, Original])
+    @pytest.mark.table("near", [-math.inf, 0.2, 0.49])
+    @pytest.mark.table("r_lb", [0.45, 0.5, 0.6])
+    @pytest.mark.table("algorithm", [Improved, Original])
     def test_it_flees_from_what_is_too_close_for_the_lidar(self, near, r_lb, algorithm):
         # a Puck sees from 0.5 m on: something nearer may be anywhere up to the body
         ranges = np.full(1440, math.inf)

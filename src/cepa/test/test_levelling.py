@@ -73,7 +73,7 @@ def test_a_level_scan_is_left_alone():
     assert levelled(scan, attitude(yaw=1.0), P, 2.0) is scan
 
 
-@pytest.mark.parametrize(("height", "dropped"), [(0.20, False), (0.16, False), (0.14, True), (-0.1, True)])
+@pytest.mark.table(("height", "dropped"), [(0.20, False), (0.16, False), (0.14, True), (-0.1, True)])
 def test_what_ends_within_the_margin_of_the_floor_is_floor(height, dropped):
     pitch = math.radians(30.0)
     ranges = np.full(BEAMS, np.inf)
@@ -199,7 +199,7 @@ def test_cepa_flies_on_over_a_floor_that_would_stop_it():
     assert Improved(P).steer(levelled(scan, lean, P, 0.5), (2.0, 0.0), (0.5, 0.0)).velocity_xy == (2.0, 0.0)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("height", "orientation", "sentence"),
     [
         (math.nan, (0, 0, 0, 1), "height finite"),

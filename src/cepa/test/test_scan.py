@@ -101,7 +101,7 @@ def test_a_beam_more_than_a_turn_is_folded_onto_the_first():
     assert beams.ranges[0] == 1.0
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("arguments", "sentence"),
     [
         (([], 0.0, 0.1, 0.1, 10.0), "holds no beams"),

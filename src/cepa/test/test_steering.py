@@ -60,7 +60,7 @@ def test_improved_equals_brute_force_if_beams_do_not_divide_the_turn(
     assert decision.cost == pytest.approx(costs.min(initial=math.inf), rel=1e-9, abs=1e-9)
 
 
-@pytest.mark.parametrize("turn_in_beams", [2.0, 3.4, 8.0, 8.4, 8.6, 9.0, 9.4, 20.3, 20.7])
+@pytest.mark.table("turn_in_beams", [2.0, 3.4, 8.0, 8.4, 8.6, 9.0, 9.4, 20.3, 20.7])
 def test_one_obstacle_forbids_its_angle_on_both_sides_across_the_seam_too(turn_in_beams):
     """For every beam: before, on and behind the edge of the cushion (`Grid`), min(length, r_lb reach).
 

@@ -41,13 +41,13 @@ def post(x, y, radius=0.05):
     return look(Scene(np.array([(x, y, radius)])))
 
 
-@pytest.mark.parametrize(("speed", "stopping"), [(0.0, 0.0), (1.0, 0.375), (2.0, 1.0), (4.0, 3.0)])
+@pytest.mark.table(("speed", "stopping"), [(0.0, 0.0), (1.0, 0.375), (2.0, 1.0), (4.0, 3.0)])
 def test_the_stopping_distance_is_that_of_the_closed_form(speed, stopping):
     assert stopping_distance(speed, 4.0, 0.25) == pytest.approx(stopping)
 
 
-@pytest.mark.parametrize("algorithm", [Improved, Original])
-@pytest.mark.parametrize(("distance", "expected"), [(1.49, True), (1.51, False)])
+@pytest.mark.table("algorithm", [Improved, Original])
+@pytest.mark.table(("distance", "expected"), [(1.49, True), (1.51, False)])
 def test_an_obstacle_within_stopping_distance_and_r_lb_is_an_emergency(algorithm, distance, expected):
     decision = algorithm(P).steer(post(distance + 0.05, 0.0), (2.0, 0.0), (2.0, 0.0))
     assert decision.emergency == expected

@@ -58,7 +58,7 @@ def test_a_reset_of_odometry_does_not_move_the_vehicle(log):
     assert error_m(base_in_map(session, reset), truth) < 0.1
 
 
-@pytest.mark.parametrize("covariance", [np.nan, np.inf, -1.0, 1e12])
+@pytest.mark.table("covariance", [np.nan, np.inf, -1.0, 1e12])
 def test_a_covariance_that_tells_nothing_counts_as_none(log, covariance):
     # Given odometry that tells its covariance, but for some scans in the middle
     told = np.arange(len(log.scans))[:, None, None] * 1e-4 * np.eye(3)

@@ -60,7 +60,7 @@ def test_beams_are_used_no_farther_than_they_reach():
     assert SlamParameters(maxUrange=6.0, maxRange=8.0).ranges_for(30.0) == (6.0, 8.0)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("changes", "sentence"),
     [
         ({"ranges_m": [1.0]}, "1 ranges but 2 angles"),
@@ -87,7 +87,7 @@ def test_scans_that_make_no_sense_are_refused(changes, sentence):
         PlanarScan(**{**sound, **changes})
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("cells", "resolution", "origin", "sentence"),
     [
         (np.zeros(3), 0.1, (0.0, 0.0), "must be a table"),

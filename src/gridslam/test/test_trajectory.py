@@ -73,7 +73,7 @@ def test_what_odometry_missed_in_a_jump_belongs_to_that_step_alone():
     np.testing.assert_allclose(filled, poses, atol=1e-12)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "stamps_s", [(10.0, 12.0, 11.0), (10.0, 10.0, 12.0), (9.0, 10.0, 11.0), (10.1, 12.0, 13.0)]
 )
 def test_odometry_that_cannot_fill_in_is_refused(stamps_s):

@@ -21,7 +21,7 @@ def test_each_threshold_is_told_once_and_at_the_last_the_uav_lands():
     ]
 
 
-@pytest.mark.parametrize("wrong", [0.0, 0.04, math.nan, -1.0, 7.0])
+@pytest.mark.table("wrong", [0.0, 0.04, math.nan, -1.0, 7.0])
 def test_a_single_wrong_reading_says_nothing(wrong):
     watch = ChargeWatch()
     assert told(0.8, wrong, 0.8, wrong, 0.8, watch=watch) == []

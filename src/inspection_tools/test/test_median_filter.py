@@ -74,7 +74,7 @@ def test_equals_the_sorted_votes_of_every_beam(data, window, scans, wraps):
         np.testing.assert_array_equal(result, np.array(expected, np.float32))
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("ranges", "expected"),
     [
         # each reading amid its neighbours; edges take the nearer of two
@@ -137,7 +137,7 @@ def test_takes_off_gaussian_noise_as_order_statistics_say(window, variance_share
     assert result.var() / sigma**2 == pytest.approx(variance_share, rel=0.03)
 
 
-@pytest.mark.parametrize("scans", [1, 2, 3, 5])
+@pytest.mark.table("scans", [1, 2, 3, 5])
 def test_something_new_is_seen_after_half_the_scans(scans):
     lidar_filter = LidarMedianFilter(MedianFilterParameters(1, scans))
     for _ in range(10):
@@ -175,7 +175,7 @@ def test_leaves_its_input_alone():
     np.testing.assert_array_equal(ranges, before)
 
 
-@pytest.mark.parametrize("limits", [(-0.1, 5.0), (1.0, -1.0), (2.0, 2.0), (NAN, 5.0), (0.0, NAN)])
+@pytest.mark.table("limits", [(-0.1, 5.0), (1.0, -1.0), (2.0, 2.0), (NAN, 5.0), (0.0, NAN)])
 def test_refuses_impossible_limits(limits):
     with pytest.raises(ScanError, match="range_min"):
         LidarMedianFilter().filter(np.ones(5), geometry_of(5), *limits)

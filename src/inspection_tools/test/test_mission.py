@@ -53,7 +53,7 @@ def test_who_leaves_before_the_time_begins_to_hold_anew():
     assert mission.update(3.6, B.position_m).done
 
 
-@pytest.mark.parametrize("step_s", [-96.0, -0.4, 1.0, 600.0, 31_536_000.0])
+@pytest.mark.table("step_s", [-96.0, -0.4, 1.0, 600.0, 31_536_000.0])
 def test_a_clock_that_is_set_changes_neither_hold_nor_patience(step_s):
     mission = Mission([A, B], patience_s=10.0)
     for now_s in range(9):
@@ -149,7 +149,7 @@ def places(waypoints):
     return [waypoint.position_m for waypoint in waypoints]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("reached", "expected"),
     [
         (0, [(0, 0, 2)]),

@@ -25,7 +25,7 @@ def test_a_file_in_every_form(tmp_path):
     assert parse_mission({"waypoints": ["1 2 3", "4 5 6"], "laps": 2}) == (a, b, a, b)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("content", "words"),
     [
         (None, "no waypoints; give a list"),

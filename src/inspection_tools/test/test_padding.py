@@ -41,8 +41,8 @@ def wrapped(angle):
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
-@pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize("name", LIDARS)
+@pytest.mark.table("sign", [1, -1])
+@pytest.mark.table("name", LIDARS)
 def test_all_six_lidars(name, sign):
     """Every direction of the turn once, the lidar's own at their places and unchanged."""
     _, step_deg, range_min, range_max = LIDARS[name]
@@ -103,7 +103,7 @@ def test_an_increment_that_does_not_divide_the_turn_is_kept(beams, start_rad, in
     assert 0.5 <= across_the_seam / abs(increment_rad) <= 1.5
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("value", "expected"),
     [("range_max", 10.0), ("inf", INF), ("nan", NAN), (3.5, 3.5), ("3.5", 3.5), (0, 0.0)],
 )
@@ -114,13 +114,13 @@ def test_value_of_the_added_beams(value, expected):
     np.testing.assert_array_equal(padded.ranges[~padded.seen], np.full(5, expected, np.float32))
 
 
-@pytest.mark.parametrize("value", ["far", "", "-1", -1.0, "-inf", 2000.0, None])
+@pytest.mark.table("value", ["far", "", "-1", -1.0, "-inf", 2000.0, None])
 def test_refuses_other_values(value):
     with pytest.raises(ParameterError, match="value is"):
         PaddingParameters(value)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("first", "last", "merged"),
     [(2.0, 3.0, 2.0), (3.0, 2.0, 2.0), (NAN, 3.0, 3.0), (3.0, NAN, 3.0), (INF, 3.0, 3.0)],
 )
@@ -145,7 +145,7 @@ def test_padding_twice_changes_nothing():
     assert twice.geometry == once.geometry
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("geometry", "limits", "complaint"),
     [
         (ScanGeometry(5, 0.0, math.pi), (0.1, 10.0), "more than twice"),

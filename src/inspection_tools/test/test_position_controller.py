@@ -129,7 +129,7 @@ def test_approach_speed_has_no_kink_and_no_harder_braking(distance, limit, decel
     assert (v1 - v0) / h * v0 <= deceleration * (1.0 + 1e-3)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("yaw", "expected"),
     [(0.0, (1.0, 0.0)), (math.pi / 2, (0.0, -1.0)), (math.pi, (-1.0, 0.0)), (-math.pi / 2, (0.0, 1.0))],
 )

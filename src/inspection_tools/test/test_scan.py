@@ -11,7 +11,7 @@ from inspection_tools import ScanGeometry
 DEGREE = math.pi / 180.0
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("beams", "increment_deg", "closes"),
     [
         (1440, 0.25, True),
@@ -28,21 +28,21 @@ def test_closes_circle(beams, increment_deg, closes):
     assert ScanGeometry(beams, 0.3, increment_deg * DEGREE).closes_circle is closes
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("increment_deg", "turn"), [(360 / 1024, 1024), (0.25, 1440), (0.2, 1800), (1 / 3, 1080), (-0.2, 1800)]
 )
 def test_beams_per_turn_survives_float32(increment_deg, turn):
     assert ScanGeometry(10, 0.0, float(np.float32(increment_deg * DEGREE))).beams_per_turn == turn
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("increment_deg", "turn"), [(0.7, 514), (7.0, 51), (270.0 / 1081.0, 1441), (135.0, 3), (300.0, 1)]
 )
 def test_an_increment_that_does_not_divide_the_turn_is_rounded(increment_deg, turn):
     assert ScanGeometry(10, 0.0, increment_deg * DEGREE).beams_per_turn == turn
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("beams", "start", "increment", "complaint"),
     [
         (0, 0.0, 0.1, "no beams"),

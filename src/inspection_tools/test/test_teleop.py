@@ -12,7 +12,7 @@ from flight_basics.errors import ParameterError
 from inspection_tools.teleop import FASTEST_M_S, HOVER, JoystickPilot, KeyboardPilot, TeleopParameters
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("key", "velocity"),
     [
         ("i", (2.0, 0.0, 0.0)),

@@ -73,7 +73,7 @@ def test_headings_between_two_poses_take_the_short_way():
     assert [math.cos(heading) for heading in headings] == pytest.approx([-1.0, math.cos(3.1)])
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("bad", "now_s", "state", "words"),
     [
         (motion(6.0, covariance=[math.nan] * 36), 6.0, VisionState.INVALID, "not finite"),
@@ -126,8 +126,8 @@ def turned(yaw_rad, given, origin=(0.0, 0.0, 0.0)):
     return replace(given, position_m=place, orientation_xyzw=orientation)
 
 
-@pytest.mark.parametrize("speed_m_s", [0.0, 0.5, 2.0])
-@pytest.mark.parametrize("yaw_rad", [0.0, 2.0, math.pi])
+@pytest.mark.table("speed_m_s", [0.0, 0.5, 2.0])
+@pytest.mark.table("yaw_rad", [0.0, 2.0, math.pi])
 def test_after_jumps_the_pose_goes_on_where_the_uav_is(yaw_rad, speed_m_s):
     """The odometry starts elsewhere, twice: what goes out is the flight, as if it had not."""
     vision = VisionPose(VisionPoseParameters(settle_time=0.5))

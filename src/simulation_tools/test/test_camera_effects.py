@@ -61,7 +61,7 @@ def test_none_of_each_effect_changes_nothing(shot):
     assert (shot(Effects(seed=4)) == shot()).all()
 
 
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.table("name", EFFECTS)
 def test_each_effect_changes_a_picture(shot, name):
     place = (1.0, 1.0, 0.0)
     assert (np.abs(shot(effects_of({name: 1.0}), place) - shot(None, place)) > 0.01).any()
@@ -181,7 +181,7 @@ def test_words_and_a_file_name_the_effects(tmp_path):
     assert read_defects(path).effects == Effects(dirt=0.5)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("words", "said"),
     [("rain", 'no effect "rain"'), ("dirt=2", "effect dirt must be between 0 and 1, not 2.0"),
      ("dirt=much", "has no number"),

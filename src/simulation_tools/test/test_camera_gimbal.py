@@ -33,9 +33,9 @@ def camera(velocity=STILL, rates=STILL):
     return CameraState(0.0, Pose(), Pose(), np.array(velocity), np.array(rates))
 
 
-@pytest.mark.parametrize("tilt", [-1.2, 0.0, 0.7, math.pi / 2])
-@pytest.mark.parametrize("pitch", [-0.3, 0.0, 0.2])
-@pytest.mark.parametrize("roll", [-0.4, 0.0, 0.1])
+@pytest.mark.table("tilt", [-1.2, 0.0, 0.7, math.pi / 2])
+@pytest.mark.table("pitch", [-0.3, 0.0, 0.2])
+@pytest.mark.table("roll", [-0.4, 0.0, 0.1])
 def test_the_camera_keeps_its_tilt_and_stays_level_while_the_uav_leans(tilt, pitch, roll):
     gimbal = TiltGimbal()
     gimbal.command(tilt)

@@ -30,7 +30,7 @@ def told(camera, number, *params, system=1, component=COMPONENT):
     return answer, [message.get_type() for message in answer.messages]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("number", "name"),
     [
         (259, "CAMERA_INFORMATION"),
@@ -68,7 +68,7 @@ def test_a_photograph_is_taken_one_at_a_time_and_counted():
     assert not told(camera, START, 0.0, 2.0, 0.0)[0].shoots  # one every 2 s, for ever
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("pitch_deg", "yaw_deg", "tilt_deg"),
     [
         (20.0, 0.0, 20.0),

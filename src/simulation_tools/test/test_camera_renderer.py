@@ -153,7 +153,7 @@ def test_a_crack_and_rust_are_where_the_file_says(tmp_path):
     assert near.min() < 0.75 * np.median(near)
 
 
-@pytest.mark.parametrize("text", ["defects: 3", "[", "defects: [{kind: rust}]", "{}"])
+@pytest.mark.table("text", ["defects: 3", "[", "defects: [{kind: rust}]", "{}"])
 def test_a_bad_file_is_refused_with_a_sentence(tmp_path, text):
     path = tmp_path / "a.defects.yaml"
     path.write_text(text)

@@ -46,8 +46,8 @@ def test_east_is_a_heading_of_ninety_degrees():
     assert flu_to_frd((1, 2, 3)) == (1, -2, -3)
 
 
-@pytest.mark.parametrize("size", [3, 6])
-@pytest.mark.parametrize(("turn", "rotation"), [(covariance_to_ned, TO_NED), (covariance_to_frd, TO_FRD)])
+@pytest.mark.table("size", [3, 6])
+@pytest.mark.table(("turn", "rotation"), [(covariance_to_ned, TO_NED), (covariance_to_frd, TO_FRD)])
 def test_covariances_are_rotated_as_matrices_are(size, turn, rotation):
     root = np.random.default_rng(4).normal(size=(size, size))
     covariance = root @ root.T

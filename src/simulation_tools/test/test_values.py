@@ -7,12 +7,12 @@ import pytest
 from simulation_tools.values import ParameterError, mavlink_ports, number, port
 
 
-@pytest.mark.parametrize("given", [0, 14540, "65535", 80.0])
+@pytest.mark.table("given", [0, 14540, "65535", 80.0])
 def test_ports_are_taken_as_roslaunch_and_yaml_write_them(given):
     assert port("gcs_port", given) == int(given)
 
 
-@pytest.mark.parametrize("given", [65536, -1, "abc", 1.5, None, float("nan")])
+@pytest.mark.table("given", [65536, -1, "abc", 1.5, None, float("nan")])
 def test_what_is_no_port_is_refused(given):
     with pytest.raises(ParameterError, match="The parameter gcs_port must be a port, 0 to 65535, not"):
         port("gcs_port", given)

@@ -128,7 +128,7 @@ def test_the_predicted_velocities_are_those_of_the_model():
     assert np.abs(predicted - piece.velocities[:, :2]).max() < 0.1
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("change", "sentence"),
     [
         (lambda c, v: (c[:2], v), "never last"),

@@ -69,8 +69,8 @@ class Bench:
         return doubts
 
 
-@pytest.mark.parametrize("motion", [hover, circle, leap])
-@pytest.mark.parametrize("noise_m", [0.0, 0.02])
+@pytest.mark.table("motion", [hover, circle, leap])
+@pytest.mark.table("noise_m", [0.0, 0.02])
 def test_odometry_is_confirmed_from_a_second_on(motion, noise_m):
     doubts = Bench(motion, noise_m=noise_m).doubts(4000)
     assert all(doubt == DOUBTED for at_ms, doubt in doubts.items() if at_ms < 1000)

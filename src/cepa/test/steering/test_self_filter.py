@@ -100,8 +100,8 @@ def test_who_no_longer_sees_himself_is_told_that_he_is_held_up():
     assert bench.fly(20.0, (1.0, 0.0)).says("Lead it another way")
 
 
-@pytest.mark.parametrize("with_clouds", [False, True])
-@pytest.mark.parametrize("algorithm", [Dynamic, Improved])
+@pytest.mark.table("with_clouds", [False, True])
+@pytest.mark.table("algorithm", [Dynamic, Improved])
 def test_arms_that_are_left_out_are_no_obstacle(algorithm, with_clouds):
     bench = Bench(algorithm=algorithm, arms=ARMS, self_filter=True)
     bench.fly(12.0, (1.0, 0.0), with_clouds=with_clouds)

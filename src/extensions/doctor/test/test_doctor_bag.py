@@ -44,7 +44,7 @@ BROKEN_BAGS = {
 }
 
 
-@pytest.mark.parametrize("case", BROKEN_BAGS)
+@pytest.mark.table("case", BROKEN_BAGS)
 def test_what_is_broken_in_a_bag_is_found(case):
     recording, severity, where, what = BROKEN_BAGS[case]
     found = bag.check(recording)

@@ -61,8 +61,8 @@ def in_the_future(diagnoses) -> list[str]:
     return sorted(one.where for one in diagnoses if "future" in one.what)
 
 
-@pytest.mark.parametrize("clock_late_s", [0.0, 0.3])
-@pytest.mark.parametrize(
+@pytest.mark.table("clock_late_s", [0.0, 0.3])
+@pytest.mark.table(
     ("ahead_s", "expected"),
     [({}, []), ({"/camera": 1.5}, ["/camera"]), ({"/tf": 1.5}, ["tf odom -> base_frame"])],
 )
@@ -74,8 +74,8 @@ def test_a_clock_that_is_heard_late_makes_no_stamp_early(clock_late_s, ahead_s, 
     assert all("chrony" not in one.remedy for one in told)  # one machine's simulated time needs no such thing
 
 
-@pytest.mark.parametrize("clock_late_s", [0.0, 0.28])
-@pytest.mark.parametrize(("ahead_s", "expected"), [({}, []), ({"/camera": 1.5}, ["/camera"])])
+@pytest.mark.table("clock_late_s", [0.0, 0.28])
+@pytest.mark.table(("ahead_s", "expected"), [({}, []), ({"/camera": 1.5}, ["/camera"])])
 def test_so_does_none_in_a_bag_whose_recorder_heard_it_late(clock_late_s, ahead_s, expected):
     assert in_the_future(bag.check(heard(clock_late_s, ahead_s).recording(6.0))) == expected
 

@@ -52,7 +52,7 @@ def test_arrows_lead_from_node_to_topic_to_node():
     }
 
 
-@pytest.mark.parametrize("hidden", ["/clock", "/rosout", "parameter_updates", "/debug", "/recorder"])
+@pytest.mark.table("hidden", ["/clock", "/rosout", "parameter_updates", "/debug", "/recorder"])
 def test_what_says_nothing_is_left_out(hidden):
     assert hidden not in PICTURE
 

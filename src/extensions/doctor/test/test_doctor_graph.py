@@ -39,7 +39,7 @@ def test_a_graph_that_is_well_has_no_finding():
     assert exit_code([]) == FINE
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "topic",
     [
         "/mavros/vision_pose/pose",
@@ -59,7 +59,7 @@ def test_what_pilot_orders_can_do_without_is_no_finding(topic):
     assert graph.check(with_topic(topic, subscribers=("/pilot_orders",))) == []
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("topic", "node"),
     [
         ("/initialpose", "/gridslam"),
@@ -271,7 +271,7 @@ BROKEN_GRAPHS = {
 }
 
 
-@pytest.mark.parametrize("case", BROKEN_GRAPHS)
+@pytest.mark.table("case", BROKEN_GRAPHS)
 def test_what_is_broken_is_found(case):
     broken, severity, where, what = BROKEN_GRAPHS[case]
     found = graph.check(broken)

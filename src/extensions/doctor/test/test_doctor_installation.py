@@ -150,7 +150,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.table("case", CASES)
 def test_what_is_broken_is_found(case):
     changes, severity, where, what = CASES[case]
     found = installation.check(replace(WELL, **changes))
@@ -229,7 +229,7 @@ def test_a_file_is_no_folder_for_logs(tmp_path):
     assert blocked_by(tmp_path / "not/made/yet") == ""
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("address", "here"),
     [("127.0.0.1", True), ("192.0.2.7", False), ("", True), ("box", True)],
 )

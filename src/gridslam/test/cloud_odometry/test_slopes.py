@@ -100,7 +100,7 @@ def deck_with_rim(turn_rad):
     return np.vstack((rim, deck)) @ matrix_of((0.0, 0.0, turn_rad)).T
 
 
-@pytest.mark.parametrize("turn_deg", [0.0, 90.0, 180.0, 270.0])
+@pytest.mark.table("turn_deg", [0.0, 90.0, 180.0, 270.0])
 def test_the_rim_of_a_level_deck_is_no_slope(turn_deg):
     """A plane through deck and rim leans by some degrees. It goes on to neither side."""
     planes, turn = PlaneMap(CloudOdometryParameters()), matrix_of((0.0, 0.0, math.radians(turn_deg)))

@@ -31,8 +31,8 @@ def planes(*layers, between=UNKNOWN):
     return kinds
 
 
-@pytest.mark.parametrize("way", [1, -1])
-@pytest.mark.parametrize(("apart", "expected"), [(2, 1.0), (3, 1.0), (5, 1.0), (6, 0.0)])
+@pytest.mark.table("way", [1, -1])
+@pytest.mark.table(("apart", "expected"), [(2, 1.0), (3, 1.0), (5, 1.0), (6, 0.0)])
 def test_a_plane_that_is_drawn_twice_is_doubled_floor_or_ceiling(way, apart, expected):
     assert share(np.ascontiguousarray(planes(9, 9 + apart)[::way])) == expected
 
@@ -50,8 +50,8 @@ def test_a_plane_once_and_a_thick_plane_are_not_doubled():
     assert share(thick) == 0.0
 
 
-@pytest.mark.parametrize("thickness", [1, 2, 3])
-@pytest.mark.parametrize("inside", [UNKNOWN, FREE])
+@pytest.mark.table("thickness", [1, 2, 3])
+@pytest.mark.table("inside", [UNKNOWN, FREE])
 def test_a_slab_that_was_seen_from_both_sides_is_not_doubled(thickness, inside):
     """Free room is below and above. Only one that was seen from inside, too, has two that face alike."""
     kinds = block(FREE)

@@ -94,8 +94,8 @@ def test_walls_on_one_line_on_opposite_sides_of_a_room_are_two():
     assert [wall.tolist() for wall in apart.straight_walls()] == [[0, 1, 2], [3]]
 
 
-@pytest.mark.parametrize("walls", [ROOM, ROOM_WITH_BEAMS], ids=["room", "beams"])
-@pytest.mark.parametrize("shift", [(0.1, 0.1), (0.2, -0.1), (-0.2, 0.2)])
+@pytest.mark.table("walls", [ROOM, ROOM_WITH_BEAMS])
+@pytest.mark.table("shift", [(0.1, 0.1), (0.2, -0.1), (-0.2, 0.2)])
 def test_displaced_map_has_straight_walls_that_are_not_turned(walls, shift):
     """Straightness is the wall's own: cells at its displaced ends are not taken for those of another."""
     accuracy = map_error(grid_of(wall_points(walls) + np.array(shift)), walls)
@@ -182,7 +182,7 @@ def test_walls_of_a_results_folder_are_read_with_their_heading(tmp_path):
     assert read_walls(tmp_path / "walls.csv").lengths_m.tolist() == [8.0, 6.0]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("text", "sentence"),
     [
         ("", "is empty"),
@@ -228,7 +228,7 @@ def test_command_judges_a_map_from_files(tmp_path, capsys):
     assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("extra", "sentence"),
     [
         (["--json", "{tmp}/none/figures.json"], "there is no folder"),

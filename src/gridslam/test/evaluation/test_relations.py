@@ -119,7 +119,7 @@ def test_tum_file_keeps_the_trajectory(tmp_path):
     assert np.allclose(read.poses_in_map, written.poses_in_map, atol=1e-7)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("text", "sentence"),
     [
         ("1 2 3\n", "8 finite numbers"),
@@ -144,7 +144,7 @@ def test_quaternions_of_any_length_turn_alike(tmp_path):
     assert read_tum(tmp_path / "path.tum").poses_in_map[:, 2] == pytest.approx([math.pi / 2, -math.pi / 2])
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("content", "sentence"),
     [
         (b"", "is empty"),
@@ -181,7 +181,7 @@ def test_intel_odometry_errs_as_published():
     assert errors.translation_std_m == pytest.approx(7.20, abs=0.005)
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.table("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
 def test_whatever_system_has_written_a_trajectory(tmp_path, encoding):
     text = "# gemessen in Süd\r\n1.0 2 3 0 0 0 0 1\r\n2.0 2 4 0 0 0 0 1\r\n"
     (tmp_path / "a.tum").write_bytes(text.encode(encoding))

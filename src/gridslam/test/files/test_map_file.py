@@ -71,7 +71,7 @@ def test_a_map_comes_back_as_it_was(tmp_path_factory, cells):
     assert (read.resolution_m, read.origin_xy_m) == (grid.resolution_m, grid.origin_xy_m)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "name", ["hall #2", "run: 3", "- a", "{x", "'q\"", "höhle 3", "%", "a\nb", "tab\t", "x" * 200, "..."]
 )
 def test_a_map_of_any_name_comes_back(tmp_path, name):
@@ -184,7 +184,7 @@ def test_a_picture_for_people(tmp_path):
     )
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("facts", "words"),
     [
         ({"origin": [0.0, 0.0, 0.5]}, "yaw 0"),
@@ -210,7 +210,7 @@ def test_what_makes_no_sense_is_one_sentence(tmp_path, facts, words):
         read_map(path)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "text", ["", "5", "- 1", "image: map.pgm", "a: [", "image: {\n", "a: " + "1" * 5000, "[" * 1000]
 )
 def test_a_file_that_is_no_maps_is_said_by_name(tmp_path, text):
@@ -244,8 +244,8 @@ def test_a_resolution_with_an_exponent_and_without_a_point_is_a_number_as_to_map
     assert (read.resolution_m, read.origin_xy_m) == (0.05, (-10.0, 2.0))
 
 
-@pytest.mark.parametrize("mode", ["trinary", "scale"])
-@pytest.mark.parametrize(("free", "occupied", "right"), [(0.5, 0.1, [100, 100, 0]), (0.6, 0.6, [100, 0, 0])])
+@pytest.mark.table("mode", ["trinary", "scale"])
+@pytest.mark.table(("free", "occupied", "right"), [(0.5, 0.1, [100, 100, 0]), (0.6, 0.6, [100, 0, 0])])
 def test_thresholds_that_do_not_rise_count_as_in_map_server(tmp_path, mode, free, occupied, right):
     """It asks first whether a cell is above occupied_thresh, then whether it is below free_thresh."""
     Image.fromarray(np.array([[0, 115, 254]], np.uint8)).save(tmp_path / "m.png")
@@ -264,7 +264,7 @@ def test_tabs_are_blanks_as_to_map_server(tmp_path):
     assert read.cells.tolist() == [[0, 0, 0]] * 2
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("encoding", "before", "behind"),
     [
         ("utf-16", "", ""),  # with its mark, as PowerShell writes it
@@ -287,15 +287,13 @@ def test_any_letter_may_stand_in_a_comment(tmp_path):
     assert read_map(tmp_path / "a.yaml").resolution_m == 0.05
 
 
-@pytest.mark.parametrize("yaw", [1e-9, -1e-9, 6.283185307179586, -0.0])
+@pytest.mark.table("yaw", [1e-9, -1e-9, 6.283185307179586, -0.0])
 def test_a_turn_that_moves_no_cell_is_none(tmp_path, yaw):
     read = read_map(write_files(tmp_path, [[0, 255]], origin=[1.0, 2.0, yaw]))
     assert (read.origin_xy_m, read.cells.tolist()) == ((1.0, 2.0), [[100, 0]])
 
 
-@pytest.mark.parametrize(
-    ("negate", "right"), [("0", [100, 0]), ("1", [0, 100]), (True, [0, 100]), (2, [0, 100])]
-)
+@pytest.mark.table(("negate", "right"), [("0", [100, 0]), ("1", [0, 100]), (True, [0, 100]), (2, [0, 100])])
 def test_numbers_in_quotes_are_numbers_as_to_map_server(tmp_path, negate, right):
     read = read_map(write_files(tmp_path, [[0, 255]], negate=negate, resolution="0.05"))
     assert (read.resolution_m, read.cells.tolist()) == (0.05, [right])

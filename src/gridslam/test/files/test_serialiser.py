@@ -86,13 +86,13 @@ def test_arrays_that_are_read_can_be_written_and_hold_no_others_memory():
     assert numbers.base is None
 
 
-@pytest.mark.parametrize("value", [{1, 2}, print, 1j, np.array(["text"]), b"bytes"])
+@pytest.mark.table("value", [{1, 2}, print, 1j, np.array(["text"]), b"bytes"])
 def test_what_is_not_plain_is_refused(value):
     with pytest.raises(TypeError, match="no plain value"):
         pack({"in it": [value]})
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "structure",
     [
         {"array": ["float64", 1, [4]]},

@@ -60,7 +60,7 @@ def with_last(value):
     return change
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("names", "change"),
     [
         *((name, with_last(10**6)) for name in ("maps.tables", "maps.tiles.ends")),

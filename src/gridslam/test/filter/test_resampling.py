@@ -30,7 +30,7 @@ def test_weights_do_not_depend_on_the_likelihoods_unit(log_weights, shift):
     np.testing.assert_allclose(ours, shifted, atol=1e-9)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("weights", "expected"),
     [
         ([0.25] * 4, 4.0),  # all equal: as many as there are

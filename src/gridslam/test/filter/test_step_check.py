@@ -33,7 +33,7 @@ def test_a_step_that_link_and_odometry_contradict_is_wrong():
     assert link.pose == pytest.approx(TRUE, abs=0.02)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("step", "odometry"),
     [
         (TRUE, TRUE),

@@ -32,7 +32,7 @@ def test_two_threads_work_at_once():
     Workers(2).share(2, lambda first, last: meeting.wait())
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("idle_cores", "own_cores", "free"),
     [(2.0, 0.0, 2), (0.1, 1.8, 2), (0.5, 0.3, 1), (0.0, 0.0, 1), (3.0, 0.9, 4), (1.4, 0.3, 2)],
 )
@@ -55,7 +55,7 @@ def test_the_machine_tells_how_busy_it_is():
     assert cores() >= 1
 
 
-@pytest.mark.parametrize("words", ["", "cpu", "cpu 1 2 3\n", "cpu a b c d e f\n", None])
+@pytest.mark.table("words", ["", "cpu", "cpu 1 2 3\n", "cpu a b c d e f\n", None])
 def test_a_machine_that_does_not_tell_has_one_free_core(words, monkeypatch):
     def answer(path):
         assert path == "/proc/stat"

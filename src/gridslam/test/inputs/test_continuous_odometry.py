@@ -78,8 +78,8 @@ def drive(way_m, turn_rad=0.0, count=20, every_s=2.5):
     return [(every_s * index, pose) for index, pose in enumerate(poses)]
 
 
-@pytest.mark.parametrize("first", [(0.0, 0.0, 0.0), (0.4, -0.2, 0.05)])
-@pytest.mark.parametrize("origin", [(0.0, 0.0, 0.0), (-3.0, 5.0, 2.0)])
+@pytest.mark.table("first", [(0.0, 0.0, 0.0), (0.4, -0.2, 0.05)])
+@pytest.mark.table("origin", [(0.0, 0.0, 0.0), (-3.0, 5.0, 2.0)])
 def test_slow_scans_excuse_no_odometry_that_begins_anew(first, origin):
     # Given scans every 2.5 s, 0.4 m apart; 8 m off, odometry begins anew at zero, or where it began at first
     readings = [(stamp_s, se2.compose(origin, pose)) for stamp_s, pose in drive(0.4)]

@@ -147,7 +147,7 @@ def test_ranges_mean_what_rep_117_says():
     np.testing.assert_allclose(scan.angles_rad, [0.0, 0.1, 0.5, 0.8, 0.9], atol=1e-12)
 
 
-@pytest.mark.parametrize("count", [20, 180, 1081, 10_000])
+@pytest.mark.table("count", [20, 180, 1081, 10_000])
 def test_an_increment_of_the_other_sign_is_the_scan_in_the_other_order(count):
     ranges = np.linspace(1.0, 9.0, count)
     increment = 2.0 * math.pi / count
@@ -158,7 +158,7 @@ def test_an_increment_of_the_other_sign_is_the_scan_in_the_other_order(count):
     np.testing.assert_allclose(ends_in_base(other)[::-1], ends_in_base(one), atol=1e-9)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("change", "words"),
     [
         ({"ranges_m": []}, "row of numbers"),
@@ -207,8 +207,8 @@ def test_without_a_greatest_range_the_farthest_return_counts():
     assert scan.range_max_m > 8.01  # or the return would count as none, see `ranges_for`
 
 
-@pytest.mark.parametrize("moved", [(0.0, 0.0, 0.3), (0.2, -0.1, 0.0), (0.15, 0.05, -0.4)])
-@pytest.mark.parametrize("mounting", [(0.0, 0.0, 0.0), (0.2, -0.1, 0.7)])
+@pytest.mark.table("moved", [(0.0, 0.0, 0.3), (0.2, -0.1, 0.0), (0.15, 0.05, -0.4)])
+@pytest.mark.table("mounting", [(0.0, 0.0, 0.0), (0.2, -0.1, 0.7)])
 def test_a_lidar_that_moves_while_it_scans_sees_straight_walls(moved, mounting):
     # given a room of 8 x 6 m, each beam of which is measured where the lidar is by then
     walls = Walls.from_polygons([np.array([(-4.0, -3.0), (4.0, -3.0), (4.0, 3.0), (-4.0, 3.0)])])

@@ -37,7 +37,7 @@ def seen(walls, pose):
     return planar_world.scan_at(walls, pose, LIDAR, np.random.default_rng(0)).ranges_m
 
 
-@pytest.mark.parametrize("others", [2.0, np.inf, np.nan, 60.0])
+@pytest.mark.table("others", [2.0, np.inf, np.nan, 60.0])
 def test_one_range_on_all_beams_is_refused_and_so_if_some_beams_have_no_return(others):
     ranges = np.full(360, 2.0)
     ranges[100:140] = others
@@ -53,7 +53,7 @@ def test_scans_of_hardly_a_return_are_none_of_these(returns):
         watched(ScanWatch(), ranges, (x, 0.0, 0.0))
 
 
-@pytest.mark.parametrize("step", [(0.05, 0.0, 0.0), (0.0, 0.05, 0.0), (0.0, 0.0, 0.04), (0.03, 0.02, 0.01)])
+@pytest.mark.table("step", [(0.05, 0.0, 0.0), (0.0, 0.05, 0.0), (0.0, 0.0, 0.04), (0.03, 0.02, 0.01)])
 def test_a_scan_that_comes_again_and_again_is_refused_once_the_odometry_has_moved(step):
     watch, ranges = ScanWatch(), seen(ROOM, (0.5, 0.2, 0.3))
     for number in range(3):

@@ -27,7 +27,7 @@ def test_one_lidar_is_never_refused(log, monkeypatch):
         watch.check(scan, base)
 
 
-@pytest.mark.parametrize("other", [(-0.4, 0.0, np.pi), (0.0, 0.2, np.pi / 2)])
+@pytest.mark.table("other", [(-0.4, 0.0, np.pi), (0.0, 0.2, np.pi / 2)])
 def test_two_in_one_frame_are_refused(log, other):
     walls, drive = log
     scans, rng = list(drive.scans), np.random.default_rng(1)

@@ -111,7 +111,7 @@ def test_cells_that_beams_cross_are_free():
     assert {(int(x), int(y)) for y, x in np.argwhere(free)} == expected
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.table("seed", range(5))
 def test_known_transform_is_recovered(seed):
     """Matched and refined, the error was at most 4 mm and 0.9 mrad over 100 seeds."""
     rng = np.random.default_rng(seed)

@@ -65,7 +65,7 @@ def test_a_wrong_start_is_lost_and_then_found(room, only):
     ]
 
 
-@pytest.mark.parametrize("seed", range(1, 5))
+@pytest.mark.table("seed", range(1, 5))
 def test_odometry_that_turns_badly_finds_the_place_all_the_same(room, seed):
     # Given wheels that measure turns to a tenth of a radian a metre, and a wrong start
     poor = Drift(heading_rad_per_sqrt_m=0.1, heading_rad_per_sqrt_rad=0.15)
@@ -169,7 +169,7 @@ def test_repeating_beams_give_no_false_place(bare_hold):
     assert not any("found again" in sentence for sentence in said)
 
 
-@pytest.mark.parametrize(("share", "is_rival"), [(0.95, True), (0.86, True), (0.84, False), (0.5, False)])
+@pytest.mark.table(("share", "is_rival"), [(0.95, True), (0.86, True), (0.84, False), (0.5, False)])
 def test_a_place_that_fits_clearly_worse_is_no_rival(share, is_rival):
     """5 % of the beams contradict the best place, so at most 5 % + 2 x 5 % contradict a rival."""
     assert bool(relocaliser._rivals(np.array(share), 0.95)) == is_rival

@@ -48,7 +48,7 @@ def test_flaser(tmp_path):
     assert scan.range_max_m == 80.0
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("count", "first_deg", "last_deg"),
     [(180, -90, 89), (181, -90, 90), (360, -90, 89.5), (361, -90, 90), (401, -50, 50), (1081, -135, 135)],
 )
@@ -94,7 +94,7 @@ def test_invalid_and_too_close_readings_are_zero():
     assert " 3 0.000 0.000 1.000 " in format_scan(scan)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "line",
     ["FLASER 3 1.0 2.0", "FLASER x", "FLASER", ROBOTLASER[:40], "ODOM 1 2 3", "ODOM nan 0 0 0 0 0 1 x 1"],
 )
@@ -151,8 +151,8 @@ def test_any_byte_may_stand_in_a_comment(tmp_path):
     assert len(list(read_log(path))) == 1
 
 
-@pytest.mark.parametrize("encoding", ["utf-16", "utf-8-sig"])
-@pytest.mark.parametrize("pack", [bytes, gzip.compress])
+@pytest.mark.table("encoding", ["utf-16", "utf-8-sig"])
+@pytest.mark.table("pack", [bytes, gzip.compress])
 def test_a_log_that_an_editor_or_powershell_has_saved_is_the_same(tmp_path, encoding, pack):
     path = log(tmp_path, FLASER)
     (plain,) = read_log(path)

@@ -35,7 +35,7 @@ def test_contradiction_is_the_chi_square_of_the_loop():
     assert found == pytest.approx(expected, rel=0.01)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.table("seed", range(20))
 def test_largest_consistent_set_is_one_and_seldom_smaller_than_the_largest(seed):
     rng = np.random.default_rng(seed)
     wanted = rng.choice(14, 8, replace=False)  # a planted set of 8; chance pairs elsewhere

@@ -25,7 +25,7 @@ def closure(older, newer, off_m=0.0):
     return Match(older, newer, moved, np.diag([4e-4, 4e-4, 1e-5]), 0.9)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("closures", "off_m"),
     [
         ([], 0.0),

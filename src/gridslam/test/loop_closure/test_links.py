@@ -189,7 +189,7 @@ def test_passes_of_a_place_are_linked_and_links_survive_a_saved_state():
     assert copy.link_passes(poses, path.way_m) == 0
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("off", "sigmas", "odometry_off", "is_kept"),
     [
         ((3.0, 0.0, 0.0), (0.01, 0.01, 0.01), 0.0, False),  # as in the next of rooms that look alike

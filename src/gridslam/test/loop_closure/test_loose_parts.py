@@ -7,7 +7,7 @@ from gridslam.loop_closure.edges import Edge
 from gridslam.loop_closure.path.loose_parts import loose_parts
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("open_nodes", "joined", "parts"),
     [
         ([], [], []),

@@ -70,7 +70,7 @@ def test_a_place_seen_again_matches_at_its_true_pose():
     np.testing.assert_allclose(found.newer_in_older, truth, atol=0.02)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("test", "given"),
     [
         ("the maps agree", {"score_min": 0.9999}),

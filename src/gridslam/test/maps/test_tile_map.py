@@ -262,7 +262,7 @@ def test_a_forked_process_does_not_write_into_the_tiles_of_its_parent():
     assert not any(array.any() for array in (tiles.visits, tiles.occupied, tiles.hits, tiles.means))
 
 
-@pytest.mark.parametrize("direction", [(1, 0), (-1, 0), (0, 1), (0, -1), (-1, -1)])
+@pytest.mark.table("direction", [(1, 0), (-1, 0), (0, 1), (0, -1), (-1, -1)])
 def test_the_window_grows_in_every_direction(direction):
     # given something mapped at the origin
     maps, beams = TileMaps(1, DELTA), beams_from(np.random.default_rng(3), 10, reach=5.0)

@@ -41,8 +41,8 @@ def climb(t: float) -> float:
     return 1.0 + 0.5 * math.sin(0.8 * t)
 
 
-@pytest.mark.parametrize("height_at", [hover, climb])
-@pytest.mark.parametrize("bias", [0.0, 0.15])
+@pytest.mark.table("height_at", [hover, climb])
+@pytest.mark.table("bias", [0.0, 0.15])
 def test_it_follows_the_height_over_flat_ground(height_at, bias):
     rows, _ = fly(height_at, lambda t: 0.0, 15.0, bias)
     late = rows[rows[:, 0] > 5.0]
@@ -67,8 +67,8 @@ def test_a_box_shows_as_another_floor():
     assert floor.floor_m == pytest.approx(0.5, abs=0.04)
 
 
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize(("rate_m_s", "sunk_m"), [(0.15, 1.0), (0.08, 0.8)])
+@pytest.mark.table("seed", range(4))
+@pytest.mark.table(("rate_m_s", "sunk_m"), [(0.15, 1.0), (0.08, 0.8)])
 def test_a_floor_that_sinks_too_slowly_for_a_step_is_found_out_by_clouds(seed, rate_m_s, sunk_m):
     """Over a slope the readings grow bit by bit, as in a climb. Clouds tell that the height stays."""
     rng, floor, told_m = np.random.default_rng(seed), FloorHeight(LidarOdometryParameters()), []
@@ -84,7 +84,7 @@ def test_a_floor_that_sinks_too_slowly_for_a_step_is_found_out_by_clouds(seed, r
     assert told_m[-1] == pytest.approx(2.0, abs=0.08)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.table("seed", range(8))
 def test_an_edge_whose_readings_slide_past_other_floors_is_no_climb(seed):
     """The beam of a tilted UAV slides down the side of a sill of 0.8 m, past the height of a stiffener."""
     rng = np.random.default_rng(seed)
@@ -182,8 +182,8 @@ def test_one_wrong_reading_changes_nothing():
     assert floor.floor_m == 0.0
 
 
-@pytest.mark.parametrize("silent_s", [0.0, 1.5])
-@pytest.mark.parametrize("shock", [50.0, -50.0])
+@pytest.mark.table("silent_s", [0.0, 1.5])
+@pytest.mark.table("shock", [50.0, -50.0])
 def test_a_shock_is_no_step_of_the_floor(shock, silent_s):
     # Given a touchdown that the accelerometer sees as 50 m/s2 for 20 ms, and nothing to balance it
     floor, heights_m = FloorHeight(LidarOdometryParameters()), []

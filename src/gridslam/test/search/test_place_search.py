@@ -50,7 +50,7 @@ def fit(field: LikelihoodField, points: np.ndarray, column: int, row: int, angle
     return total / FULL / len(points)
 
 
-@pytest.mark.parametrize(("seed", "score_min"), [(0, 0.0), (1, 0.0), (2, 0.0), (2, 0.4)])
+@pytest.mark.table(("seed", "score_min"), [(0, 0.0), (1, 0.0), (2, 0.0), (2, 0.4)])
 def test_best_score_is_that_of_an_exhaustive_search(seed, score_min):
     # given a small map of noise, on which bounds help little
     rng = np.random.default_rng(seed)

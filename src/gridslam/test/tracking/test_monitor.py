@@ -140,7 +140,7 @@ def test_a_saved_monitor_goes_on():
     assert states(again, 0.3) == [LOST]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("name", "value"),
     [("state", "happy"), ("agreed", -1), ("contradictions", 0.5), ("smoothed_share", 7.0)],
 )

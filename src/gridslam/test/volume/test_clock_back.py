@@ -47,7 +47,7 @@ def test_a_stray_is_left_out():
     assert set(judged(clock, stamp_s + PERIOD_S, x_m)) == {Follows.TAKE}
 
 
-@pytest.mark.parametrize("back_s", [1.5, 5.0, 600.0, 31_536_000.0])
+@pytest.mark.table("back_s", [1.5, 5.0, 600.0, 31_536_000.0])
 def test_behind_a_clock_that_was_set_back_the_map_goes_on(back_s):
     clock, stamp_s, x_m = flown()
     follow = judged(clock, stamp_s - back_s, x_m)
@@ -56,7 +56,7 @@ def test_behind_a_clock_that_was_set_back_the_map_goes_on(back_s):
     assert set(follow[3:]) == {Follows.TAKE}
 
 
-@pytest.mark.parametrize(("seconds", "back_s"), [(2.0, 1.2), (5.0, 1.5), (5.0, 4.0), (20.0, 12.0)])
+@pytest.mark.table(("seconds", "back_s"), [(2.0, 1.2), (5.0, 1.5), (5.0, 4.0), (20.0, 12.0)])
 def test_a_clock_that_is_set_back_soon_after_take_off_leaves_the_map(seconds, back_s):
     # given a UAV that hovers where its map began
     clock = ClockBack()

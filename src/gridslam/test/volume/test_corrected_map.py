@@ -93,7 +93,7 @@ def test_a_second_correction_begins_at_the_poses_of_the_first():
     assert_equal(corrected.voxels, fresh(corrected))
 
 
-@pytest.mark.parametrize("first", [0, 2, 5, 7])
+@pytest.mark.table("first", [0, 2, 5, 7])
 def test_corrections_of_the_latest_nodes_begin_behind_settled_ones(first, monkeypatch):
     """Given a map whose oldest events are settled, when later or older nodes move, it is as made afresh."""
     monkeypatch.setattr("gridslam.volume.correction.rebuilding.UNSETTLED", (5, 3))

@@ -112,8 +112,8 @@ def test_an_empty_map_gives_a_file_that_is_read(tmp_path):
     assert read_octree(tmp_path / "map.bt").pool.used == 0
 
 
-@pytest.mark.parametrize("suffix", [".bt", ".ot"])
-@pytest.mark.parametrize("share", [0.0, 0.001, 0.5, 0.999])
+@pytest.mark.table("suffix", [".bt", ".ot"])
+@pytest.mark.table("share", [0.0, 0.001, 0.5, 0.999])
 def test_a_cut_file_is_told_in_a_sentence(tmp_path, suffix, share):
     path = tmp_path / f"map{suffix}"
     write_octree(path, stream_of(mapped([((0.0, 0.0, 0.0), [(2.0, 1.0, 0.5)])]), suffix == ".bt"), 0.1)
@@ -123,7 +123,7 @@ def test_a_cut_file_is_told_in_a_sentence(tmp_path, suffix, share):
         read_octree(path)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("old", "new", "sentence"),
     [
         (b"id OcTree", b"id CountingOcTree", "CountingOcTree"),
@@ -141,8 +141,8 @@ def test_a_file_that_makes_no_sense_is_told(tmp_path, old, new, sentence):
         read_octree(path)
 
 
-@pytest.mark.parametrize("suffix", [".bt", ".ot"])
-@pytest.mark.parametrize(
+@pytest.mark.table("suffix", [".bt", ".ot"])
+@pytest.mark.table(
     "header",
     [
         b"%b\r\n# of an editor\r\nid OcTree\r\nsize 9\r\nres 0.25\r\ndata\r\n",

@@ -79,7 +79,7 @@ def test_a_path_that_a_search_has_moved_is_no_jump_of_odometry():
     np.testing.assert_allclose(pose.translation, (0.0, 0.75, 0.0), atol=1e-12)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("stamps_s", "path"),
     [
         ([], np.zeros((0, 3))),

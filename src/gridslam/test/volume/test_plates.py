@@ -39,8 +39,8 @@ def degrees_off(plates, normal):
     )
 
 
-@pytest.mark.parametrize("normal", [(0.0, 0.0, 1.0), (0.3, 0.1, 1.0), (-1.0, 0.2, 0.6), (0.7, -0.7, 0.3)])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.table("normal", [(0.0, 0.0, 1.0), (0.3, 0.1, 1.0), (-1.0, 0.2, 0.6), (0.7, -0.7, 0.3)])
+@pytest.mark.table("seed", [1, 2])
 def test_a_wall_across_the_cells_gets_plates_on_it_that_fill_it_once(normal, seed):
     rng, normal = np.random.default_rng(seed), np.asarray(normal) / np.linalg.norm(normal)
     first = np.cross(normal, (0.0, 1.0, 0.1))

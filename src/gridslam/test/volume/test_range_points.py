@@ -25,7 +25,7 @@ def test_an_old_range_does_not_count(stamp_s):
     np.testing.assert_array_equal(added(stamp_s), CLOUD)
 
 
-@pytest.mark.parametrize("range_m", [np.inf, -np.inf, np.nan, 0.05, 41.0])
+@pytest.mark.table("range_m", [np.inf, -np.inf, np.nan, 0.05, 41.0])
 def test_a_range_that_tells_no_distance_does_not_count(range_m):
     np.testing.assert_array_equal(added(10.0, range_m=range_m), CLOUD)
 

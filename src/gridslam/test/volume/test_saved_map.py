@@ -99,7 +99,7 @@ def test_poses_of_flights_before_the_map_do_not_count():
     np.testing.assert_allclose(times_s, (0.5, 1.5))
 
 
-@pytest.mark.parametrize("damage", ["cut", "foreign", "cloud", "none"])
+@pytest.mark.table("damage", ["cut", "foreign", "cloud", "none"])
 def test_a_file_that_cannot_be_used_gets_one_sentence(tmp_path, damage):
     path = tmp_path / "map.volume"
     state = state_of(*flown(WAY[:2]))

@@ -93,7 +93,7 @@ def test_clouds_of_a_flight_through_a_hold_give_octomaps_voxels():
     assert stream_of(voxel_map, is_binary=False).data == body_of(tree.write())
 
 
-@pytest.mark.parametrize("wall", [1.0, 1.05, 0.95, 1.0 - 1e-7])
+@pytest.mark.table("wall", [1.0, 1.05, 0.95, 1.0 - 1e-7])
 def test_a_wall_at_the_maps_edge_stands_when_rays_graze_it(wall):
     along = np.linspace(-2.0, 2.0, 400)
     points = np.column_stack([along, np.full_like(along, wall), np.zeros_like(along)])

@@ -49,7 +49,7 @@ def test_a_vehicle_that_never_turns_is_in_order(walls):
     assert not part.is_wrong
 
 
-@pytest.mark.parametrize("beside_m", [0.0, 0.3])
+@pytest.mark.table("beside_m", [0.0, 0.3])
 def test_a_lidar_that_turns_on_the_spot_is_in_order(walls, beside_m):
     # given one that stands beside the axis, and TF does not tell
     base = np.column_stack([np.full(60, -4.0), np.full(60, -5.0), 0.15 * np.arange(60.0)])
@@ -67,7 +67,7 @@ def test_a_bare_corridor_tells_nothing(kept):
     assert not judged(log.scans, log.odometry * kept).is_wrong
 
 
-@pytest.mark.parametrize("drifts", [NO_YAW, NO_WAY])
+@pytest.mark.table("drifts", [NO_YAW, NO_WAY])
 def test_people_before_a_vehicle_that_stands_are_no_way(walls, drifts):
     # given odometry that drifts in one part, and eight people who walk to and fro, 1.5 to 3.5 m from it
     rng, pose = np.random.default_rng(3), np.array((-4.0, -5.0, 0.0))

@@ -37,12 +37,12 @@ def refused_at(log, turned_rad):
     return None, ""
 
 
-@pytest.mark.parametrize("turned_deg", [0.0, 10.0, -10.0])
+@pytest.mark.table("turned_deg", [0.0, 10.0, -10.0])
 def test_a_lidar_in_order_is_never_refused(log, turned_deg):
     assert refused_at(log, math.radians(turned_deg)) == (None, "")
 
 
-@pytest.mark.parametrize("turned_deg", [45.0, -90.0, 180.0])
+@pytest.mark.table("turned_deg", [45.0, -90.0, 180.0])
 def test_a_turned_one_is_refused_from_the_fifth_way_on(log, turned_deg):
     number, sentence = refused_at(log, math.radians(turned_deg))
     way_m = float(np.hypot(*np.diff(TRUTH[: number + 1, :2], axis=0).T).sum())
@@ -59,8 +59,8 @@ def test_a_bare_corridor_tells_nothing_about_the_way_along_it():
     assert refused_at(log, math.pi) == (None, "")
 
 
-@pytest.mark.parametrize("told", [0.5, 2.0])
-@pytest.mark.parametrize("seed", [1, 2])  # in the hold all beams of the deck look alike: it tells nothing
+@pytest.mark.table("told", [0.5, 2.0])
+@pytest.mark.table("seed", [1, 2])  # in the hold all beams of the deck look alike: it tells nothing
 def test_a_wrong_metre_is_refused(seed, told):
     log = planar_world.drive(planar_world.scattered_boxes(seed, TRUTH), TRUTH, LIDAR, seed)
     number, sentence = refused_at(replace(log, odometry=log.odometry * (told, told, 1.0)), 0.0)
@@ -68,7 +68,7 @@ def test_a_wrong_metre_is_refused(seed, told):
     assert float(sentence.split(" times as far")[0].split()[-1]) == pytest.approx(1.0 / told, rel=0.03)
 
 
-@pytest.mark.parametrize("told", [0.75, 1.3])
+@pytest.mark.table("told", [0.75, 1.3])
 def test_wheels_that_slip_by_a_quarter_are_not_refused(log, told):
     assert refused_at(replace(log, odometry=log.odometry * (told, told, 1.0)), 0.0) == (None, "")
 

@@ -27,7 +27,7 @@ class Parameters:
         check_parameters(self)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "given",
     [
         {},
@@ -44,7 +44,7 @@ def test_what_is_within_the_limits_is_taken(given):
     assert vars(Parameters(**given)).items() >= given.items()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("given", "said"),
     [
         ({"near": -0.1}, "near is -0.1; it must be a number from 0 to 5."),
@@ -89,7 +89,7 @@ class OneSided:
         check_limits(self, OwnError, "The tool's {}")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "given",
     [
         {},
@@ -106,7 +106,7 @@ def test_what_keeps_limits_of_one_side_is_taken(given):
     assert vars(OneSided(**given)).items() >= given.items()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("given", "must_be"),
     [
         ({"gain": 0.0}, "greater than 0, not 0.0"),

@@ -24,7 +24,7 @@ def test_a_file_holds_boxes_and_a_ceiling(tmp_path):
     assert parse_limits({}) == Limits((), math.inf)
 
 
-@pytest.mark.parametrize("place_m", list(itertools.product((-9.0, 0.0, 9.0), repeat=3)))
+@pytest.mark.table("place_m", list(itertools.product((-9.0, 0.0, 9.0), repeat=3)))
 def test_all_around_the_box_keep_in_is_kept_out(place_m):
     limits = parse_limits({"keep_in": {"low": [-2, -3, -4], "high": [2, 3, 4]}})
     assert any(box.holds(place_m) for box in limits.boxes) == (place_m != (0.0, 0.0, 0.0))
@@ -40,7 +40,7 @@ def test_a_box_that_reaches_to_the_end_of_the_world_has_nothing_beyond():
     ]
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.table("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
 def test_whatever_editor_has_written_them(tmp_path, encoding):
     text = "keep_out:\r\n- {name: Lüfter, low: [0, 0, 0], high: [1, 1, 1]}\r\n"
     (tmp_path / "limits.yaml").write_bytes(text.encode(encoding))

@@ -11,7 +11,7 @@ ON_THE_GROUND = [*USUAL, ("map", "tripod", True)]
 AT_REST = [("base", "lidar", True)]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("edges", "frame", "is_carried"),
     [
         (USUAL, "lidar", True),

@@ -40,7 +40,7 @@ class Lidar:
         return np.zeros(len(ranges), bool) if found is None else found[0]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("fill", "range_max", "from_scan"),
     [
         (8.0, 8.0, 0),
@@ -86,8 +86,8 @@ def test_a_few_beams_along_a_corridor_are_seen_in_the_end():
     np.testing.assert_array_equal(found, beyond)
 
 
-@pytest.mark.parametrize("step", [0.0, 0.01])
-@pytest.mark.parametrize("range_max", [8.0, math.inf])
+@pytest.mark.table("step", [0.0, 0.01])
+@pytest.mark.table("range_max", [8.0, math.inf])
 def test_walls_stay_walls(step, range_max):
     """Rooms at rest and in flight, with and without noise, told exactly or in whole centimetres."""
     rooms = [

@@ -21,7 +21,7 @@ MAKERS = {
 }
 
 
-@pytest.mark.parametrize("maker", MAKERS)
+@pytest.mark.table("maker", MAKERS)
 def test_each_makers_times_are_understood(maker):
     field, values, since_s = MAKERS[maker]
     times = point_times(field, values, STAMP_S)
@@ -30,7 +30,7 @@ def test_each_makers_times_are_understood(maker):
     assert times.span_s == pytest.approx(0.1, abs=1e-6)
 
 
-@pytest.mark.parametrize("values", [np.zeros(9), np.full(9, STAMP_S), np.array([0.0, np.nan]), np.array([])])
+@pytest.mark.table("values", [np.zeros(9), np.full(9, STAMP_S), np.array([0.0, np.nan]), np.array([])])
 def test_points_of_one_instant_have_no_times(values):
     assert point_times("time", values, STAMP_S) is None
 

@@ -62,7 +62,7 @@ TWO = {
 }
 
 
-@pytest.mark.parametrize("case", TWO)
+@pytest.mark.table("case", TWO)
 def test_two_sources_of_one_process_are_found(case):
     stamp_s, found = first_found(TWO[case])
     begins_s = {"beginning late": 12.0}.get(case, 0.0)
@@ -110,7 +110,7 @@ ONE = {
 }
 
 
-@pytest.mark.parametrize("case", ONE)
+@pytest.mark.table("case", ONE)
 def test_one_source_is_left_in_peace(case):
     assert first_found(ONE[case]) is None
 

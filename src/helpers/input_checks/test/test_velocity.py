@@ -57,7 +57,7 @@ def frd(flown, axes):
     return axes.T @ flown * (1.0, -1.0, -1.0)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("told", "word"),
     [
         (world, "header.frame_id"),
@@ -66,7 +66,6 @@ def frd(flown, axes):
         (lambda flown, axes: 3.6 * axes.T @ flown, "unit"),
         (lambda flown, axes: 100.0 * axes.T @ flown, "unit"),
     ],
-    ids=["world's axes", "y to the right", "empty", "km/h", "cm/s"],
 )
 def test_a_velocity_that_does_not_fit_is_told_and_the_places_count(told, word):
     flight = Flight()

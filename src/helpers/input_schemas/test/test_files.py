@@ -33,15 +33,15 @@ def read(path, **how):
     return read_file(path, "The thing", Thing, ThingError, **how)
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
-@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.table("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
+@pytest.mark.table("end", ["\n", "\r\n"])
 def test_whatever_editor_has_written_it(tmp_path, encoding, end):
     text = f"# Prüfung{end}name: Süd{end}from: 2{end}height: .inf{end}places: [{{x: 1}}]{end}"
     (tmp_path / "a.yaml").write_bytes(text.encode(encoding))
     assert read(tmp_path / "a.yaml") == Thing("Süd", 2, MaybeInfinite(float("inf")), (Place(1.0),))
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("content", "said"),
     [
         (b"a: 1\nb: [\n", r"line 3, column 1 is not YAML \(.+\)"),
@@ -52,7 +52,6 @@ def test_whatever_editor_has_written_it(tmp_path, encoding, end):
         (b"1" * 5000, "it is not YAML"),
         (None, "No such file or directory"),
     ],
-    ids=["open list", "tab", "tab after a dash", "no text", "depth", "digits", "none"],
 )
 def test_a_file_that_is_none_is_refused(tmp_path, content, said):
     if content is not None:

@@ -59,12 +59,12 @@ CONCAVE = {
 }
 
 
-@pytest.mark.parametrize("name", CONCAVE)
+@pytest.mark.table("name", CONCAVE)
 def test_a_plate_with_an_inward_corner_covers_no_more_than_it_does(tmp_path, name):
     assert area_m2(tmp_path / name, CONCAVE[name]) == pytest.approx(3.0)
 
 
-@pytest.mark.parametrize("first", range(4))
+@pytest.mark.table("first", range(4))
 def test_an_arrow_of_four_corners_from_each_of_them(first):
     arrow = np.roll(np.array(((0, 0, 0), (4, 0, 0), (1, 1, 0), (0, 4, 0)), float), first, axis=0)
     assert has_inward_corner(arrow[None]).tolist() == [True]
@@ -87,7 +87,7 @@ def test_a_comb_of_many_teeth_in_a_slanting_plane_and_a_corner_on_a_straight_sid
     assert 0.5 * np.linalg.norm(across, axis=1).sum() == pytest.approx(2.0 * teeth + teeth)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "content",
     [
         b"\xef\xbb\xbf" + PAIR.encode(),
@@ -110,7 +110,7 @@ STL = "".join(
 STL = f"solid a\n{STL}endsolid a\n"
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "content",
     [
         b"\xef\xbb\xbf" + STL.encode(),
@@ -137,7 +137,7 @@ def binary_ply(faces, tail=b""):
     return head + corners + b"".join(struct.pack(f"<B{len(f)}i", len(f), *f) for f in faces) + tail
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("content", "told_m2"),
     [
         (binary_ply([(0, 1, 2, 3), (0, 1, 4)]), 1.5),
@@ -159,7 +159,7 @@ def test_the_number_of_colladas_unit_counts_and_not_its_name(tmp_path, unit, met
     assert area_m2(tmp_path / "a.dae", content) == pytest.approx(3.0 * metres**2)
 
 
-@pytest.mark.parametrize("signs", ["-1 1 1", "1 -1 1", "-1 -1 1", "1 1 1"])
+@pytest.mark.table("signs", ["-1 1 1", "1 -1 1", "-1 -1 1", "1 1 1"])
 def test_a_mirrored_node_keeps_its_outside(tmp_path, signs):
     content = DAE.format(unit="", places=places(ANGLE, " "))
     content = content.replace('<node id="n">', f'<node id="n"><scale>{signs}</scale>')
@@ -185,7 +185,7 @@ def gltf(accessor=(), mode=4, extension=None):
     return json.dumps({**document, **({"extensionsUsed": [extension]} if extension else {})})
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("name", "content", "words"),
     [
         ("a.gltf", gltf({"normalized": True}), "normalized"),

@@ -35,7 +35,7 @@ def check_box(path):
     assert 0.5 * np.linalg.norm(across, axis=1).sum() == pytest.approx(2.0 * (24.0 + 18.0 + 12.0))
 
 
-@pytest.mark.parametrize("suffix", [".stl", ".obj", ".ply", ".glb", ".off", ".3mf"])
+@pytest.mark.table("suffix", [".stl", ".obj", ".ply", ".glb", ".off", ".3mf"])
 def test_a_box_of_each_kind(tmp_path, suffix):
     path = tmp_path / f"box{suffix}"
     if suffix == ".3mf":
@@ -96,7 +96,7 @@ def collada(path, corners, axis="", metres=1.0):
     return path
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("axis", "order", "signs"),
     [
         ("Z_UP", (0, 1, 2), (1, 1, 1)),
@@ -184,7 +184,7 @@ def test_decimal_commas_of_stl_and_obj(tmp_path):
     check_box(tmp_path / "box.obj")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("name", "content", "words"),
     [
         ("a.stl", b"", "is empty"),

@@ -29,7 +29,7 @@ def test_a_service_that_comes_in_time_is_waited_for(heard):
     assert heard["told"]["late"][0] == "at last"
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("name", "words"),
     [
         ("fails", "it is broken"),

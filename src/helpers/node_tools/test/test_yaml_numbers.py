@@ -12,7 +12,7 @@ parameters = pytest.importorskip(
 )
 
 
-@pytest.mark.parametrize("written", ["1e9", "1.0e9", "1e+9", "-2.5E3", "3e-4", "7.e2"])
+@pytest.mark.table("written", ["1e9", "1.0e9", "1e+9", "-2.5E3", "3e-4", "7.e2"])
 def test_an_exponent_that_yaml_reads_as_text_is_told_with_what_to_write(written):
     values = yaml.safe_load(f"gain: {written}")
     assert isinstance(values["gain"], str)

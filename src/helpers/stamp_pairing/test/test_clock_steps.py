@@ -21,12 +21,12 @@ YEAR_S = 31_536_000.0
 STEPS_S = [-YEAR_S, -600.0, -0.6, 2.5, 600.0, YEAR_S]
 
 
-@pytest.mark.parametrize("gap_s", [-BACK_S, -0.01, 0.0, 0.02, 1.0, LONGEST_GAP_S])
+@pytest.mark.table("gap_s", [-BACK_S, -0.01, 0.0, 0.02, 1.0, LONGEST_GAP_S])
 def test_time_that_passes_and_stamps_out_of_order_are_no_step(gap_s):
     assert clock_step_s(100.0, 100.0 + gap_s) == 0.0
 
 
-@pytest.mark.parametrize("step_s", STEPS_S)
+@pytest.mark.table("step_s", STEPS_S)
 def test_what_is_longer_is_a_step(step_s):
     assert clock_step_s(100.0, 100.0 + step_s) == pytest.approx(step_s)
 
@@ -37,7 +37,7 @@ def test_it_begins_with_the_first_stamp():
     assert time.at(100.0) == 100.0
 
 
-@pytest.mark.parametrize("step_s", STEPS_S)
+@pytest.mark.table("step_s", STEPS_S)
 def test_a_step_is_no_time(step_s):
     time = SteadyTime()
     time.at(1e9)
@@ -54,7 +54,7 @@ def test_it_stands_still_until_a_trimmed_clock_has_caught_up():
     assert told == [10.0, 10.0, 10.0, 10.1]
 
 
-@pytest.mark.parametrize("step_s", STEPS_S)
+@pytest.mark.table("step_s", STEPS_S)
 def test_another_stream_of_either_clock_has_the_time_at_which_it_came(step_s):
     time = SteadyTime()
     time.at(1000.0)

@@ -107,7 +107,7 @@ def test_the_truth_as_a_planar_path_turns_the_uav_s_quaternions():
     assert np.allclose(true_path(np.zeros(1), poses).poses_in_map, [(1.0, 2.0, np.radians(45.0))])
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("ate", "p95", "words"),
     [(0.05, 0.1, "true to the world"), (0.2, 0.3, "bent or turned"), (0.6, 0.9, "doubled"), (2, 3, "broken")],
 )

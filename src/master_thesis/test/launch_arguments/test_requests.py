@@ -18,7 +18,7 @@ from master_thesis.experiments_3_4 import request as mission_flight
 KEEP_M = 0.5
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("asked", "sentence"),
     [
         ({"scenario": "jungle"}, "There is no scenario 'jungle'; choose scenario:=empty|"),
@@ -41,7 +41,6 @@ KEEP_M = 0.5
         ({"hover_s": "two"}, "hover_s must be a finite number, not 'two'."),
         ({"hover_s": -1}, "hover_s must be greater than 0, not -1."),
     ],
-    ids=str,
 )
 def test_a_flight_to_a_goal(worlds_folder, asked, sentence):
     with pytest.raises(FlightsError, match=re.escape(sentence)):
@@ -71,7 +70,7 @@ def test_a_mission_may_hold_for_longer_than_the_flights_limit(worlds_folder, tmp
     assert flight.limits.flight_timeout_s == 3.0 * legs_m / 2.0 + 4 * 100.0
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("given", "returns"), [(True, True), ("true", True), ("True", True), (False, False), ("yes", None)]
 )
 def test_a_mission_ends_at_its_start_if_one_says_so(worlds_folder, tmp_path, given, returns):
@@ -88,7 +87,7 @@ def test_a_mission_ends_at_its_start_if_one_says_so(worlds_folder, tmp_path, giv
 MODELS = Path(__file__).resolve().parents[4] / "src/simulation_tools/models"
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("beams", "half_deg", "sentence"),
     [
         (3, 135.0, None),  # 2.67 beams a turn

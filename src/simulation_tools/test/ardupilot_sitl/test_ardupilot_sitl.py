@@ -293,7 +293,7 @@ def test_a_program_that_is_not_there_is_one_sentence(path, says):
     assert str(caught.value).count(". ") == 0
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("content", "why"),
     [
         (Path("/bin/true").read_bytes(), "it does not know the option --sim-port-out"),

@@ -13,7 +13,7 @@ def finding(*packages):
     return {package: f"/opt/{package}" for package in packages}.__getitem__
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("gnss", "there", "missing"),
     [
         (True, (), "mavros"),

@@ -33,7 +33,7 @@ def ask(autopilot="standin", mavros="sim", offboard_port=0, gcs_port=0, simulato
     check_ports_are_free(autopilot, mavros, offboard_port, gcs_port, simulator_port)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("asked", "purpose"),
     [
         (lambda port: {"offboard_port": port}, "MAVROS"),
@@ -42,7 +42,7 @@ def ask(autopilot="standin", mavros="sim", offboard_port=0, gcs_port=0, simulato
         (lambda port: {"gcs_port": port - 4020}, "ground stations"),
     ],
 )
-@pytest.mark.parametrize("host", [HOST, "0.0.0.0"])
+@pytest.mark.table("host", [HOST, "0.0.0.0"])
 def test_a_udp_port_that_is_taken_is_named(asked, purpose, host):
     """14580 and 18570 are PX4's for 14540 and 14550."""
     user, port = taken(host=host)

@@ -9,7 +9,7 @@ from simulation_tools.launch_check.launch_files import followed
 LEADS = '<launch deprecated="moved"><include file="$(find new)/there.launch" pass_all_args="true"/></launch>'
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("text", "leads"),
     [
         (LEADS, True),

@@ -47,13 +47,13 @@ def test_a_body_setpoint_turns_from_flu_to_frd(frame):
     assert (m.yaw, m.yaw_rate) == (-0.25, -0.5)
 
 
-@pytest.mark.parametrize("frame", [0, 2, 3, 6, 10, 255])
+@pytest.mark.table("frame", [0, 2, 3, 6, 10, 255])
 def test_other_frames_are_refused(frame):
     with pytest.raises(ValueError, match="coordinate frame"):
         position_target(TARGET, 0, frame, EVERYTHING)
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e308, -3.5e38])
+@pytest.mark.table("bad", [math.nan, math.inf, -math.inf, 1e308, -3.5e38])
 def test_what_is_not_finite_is_refused_unless_it_is_masked(bad):
     mask = IGNORE_POSITION | IGNORE_ACCELERATION | IGNORE_YAW
     with pytest.raises(ValueError, match="NaN"):
@@ -114,7 +114,7 @@ def test_a_global_pose_asks_for_place_and_heading_as_mavros_does():
     assert m.yaw == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize("place", [(91, 0, 0), (0, 181, 0), (math.nan, 0, 0), (0, math.inf, 0)])
+@pytest.mark.table("place", [(91, 0, 0), (0, 181, 0), (math.nan, 0, 0), (0, math.inf, 0)])
 def test_what_is_no_place_on_earth_is_refused(place):
     with pytest.raises(ValueError, match="not a place on earth"):
         global_target(TARGET, 0, 5, EVERYTHING, place)

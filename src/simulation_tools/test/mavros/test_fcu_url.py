@@ -8,7 +8,7 @@ from simulation_tools.mavlink import LinkError
 from simulation_tools.mavros.fcu_url import Endpoints, parse_fcu_url
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("url", "local", "remote"),
     [
         ("udp://:14540@127.0.0.1:14580", ("127.0.0.1", 14540), ("127.0.0.1", 14580)),
@@ -21,7 +21,7 @@ def test_a_url_names_both_ends_without_a_host_on_the_loopback(url, local, remote
     assert parse_fcu_url(url) == Endpoints(local, remote)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "bad", ["tcp://localhost:5760", "udp://:14540@", "udp://:99999@127.0.0.1:1", "", "udp://a:b@c:d"]
 )
 def test_what_is_no_url_is_refused_in_a_sentence(bad):

@@ -27,7 +27,7 @@ def test_the_heartbeat_tells_the_stack_and_before_it_is_px4():
     assert stack_of(None).name == "PX4"
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("name", "number"),
     [("STABILIZE", 0), ("GUIDED", 4), ("LOITER", 5), ("RTL", 6), ("LAND", 9), ("BRAKE", 17)],
 )

@@ -80,8 +80,8 @@ def poses(east=0.0, north=0.0, yaw=NORTH, turn=0.0, until_s=-NEWEST_S, history=N
     return history
 
 
-@pytest.mark.parametrize("share", [0.7, 1.0, 1.3])
-@pytest.mark.parametrize("speed_m_s", [0.3, 1.0, 2.0])
+@pytest.mark.table("share", [0.7, 1.0, 1.3])
+@pytest.mark.table("speed_m_s", [0.3, 1.0, 2.0])
 def test_a_uav_that_leans_sooner_or_later_stops_and_hardly_swings_back(speed_m_s, share):
     times_s, speeds = Uav(speed_m_s, 0.05 * share, 0.11 * share).stop()
     over_s = 0.1 + max(P.brake_time_s, 1.5 * speed_m_s / P.brake_acceleration_m_s2)
@@ -90,7 +90,7 @@ def test_a_uav_that_leans_sooner_or_later_stops_and_hardly_swings_back(speed_m_s
     assert speeds.min() > -0.12 * speed_m_s
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("east", "north", "ahead", "left"),
     [
         (1.0, 0.0, 0, 1),  # to the right of a UAV that looks north

@@ -243,13 +243,13 @@ def test_positions_are_flown_when_asked_for_and_expire_too():
         assert bench.publisher.on_position(bench.now, (bad, 0.0, 0.0), 0.0)[0].repeated
 
 
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan, math.inf])
+@pytest.mark.table("value", [0.0, -1.0, math.nan, math.inf])
 def test_parameters_are_checked(value):
     with pytest.raises(PublisherError, match="command_timeout_s"):
         PublisherParameters(command_timeout_s=value)
 
 
-@pytest.mark.parametrize("rate_hz", [30, 130, 250, 1000])
+@pytest.mark.table("rate_hz", [30, 130, 250, 1000])
 def test_commands_as_old_as_they_may_be_are_answered_at_every_rate_of_poses(rate_hz):
     """MAVROS sends 30 poses a second. PX4 sends more if it is asked to (SET_MESSAGE_INTERVAL)."""
     bench = Bench(PublisherParameters(command_timeout_s=5.0))

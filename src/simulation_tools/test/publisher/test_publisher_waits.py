@@ -172,7 +172,7 @@ FLIES = FcuState(True, True, "OFFBOARD", ACTIVE)
 POSE = Pose((0.0, 0.0, 0.12))
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("told", "words"),
     [
         ({}, "no `state` from MAVROS yet"),
@@ -187,7 +187,6 @@ POSE = Pose((0.0, 0.0, 0.12))
         ),
         ({"state": FLIES, "landed": GROUND, "pose": POSE}, "not at its hover point yet"),
     ],
-    ids=["state", "connection", "extended_state", "pose", "home", "offboard", "arming", "climb"],
 )
 def test_every_wait_says_for_what(told, words):
     publisher, actions = publisher_told(**told)

@@ -24,7 +24,7 @@ def limit_ms(gaps_ms, p=FLYING):
     return next(ms for ms in range(1000) if watch.blindness((now_ms + ms) * MS, p).is_too_long)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("gaps_ms", "expected_ms"),
     [
         (20 * [25], 70),  # never before vision_timeout_least_s
@@ -58,7 +58,7 @@ def test_without_need_for_poses_or_before_one_can_come_nobody_is_blind():
     assert watch.blindness(9000 * MS, PublisherParameters()) == (0.0, False)
 
 
-@pytest.mark.parametrize("period_ms", [25, 33, 50, 67, 100])  # of the six lidars
+@pytest.mark.table("period_ms", [25, 33, 50, 67, 100])  # of the six lidars
 def test_a_late_pose_raises_no_alarm_if_two_were_two_thirds_as_late_before(period_ms):
     rng = np.random.default_rng(period_ms)
     for worst_ms in (5, 20, 40):

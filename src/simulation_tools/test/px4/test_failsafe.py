@@ -201,7 +201,7 @@ def test_after_a_failsafe_landing_it_stays_in_land_until_setpoints_come():
     assert (mode(flight), flight.texts[-1]) == (Mode.OFFBOARD, OFF)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("action", "flown"),
     [(-1, Mode.OFFBOARD), (0, Mode.AUTO_LAND), (1, Mode.AUTO_LOITER), (2, Mode.AUTO_RTL)],
 )

@@ -33,7 +33,7 @@ def landed_state(flight):
     return flight.px4.status.landed_state
 
 
-@pytest.mark.parametrize("stream", [LEVEL, NO_TURN, sinking(0.5), BELOW_GROUND])
+@pytest.mark.table("stream", [LEVEL, NO_TURN, sinking(0.5), BELOW_GROUND])
 def test_who_never_takes_off_is_disarmed_after_ten_seconds(stream):
     flight = armed_on_the_ground(stream)
     assert flight.run(12.0, until=lambda: not flight.px4.status.armed)
@@ -65,9 +65,7 @@ def test_a_little_thrust_on_the_ground_is_flight():
     assert (landed_state(flight), flight.px4.status.armed) == (LandedState.IN_AIR, True)
 
 
-@pytest.mark.parametrize(
-    "stream", [sinking(0.5), sinking(0.62), BELOW_GROUND, Setpoint.hold((0.0, 0.0, -3.0))]
-)
+@pytest.mark.table("stream", [sinking(0.5), sinking(0.62), BELOW_GROUND, Setpoint.hold((0.0, 0.0, -3.0))])
 def test_who_does_not_ask_to_land_stands_in_the_air_for_ever(stream):
     """0.9 MPC_LAND_SPEED, 0.63 m/s, is asking for it; a place below the ground is not."""
     flight = a_metre_up()

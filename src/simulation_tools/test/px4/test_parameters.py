@@ -22,7 +22,7 @@ MEASURED = json.loads((Path(__file__).parent / "data/px4_parameters.json").read_
 INT32, REAL32 = mavlink.MAV_PARAM_TYPE_INT32, mavlink.MAV_PARAM_TYPE_REAL32
 
 
-@pytest.mark.parametrize("name", [name for name, value in MEASURED.items() if value is not None])
+@pytest.mark.table("name", [name for name, value in MEASURED.items() if value is not None])
 def test_names_types_and_defaults_are_those_of_px4(name):
     parameters = Px4Parameters()
     assert parameters[name] == pytest.approx(MEASURED[name], rel=1e-6)

@@ -127,7 +127,7 @@ def test_a_negative_delay_waits_for_ever():
 # The return altitude by itself: distance from home, height now, height of the return over home (closed form)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("distance_m", "height_m", "expected_m"),
     [
         (0.0, 3.0, 3.0),  # over home: where it is
@@ -144,7 +144,7 @@ def test_the_return_altitude(distance_m, height_m, expected_m):
     assert height_over_home(distance_m, height_m) == pytest.approx(expected_m)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("angle_deg", "expected_m"),
     [
         (0, 30.0),

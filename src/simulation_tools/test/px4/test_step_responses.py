@@ -73,7 +73,7 @@ def reference():
 # by 0.3 points, that of 1 m by 1.4; a settling time by 0.2 s: the hover's wandering adds to the step.
 
 
-@pytest.mark.parametrize("row", TABLE["steps"], ids=lambda row: row["manoeuvres"][0])
+@pytest.mark.table("row", TABLE["steps"])
 def test_every_figure_is_within_ten_per_cent_of_px4s(row, flown):
     ours = [asdict(metrics(BY_NAME[name], flown[name])) for name in row["manoeuvres"]]
     for figure, theirs in row.items():
@@ -82,7 +82,7 @@ def test_every_figure_is_within_ten_per_cent_of_px4s(row, flown):
             assert value == pytest.approx(theirs, rel=0.1, abs=1.0 if theirs == 0 else 0.0), figure
 
 
-@pytest.mark.parametrize("name", [name for name in BY_NAME if name != "position_x_+1"])
+@pytest.mark.table("name", [name for name in BY_NAME if name != "position_x_+1"])
 def test_it_flies_like_px4(name, flown, reference):
     manoeuvre = BY_NAME[name]
     ours, theirs = metrics(manoeuvre, flown[name]), metrics(manoeuvre, reference[name])

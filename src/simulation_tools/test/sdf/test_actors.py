@@ -62,7 +62,7 @@ def test_an_actor_without_a_trajectory_stands():
     assert (found.script, found.static, found.pose.position_m) == (None, True, (1.0, 0.0, 0.0))
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("script", "saying"),
     [
         (trajectory(), "needs a <waypoint> at a time above 0 s"),

@@ -39,7 +39,7 @@ def joint(kind="fixed", parent="a", child="b", more=""):
     )
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("body", "line", "saying"),
     [
         (inertial("<mass>-1</mass>"), 4, "<mass> must be positive, not -1"),
@@ -101,7 +101,7 @@ def test_a_bad_model_is_refused_with_place_and_reason(body, line, saying):
     assert "\n" not in message
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("text", "line", "saying"),
     [
         ("", 1, "not well-formed XML"),
@@ -119,7 +119,7 @@ def test_a_file_that_holds_no_model_is_refused(text, line, saying):
     assert str(caught.value).startswith(f"some.sdf:{line}: ")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("inside", "saying"),
     [
         ("<light name='l'/>", '<light> has no attribute "type"'),
@@ -170,7 +170,7 @@ def test_a_huge_text_is_refused():
         parse_model("<sdf>" + " " * (17 * 2**20) + "</sdf>", "huge.sdf", [])
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("load", "saying"),
     [
         (

@@ -181,7 +181,7 @@ def test_before_sdf_1_5_an_axis_is_in_the_frame_of_the_model(version, axis):
     np.testing.assert_allclose(parse_model(text, "t", []).joints[0].axis, axis, atol=1e-12)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "text",
     [
         '\n<?xml version="1.0"?>\n<sdf>',

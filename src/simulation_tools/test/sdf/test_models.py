@@ -31,7 +31,7 @@ def mass_of(model):
     return combined((link.inertial, link.pose) for link in model.links)
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if name != "sun"])
+@pytest.mark.table("name", [name for name in NAMES if name != "sun"])
 def test_it_loads_without_a_warning(name):
     assert load_model(f"model://{name}", [MODELS]).warnings == ()
 
@@ -82,7 +82,7 @@ def test_the_iris_has_px4s_rotors():
     assert len(iris.sensors(ImuSensor)) == 1
 
 
-@pytest.mark.parametrize("key", sorted(LIDARS))
+@pytest.mark.table("key", sorted(LIDARS))
 def test_a_lidar_is_as_in_the_thesis(key):
     fov_deg, near, far, step_deg, rate, accuracy, weight = LIDARS[key]
     model = load_model(f"model://lidar_{key}", [MODELS])
@@ -103,8 +103,8 @@ def test_a_lidar_is_as_in_the_thesis(key):
         assert fov_deg - step_deg < seen_deg <= fov_deg + 1e-9
 
 
-@pytest.mark.parametrize("key", sorted(LIDARS))
-@pytest.mark.parametrize("carrier", ["iris", "reference_quad", "small_quad"])
+@pytest.mark.table("key", sorted(LIDARS))
+@pytest.mark.table("carrier", ["iris", "reference_quad", "small_quad"])
 def test_a_lidar_on_a_quadrotor_adds_its_mass_and_sees_over_the_rotors(carrier, key):
     bare = load_model(f"model://{carrier}", [MODELS])
     whole = attach(bare, load_model(f"model://lidar_{key}", [MODELS]), "lidar_mount")

@@ -57,7 +57,7 @@ def test_a_minimal_model_gets_the_defaults_of_the_specification():
     assert parsed.warnings == ()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("xml", "expected"),
     [
         ("<box><size>1 2 3</size></box>", Box((1.0, 2.0, 3.0))),
@@ -225,7 +225,7 @@ def hinge(more="", xyz="<xyz>1 0 0</xyz>"):
     )
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("expressed_in", "axis"),
     [
         ("", (1, 0, 0)),  # in the joint's own frame

@@ -20,7 +20,7 @@ def sensed(sensor, version="1.6"):
     return read(f'<link name="a">{sensor}</link>', version)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("shape", "right", "saying"),
     [
         ("<box/>", Box((1.0, 1.0, 1.0)), "<size>"),
@@ -79,7 +79,7 @@ def lidar(kind="ray", low=-1, high=1, tag="ray", least="<min>0.1</min>"):
     )
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("kind", "drawn"), [("ray", False), ("lidar", False), ("gpu_ray", True), ("gpu_lidar", True)]
 )
 def test_a_lidar_has_its_old_or_its_new_name(kind, drawn):
@@ -88,7 +88,7 @@ def test_a_lidar_has_its_old_or_its_new_name(kind, drawn):
         assert sensor.sees_what_is_drawn == drawn
 
 
-@pytest.mark.parametrize(("low", "high"), [(-3.1416, 3.1416), (0, 6.28319), (0, 6.29), (-math.pi, math.pi)])
+@pytest.mark.table(("low", "high"), [(-3.1416, 3.1416), (0, 6.28319), (0, 6.29), (-math.pi, math.pi)])
 def test_a_full_circle_may_be_rounded(low, high):
     assert sensed(lidar(low=low, high=high)).links[0].sensors
 

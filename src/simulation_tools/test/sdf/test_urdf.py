@@ -84,8 +84,8 @@ def tf_places(model, angles):
     return found
 
 
-@pytest.mark.parametrize("angle", [0.0, 0.7, -1.0])
-@pytest.mark.parametrize("model", [DOOR, load_uav("iris", "ust", [MODELS]).model], ids=["door", "iris"])
+@pytest.mark.table("angle", [0.0, 0.7, -1.0])
+@pytest.mark.table("model", [DOOR, load_uav("iris", "ust", [MODELS]).model])
 def test_every_link_is_where_tf_says_at_any_angles(model, angle):
     angles = {joint.name: angle for joint in model.joints if joint.kind == "revolute"}
     expected = tf_places(model, angles)

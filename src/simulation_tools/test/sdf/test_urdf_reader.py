@@ -88,7 +88,7 @@ def test_what_the_writer_writes_is_read_back():
         assert back.link(link.name).inertial.mass_kg == pytest.approx(link.inertial.mass_kg)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("change", "saying"),
     [
         (('xyz="1 0 0" rpy', 'xyz="1 0" rpy'), "<origin> must hold three numbers"),
@@ -109,7 +109,7 @@ def test_sdf_is_no_urdf():
     ).links
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "text",
     [
         "<!-- made by xacro, not <sdf -->" + ARM.split("\n", 1)[1],
@@ -117,7 +117,6 @@ def test_sdf_is_no_urdf():
         b"\xef\xbb\xbf" + ARM.encode(),
         "\n" + ARM,  # TinyXML takes it
     ],
-    ids=["comment", "utf-16", "BOM", "space"],
 )
 def test_a_urdf_is_known_by_its_root(text):
     assert parse_model(text, "spawn", []).name == "arm"
@@ -150,7 +149,7 @@ def test_what_gazebo_adds_to_a_link_counts():
     assert seen.rgba == (0.0, 1.0, 0.0, 1.0)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("inside", "reference", "saying"),
     [
         ("<kp>1e6</kp><kd>1</kd><maxVel>0.1</maxVel>", "upper", ""),

@@ -7,7 +7,7 @@ import pytest
 from simulation_tools.sensors.atmosphere import pressure_pa, temperature_k
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("altitude_m", "pressure", "temperature"),
     [
         (0.0, 101325.0, 288.15),

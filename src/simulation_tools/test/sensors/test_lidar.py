@@ -169,7 +169,7 @@ def test_a_sensor_of_several_rows_scans_with_the_most_level_one():
     assert device.scan(wall, Pose())[0] == pytest.approx(2.0 / math.cos(0.05), abs=1e-5)
 
 
-@pytest.mark.parametrize("key", ["urg", "ust", "utm", "puck", "near_puck", "qt64", "tim", "m8"])
+@pytest.mark.table("key", ["urg", "ust", "utm", "puck", "near_puck", "qt64", "tim", "m8"])
 def test_every_shipped_lidar_on_the_iris_sees_the_room_and_not_the_iris(key):
     iris = attach(load_model("model://iris"), load_model(f"model://lidar_{key}"), "lidar_mount")
     (link, ray_sensor) = iris.sensors(RaySensor)[0]
@@ -213,8 +213,8 @@ def reference_measured(true, sensor, normals):
     return ranges
 
 
-@pytest.mark.parametrize("resolution_m", [0.0, 0.001, 0.25])
-@pytest.mark.parametrize(("mean", "stddev"), [(0.0, 0.0), (0.1, 0.0), (0.0, 0.02), (-0.3, 0.5)])
+@pytest.mark.table("resolution_m", [0.0, 0.001, 0.25])
+@pytest.mark.table(("mean", "stddev"), [(0.0, 0.0), (0.1, 0.0), (0.0, 0.02), (-0.3, 0.5)])
 def test_measured_ranges_are_those_of_the_rules_one_by_one(mean, stddev, resolution_m):
     device = sensor(noise=Noise(mean, stddev), range_resolution_m=resolution_m)
     rng = np.random.default_rng(3)

@@ -306,7 +306,7 @@ def test_a_kind_of_ones_own_is_one_class_and_one_entry(make, monkeypatch, tmp_pa
     assert sensors["barometer"].read() == pytest.approx(pressure_pa(height_m), abs=6 * 1.5)
 
 
-@pytest.mark.parametrize("model", [*FOUR, "range_finder_up", "lidar_puck", "lidar_utm", "inspection_camera"])
+@pytest.mark.table("model", [*FOUR, "range_finder_up", "lidar_puck", "lidar_utm", "inspection_camera"])
 def test_a_shipped_sensor_is_of_one_kind_at_most(model):
     for link in load_model(f"model://{model}", [str(MODELS)]).links:
         for sensor in link.sensors:

@@ -195,7 +195,7 @@ def test_gazebos_motor_model_and_body_drag_are_read():
     assert airframe.body_drag == 0.01
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("plugins", "complaint"),
     [
         ((), "without gaps"),

@@ -131,7 +131,7 @@ NAMES = "<rollJoint>r</rollJoint><pitchJoint>p</pitchJoint>"
 GOOD = JOINT.format("r", "a", "b", "1 0 0") + JOINT.format("p", "b", "c", "0 1 0")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("joints", "plugin", "words"),
     [
         (GOOD, PLUGIN.format("<rollJoint>x</rollJoint>"), 'rollJoint "x", which does not exist'),

@@ -29,8 +29,8 @@ def mass_kg(uav):
     return sum(link.inertial.mass_kg for link in uav.model.links)
 
 
-@pytest.mark.parametrize("carrier", ["iris", "reference_quad", "small_quad"])
-@pytest.mark.parametrize("lidar", LIDARS)
+@pytest.mark.table("carrier", ["iris", "reference_quad", "small_quad"])
+@pytest.mark.table("lidar", LIDARS)
 def test_every_lidar_fits_on_every_carrier_and_flies_along(carrier, lidar):
     weight_kg, range_m, rate_hz = TABLE[lidar]
     bare, uav = load_uav(carrier), load_uav(carrier, lidar)

@@ -78,7 +78,7 @@ def test_px4s_wind_plugin_is_read(tmp_path):
     assert streams_of(load_world(EMPTY)) == ()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("changes", "saying"),
     [
         ({"mean": "strong"}, "<windVelocityMean> must be a number, got 'strong'"),

@@ -52,7 +52,7 @@ def run(world, seconds):
 
 
 # -- where it is ---------------------------------------------------------------------------------------------
-@pytest.mark.parametrize("time_s", [1.0, 1.3, 2.0, 2.75, 3.0])
+@pytest.mark.table("time_s", [1.0, 1.3, 2.0, 2.75, 3.0])
 def test_between_waypoints_at_even_distances_it_moves_evenly(time_s):
     walk = motion(trajectory((0, 0, 0), (1, 2, 1), (2, 4, 2), (3, 6, 3), (4, 8, 4)))
     state = walk.state(time_s)

@@ -19,7 +19,7 @@ GEOMETRIES = (
 )
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.table("seed", range(5))
 def test_a_point_belongs_to_the_shape_whose_surface_is_nearest(seed):
     rng = np.random.default_rng(seed)
     shapes = [

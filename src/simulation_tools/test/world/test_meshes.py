@@ -17,7 +17,7 @@ def as_trimesh(mesh):
     return trimesh.Trimesh(mesh.vertices, mesh.triangles, process=False)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("geometry", "volume", "lost"),
     [
         (Box((1.0, 2.0, 3.0)), 6.0, 0.0),
@@ -36,7 +36,7 @@ def test_a_solid_is_closed_points_outward_and_has_its_volume(geometry, volume, l
     assert volume - lost - 1e-9 <= mesh.volume <= volume + 1e-9
 
 
-@pytest.mark.parametrize("radius", [0.05, 0.3, 2.0, 20.0])
+@pytest.mark.table("radius", [0.05, 0.3, 2.0, 20.0])
 def test_facets_lie_within_the_tolerance_under_the_true_surface(radius):
     sphere = mesh_of(Sphere(radius))
     depth = radius - np.linalg.norm(sphere.vertices[sphere.triangles].mean(axis=1), axis=1)
@@ -81,8 +81,8 @@ def test_a_mesh_beyond_any_world_is_refused(tmp_path):
         mesh_of(Mesh(str(path), "x", (1e6, 1e6, 1e6)))
 
 
-@pytest.mark.parametrize("content", [b"", b"solid x\nendsolid x\n", b"\x00" * 84, b"not a mesh at all"])
-@pytest.mark.parametrize("suffix", ["stl", "obj", "dae"])
+@pytest.mark.table("content", [b"", b"solid x\nendsolid x\n", b"\x00" * 84, b"not a mesh at all"])
+@pytest.mark.table("suffix", ["stl", "obj", "dae"])
 def test_a_broken_mesh_file_gives_one_sentence(tmp_path, suffix, content):
     path = tmp_path / f"broken.{suffix}"
     path.write_bytes(content)

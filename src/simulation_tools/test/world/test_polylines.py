@@ -29,7 +29,7 @@ def corners_of(solid):
     return triangles.vertices[triangles.triangles]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("outlines", "area_m2", "around_m"),
     [
         ((ELL,), 6.0, 14.0),

@@ -24,7 +24,7 @@ def test_giving_way_is_passed_and_names_the_sides():
     assert verdict.sentence == "CEPA gives way to a board ahead, to the left"
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("answers", "words"),
     [
         ([answer(0)] * 4, "nothing came nearer"),
@@ -40,7 +40,7 @@ def test_a_wrong_answer_fails(answers, words):
     assert words in verdict.sentence
 
 
-@pytest.mark.parametrize("side", [0, 90, 180, -90])
+@pytest.mark.table("side", [0, 90, 180, -90])
 def test_no_side_is_outvoted_by_the_others(side):
     """A mirrored lidar answers well to a board ahead and behind."""
     others = [answer(bearing) for bearing in (0, 90, 180, -90) if bearing != side for _ in range(20)]

@@ -31,7 +31,7 @@ def test_a_uav_in_order_passes_everything():
     assert [str(one) for one in carried.check(GOOD, MACHINE) if not one.passed] == []
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("graph", "machine", "name", "words"),
     [
         (changed(without=(carried.PICTURES,)), {"shutter": None}, "camera", "nobody offers camera/shoot"),

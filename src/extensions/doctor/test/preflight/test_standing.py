@@ -106,7 +106,7 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize(("graph", "name", "words"), FAULTS.values(), ids=FAULTS)
+@pytest.mark.table(("graph", "name", "words"), FAULTS.values())
 def test_what_is_missing_fails_its_check(graph, name, words):
     verdicts = {verdict.name: verdict for verdict in standing.check(graph, FCU)}
     assert str(verdicts[name]).startswith(f"failed  {name}: ")
@@ -114,7 +114,7 @@ def test_what_is_missing_fails_its_check(graph, name, words):
     assert exit_code(list(verdicts.values())) == FAILED
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("parameters", "words"),
     [
         ({}, "cannot be read"),

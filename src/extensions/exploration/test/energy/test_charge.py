@@ -77,7 +77,7 @@ def test_a_simulated_battery_that_stays_at_a_known_charge_is_not_frozen():
     assert charge.at(798.0) < 0.1
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -0.01, 1.2])
+@pytest.mark.table("value", [math.nan, math.inf, -0.01, 1.2])
 def test_what_is_no_charge_is_told_and_does_not_count(value):
     charge, sentences = told((0.0, 0.9), (2.0, value))
     assert sentences[0] == ""

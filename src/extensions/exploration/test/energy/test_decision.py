@@ -21,7 +21,7 @@ def verdict(charge, time_s, now_s=0.0):
     return watch.decide(now_s, WayHome(time_s, time_s))
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("charge", "time_s", "expected", "sentence"),
     [
         # At 1 / 600 s the way takes (1.3 x 120 s + 8 s + 10 s) / 600 s = 29 %, and 12 % stay.

@@ -34,7 +34,7 @@ def test_if_nobody_decides_the_newest_readings_stay():
     assert taken[-1] == (MOST_READINGS + 4.0, 0.5)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("told", "begins_with"),
     [
         ((0.7, 0.0), 0.7),  # the newest one may be wrong

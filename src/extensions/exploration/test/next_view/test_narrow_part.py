@@ -26,15 +26,15 @@ def through_a_hole(a_m, b_m):
     return math.inf if (wide < 1).any() else math.dist(a_m, b_m) * float(5.0 - wide.min())
 
 
-@pytest.mark.parametrize("y_m", [0.55, 0.61, 0.7, 0.79, 0.83])
-@pytest.mark.parametrize("z_m", [1.21, 1.3, 1.38])
+@pytest.mark.table("y_m", [0.55, 0.61, 0.7, 0.79, 0.83])
+@pytest.mark.table("z_m", [1.21, 1.3, 1.38])
 def test_the_middle_of_a_hole_is_amid_its_rim_and_not_the_middle_of_a_voxel(y_m, z_m):
     places_m = [np.array((x, y_m, z_m)) for x in (-0.25, 0.0, 0.25)]
     shifted_m = places_m[0] + middle_of(places_m, through_a_hole)
     np.testing.assert_allclose(shifted_m, (-0.25, 0.7, 1.3), atol=0.011)
 
 
-@pytest.mark.parametrize("z_m", [0.97, 1.05, 1.19, 1.35, 1.43])
+@pytest.mark.table("z_m", [0.97, 1.05, 1.19, 1.35, 1.43])
 def test_a_way_at_the_rim_of_a_high_manhole_is_shifted_to_its_middle(z_m):
     @of_legs
     def through_a_manhole(a_m, b_m):
@@ -83,7 +83,7 @@ def test_its_aim_lies_on_the_way_and_is_never_far_ahead(here_m, velocity_m_s):
         assert math.dist(aim_m, here_m) <= least_m + 0.15  # abeam; near the corner the two legs differ
 
 
-@pytest.mark.parametrize(("aim", "holds"), [(-1, False), (0, False), (1, True), (2, True), (3, False)])
+@pytest.mark.table(("aim", "holds"), [(-1, False), (0, False), (1, True), (2, True), (3, False)])
 def test_it_begins_behind_its_entry_and_ends_with_its_exit(aim, holds):
     assert NarrowPart(0, 2, CORNERS_M).holds(aim) == holds
 
@@ -91,8 +91,8 @@ def test_it_begins_behind_its_entry_and_ends_with_its_exit(aim, holds):
 BELOW, ABOVE = (1.46, 1.88, 1.35), (1.74, 2.38, 1.95)
 
 
-@pytest.mark.parametrize("lag_s", [0.25, 0.5])
-@pytest.mark.parametrize(
+@pytest.mark.table("lag_s", [0.25, 0.5])
+@pytest.mark.table(
     ("start_m", "goal_m"),
     [
         (BELOW, (2.97, 1.75, 2.78)),

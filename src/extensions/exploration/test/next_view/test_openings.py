@@ -127,8 +127,8 @@ def test_an_opening_that_it_passes_and_a_room_without_one_name_nothing():
     assert behind.openings == ()
 
 
-@pytest.mark.parametrize("depth_m", [0.8, 1.2])
-@pytest.mark.parametrize(("y_m", "z_m"), [((1.8, 2.4), (0.8, 1.8)), ((1.8, 2.4), (0.2, 2.8))])
+@pytest.mark.table("depth_m", [0.8, 1.2])
+@pytest.mark.table(("y_m", "z_m"), [((1.8, 2.4), (0.8, 1.8)), ((1.8, 2.4), (0.2, 2.8))])
 def test_a_niche_whose_back_is_known_is_no_opening(depth_m, y_m, z_m):
     solid = bulkhead(y_m, z_m)
     thick = [(low, (8.2, *high[1:])) for low, high in solid]
@@ -145,9 +145,7 @@ def test_the_margin_that_would_pass_is_named():
     assert "margin" not in str(behind.openings[0])
 
 
-@pytest.mark.parametrize(
-    "given", ["small_quad", ["small_quad"], {"small_quad": "small"}, {"small_quad": -0.2}]
-)
+@pytest.mark.table("given", ["small_quad", ["small_quad"], {"small_quad": "small"}, {"small_quad": -0.2}])
 def test_radii_that_are_none_are_refused_in_a_sentence(given):
     with pytest.raises(ParameterError, match="smaller_uavs"):
         radii_of(given)

@@ -7,7 +7,7 @@ import pytest
 from exploration.next_view import Explored
 
 
-@pytest.mark.parametrize("untold", [math.nan, math.inf, -1.0, 1e4])
+@pytest.mark.table("untold", [math.nan, math.inf, -1.0, 1e4])
 def test_a_height_that_nobody_tells_is_neither_known_nor_wrong(untold):
     explored = Explored()
     assert explored.note_height(untold) == ""

@@ -33,7 +33,7 @@ def test_a_way_of_one_s_own_is_one_class_and_one_entry(monkeypatch):
     assert ways_m["nearest"] != ways_m["border"]
 
 
-@pytest.mark.parametrize("name", ["frontier", "", 3, None])
+@pytest.mark.table("name", ["frontier", "", 3, None])
 def test_a_way_that_there_is_not_is_refused_with_those_that_there_are(name, monkeypatch):
     monkeypatch.setitem(VIEW_CHOICES, "nearest", lambda parameters, is_steep: NearestViews(parameters))
     for other in VIEW_CHOICES.keys() - {"border", "nearest", "volume"}:

@@ -102,7 +102,7 @@ def test_it_enters_a_narrow_part_slowly_and_so_in_its_middle(corners_x_m):
     assert max(aim - x for x, aim in aims_m if x > 4.0) > 1.0
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("aside_m", "speed_m_s", "lead_m"),
     [
         (0.0, 0.0, 0.5),

@@ -83,7 +83,7 @@ def test_comfort_keeps_away_from_a_wall():
     assert plan.points_m[:, 1].max() > 4.0
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("start", "goal", "sentence"),
     [
         ((40.0, 5.0, 5.0), (3.5, 5.5, 4.5), "start .* is in unknown space"),

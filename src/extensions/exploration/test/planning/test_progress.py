@@ -8,7 +8,7 @@ from exploration.planning.progress import place_ahead, rest_of
 PATH = np.array([(0.0, 0.0, 1.0), (4.0, 0.0, 1.0), (4.0, 3.0, 1.0)])
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("here", "rest", "away_m"),
     [
         ((1.0, 0.5, 1.0), [(4.0, 0.0, 1.0), (4.0, 3.0, 1.0)], 0.5),

@@ -45,7 +45,7 @@ def disc(distance_m, radius_m, bearing_rad=0.0):
     return scan_of(distance)
 
 
-@pytest.mark.parametrize("name", BASELINES)
+@pytest.mark.table("name", BASELINES)
 def test_in_the_open_the_reference_is_flown_unchanged(name):
     decision = BASELINES[name]().steer(scan_of(lambda a: np.full_like(a, np.inf)), (1.2, -0.7))
     assert decision.velocity_xy == pytest.approx((1.2, -0.7))

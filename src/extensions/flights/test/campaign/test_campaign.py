@@ -39,7 +39,7 @@ def test_the_page_names_every_axis_world_and_column(kind):
 # -- the file -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("path", sorted(SHIPPED.glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.table("path", sorted(SHIPPED.glob("*.yaml")))
 def test_every_shipped_campaign_is_read_and_its_smallest_is_small(path):
     whole, smallest = read_campaign(path), read_campaign(path, smallest=True)
     assert whole.name == path.stem
@@ -47,7 +47,7 @@ def test_every_shipped_campaign_is_read_and_its_smallest_is_small(path):
     assert read_campaign(Path(path.stem)) == whole
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("content", "sentence"),
     [
         ([1], r"a campaign must be a mapping of names to values, not \[1\]"),

@@ -13,7 +13,7 @@ from flights.campaign.statistics import bootstrap, summary, wilson
 
 
 # Newcombe (1998), table I, method 3
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("events", "trials", "low", "high"),
     [(81, 263, 0.2553, 0.3662), (15, 148, 0.0624, 0.1605), (0, 20, 0.0, 0.1611), (1, 29, 0.0061, 0.1718)],
 )
@@ -91,7 +91,7 @@ def test_every_algorithm_has_a_colour_and_a_marker_of_its_own():
     assert len(set(COLOURS.values())) == len(set(MARKERS.values())) == len(STEERING)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("axes", "names"),
     [
         ({"algorithm": ["improved", "none"]}, set()),

@@ -61,7 +61,7 @@ def shapes_in(place, folder):
 # -- each kind of place -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "world",
     [
         "random_forest",
@@ -80,8 +80,8 @@ def test_the_same_seed_gives_the_same_place(world):
     assert place_of(settings, 7) == place_of(settings, 7) != place_of(settings, 8)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.parametrize("world", HALF_WIDTHS_M)
+@pytest.mark.table("seed", [1, 2])
+@pytest.mark.table("world", HALF_WIDTHS_M)
 def test_a_place_is_clear_at_start_and_goal_and_has_a_way(world, seed, tmp_path):
     place = place_of(settings_of(world), seed)
     shapes = shapes_in(place, tmp_path)
@@ -93,7 +93,7 @@ def test_a_place_is_clear_at_start_and_goal_and_has_a_way(world, seed, tmp_path)
     assert way_exists(shapes, place.distance_m, HALF_WIDTHS_M[world], heights, beyond_m=beyond_m)
 
 
-@pytest.mark.parametrize("world", ["beams", "overhangs", "low_walls", "cables"])
+@pytest.mark.table("world", ["beams", "overhangs", "low_walls", "cables"])
 def test_the_way_past_an_obstacle_from_wall_to_wall_leads_over_or_under_it(world, tmp_path):
     place = place_of(settings_of(world), 3)
     shapes = shapes_in(place, tmp_path)
@@ -101,7 +101,7 @@ def test_the_way_past_an_obstacle_from_wall_to_wall_leads_over_or_under_it(world
     assert not way_exists(shapes, place.distance_m, 4.0, FLAT)
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.table("seed", range(4))
 def test_dead_ends_lie_on_the_straight_way_and_are_as_deep_as_they_say(seed, tmp_path):
     path = tmp_path / "dead_ends.world"
     path.write_text(dead_ends_sdf(np.random.default_rng(seed), 34.0))
@@ -124,7 +124,7 @@ def test_an_office_has_doors_that_a_uav_passes_and_walls_that_it_does_not(tmp_pa
     assert not way_exists(shapes, 26.0, 7.5, FLAT, DOOR_M / 2 + 0.01, 2.5)
 
 
-@pytest.mark.parametrize("trap", TRAPS)
+@pytest.mark.table("trap", TRAPS)
 def test_a_trap_stands_on_the_straight_way_and_can_be_gone_around(trap, tmp_path):
     settings = campaign_of({"trials": {"world": "bug_trap", "trap": trap}}, "x").combinations[0]
     for seed in range(3):
@@ -203,9 +203,9 @@ def test_a_thick_forest_is_as_dense_as_the_issue_says():
     assert np.any(gaps + 9.0 * np.eye(len(trunks)) < trunks[:, 2] + trunks[:, None, 2])
 
 
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("mover_speed_m_s", [1.0, 2.0])
-@pytest.mark.parametrize("world", ["crossing", "head_on"])
+@pytest.mark.table("seed", range(3))
+@pytest.mark.table("mover_speed_m_s", [1.0, 2.0])
+@pytest.mark.table("world", ["crossing", "head_on"])
 def test_a_mover_meets_a_uav_that_flies_straight(world, mover_speed_m_s, seed, tmp_path):
     """A UAV at 4 m/s that is 0.6 s behind one which has its speed at once, as PX4's rise time makes it."""
     trials = {"world": world, "speed_m_s": 4, "mover_speed_m_s": mover_speed_m_s}
@@ -225,8 +225,8 @@ def test_a_mover_meets_a_uav_that_flies_straight(world, mover_speed_m_s, seed, t
     assert np.hypot(x[before], y[before]).min() > 4.0
 
 
-@pytest.mark.parametrize("seed", range(3))
-@pytest.mark.parametrize("world", ["abreast", "sinking", "small_uav"])
+@pytest.mark.table("seed", range(3))
+@pytest.mark.table("world", ["abreast", "sinking", "small_uav"])
 def test_what_is_drawn_meets_a_uav_at_its_height_or_comes_down_to_the_floor(world, seed, tmp_path):
     trials = {"world": world, "speed_m_s": 2}
     place = place_of(campaign_of({"trials": trials}, "x").combinations[0], seed)
@@ -328,7 +328,7 @@ def test_a_hallway_is_passable_and_as_wide_as_it_says(width_m, tmp_path):
     assert min(b[0] - a[1] for a, b in zip(edges, edges[1:])) > 2.0  # no two stand opposite each other
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.table("seed", range(8))
 def test_a_mixed_forest_has_room_at_start_and_goal_and_between_its_trunks(seed):
     rng = np.random.default_rng(seed)
     trunks = plant(rng, rng.uniform(*MIXED_SPACINGS_M), 26.0)

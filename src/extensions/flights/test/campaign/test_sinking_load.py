@@ -112,7 +112,7 @@ def are_touched(paths_m: np.ndarray, load: Load) -> np.ndarray:
     return touched
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.table("seed", range(4))
 def test_of_many_random_commands_none_escapes_what_is_called_unavoidable(seed):
     """It finds a way wherever one of them does. They are not the best: it finds some for 0.2 m sooner."""
     rng = np.random.default_rng(seed)

@@ -218,7 +218,7 @@ def test_an_interruption_ends_the_run_with_its_sentence(run):
     assert not run.outcome.reached_goal
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("way_m", "speed_m_s", "expected_s"),
     [(40.0, 2.0, 120.0), (300.0, 2.0, 450.0), (60.0, 0.5, 360.0), (10_000.0, 0.02, 999_999.0)],
 )

@@ -81,7 +81,7 @@ def test_a_uav_that_hit_the_ground_sideways_and_lies_on_two_rotors_has_not_lande
         assert words in outcome.failure
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("how", "words"),
     [
         ({"sideways_m_s": 1.2 * SIDEWAYS_MOST_M_S}, "at 1.0 m/s sideways"),
@@ -93,7 +93,7 @@ def test_a_uav_that_hit_the_ground_sideways_and_lies_on_two_rotors_has_not_lande
         ({"slides_m_s": 1.2, "rest_s": 0.2}, "at 1.2 m/s sideways"),
     ],
 )
-@pytest.mark.parametrize("tells_contact", [True, False])
+@pytest.mark.table("tells_contact", [True, False])
 def test_each_fault_alone_fails_the_landing_and_is_named_with_its_figure(how, words, tells_contact):
     outcome = land(**how, tells_contact=tells_contact).course.outcome
     assert not outcome.landed
@@ -102,7 +102,7 @@ def test_each_fault_alone_fails_the_landing_and_is_named_with_its_figure(how, wo
     assert outcome.failure.startswith("The landing failed: ")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "how",
     [
         {"sideways_m_s": 0.5, "sink_m_s": 0.9},

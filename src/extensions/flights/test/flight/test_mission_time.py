@@ -7,7 +7,7 @@ import pytest
 from flights.flight.mission_time import MissionTime, TimeIsOver
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("time", "flying_s", "flies_home", "expected"),
     [
         (MissionTime(10.0), 9.9, False, None),

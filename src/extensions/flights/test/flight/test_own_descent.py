@@ -18,7 +18,7 @@ def descent(*calls):
     return heard.sentence
 
 
-@pytest.mark.parametrize("mode", ["AUTO.LAND", "AUTO.RTL", "LAND", "RTL"])
+@pytest.mark.table("mode", ["AUTO.LAND", "AUTO.RTL", "LAND", "RTL"])
 def test_it_is_told_with_what_the_flight_controller_said_and_its_charge(mode):
     sentence = (
         f'The UAV came down in {mode}, which this run had not ordered; the flight controller said "{SAID}"; '

@@ -19,7 +19,7 @@ def test_without_room_it_stays_on_the_ground_with_a_sentence():
         hover_height_m(0.1, 2.0, 0.12)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("ceiling_m", "keep_m", "height_m"),
     [
         (3.0, 0.5, 2.0),  # 2.5 m are allowed

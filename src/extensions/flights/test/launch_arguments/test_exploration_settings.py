@@ -36,7 +36,7 @@ def test_the_swaps_of_a_file_reach_the_flight(tmp_path):
     assert exploration_settings.read_file(written(tmp_path, shown)) == {"swaps": 5}
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("text", "sentence"),
     [
         ("experimant: {swaps: 5}", "There is no parameter experimant; did you mean experiment?"),

@@ -227,7 +227,7 @@ def hover_m(tmp_path, ceiling_m, model="iris", keep_m=R_LB_M, given_m=None):
     return check_course(flown, model, "puck", [], keep_m, given_m)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("ceiling_m", "uav", "height_m"),
     [
         (4.0, ("iris", 0.5), 2.0),

@@ -32,7 +32,7 @@ def test_a_file_may_say_little_and_nothing(tmp_path):
     assert inspection_settings.read_file(written(tmp_path, "experiment: {draft: false}")) == {"draft": False}
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("text", "sentence"),
     [
         ("experimant: {search: 5}", "There is no parameter experimant; did you mean experiment?"),

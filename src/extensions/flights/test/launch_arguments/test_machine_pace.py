@@ -61,6 +61,6 @@ def noted(pid, pids):
     return pid
 
 
-@pytest.mark.parametrize(("keeps", "typed"), [(0.52, 0.5), (0.99, 0.9), (0.04, 0.05), (1.73, 1.7)])
+@pytest.mark.table(("keeps", "typed"), [(0.52, 0.5), (0.99, 0.9), (0.04, 0.05), (1.73, 1.7)])
 def test_a_factor_is_rounded_down(keeps, typed):
     assert rounded(keeps) == typed

@@ -28,7 +28,7 @@ def test_the_defaults_and_a_flight_that_does_not_nod_pass():
     nodding.check({"nod": "false", "lidar": "puck"})
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("asked", "sentence"),
     [
         ({"volume": "false"}, "add volume:=true to nod:=true."),
@@ -42,7 +42,6 @@ def test_the_defaults_and_a_flight_that_does_not_nod_pass():
         ({"nod_period": "0.2"}, "give a longer period."),
         ({"nod_sweeps": "0"}, "'0' is no nod_sweeps; give a whole number from 1 to 100."),
     ],
-    ids=str,
 )
 def test_what_cannot_be_flown_is_refused(asked, sentence):
     with pytest.raises((FlightsError, SimulationToolsError), match=re.escape(sentence)):

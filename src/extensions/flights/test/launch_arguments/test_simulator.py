@@ -28,7 +28,7 @@ def test_lockstep_with_a_foreign_flight_controller_is_refused(autopilot, arducop
         simulator.check({**asked, "lockstep": "true"})
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("program", "sentence"),
     [
         (" ", "give ardupilot:=/path/to/arducopter"),

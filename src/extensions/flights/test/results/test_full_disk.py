@@ -137,7 +137,7 @@ RESULT = {
 }
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("success", "launch_code", "code", "words"),
     [
         (True, (), 0, "Results in"),

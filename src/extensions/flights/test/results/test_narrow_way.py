@@ -50,7 +50,7 @@ def test_the_sentence_names_place_width_and_what_is_needed():
     assert why_it_stayed(wall(5.0, 4.0), HERE_M, GOAL_M, small, np.random.default_rng(1)) == ""
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("width_m", "said"),
     [
         (0.9, "set /cepa r_lb 0.45`"),  # half of it, with 0.1 m beside the body

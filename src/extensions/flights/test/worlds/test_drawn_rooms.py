@@ -55,7 +55,7 @@ def test_no_beam_hangs_low_over_the_start(sizes):
     assert np.array(apart_m)[low].min() >= 0.6
 
 
-@pytest.mark.parametrize("kind", TRAPS)
+@pytest.mark.table("kind", TRAPS)
 def test_the_uav_fits_behind_each_trap(kind, tmp_path):
     is_reached, _ = room_for_the_uav(trap_world(np.random.default_rng(1), kind), tmp_path)
     assert is_reached(BEYOND_M[kind])

@@ -53,7 +53,7 @@ def worlds(tmp_path_factory):
     }
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("name", "size_m"),
     [
         ("hold_3d", (30.0, 20.0, 11.2)),
@@ -124,7 +124,7 @@ def along(corners, step_m=0.1):
     return np.concatenate([np.linspace(a, b, 2 + int(np.linalg.norm(b - a) / step_m)) for a, b in ends])
 
 
-@pytest.mark.parametrize("bulkhead", range(4))
+@pytest.mark.table("bulkhead", range(4))
 def test_a_manhole_is_0_6_x_0_8_m_and_lies_to_port_and_starboard_by_turns(worlds, bulkhead):
     p = BallastTankParameters()
     y = 0.7 if bulkhead % 2 == 0 else -0.7

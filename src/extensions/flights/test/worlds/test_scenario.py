@@ -8,20 +8,20 @@ from flights.errors import ScenarioError
 from flights.worlds import scenario
 
 
-@pytest.mark.parametrize(("given", "expected"), [(3, 3), (3.0, 3), ("7", 7), (0, 0)])
+@pytest.mark.table(("given", "expected"), [(3, 3), (3.0, 3), ("7", 7), (0, 0)])
 def test_a_whole_number_is_taken_however_it_is_written(given, expected):
     value = scenario.whole_number("seed", given, *scenario.SEEDS)
     assert value == expected
     assert isinstance(value, int)
 
 
-@pytest.mark.parametrize("given", ["abc", 1.5, -1, 2**31, float("nan"), float("inf"), True, None, [1], ""])
+@pytest.mark.table("given", ["abc", 1.5, -1, 2**31, float("nan"), float("inf"), True, None, [1], ""])
 def test_what_is_no_whole_number_is_refused(given):
     with pytest.raises(ScenarioError, match=r"' is no seed; give a whole number from 0 to 2147483647\."):
         scenario.whole_number("seed", given, *scenario.SEEDS)
 
 
-@pytest.mark.parametrize("given", ["abc", 0, -1.0, 15.1, float("nan"), True, None])
+@pytest.mark.table("given", ["abc", 0, -1.0, 15.1, float("nan"), True, None])
 def test_what_is_no_speed_is_refused(given):
     with pytest.raises(ScenarioError, match=r"' is no speed; give a number from 0\.05 to 15\."):
         scenario.number("speed", given, *scenario.SPEEDS_M_S)
@@ -47,7 +47,7 @@ def test_a_yaw_in_degrees_is_refused_with_its_radians():
     assert scenario.place_and_yaw("start", "0 0 0 -6.28") == (0.0, 0.0, 0.0, -6.28)
 
 
-@pytest.mark.parametrize("given", ["16 -4 1.2", "16,-4,1.2", "(16, -4, 1.2)", "[16, -4, 1.2]"])
+@pytest.mark.table("given", ["16 -4 1.2", "16,-4,1.2", "(16, -4, 1.2)", "[16, -4, 1.2]"])
 def test_a_place_is_read_however_it_was_copied(given):
     assert scenario.place("goal", given) == (16.0, -4.0, 1.2)
 

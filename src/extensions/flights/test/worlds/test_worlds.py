@@ -45,7 +45,7 @@ def test_an_unknown_world_is_refused_with_the_choices():
         generator.make("jungle")
 
 
-@pytest.mark.parametrize("any_name", generator.MAKERS)
+@pytest.mark.table("any_name", generator.MAKERS)
 def test_the_file_is_what_the_generator_writes(any_name, worlds_folder):
     assert (worlds_folder / f"{any_name}.world").read_text() == generator.make(any_name)
 

@@ -48,7 +48,7 @@ def test_while_nothing_is_flown_a_scan_waits_for_nothing(barrier):
     assert not barrier.waits
 
 
-@pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0), (1, 0, 2), (0, 2, 1), (2, 0, 1)])
+@pytest.mark.table("order", [(0, 1, 2), (2, 1, 0), (1, 2, 0), (1, 0, 2), (0, 2, 1), (2, 0, 1)])
 def test_a_mission_follows_the_pose_of_a_scan_that_is_steered_by_in_whichever_order(order):
     here, barrier = pose(1.0), SteeringBarrier()
     messages = Scan(1.0, "scan"), here, Steered(1.0)

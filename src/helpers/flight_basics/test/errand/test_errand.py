@@ -91,8 +91,8 @@ def test_a_flight_that_somebody_ends_says_how(message, who):
     assert (hands.leader.end, hands.leader.reason) == ("aborted", who)
 
 
-@pytest.mark.parametrize("dies", [False, True])
-@pytest.mark.parametrize("order", ["abort", "pause"])
+@pytest.mark.table("dies", [False, True])
+@pytest.mark.table("order", ["abort", "pause"])
 def test_an_order_counts_for_a_goal_that_is_still_read_and_after_a_restart(order, dies):
     kept = Kept()
     hands, two = flying(kept), goal("two", stamp_s=11.0)

@@ -20,8 +20,8 @@ def trusts(trust, seconds, state="tracking", **off):
     return [trust.at(STEP_S * k, **off) for k in range(round(seconds / STEP_S))]
 
 
-@pytest.mark.parametrize("photographs", [True, False])
-@pytest.mark.parametrize("state", ["", "tracking"])
+@pytest.mark.table("photographs", [True, False])
+@pytest.mark.table("state", ["", "tracking"])
 def test_a_pose_that_is_tracked_is_sure(photographs, state):
     assert set(trusts(PoseTrust(photographs), 5.0, state, off_m=0.02)) == {Trust.SURE}
 

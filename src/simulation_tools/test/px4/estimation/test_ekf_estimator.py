@@ -264,7 +264,7 @@ def test_a_range_finder_gives_the_height_over_ground():
     assert bench.status.vertical_position_ratio < 1.0
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("distance_m", "quality"), [(0.05, -1), (12.0, -1), (NAN, -1), (math.inf, -1), (-1.0, -1), (2.0, 0)]
 )
 def test_a_distance_that_is_none_leaves_the_height_to_the_barometer(distance_m, quality):

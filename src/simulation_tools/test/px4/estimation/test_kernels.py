@@ -53,7 +53,7 @@ def stepped(x, rates, force):
     return x
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.table("seed", range(5))
 def test_the_nominal_state_follows_the_equations_of_motion(seed):
     rng = np.random.default_rng(seed)
     x, rates, force = a_state(rng), rng.standard_normal(3), 10.0 * rng.standard_normal(3)
@@ -75,7 +75,7 @@ def transition(x, force):
     return f
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.table("seed", range(5))
 def test_the_covariance_is_propagated_as_by_dense_matrices(seed):
     rng = np.random.default_rng(seed)
     x, p, force = a_state(rng), a_covariance(rng), 10.0 * rng.standard_normal(3)
@@ -110,7 +110,7 @@ def error(true, known):
     return np.concatenate((true[:6] - known[:6], turn, true[10:] - known[10:]))
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.table("seed", range(5))
 def test_a_correction_is_the_textbooks(seed):
     rng = np.random.default_rng(seed)
     x, p, row = a_state(rng), a_covariance(rng), rng.standard_normal(ERROR_SIZE)
@@ -123,7 +123,7 @@ def test_a_correction_is_the_textbooks(seed):
     assert error(x, before) == pytest.approx(gain * innovation, abs=1e-4)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.table("seed", range(5))
 def test_the_row_of_a_heading_is_its_derivative(seed):
     x, row, small = a_state(np.random.default_rng(seed)), np.empty(ERROR_SIZE), 1e-7
     yaw_row(x, row)

@@ -248,8 +248,8 @@ def test_a_fence_with_any_numbers_is_refused_or_kept(flying, drawn, action, as_i
     check_state(flying)
 
 
-@pytest.mark.parametrize("number", [math.inf, -math.inf, math.nan])
-@pytest.mark.parametrize("place", [0, 1])
+@pytest.mark.table("number", [math.inf, -math.inf, math.nan])
+@pytest.mark.table("place", [0, 1])
 def test_a_jump_to_nowhere_or_for_ever_is_refused_by_its_parameter(number, place):
     params = [0.0, 1.0, 0.0, 0.0]
     params[place] = number

@@ -299,7 +299,7 @@ def test_without_a_mission_there_is_no_mission_mode():
     assert flight.texts[-1] == "Mission start denied! No valid mission"
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("plan", "text"),
     [
         ((waypoint(1000, 0),), "First waypoint too far away: 1000m, 900 max"),

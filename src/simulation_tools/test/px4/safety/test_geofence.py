@@ -33,7 +33,7 @@ def stop_by_steps(speed, dt=1e-4):
         x, v, a = x + v * dt, v + a * dt, a + jerk * dt
 
 
-@pytest.mark.parametrize("speed", [0.0, 1.0, 3.0, 8.0])
+@pytest.mark.table("speed", [0.0, 1.0, 3.0, 8.0])
 def test_the_stopping_distance_is_that_of_a_vehicle_that_accelerates_first(speed):
     expected = stop_by_steps(speed) + CHECK_S * speed
     assert stopping_distance(speed, LIMIT, MOST, JERK) == pytest.approx(expected, abs=0.02)

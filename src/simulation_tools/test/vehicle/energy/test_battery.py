@@ -83,7 +83,7 @@ def test_an_empty_battery_gives_nothing_more_until_it_is_swapped():
     assert battery.remaining == pytest.approx(0.01)
 
 
-@pytest.mark.parametrize(("celsius", "share"), [(60.0, 1.0), (20.0, 1.0), (0.0, 0.8), (-20.0, 0.6)])
+@pytest.mark.table(("celsius", "share"), [(60.0, 1.0), (20.0, 1.0), (0.0, 0.8), (-20.0, 0.6)])
 def test_a_cold_battery_is_empty_sooner(celsius, share):
     battery = Battery(LINEAR, BatteryStart(temperature_c=celsius))
     battery.draw(10.0, 3600.0)  # 1 Ah

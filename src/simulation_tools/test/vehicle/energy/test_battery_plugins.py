@@ -55,7 +55,7 @@ def test_without_a_line_it_is_a_full_lipo_of_as_many_cells_as_the_voltage_says()
     assert (battery.cells, battery.initial_charge_ah, battery.linear_voltage_v) == (4, 4.0, None)
 
 
-@pytest.mark.parametrize("lidar", TABLE_D1_W)
+@pytest.mark.table("lidar", TABLE_D1_W)
 def test_a_lidar_draws_what_the_thesis_says(lidar):
     carried, bare = (load_uav("iris", name, [MODELS]).model for name in (lidar, None))
     assert power_load_w(carried) - power_load_w(bare) == pytest.approx(TABLE_D1_W[lidar])
@@ -73,7 +73,7 @@ def test_a_model_without_a_battery_has_none():
     assert read_energy(load_model("model://reference_quad", [MODELS])) is None
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("parameters", "more", "sentence"),
     [
         ("<voltage>12</voltage>", "", "m.sdf:2: plugin 'battery': <capacity> is missing"),
