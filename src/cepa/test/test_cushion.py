@@ -12,7 +12,7 @@ from cepa.thesis.cushion import improved_cushion, original_cushion
 DEGREE = math.pi / 180.0
 
 
-@pytest.mark.parametrize("cushion", [original_cushion, improved_cushion])
+@pytest.mark.table("cushion", [original_cushion, improved_cushion])
 def test_sides_and_back(cushion):
     # |v| T = 3 m, r = 0.5 m: the sides are 0.5 m away from the line of travel, the back is a half circle
     edge = cushion(
@@ -48,7 +48,7 @@ def test_the_improved_cushion_holds_the_original():
     assert (improved_cushion(psi, 2.0, 0.5, 1.5) >= original_cushion(psi, 2.0, 0.5, 1.5) - 1e-12).all()
 
 
-@pytest.mark.parametrize(("count", "increment"), [(144, 2 * math.pi / 144), (6, 1.0), (1081, 0.0058)])
+@pytest.mark.table(("count", "increment"), [(144, 2 * math.pi / 144), (6, 1.0), (1081, 0.0058)])
 def test_the_table_gives_the_same_cushion(count, increment):
     grid = Grid(count, increment)
     for speed in (0.5, 2.0):

@@ -36,7 +36,7 @@ def test_stops_in_front_of_a_wall_across_its_way_and_stays_there():
     assert np.ptp(last[:, 0]) < 0.4  # no limit cycle towards and away from the wall
 
 
-@pytest.mark.parametrize("offset", [0.0, 0.05])
+@pytest.mark.table("offset", [0.0, 0.05])
 def test_leaves_a_symmetric_trap_without_dithering(offset):
     # figure 8.7 in the small: a wall on the left, columns on the right, the UAV closer than r_lb to both
     columns = [(x, -0.62 - offset, 0.1) for x in (-0.7, 0.0, 0.7)]

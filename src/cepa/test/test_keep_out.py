@@ -19,7 +19,7 @@ def distance_m(box, x, y):
     )
 
 
-@pytest.mark.parametrize("trunk_y", [-0.3, 0.0])
+@pytest.mark.table("trunk_y", [-0.3, 0.0])
 def test_a_uav_that_evades_a_trunk_does_not_cross_a_box(trunk_y):
     # Given a trunk on the way, and a box on the side on which it is nearer to pass
     steering, scene = Dynamic(), Scene(circles=np.array([(5.0, trunk_y, 0.3)]))

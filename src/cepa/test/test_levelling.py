@@ -82,7 +82,7 @@ def test_what_ends_within_the_margin_of_the_floor_is_floor(height, dropped):
     assert bool(np.isinf(result.ranges[180])) == dropped
 
 
-@pytest.mark.parametrize(("height", "dropped"), [(4.8, False), (4.9, True), (5.1, True)])
+@pytest.mark.table(("height", "dropped"), [(4.8, False), (4.9, True), (5.1, True)])
 def test_what_ends_within_the_margin_of_the_ceiling_is_ceiling(height, dropped):
     pitch = math.radians(-30.0)
     ranges = np.full(BEAMS, np.inf)
@@ -102,7 +102,7 @@ def test_an_obstacle_in_front_of_the_floor_stays():
     assert result.ranges[right] == 3.0
 
 
-@pytest.mark.parametrize(("speed", "seen"), [(0.0, True), (2.0, True), (4.0, False)])
+@pytest.mark.table(("speed", "seen"), [(0.0, True), (2.0, True), (4.0, False)])
 def test_a_direction_is_free_if_the_uav_can_stop_within_what_was_seen(speed, seen):
     # 45 degrees down from 2 m: the floor is 2 m ahead. To stop takes 0, 1 and 3 m; r_lb is 0.5 m.
     pitch = math.radians(45.0)

@@ -22,7 +22,7 @@ def test_ranges_mean_what_rep_117_says():
     assert beams.seen.all()
 
 
-@pytest.mark.parametrize("near", [-INF, 0.05, 0.0999])
+@pytest.mark.table("near", [-INF, 0.05, 0.0999])
 def test_what_is_too_close_is_at_range_min_or_nearer_if_so_told(near):
     too_close = scan([1.0, near, 3.0, 2.0, 3.0, 4.0, 5.0, 6.0])
     assert too_close.full_turn(dropout_beams=2).ranges[:3].tolist() == [1.0, 0.1, 3.0]
@@ -30,7 +30,7 @@ def test_what_is_too_close_is_at_range_min_or_nearer_if_so_told(near):
     assert too_close.full_turn(2, too_close_m=0.3).ranges[:3].tolist() == [1.0, 0.1, 3.0]
 
 
-@pytest.mark.parametrize("invalid", [NAN, 0.0, -3.0])
+@pytest.mark.table("invalid", [NAN, 0.0, -3.0])
 def test_a_dropout_takes_its_neighbours_smaller_range(invalid):
     beams = scan([1.0, invalid, invalid, 2.0, 3.0, 4.0, 5.0, 6.0]).full_turn(dropout_beams=2)
     assert beams.ranges.tolist() == [1.0, 1.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0]

@@ -77,7 +77,7 @@ def test_a_trunk_straight_ahead_is_passed_on_the_side_that_was_begun():
     assert sides[STEADY] == 0
 
 
-@pytest.mark.parametrize("side", [1.0, -1.0])
+@pytest.mark.table("side", [1.0, -1.0])
 def test_the_side_is_that_of_the_last_answer(side):
     for seed in range(10):
         decision = after(STEADY, (1.2, 1.0 * side)).steer(noisy_scan(seed), V_REF, V_REF)
@@ -103,7 +103,7 @@ def forgets(improved: Improved) -> bool:
     return improved.steer(noisy_scan(0), V_REF, V_REF) == Improved(STEADY).steer(noisy_scan(0), V_REF, V_REF)
 
 
-@pytest.mark.parametrize("gap_s", [1.01 * LONGEST_GAP_S, -SCAN_S, math.nan])
+@pytest.mark.table("gap_s", [1.01 * LONGEST_GAP_S, -SCAN_S, math.nan])
 def test_the_last_answer_is_forgotten_after_a_pause_and_when_the_clock_goes_back(gap_s):
     improved = after(STEADY, (1.2, 1.0))
     improved.on_next_scan(gap_s, 0.0)

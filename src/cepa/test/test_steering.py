@@ -8,14 +8,13 @@ import plain_cepa as reference
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from planar_flight import turn
-from random_scans import full_turn, parameter_sets, recipes, velocities
+from random_scans import parameter_sets, recipes, velocities
 
 from cepa import CepaParameters, Improved, LaserScan2D, Original, Reason, VelocityError
 from cepa.algorithm import GREATEST_SPEED_M_S
 from cepa.scan import Grid
 from cepa.thesis.cushion import improved_cushion, original_cushion
-from cepa.thesis.kernels.valid_directions import _across_the_seam, valid_directions
+from cepa.thesis.kernels.valid_directions import valid_directions
 
 EXAMPLES = settings(max_examples=150, deadline=None)
 TURN = 2.0 * math.pi
@@ -82,12 +81,6 @@ def test_one_obstacle_forbids_its_angle_on_both_sides_across_the_seam_too(turn_i
             np.testing.assert_array_equal(valid[0], distance_m > edge)
 
 
-def test_across_the_seam_no_beam_is_forbidden_twice():
-    reach = Grid(8, TURN / 8.4).reach
-    assert _across_the_seam.py_func(0, 0, 0, 0.4, reach, 0.5) == (-7, 0)
-    assert _across_the_seam.py_func(7, 7, 7, 0.4, reach, 0.5) == (7, 14)
-
-
 @given(recipes(), velocities, parameter_sets)
 def test_original_equals_brute_force(recipe, v_ref, parameters):
     scan = recipe.scan()
@@ -119,39 +112,6 @@ def test_no_answer_has_an_obstacle_in_its_inner_cushion(recipe, v_ref, v_uav):
     speed = math.hypot(*decision.velocity_xy)
     edge = improved_cushion(psi, speed, parameters.r_lb, parameters.time_horizon)
     assert (beams.ranges > edge).all()
-
-
-@EXAMPLES
-@given(recipes(), velocities, velocities, st.integers(1, 59))
-def test_turning_everything_by_whole_beams_turns_the_answer(recipe, v_ref, v_uav, shift):
-    parameters = CepaParameters()
-    scan = full_turn(recipe).scan()
-    turned = LaserScan2D(np.roll(scan.ranges, shift), scan.angle_min, scan.angle_increment, 0.05, 12.0)
-    angle = shift * scan.angle_increment
-    expected = Improved(parameters).steer(scan, v_ref, v_uav)
-    decision = Improved(parameters).steer(turned, turn(v_ref, angle), turn(v_uav, angle))
-    assert_same_cost(decision, expected, parameters, scan, turn(decision.velocity_xy, -angle), v_ref, v_uav)
-
-
-@EXAMPLES
-@given(recipes(), velocities, velocities)
-def test_mirroring_everything_mirrors_the_answer(recipe, v_ref, v_uav):
-    parameters = CepaParameters()
-    scan = full_turn(recipe).scan()
-    last = -(scan.angle_min + (scan.ranges.size - 1) * scan.angle_increment)
-    mirrored = LaserScan2D(scan.ranges[::-1], last, scan.angle_increment, 0.05, 12.0)
-    expected = Improved(parameters).steer(scan, v_ref, v_uav)
-    decision = Improved(parameters).steer(mirrored, (v_ref[0], -v_ref[1]), (v_uav[0], -v_uav[1]))
-    back = decision.velocity_xy[0], -decision.velocity_xy[1]
-    assert_same_cost(decision, expected, parameters, scan, back, v_ref, v_uav)
-
-
-def assert_same_cost(decision, expected, parameters, scan, velocity, v_ref, v_uav):
-    assert decision.reason is expected.reason
-    assert decision.cost == pytest.approx(expected.cost, rel=1e-9, abs=1e-9)
-    if decision.reason is not Reason.BLOCKED:
-        again = cost_of(parameters, scan, velocity, v_ref, v_uav)
-        assert again == pytest.approx(expected.cost, rel=1e-9, abs=1e-9)
 
 
 def cost_of(parameters, scan, velocity, v_ref, v_uav):

@@ -144,7 +144,7 @@ def test_good_odometry_counts_where_a_height_has_no_map_yet(log):
         assert off[2] < 0.01
 
 
-@pytest.mark.parametrize(("in_space", "moves"), [(False, True), (True, False)])
+@pytest.mark.table(("in_space", "moves"), [(False, True), (True, False)])
 def test_a_slice_that_looks_displaced_moves_no_pose_that_was_found_in_space(log, in_space, moves):
     """Back at 2 m all that a level scan sees is 0.25 m farther to port than on the first round."""
     log, once = log
@@ -162,7 +162,7 @@ def test_a_slice_that_looks_displaced_moves_no_pose_that_was_found_in_space(log,
     assert (max(off_m[2 * once :]) > 0.5 * APART_M) == moves
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("in_space", "walk_m", "is_witness"), [(True, 0.01, False), (True, 1.0, True), (False, 0.01, True)]
 )
 def test_another_slice_within_a_height_is_no_witness_against_clouds(log, in_space, walk_m, is_witness):

@@ -44,7 +44,7 @@ def test_a_run_continued_from_its_state_equals_an_uninterrupted_one(tmp_path):
     np.testing.assert_array_equal(continued.grid().cells, whole.grid().cells)
 
 
-@pytest.mark.parametrize("scans", [21, 22])
+@pytest.mark.table("scans", [21, 22])
 def test_a_run_with_told_covariances_goes_on_as_if_never_interrupted(log, tmp_path, scans):
     def go(session, first, last):
         for k in range(first, last):
@@ -128,7 +128,7 @@ def test_a_state_of_an_earlier_version_is_refused_in_one_sentence(log, tmp_path,
         load_session(tmp_path / "old")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("later_s", "moved_m", "state"),
     [(0.0, 0.0, "tracking"), (-1000.0, 0.0, "uncertain"), (0.0, 30.0, "uncertain")],
 )

@@ -7,14 +7,14 @@ import planar_world
 import pytest
 from sessions_in_the_hold import PARAMETERS, base_in_map, error_m, run, way_through_the_hold
 
-from gridslam import ParameterError, StateError, se2
+from gridslam import StateError, se2
 from gridslam.evaluation import Walls
 from gridslam.filter.grid_slam import GridSlam
 from gridslam.localisation.relocaliser import Relocaliser
 from gridslam.loop_closure.background import BackgroundWork
 from gridslam.loop_closure.correction import Correction
 from gridslam.saved_sessions import save_session
-from gridslam.session import SlamSession, closure_parameters
+from gridslam.session import SlamSession
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +103,7 @@ def test_a_gap_in_the_log_is_uncertain_until_the_place_is_proved(log):
     assert states[-1] == "tracking"
 
 
-@pytest.mark.parametrize("by", ["initialpose", "search"])
+@pytest.mark.table("by", ["initialpose", "search"])
 def test_an_earlier_correction_does_not_take_a_relocated_vehicle_back(log, by, monkeypatch):
     # Given a correction of the path that is due at the next scan
     session, middle = SlamSession(PARAMETERS, say=lambda sentence: None), len(log.scans) // 2
@@ -178,12 +178,6 @@ def test_before_the_first_scan_there_is_nothing(tmp_path):
             ask()
 
 
-def test_the_parameters_of_loop_closure_are_checked_by_name():
-    assert closure_parameters({"score_min": 0.8}).score_min == 0.8
-    with pytest.raises(ParameterError, match="no parameter radius"):
-        closure_parameters({"radius": 1.0})
-
-
 def test_odometry_that_is_5_percent_long_in_a_bare_corridor_is_not_tracked():
     # Given a dense and noisy lidar, whose single beams seem to measure the way along the walls
     walls = Walls.from_polygons([np.array([(-3.0, -1.25), (60.0, -1.25), (60.0, 1.25), (-3.0, 1.25)])])
@@ -206,7 +200,7 @@ def blind(scan):
     return dataclasses.replace(scan, ranges_m=np.full_like(scan.ranges_m, np.inf))
 
 
-@pytest.mark.parametrize("how", ["no return", "no scan", "no message"])
+@pytest.mark.table("how", ["no return", "no scan", "no message"])
 def test_without_sight_the_state_ends_and_comes_back_by_evidence(log, how):
     # Given a lidar that sees nothing in the middle of the way, or is silent, with odometry or without
     first, last, told = len(log.scans) // 3, len(log.scans) // 3 + 30, []
@@ -263,7 +257,7 @@ def test_while_odometry_is_in_doubt_the_state_is_uncertain(log):
     assert states[-1] == "tracking"
 
 
-@pytest.mark.parametrize("begins_anew", [False, True])
+@pytest.mark.table("begins_anew", [False, True])
 def test_a_map_that_begins_in_flight_goes_on_in_the_frame_of_the_one_before(log, begins_anew):
     # Given a session that is gone in the middle of the run, and a new one that knows its last place
     middle, said = len(log.scans) // 2, []

@@ -46,7 +46,7 @@ def test_a_correction_moves_the_pose_at_the_limited_speed_to_its_end():
     assert yaw == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("goal_m", [(0.0, 0.0, 2.0), (20.0, 5.0, 2.0)])  # while it hovers, and in flight
+@pytest.mark.table("goal_m", [(0.0, 0.0, 2.0), (20.0, 5.0, 2.0)])  # while it hovers, and in flight
 def test_a_loop_closure_moves_the_goal_and_never_steps_the_velocity(goal_m):
     """A UAV that flies what it is told. SLAM shifts it by 2 m and turns it by 0.4 rad in an instant."""
     controller = PositionController(PositionControllerParameters())

@@ -45,7 +45,7 @@ def test_the_aim_is_on_the_leg_between_the_foot_and_its_end(last, here, setpoint
     assert aim_m == pytest.approx(min(foot_m + lookahead_m, length), abs=1e-9)
 
 
-@pytest.mark.parametrize("speed", [0.5, 2.0])
+@pytest.mark.table("speed", [0.5, 2.0])
 def test_an_offset_from_the_leg_shrinks_exponentially(speed):
     """A small offset y at speed v obeys y' = -y / T with the lookahead T: in 0.5 s it shrinks to 1 / e."""
     beside_m = 0.2 * speed
@@ -55,7 +55,7 @@ def test_an_offset_from_the_leg_shrinks_exponentially(speed):
         assert end / begin == pytest.approx(math.exp(-1.0), rel=0.02)
 
 
-@pytest.mark.parametrize("speed", [1.0, 2.0])
+@pytest.mark.table("speed", [1.0, 2.0])
 def test_behind_a_corner_the_uav_comes_back_to_the_leg(speed):
     """With a lag of 0.3 s, as PX4's. Flown straight to the setpoint the UAV is off the leg to its end."""
     corner = [(0.0, 0.0), (10.0, 0.0), (10.0, 20.0)]

@@ -74,27 +74,6 @@ def test_equals_the_sorted_votes_of_every_beam(data, window, scans, wraps):
         np.testing.assert_array_equal(result, np.array(expected, np.float32))
 
 
-@pytest.mark.table(
-    ("ranges", "expected"),
-    [
-        # each reading amid its neighbours; edges take the nearer of two
-        ([1, 9, 1, 1], [1, 1, 1, 1]),
-        ([INF, INF, 3, INF, INF], [INF, INF, INF, INF, INF]),
-        ([INF, 3, 4, INF], [3, 4, 4, 4]),
-        ([-INF, -INF, 3, INF], [-INF, -INF, 3, 3]),
-        # a hole of one is filled with the nearer neighbour, of three only from its rims
-        ([2, NAN, 5, 5], [2, 2, 5, 5]),
-        ([2, 2, NAN, NAN, NAN, 5, 5], [2, 2, NAN, NAN, NAN, 5, 5]),
-        # a lone return among dropouts is all there is to see: it stays
-        ([NAN, NAN, 2, NAN, NAN], [NAN, NAN, 2, NAN, NAN]),
-        ([NAN, NAN, NAN], [NAN, NAN, NAN]),
-        ([4], [4]),
-    ],
-)
-def test_worked_by_hand(ranges, expected):
-    np.testing.assert_array_equal(filtered(ranges), np.array(expected, np.float32))
-
-
 def test_readings_outside_the_limits_take_rep_117s_names():
     result = filtered([RANGE_MAX + 0.01, RANGE_MIN - 0.01, 0.0, -2.0, RANGE_MIN, RANGE_MAX], window=1)
     np.testing.assert_array_equal(result, np.array([INF, -INF, NAN, NAN, RANGE_MIN, RANGE_MAX], np.float32))
@@ -124,7 +103,7 @@ def test_a_scan_that_goes_on_beyond_the_turn_is_no_circle():
     assert filtered([9.0, *scan[1:]], turn=WHOLE_TURN)[-1] == 6.0
 
 
-@pytest.mark.parametrize(("window", "variance_share"), [(3, 1.0 - math.sqrt(3.0) / math.pi), (5, 0.28683)])
+@pytest.mark.table(("window", "variance_share"), [(3, 1.0 - math.sqrt(3.0) / math.pi), (5, 0.28683)])
 def test_takes_off_gaussian_noise_as_order_statistics_say(window, variance_share):
     """Variance of the median of 3 normals is 1 - sqrt(3) / pi; of 5 it is 0.28683, by integration.
 
@@ -147,7 +126,7 @@ def test_something_new_is_seen_after_half_the_scans(scans):
     assert delays == (scans - 1) // 2
 
 
-@pytest.mark.parametrize("change", ["beams", "geometry", "reset"])
+@pytest.mark.table("change", ["beams", "geometry", "reset"])
 def test_history_does_not_survive(change):
     lidar_filter = LidarMedianFilter(MedianFilterParameters(1, 3))
     for _ in range(3):

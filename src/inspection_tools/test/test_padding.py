@@ -84,7 +84,7 @@ def test_any_field_of_view(turn, beams, start, sign):
         assert padded.ranges[index] == (ranges[nearest] if padded.seen[index] else INF)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("beams", "start_rad", "increment_rad", "turn"),
     [
         (897, -math.pi, 0.007, 898),  # velodyne_laserscan

@@ -15,7 +15,7 @@ def test_an_order_is_given_once_while_a_button_is_held():
     assert orders(up, pause, pause, up, pause) == [None, Order.PAUSE, None, None, Order.PAUSE]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("pressed", "order"),
     [((0, 0, 1, 0), Order.LAND), ((0, 1, 0, 0), Order.HOME), ((0, 0, 0, 1), Order.RESUME)],
 )

@@ -99,7 +99,7 @@ def test_height_is_approached_as_closed_form_says():
     assert flight[-1][0][2] == pytest.approx(-10.0, abs=1e-3)
 
 
-@pytest.mark.parametrize("lag_s", [0.1, 0.15, 0.2])
+@pytest.mark.table("lag_s", [0.1, 0.15, 0.2])
 def test_does_not_overshoot_with_a_flight_controller_that_lags(lag_s):
     """Velocity loop of first order: with gain x lag <= 1/4 the last part is at least critically damped."""
     controller = PositionController()
@@ -182,7 +182,7 @@ def test_a_clock_that_jumps_back_starts_from_rest_and_keeps_the_setpoint():
     assert controller.update(2.01, (0.0, 0.0, 0.0), 0.0).velocity_m_s[0] == pytest.approx(0.02)
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf])
+@pytest.mark.table("bad", [math.nan, math.inf])
 def test_bad_numbers_are_refused_and_change_nothing(bad):
     controller = PositionController()
     controller.set_setpoint((40.0, 0.0, 0.0))
@@ -196,7 +196,7 @@ def test_bad_numbers_are_refused_and_change_nothing(bad):
     assert controller.update(0.01, (0.0, 0.0, 0.0), 0.0).velocity_m_s == pytest.approx((0.02, 0.0, 0.0))
 
 
-@pytest.mark.parametrize("far", [1e308, -1.1e6])
+@pytest.mark.table("far", [1e308, -1.1e6])
 def test_a_setpoint_beyond_all_reason_is_refused_in_a_sentence(far):
     controller = PositionController()
     controller.set_setpoint((1e6, 0.0, 0.0))

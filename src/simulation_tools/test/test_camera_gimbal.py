@@ -75,7 +75,7 @@ def test_it_turns_no_faster_than_its_rate_and_no_farther_than_its_range():
     assert gimbal.follow(body(1.0)).stamp_s == 1.0  # a clock that jumped back
 
 
-@pytest.mark.parametrize("tilt", [0.0, -1.0])
+@pytest.mark.table("tilt", [0.0, -1.0])
 def test_a_uav_that_leans_turns_the_camera_about_the_vertical_only(tilt):
     """Rates of the UAV by the derivatives of its roll, pitch and yaw (Euler's kinematic equations)."""
     roll, pitch, (roll_rate, pitch_rate, yaw_rate), step_s = 0.2, -0.1, (0.5, -0.3, 0.4), 1e-4
@@ -125,7 +125,7 @@ def test_a_picture_is_smeared_along_the_motion_only():
     assert (smeared(picture, np.zeros(2)) == picture).all()
 
 
-@pytest.mark.parametrize("flow_px", [(0.4, -0.9), (-2.6, 1.2), (7.0, 0.3)])
+@pytest.mark.table("flow_px", [(0.4, -0.9), (-2.6, 1.2), (7.0, 0.3)])
 def test_a_smeared_picture_is_the_mean_of_shifted_ones(flow_px):
     picture = np.random.default_rng(1).integers(0, 256, (12, 20, 3), np.uint8)
     steps = int(np.ceil(np.abs(flow_px).max()))

@@ -41,7 +41,7 @@ def test_rpy_describes_the_same_rotation_as_the_quaternion(q):
     assert same_rotation(Rotation.from_euler("xyz", [roll, pitch, yaw]).as_quat(), q, 1e-9)
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.table("sign", [1.0, -1.0])
 def test_rpy_at_gimbal_lock_still_gives_the_same_rotation(sign):
     q = geometry.quaternion_from_rpy(0.3, sign * math.pi / 2, 0.8)
     roll, pitch, yaw = geometry.rpy_from_quaternion(q)
@@ -101,7 +101,7 @@ def test_wrapped_angles_lie_in_the_half_open_circle(angle):
     assert math.sin(wrapped) == pytest.approx(math.sin(angle), abs=1e-9)
 
 
-@pytest.mark.parametrize("q", [(0, 0, 0, 0), (math.nan, 0, 0, 1), (math.inf, 0, 0, 1)])
+@pytest.mark.table("q", [(0, 0, 0, 0), (math.nan, 0, 0, 1), (math.inf, 0, 0, 1)])
 def test_what_is_no_rotation_is_refused(q):
     with pytest.raises(ValueError, match="not a rotation"):
         Pose.checked((0, 0, 0), q)

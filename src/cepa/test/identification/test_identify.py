@@ -53,7 +53,7 @@ def flown(commands, p=1.5, i=0.0, lag=0.12, delay=0.0, climb_lag=0.3, noise=0.0,
     return rows
 
 
-@pytest.mark.parametrize(("p", "i", "lag"), [(1.5, 0.0, 0.12), (2.2, 0.4, 0.2), (0.9, 0.1, 0.35)])
+@pytest.mark.table(("p", "i", "lag"), [(1.5, 0.0, 0.12), (2.2, 0.4, 0.2), (0.9, 0.1, 0.35)])
 def test_a_known_response_is_recovered(p, i, lag):
     rng = np.random.default_rng(1)
     commands = steps(rng)

@@ -31,7 +31,7 @@ def flown(speed, box, p=1.5, lag=0.12, wind=0.0):
     raise AssertionError("the steps never end")
 
 
-@pytest.mark.parametrize(("speed", "box"), [(2.0, 15.0), (4.0, 15.0), (2.0, 6.0)])
+@pytest.mark.table(("speed", "box"), [(2.0, 15.0), (4.0, 15.0), (2.0, 6.0)])
 def test_the_box_is_not_left_and_it_ends_at_rest(speed, box):
     rows = flown(speed, box)
     places = np.array([place for *_, place in rows])

@@ -33,7 +33,7 @@ def test_the_speed_is_what_is_lost_on_the_free_way(free_m):
     assert speed * late_s + speed**2 / (2.0 * P.braking_deceleration) == pytest.approx(free_m)
 
 
-@pytest.mark.parametrize(("wanted", "direction"), [(-1.0, DOWN), (1.0, UP)])
+@pytest.mark.table(("wanted", "direction"), [(-1.0, DOWN), (1.0, UP)])
 def test_the_uav_stops_at_r_lb(wanted, direction):
     """A UAV that follows with the lag of the argument, told of its range twenty times a second."""
     distance_m, speed, step_s = 2.0, 0.0, 0.05
@@ -46,7 +46,7 @@ def test_the_uav_stops_at_r_lb(wanted, direction):
     assert distance_m == pytest.approx(P.r_lb, abs=0.01)
 
 
-@pytest.mark.parametrize("climb", [0.0, 0.7, -0.7])
+@pytest.mark.table("climb", [0.0, 0.7, -0.7])
 def test_what_is_far_or_the_other_way_does_not_matter(climb):
     assert guarded(climb) == (climb, [])
     assert guarded(climb, ranging(5.0), ranging(math.inf, UP)) == (climb, [])
@@ -54,7 +54,7 @@ def test_what_is_far_or_the_other_way_does_not_matter(climb):
     assert guarded(climb, near) == (climb, [])
 
 
-@pytest.mark.parametrize("range_m", [0.1, 0.2, -math.inf])
+@pytest.mark.table("range_m", [0.1, 0.2, -math.inf])
 def test_within_r_lb_it_sinks_no_more_and_is_not_pushed_up(range_m):
     assert guarded(-0.5, ranging(range_m)) == (0.0, [])
     assert guarded(0.0, ranging(range_m)) == (0.0, [])

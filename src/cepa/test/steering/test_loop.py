@@ -93,7 +93,7 @@ def test_a_scan_waits_for_what_has_its_stamp():
     assert (command.stamp_ns, command.velocity_m_s) == (200 * MS, STANDS)
 
 
-@pytest.mark.parametrize(("mount", "side"), [(LEVEL, 1.0), (UPSIDE_DOWN, -1.0)])
+@pytest.mark.table(("mount", "side"), [(LEVEL, 1.0), (UPSIDE_DOWN, -1.0)])
 def test_the_algorithm_knows_how_far_the_lidar_has_turned_since_the_last_scan_and_when_that_was(mount, side):
     bench = Bench(mount)
     bench.algorithm.wants_motion = False  # so that a lidar upside down is not turned over
@@ -116,7 +116,7 @@ def test_an_orientation_that_makes_no_sense_is_no_turn():
     assert bench.algorithm.told == [(pytest.approx(0.025), 0.0)]
 
 
-@pytest.mark.parametrize(("age_ms", "flown"), [(500, AHEAD), (501, STANDS)])
+@pytest.mark.table(("age_ms", "flown"), [(500, AHEAD), (501, STANDS)])
 def test_a_reference_counts_for_half_a_second(age_ms, flown):
     bench = Bench()
     bench.loop.on_reference(1000 * MS, AHEAD)
@@ -128,7 +128,7 @@ def test_a_reference_counts_for_half_a_second(age_ms, flown):
     assert command.velocity_m_s == flown
 
 
-@pytest.mark.parametrize(("at_ms", "words"), [(250, "0.75 s older"), (1750, "0.75 s newer")])
+@pytest.mark.table(("at_ms", "words"), [(250, "0.75 s older"), (1750, "0.75 s newer")])
 def test_odometry_of_another_time_is_told_as_older_or_newer(at_ms, words):
     said = []
     state = OwnState((1.0, 0.0, 0.0), (0.0, 0.0, 2.0), (0.0, 0.0, 0.0, 1.0))
@@ -224,7 +224,7 @@ def test_a_cloud_of_another_frame_than_the_lidars_is_turned():
     np.testing.assert_allclose(clouds[1], [[-1.0, 1.0, 3.0]], atol=1e-12)  # a quarter turn left, 1 m ahead
 
 
-@pytest.mark.parametrize(("late_ms", "is_told"), [(0, False), (15, False), (30, True)])
+@pytest.mark.table(("late_ms", "is_told"), [(0, False), (15, False), (30, True)])
 def test_clouds_whose_stamps_are_never_near_a_scans_are_told_of(late_ms, is_told):
     bench = Bench(limits=CloudLimits((-0.3, 0.3), (-math.pi, math.pi), (0.5, 100.0)))
     for number in range(16):

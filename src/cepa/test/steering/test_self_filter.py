@@ -84,7 +84,7 @@ SEEN = "within the UAV's own body or moving with it"
 ARMS = (45, 135, -45, -135)
 
 
-@pytest.mark.parametrize("algorithm", [Dynamic, Improved])
+@pytest.mark.table("algorithm", [Dynamic, Improved])
 def test_arms_are_told_with_their_bearings_and_nobody_is_told_to_lead_it_another_way(algorithm):
     bench = Bench(algorithm=algorithm, arms=ARMS).fly(15.0, (1.0, 0.0))
     assert bench.says(SEEN)
@@ -133,7 +133,7 @@ def test_a_leg_beyond_the_bodys_radius_is_found_by_turning():
     assert bench.fly(4.0, yaw=lambda at_s: 0.5 * at_s).says(SEEN)
 
 
-@pytest.mark.parametrize("self_filter", [False, True])
+@pytest.mark.table("self_filter", [False, True])
 def test_walls_and_poles_beside_which_it_flies_are_not_its_own(self_filter):
     beside = Bench(place=(-15.0, -4.5), self_filter=self_filter)  # 0.5 m from a wall
     beside.fly(15.0, (2.0, 0.0), led=True)

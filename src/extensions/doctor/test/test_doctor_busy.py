@@ -94,7 +94,7 @@ def test_a_clock_of_another_machine_is_found_on_wall_time():
 BUSY = 0.6
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "late", [edge_late(3.0), with_topic(SAFE, received_s=()), with_topic("/UAV/odometry", received_s=())]
 )
 def test_delays_on_a_busy_machine_are_warnings(late):

@@ -54,7 +54,7 @@ def test_an_input_that_mavros_can_do_without_is_no_finding(topic):
     assert [found.where for found in graph.check(with_topic("/mavros/state", subscribers=("/mine",)))]
 
 
-@pytest.mark.parametrize("topic", ["/joy", "/explore/explore/status", "/inspect/survey/status"])
+@pytest.mark.table("topic", ["/joy", "/explore/explore/status", "/inspect/survey/status"])
 def test_what_pilot_orders_can_do_without_is_no_finding(topic):
     assert graph.check(with_topic(topic, subscribers=("/pilot_orders",))) == []
 
@@ -78,14 +78,14 @@ def test_cepa_cannot_do_without_the_scans_that_the_map_of_voxels_can():
     assert (found.severity, found.where) == (NOTE, "/scan_in")
 
 
-@pytest.mark.parametrize("name", ["/rviz", "/two/rqt_reconfigure"])
+@pytest.mark.table("name", ["/rviz", "/two/rqt_reconfigure"])
 def test_a_window_that_has_ended_is_no_error(name):
     (found,) = graph.check(replace(WELL, launched=(Launched(name, False),)))
     assert (found.severity, found.where) == (NOTE, name)
     assert exit_code([found]) == FINE
 
 
-@pytest.mark.parametrize("topic", ["/experiment/working", "/slam_octomap/working"])
+@pytest.mark.table("topic", ["/experiment/working", "/slam_octomap/working"])
 def test_in_lockstep_a_participant_need_not_say_that_it_still_works(topic):
     assert graph.check(with_topic(topic, subscribers=("/gazebo",))) == []
     acknowledged = with_topic(topic.replace("working", "processed"), subscribers=("/gazebo",))

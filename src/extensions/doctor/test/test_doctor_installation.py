@@ -159,7 +159,7 @@ def test_what_is_broken_is_found(case):
     assert found[0].remedy
 
 
-@pytest.mark.parametrize("case", ["foreign numpy", "not built", "not sourced"])
+@pytest.mark.table("case", ["foreign numpy", "not built", "not sourced"])
 def test_what_hides_all_messages_is_told_alone(case):
     """With a foreign numpy 67 messages were "not built", and a set-up would not have helped."""
     changes, _, where, _ = CASES[case]
@@ -185,7 +185,7 @@ tqdm==4.67.1
 """
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("python", "wanted"),
     [
         ("3.11", {"numpy": "1.26.4", "pybullet": "3.2.7", "tqdm": "4.67.1"}),
@@ -277,7 +277,7 @@ def test_machines_read_the_same():
     assert exit_code(FINDINGS[2:]) == FINE
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("environment", "folder"),
     [
         ({}, "/usr/share/GeographicLib/geoids"),
@@ -341,7 +341,7 @@ def test_masters_of_this_machine_are_found(processes, tmp_path):
     assert 54321 in masters()
 
 
-@pytest.mark.parametrize("is_given", [True, False], ids=["NUMBA_CACHE_DIR", "beside the sources"])
+@pytest.mark.table("is_given", [True, False])
 def test_each_librarys_own_kernels_are_looked_for(is_given, tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "users"))
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)

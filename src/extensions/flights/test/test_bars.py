@@ -64,7 +64,7 @@ def test_plates_of_a_ladder_before_a_wall_are_bars():
     assert are_bars(plates, beams_on(plates, clouds(WALL, *RAILS, *RUNGS))).all()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("bodies", "columns"),
     [
         pytest.param((WALL, WEB), 3, id="a web"),

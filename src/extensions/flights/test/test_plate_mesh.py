@@ -17,7 +17,7 @@ def one_plate():
     return Plates((0.7, 0.6, 0.6) + square[None], np.array(((1.0, 0.0, 0.0),)))
 
 
-@pytest.mark.parametrize("normal", [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
+@pytest.mark.table("normal", [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)])
 def test_a_face_is_beside_a_plate_however_it_faces(normal):
     one = one_plate()
     along, up = np.eye(3)[[1, 2] if normal[0] else [0, 1]]

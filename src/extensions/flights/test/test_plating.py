@@ -27,7 +27,7 @@ def told(*rectangles):
     return [part.mean() for part in np.split(wide, ends[:-1])]
 
 
-@pytest.mark.parametrize("turn_deg", [0.0, 17.0])
+@pytest.mark.table("turn_deg", [0.0, 17.0])
 def test_a_wall_is_plating_and_its_webs_a_beam_and_a_stanchion_are_structure(turn_deg):
     x, y, z = np.eye(3)
     wall = rectangle((0, 0, 0), y, z, (6.0, 4.0))

@@ -10,7 +10,7 @@ from inspection.ship.ship_file import read_ship
 SHIPS = Path(__file__).resolve().parents[1] / "config/ships"
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("name", "half", "told"),
     [
         ("hold_3d", (15.0, 10.0, 10.0), {(0.3, -9.9, 5.0): "Fr. 60 + 300, strake C, S"}),

@@ -36,7 +36,7 @@ def leaves(value):
         yield value
 
 
-@pytest.mark.parametrize("name", ["hold_3d", "hold_3d_cargo", "ballast_tank"])
+@pytest.mark.table("name", ["hold_3d", "hold_3d_cargo", "ballast_tank"])
 def test_the_shipped_file_is_the_generators(name, tmp_path):
     world = WORLDS / f"{name}.world"
     written = tmp_path / "d.yaml"

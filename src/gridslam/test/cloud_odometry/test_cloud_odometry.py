@@ -206,7 +206,7 @@ def test_a_clock_that_jumps_back_begins_anew_at_the_start():
     assert estimate.position_xyz[:2] == pytest.approx(START[:2], abs=1e-6)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("stamp_s", "points", "complaint"),
     [
         (math.nan, np.zeros((5, 3)), "stamp must be finite"),

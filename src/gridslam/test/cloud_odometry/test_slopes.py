@@ -15,7 +15,7 @@ from gridslam.cloud_odometry.rotations import matrix_of
 BACK_AT_THE_START_S = 34.0
 
 
-@pytest.mark.parametrize("slope_deg", [4.0, 8.0, 20.0])
+@pytest.mark.table("slope_deg", [4.0, 8.0, 20.0])
 def test_the_height_holds_up_a_ramp_and_down_again(slope_deg):
     corridor = Corridor(math.radians(slope_deg))
     odometry, rng = CloudOdometry(), np.random.default_rng(1)
@@ -27,7 +27,7 @@ def test_the_height_holds_up_a_ramp_and_down_again(slope_deg):
     assert odometry.height.wrong_m == 0.0
 
 
-@pytest.mark.parametrize("pitch_rad", [-0.008, 0.008])
+@pytest.mark.table("pitch_rad", [-0.008, 0.008])
 def test_a_long_level_floor_is_no_slope_and_no_step_whatever_the_imu_and_the_map_drift_by(pitch_rad):
     """A bias of the accelerometer leans the map by degrees: over 60 m it rises or sinks by 0.5 m."""
     corridor = Corridor(0.0, length_m=66.0)
@@ -43,7 +43,7 @@ def test_a_long_level_floor_is_no_slope_and_no_step_whatever_the_imu_and_the_map
     assert np.abs(errors(flown)[:, 2]).max() < 0.05
 
 
-@pytest.mark.parametrize("slope_deg", [8.0, 20.0])
+@pytest.mark.table("slope_deg", [8.0, 20.0])
 def test_behind_a_ramp_the_height_is_told_as_uncertain_as_it_is_until_the_floor_of_before_is_back(slope_deg):
     corridor, sigmas_m, off_m = Corridor(math.radians(slope_deg)), [], []
     for seed in range(3):
@@ -57,7 +57,7 @@ def test_behind_a_ramp_the_height_is_told_as_uncertain_as_it_is_until_the_floor_
     assert max(each[-1] for each in sigmas_m) < 0.03
 
 
-@pytest.mark.parametrize("slope_deg", [0.0, 8.0, 30.0])
+@pytest.mark.table("slope_deg", [0.0, 8.0, 30.0])
 def test_the_map_tells_the_slope_of_the_floor_where_a_place_lies_on_it(slope_deg):
     """A floor that rises along x + y by the tangent of the slope, seen from 3 m above."""
     planes, rise = PlaneMap(CloudOdometryParameters()), math.tan(math.radians(slope_deg))
@@ -70,7 +70,7 @@ def test_the_map_tells_the_slope_of_the_floor_where_a_place_lies_on_it(slope_deg
     assert planes.slope_at(on_it + np.array((20.0, 0.0, 0.0)), eye) is None
 
 
-@pytest.mark.parametrize("slope_deg", [8.0, 20.0])
+@pytest.mark.table("slope_deg", [8.0, 20.0])
 def test_a_ramp_that_was_first_seen_from_below_its_top_is_a_floor(slope_deg):
     """It rises by 12 m times the tangent. The eye is lower than its upper end, but on its upper side."""
     planes, rise = PlaneMap(CloudOdometryParameters()), math.tan(math.radians(slope_deg))

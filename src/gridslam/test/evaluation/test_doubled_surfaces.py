@@ -37,7 +37,7 @@ def test_a_plane_that_is_drawn_twice_is_doubled_floor_or_ceiling(way, apart, exp
     assert share(np.ascontiguousarray(planes(9, 9 + apart)[::way])) == expected
 
 
-@pytest.mark.parametrize("axis", [1, 2])
+@pytest.mark.table("axis", [1, 2])
 def test_walls_do_not_count(axis):
     """Pipes, frames and stiffeners stand before the walls of a ship."""
     assert count_doubled(np.ascontiguousarray(np.moveaxis(planes(9, 12), 0, axis))) == (0, 0)

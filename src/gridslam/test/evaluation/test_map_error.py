@@ -249,7 +249,7 @@ def test_command_refuses_before_it_begins_to_judge(tmp_path, capsys, monkeypatch
     assert said.count("\n") == 1
 
 
-@pytest.mark.parametrize("command", [["ate", "no.tum", "no.tum"], ["relations", "no.tum", "no.gz"]])
+@pytest.mark.table("command", [["ate", "no.tum", "no.tum"], ["relations", "no.tum", "no.gz"]])
 def test_command_says_what_is_missing_in_one_sentence(command, capsys):
     assert main(command) == 1
     said = capsys.readouterr().err

@@ -31,7 +31,7 @@ def test_scale_error_grows_along_the_path():
     assert error.rpe_translation_rmse_m == pytest.approx(0.1, rel=0.01)  # evo adds a pair of 9 m
 
 
-@pytest.mark.parametrize(("align", "rmse"), [("none", 5.0), ("origin", 0.0), ("all", 0.0)])
+@pytest.mark.table(("align", "rmse"), [("none", 5.0), ("origin", 0.0), ("all", 0.0)])
 def test_alignment_removes_a_shift_of_the_whole(align, rmse):
     bend = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 1.0), (1.0, 1.0, 2.0), (0.0, 2.0, 3.0)])
     stamps = np.arange(4.0)
@@ -101,7 +101,7 @@ def test_the_truth_in_space_is_interpolated():
     assert error.ate_rotation_rmse_deg == pytest.approx(0.0, abs=1e-5)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("estimate_m", "truth_m", "rmse_m", "is_said"),
     [(0.0, 1.5, 0.0, True), (1.0, 1.5, 0.5, False), (0, 0, 0, False)],
 )
@@ -126,7 +126,7 @@ def test_the_command_tells_of_gaps_in_the_truth(tmp_path, capsys):
     assert dict(line.split() for line in said.out.splitlines())["poses"] == "30"
 
 
-@pytest.mark.parametrize(("numbers", "name"), [(12, "KITTI"), (17, "EuRoC"), (9, "")])
+@pytest.mark.table(("numbers", "name"), [(12, "KITTI"), (17, "EuRoC"), (9, "")])
 def test_trajectories_of_other_forms_are_called_by_name(tmp_path, capsys, numbers, name):
     path = tmp_path / "other.txt"
     path.write_text("# a heading\n" + "1 " * numbers)

@@ -7,7 +7,7 @@ import trimesh
 from gridslam.evaluation.volume.surface import read_surface
 
 
-@pytest.mark.parametrize(("unit", "metres"), [("feet", 0.3048), ("0.5 * meters", 0.5), (None, 1.0)])
+@pytest.mark.table(("unit", "metres"), [("feet", 0.3048), ("0.5 * meters", 0.5), (None, 1.0)])
 def test_a_mesh_that_tells_its_unit_is_in_metres(tmp_path, monkeypatch, unit, metres):
     trimesh.creation.box((6.0, 4.0, 3.0)).export(tmp_path / "box.stl")
     monkeypatch.setattr(trimesh.Scene, "units", property(lambda _: unit))

@@ -79,7 +79,7 @@ def test_a_map_of_any_name_comes_back(tmp_path, name):
     np.testing.assert_array_equal(read.cells, drawn().cells)
 
 
-@pytest.mark.parametrize("bytes_max", [20, 60])
+@pytest.mark.table("bytes_max", [20, 60])
 def test_where_a_map_cannot_be_written_whole_the_old_one_stays(tmp_path, bytes_max):
     # Given a map, and no room for more than so many bytes in a file: less than the image, or than the YAML
     paths = write_map(tmp_path / "map", drawn())
@@ -105,7 +105,7 @@ def test_probabilities_are_divided_as_map_saver_does(tmp_path):
     assert read_map(wider).cells.tolist() == [[0, 0, 0, 100, 100, 100]]
 
 
-@pytest.mark.parametrize(("free", "occupied"), [(-1, 65), (65, 65), (25, 101)])
+@pytest.mark.table(("free", "occupied"), [(-1, 65), (65, 65), (25, 101)])
 def test_thresholds_rise(free, occupied):
     with pytest.raises(MapError, match=f"must rise within 0 to 100, but they are {free} and {occupied}"):
         Thresholds(free, occupied)
@@ -125,7 +125,7 @@ def test_modes_and_negate(tmp_path):
     assert read_map(path).cells.tolist() == [[0, 55, 100, -1]]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("mode", "cells"),
     [
         # map_server's image_loader.cpp: the mean of the colours; transparent and between: unknown.
@@ -159,7 +159,7 @@ def bomb(path, width, height):
     path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(framed))
 
 
-@pytest.mark.parametrize("side", [21_000, 60_000])
+@pytest.mark.table("side", [21_000, 60_000])
 def test_an_image_larger_than_any_map_is_refused_unread(tmp_path, side):
     path = write_files(tmp_path, [[0]], image="bomb.png")
     bomb(tmp_path / "bomb.png", side, side)
@@ -299,7 +299,7 @@ def test_numbers_in_quotes_are_numbers_as_to_map_server(tmp_path, negate, right)
     assert (read.resolution_m, read.cells.tolist()) == (0.05, [right])
 
 
-@pytest.mark.parametrize("dtype", [np.int32, np.float32])
+@pytest.mark.table("dtype", [np.int32, np.float32])
 def test_pixels_whose_white_nobody_knows_are_refused(tmp_path, dtype):
     path = write_files(tmp_path, [[0, 255]], image="m.tiff")
     Image.fromarray(np.array([[0, 1]], dtype)).save(tmp_path / "m.tiff")
@@ -307,7 +307,7 @@ def test_pixels_whose_white_nobody_knows_are_refused(tmp_path, dtype):
         read_map(path)
 
 
-@pytest.mark.parametrize("name", ["m.png", "m.tiff", "m.pgm"])
+@pytest.mark.table("name", ["m.png", "m.tiff", "m.pgm"])
 def test_pixels_of_16_bits_are_read(tmp_path, name):
     path = write_files(tmp_path, [[0, 255]], image=name)
     greys = 257 * np.array([[0, 205, 254]], np.uint16)

@@ -55,7 +55,7 @@ def test_what_is_no_file_is_written_as_it_is(tmp_path):
     assert stat.S_ISFIFO(pipe.stat().st_mode)
 
 
-@pytest.mark.parametrize("name", ["no/folder/file", "."])
+@pytest.mark.table("name", ["no/folder/file", "."])
 def test_what_cannot_be_written_is_named(tmp_path, name):
     with pytest.raises(OSError, match=r"No such file|directory") as caught:
         replace_file(tmp_path / name, "text")

@@ -69,23 +69,6 @@ def test_a_tree_comes_back_as_it_was(tree):
     assert_same(unpack(pack(tree), CLASSES), tree)
 
 
-def test_an_array_that_stands_twice_is_written_once_and_read_as_one():
-    angles = np.linspace(0.0, 1.0, 100)
-    packed = pack([angles, Pair(angles, angles.copy())])
-    assert packed["float64"].size == 200
-    first, pair = unpack(packed, CLASSES)
-    assert pair.one is first
-    assert pair.other is not first
-
-
-def test_arrays_that_are_read_can_be_written_and_hold_no_others_memory():
-    rows, numbers = unpack(pack((np.zeros((4, 2)), np.arange(3.0))), ())
-    rows += 1.0
-    assert numbers.tolist() == [0.0, 1.0, 2.0]
-    assert rows.base is None
-    assert numbers.base is None
-
-
 @pytest.mark.table("value", [{1, 2}, print, 1j, np.array(["text"]), b"bytes"])
 def test_what_is_not_plain_is_refused(value):
     with pytest.raises(TypeError, match="no plain value"):

@@ -37,7 +37,7 @@ def test_many_nodes_of_one_pass_are_no_passes():
     assert asked(turning) is None
 
 
-@pytest.mark.parametrize("pose", [(5.0, 0.6, 0.0), (5.0, 0.1, 0.6), (5.0, 0.1, np.pi)])
+@pytest.mark.table("pose", [(5.0, 0.6, 0.0), (5.0, 0.1, 0.6), (5.0, 0.1, np.pi)])
 def test_another_place_or_heading_is_not_known(pose):
     assert asked(passes(PASSES_ENOUGH), np.array(pose)) is None
 
@@ -79,9 +79,7 @@ def test_light_poses_stand_between_the_nodes_and_move_with_their_anchor():
     np.testing.assert_allclose(light.now(np.vstack([turned, HERE])), HERE)
 
 
-@pytest.mark.parametrize(
-    "row", [(1.0, 2, 2, 0, 0, 0, 0), (1.0, 4, 0, 0, 0, 0, 0), (np.nan, 2, 0, 0, 0, 0, 0)]
-)
+@pytest.mark.table("row", [(1.0, 2, 2, 0, 0, 0, 0), (1.0, 4, 0, 0, 0, 0, 0), (np.nan, 2, 0, 0, 0, 0, 0)])
 def test_light_poses_that_make_no_sense_are_refused(row):
     with pytest.raises(ValueError, match="known places"):
         LightPoses().restore(np.array([row], float), 3)

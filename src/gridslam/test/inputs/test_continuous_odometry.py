@@ -119,7 +119,7 @@ def test_a_silence_leaves_a_part_of_the_way_unknown():
     assert followed(readings)[2].doubt is None
 
 
-@pytest.mark.parametrize(("way_m", "turn_rad", "is_known"), [(3.2, 1.5, True), (1.5, 0.0, False)])
+@pytest.mark.table(("way_m", "turn_rad", "is_known"), [(3.2, 1.5, True), (1.5, 0.0, False)])
 def test_odometry_that_has_moved_as_usual_in_a_silence_tells_the_whole_way(way_m, turn_rad, is_known):
     # given a vehicle at 0.4 m/s; in 8 s without scans odometry has moved by 3.2 m, or by less than half of it
     readings = drive(0.4, every_s=1.0)
@@ -165,7 +165,7 @@ def test_a_restored_state_goes_on_as_if_nothing_had_been(before, after, move):
     np.testing.assert_array_equal(restored.follow(*reading), odometry.follow(*reading))
 
 
-@pytest.mark.parametrize("pose", [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0)])
+@pytest.mark.table("pose", [(math.nan, 0.0, 0.0), (0.0, math.inf, 0.0), (0.0, 0.0)])
 def test_a_pose_that_is_none_is_refused(pose):
     with pytest.raises(ScanError, match="finite"):
         followed([(0.0, pose)])

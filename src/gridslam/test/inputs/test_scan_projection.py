@@ -232,7 +232,7 @@ def test_a_lidar_that_moves_while_it_scans_sees_straight_walls(moved, mounting):
     assert scan.angles_rad[200] == pytest.approx(moved[2] / 2)
 
 
-@pytest.mark.parametrize("moved", [(0.0, 0.0), (np.nan, 0.0, 0.0)])
+@pytest.mark.table("moved", [(0.0, 0.0), (np.nan, 0.0, 0.0)])
 def test_a_motion_that_is_none_is_refused(moved):
     with pytest.raises(ScanError, match="motion during the scan"):
         project(np.ones(401), lidar_in_base=UPRIGHT, moved=moved, **FOV)

@@ -45,7 +45,7 @@ def test_one_range_on_all_beams_is_refused_and_so_if_some_beams_have_no_return(o
         watched(ScanWatch(), ranges, (0.0, 0.0, 0.0))
 
 
-@pytest.mark.parametrize("returns", [0, 5])
+@pytest.mark.table("returns", [0, 5])
 def test_scans_of_hardly_a_return_are_none_of_these(returns):
     ranges = np.full(360, np.inf)
     ranges[:returns] = 2.0

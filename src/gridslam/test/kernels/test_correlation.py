@@ -34,7 +34,7 @@ def local_map(walls, poses, seed, resolution_m=0.05):
     return build_local_map(0, surfaces, scans, in_anchor, sizes)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.table("seed", range(3))
 def test_search_finds_what_trying_every_pose_finds(seed):
     # Given two small, coarse maps of one room from places nearby
     rng = np.random.default_rng(seed)
@@ -129,7 +129,7 @@ def along_the_side(x_from, x_to):
     return [(x, -7.0, 0.0) for x in np.arange(x_from, x_to, 0.5)]
 
 
-@pytest.mark.parametrize(("reach_m", "ambiguous"), [(2.0, False), (4.0, True)])
+@pytest.mark.table(("reach_m", "ambiguous"), [(2.0, False), (4.0, True)])
 def test_repeated_beams_are_ambiguous_once_the_window_holds_two(reach_m, ambiguous):
     """The hold's beams stand 3 m apart: what odometry does not exclude is no closure."""
     first, second = local_map(hold(), along_the_side(-4, 4), 0), local_map(hold(), along_the_side(-4, 2), 1)

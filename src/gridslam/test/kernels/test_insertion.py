@@ -8,7 +8,7 @@ import numpy as np
 import plain_filter as reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from plain_maps import SIZE, WINDOW, beams_from, plain_of
+from plain_maps import SIZE, WINDOW, plain_of
 
 from gridslam.kernels.tiles import COUNT_MAX, EMPTY, SIDE
 from gridslam.maps.tile_map import TileMaps
@@ -51,18 +51,6 @@ def test_only_tiles_that_are_written_are_taken(lidar, beams):
     assert len(taken) == maps.pool.used
     assert maps.pool.tiles.visits[taken].any(axis=1).all()
     assert not maps.pool.tiles.visits[EMPTY].any()
-
-
-def test_a_beam_worked_out_by_hand():
-    # from the middle of cell (4, 4), three columns to the right and one row up: it is in the upper row where
-    # it crosses the middle of column 6 (4.5 + 2/3 > 5), and ends in (7, 5)
-    maps = window()
-    enter(maps, np.array([4.5, 4.5]), np.array([[7.5, 5.5]]), np.array([True]))
-    plain = plain_of(maps, 0)
-    rows, columns = np.nonzero(plain.visits)
-    assert list(zip(columns, rows)) == [(4, 4), (5, 4), (6, 5), (7, 5)]
-    assert plain.hits.sum() == plain.hits[5, 7] == 1
-    np.testing.assert_allclose(plain.means[5, 7], (0.5, 0.5), atol=1e-5)
 
 
 def test_occupied_bits_follow_the_counts():
@@ -118,20 +106,3 @@ def test_beams_that_are_too_many_for_a_count(lidar, number, field_of_view, middl
     visits, fits = plain_of(maps, 0).visits, plain.visits <= COUNT_MAX
     np.testing.assert_array_equal(visits[fits], plain.visits[fits])
     assert (visits[~fits] > COUNT_MAX // 2 - 1).all()
-
-
-def test_every_particle_gets_its_own_scan():
-    # given three particles at different poses
-    rng = np.random.default_rng(0)
-    beams, poses = beams_from(rng, 40), np.array([(0.0, 0.0, 0.0), (0.4, -0.2, 0.3), (-3.0, 2.0, 2.0)])
-    maps = TileMaps(3, 0.05)
-    # when a scan is entered
-    maps.insert(poses, beams)
-    # then each map is what its own pose makes of it
-    for particle, pose in enumerate(maps.to_cells(poses)):
-        plain = reference.PlainMap.empty(*(SIDE * np.array(maps.tables.shape[1:])))
-        lidar, *ends = reference.turned(pose[2], np.vstack((beams.lidar, beams.ends))) + pose[:2]
-        reference.insert(plain, lidar, ends, beams.hits)
-        seen = plain_of(maps, particle)
-        np.testing.assert_array_equal(seen.visits, plain.visits)
-        np.testing.assert_array_equal(seen.hits, plain.hits)

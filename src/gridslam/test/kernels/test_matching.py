@@ -138,7 +138,7 @@ def test_the_gradient_is_that_of_the_squared_offsets(room):
     np.testing.assert_allclose(-2.0 * gradient, slope, rtol=1e-5)
 
 
-@pytest.mark.parametrize("shift", [(0.4, -0.6, 0.01), (1.0, 0.5, -0.02)])
+@pytest.mark.table("shift", [(0.4, -0.6, 0.01), (1.0, 0.5, -0.02)])
 def test_gauss_newton_equals_the_reference_and_finds_the_pose(room, shift):
     grid, plain = room
     start, prior, factor = HOME + shift, np.diag((0.1, 0.1, 10.0)), np.zeros((3, 3))
@@ -170,7 +170,7 @@ def test_the_prior_holds_what_the_scan_leaves_open():
     np.testing.assert_allclose(pose, start, atol=1e-9)
 
 
-@pytest.mark.parametrize("shift", [(2.0, -1.5, 0.08), (-1.0, 2.0, -0.05)])
+@pytest.mark.table("shift", [(2.0, -1.5, 0.08), (-1.0, 2.0, -0.05)])
 def test_climbing_equals_the_reference_and_improves(room, shift):
     grid, plain = room
     start = HOME + shift

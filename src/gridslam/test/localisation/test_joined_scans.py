@@ -36,7 +36,7 @@ def joined(walls, route, seed=3):
     return found
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.table("seed", range(3))
 def test_in_a_room_the_scans_fit_each_other_whatever_odometry_says(seed):
     by_scans, by_odometry = joined(WALLS, rectangle_route(2.0, 1.5, 0.5)[:4], seed)
     assert len(by_scans) == 16

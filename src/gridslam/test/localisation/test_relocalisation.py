@@ -53,7 +53,7 @@ def localised(walls, grid, route, off, only=True, drift=DRIFT, seed=1):
     return states, session, error, said
 
 
-@pytest.mark.parametrize("only", [True, False])
+@pytest.mark.table("only", [True, False])
 def test_a_wrong_start_is_lost_and_then_found(room, only):
     states, _, error, said = localised(WALLS, room, ROOM_WAY, (2.5, 2.5, 0.7), only)
     assert "lost" in states[: int(10.0 / 0.25)]
@@ -121,7 +121,7 @@ def blocked(scan):
     return dataclasses.replace(scan, ranges_m=np.where(np.arange(len(scan.ranges_m)) % 4, 0.8, scan.ranges_m))
 
 
-@pytest.mark.parametrize(("which", "is_found"), [((), True), ((2,), True), ((2, 3), False)])
+@pytest.mark.table(("which", "is_found"), [((), True), ((2,), True), ((2, 3), False)])
 def test_of_four_scans_one_may_contradict_the_place(room, which, is_found):
     # Given a filter on the map, and scans of a known way, of which people stand before some
     log = drive(WALLS, along(ROOM_WAY, 0.5), LIDAR, 1)
@@ -189,7 +189,7 @@ def carried_away(loop_closure, said):
     ]
 
 
-@pytest.mark.parametrize("loop_closure", [True, False])
+@pytest.mark.table("loop_closure", [True, False])
 def test_where_a_search_is_in_vain_a_map_of_its_own_begins(loop_closure, tmp_path):
     # Given a room that was mapped, and a vehicle that is carried to another building
     said = []

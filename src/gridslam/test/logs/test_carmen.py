@@ -115,7 +115,7 @@ def test_a_reading_that_is_no_number_is_invalid_and_the_rest_of_the_scan_counts(
     np.testing.assert_array_equal(scan.ranges_m[kept], good.ranges_m[kept])
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("written", "meant"), [("1.#QNAN", math.nan), ("-1.#IND00", math.nan), ("1.#INF00", math.inf)]
 )
 def test_what_microsofts_compiler_writes_is_no_number_or_no_return(tmp_path, written, meant):
@@ -130,7 +130,7 @@ def test_a_robotlaser_without_range_or_increment_has_the_sicks_and_that_of_its_s
     assert scan.ranges_m.tolist() == [1.0, 2.0, 31.0]
 
 
-@pytest.mark.parametrize("line", [FLASER, ROBOTLASER, ODOM])
+@pytest.mark.table("line", [FLASER, ROBOTLASER, ODOM])
 def test_with_a_period_a_message_needs_no_stamp(tmp_path, line):
     bare = log(tmp_path, " ".join(line.split()[:-3]))
     (record,) = read_log(bare, period_s=0.5)
@@ -161,7 +161,7 @@ def test_a_log_that_an_editor_or_powershell_has_saved_is_the_same(tmp_path, enco
     np.testing.assert_array_equal(found.ranges_m, plain.ranges_m)
 
 
-@pytest.mark.parametrize("content", [FLASER.encode("utf-16-le"), bytes(range(256))])
+@pytest.mark.table("content", [FLASER.encode("utf-16-le"), bytes(range(256))])
 def test_what_is_no_text_is_refused(tmp_path, content):
     path = log(tmp_path, "")
     path.write_bytes(content)
@@ -197,7 +197,7 @@ def test_the_intel_log():
     assert (stamps_s[0], stamps_s[-1]) == (976052890.244111, 976055541.103089)
 
 
-@pytest.mark.parametrize("farthest_m", [5.0, 100.0])
+@pytest.mark.table("farthest_m", [5.0, 100.0])
 def test_a_lidar_without_a_greatest_range_is_written_in_numbers(tmp_path, farthest_m):
     ranges_m = np.array([farthest_m, np.inf, 1.0, np.nan])
     scan = CarmenScan(1.0, ranges_m, -1.0, 0.1, np.inf, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))

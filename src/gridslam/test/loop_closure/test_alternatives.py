@@ -42,7 +42,7 @@ class FirmSteps:
         return 0
 
 
-@pytest.mark.parametrize("wrong", ["filter", "odometry"])
+@pytest.mark.table("wrong", ["filter", "odometry"])
 def test_closures_tell_which_of_two_steps_holds(wrong):
     # given a square of 10 m, once round and a side more. Of one step either turns wrongly by 19 degrees
     truth = along(10.0 * np.array([(0, 0), (1, 0), (1, 1), (0, 1), (0, 0), (1, 0)], float), 1.0, 2.0)
@@ -63,7 +63,7 @@ def test_closures_tell_which_of_two_steps_holds(wrong):
     assert np.hypot(*(poses - truth)[:, :2].T).max() < 0.1
 
 
-@pytest.mark.parametrize("by_deg", [-19.0, 12.0])
+@pytest.mark.table("by_deg", [-19.0, 12.0])
 def test_a_slip_that_no_scan_spans_bends_no_other_corner(by_deg):
     # given a rectangle, once round and a side more, of which no link measures the corners. At the second one
     # wheels slip, and the filter follows odometry
@@ -88,7 +88,7 @@ CORNER = 102
 """From a node to this one the vehicle turns by 90 degrees."""
 
 
-@pytest.mark.parametrize(("who", "by_deg"), [("odometry", -12.0), ("filter", -19.0)])
+@pytest.mark.table(("who", "by_deg"), [("odometry", -12.0), ("filter", -19.0)])
 def test_scans_before_and_after_a_step_that_no_link_spans_tell_how_it_was(who, by_deg):
     # given a lidar that sees 100 degrees, and a corner at which wheels slip, or the filter matches wrongly
     lidar = Lidar(math.radians(100.0), 91, 8.0, 0.01, 10.0)

@@ -40,7 +40,7 @@ def test_what_the_path_has_just_passed_is_no_candidate():
     assert near_candidates(revisit_of(path), p) == []
 
 
-@pytest.mark.parametrize(("seen_rad", "is_searched"), [(math.pi, True), (0.1, False)])
+@pytest.mark.table(("seen_rad", "is_searched"), [(math.pi, True), (0.1, False)])
 def test_far_places_are_looked_for_only_with_what_tells_a_pose(monkeypatch, seen_rad, is_searched):
     # given a way of 40 m on which odometry has slipped; scans show a room, or 0.6 m of its wall
     p, poses = LoopClosureParameters(), np.column_stack([np.arange(41.0), np.zeros((41, 2))])

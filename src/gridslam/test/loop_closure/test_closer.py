@@ -16,7 +16,7 @@ from gridslam.tracking.evidence import Agreement
 WAY = np.column_stack([np.arange(0.0, 20.1, 0.25), np.zeros((81, 2))])
 
 
-@pytest.mark.parametrize(("agrees", "expected_m"), [(False, 0.5), (True, 8.0)])
+@pytest.mark.table(("agrees", "expected_m"), [(False, 0.5), (True, 8.0)])
 def test_searches_are_rarer_while_places_are_found_where_the_path_has_them(monkeypatch, agrees, expected_m):
     # given a closer whose searches are noted, and find what agrees, or what does not
     closer, searched_m = LoopCloser(), []
@@ -58,7 +58,7 @@ def test_a_correction_is_given_once_at_the_stamp_when_it_is_due(monkeypatch):
     assert begun(monkeypatch, WAY[:3]).take(1.0) is not None
 
 
-@pytest.mark.parametrize("draws_beside", [True, False])
+@pytest.mark.table("draws_beside", [True, False])
 def test_the_map_is_drawn_in_the_thread_or_by_the_filter(monkeypatch, draws_beside):
     closer, drawn = LoopCloser(), []
     closer.draws_beside = draws_beside

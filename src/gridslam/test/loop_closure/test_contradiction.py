@@ -41,7 +41,7 @@ def test_the_closures_at_the_newest_node_are_asked(closures, off_m):
     assert contradicted_m(POSES, closures) == pytest.approx(off_m, abs=1e-9)
 
 
-@pytest.mark.parametrize(("off_m", "later"), [(2.0, False), (0.0, False), (2.0, True)])
+@pytest.mark.table(("off_m", "later"), [(2.0, False), (0.0, False), (2.0, True)])
 def test_the_stages_leave_the_pose_open_so_far(off_m, later):
     stages = Stages(LoopClosureParameters())
     stages.on_the_way(snapshot_along(POSES), DoubtfulNodes())

@@ -50,7 +50,7 @@ def test_links_give_the_first_value_for_scans_but_tell_nothing_of_odometry():
     assert shares(links(20.0), []) == (1.0, 1.0)
 
 
-@pytest.mark.parametrize("sigmas", [0.0, 1.5, 6.0])
+@pytest.mark.table("sigmas", [0.0, 1.5, 6.0])
 def test_a_loop_as_long_as_the_way_counts_as_much_as_the_first_value(sigmas):
     # given an error along, and none across: half of the variance of x and y together
     mean = (1.0 + sigmas**2 / 2.0) / 2.0
@@ -96,7 +96,7 @@ def test_what_scans_have_measured_errs_as_scans_do_and_the_rest_as_odometry_does
     np.testing.assert_allclose(scaled(step[None], BY_ODOMETRY[None], ErrorShares())[0], step, atol=1e-15)
 
 
-@pytest.mark.parametrize(("measured", "share"), [(0.0, 0.9), (1.0 - 1e-4, 0.1)])
+@pytest.mark.table(("measured", "share"), [(0.0, 0.9), (1.0 - 1e-4, 0.1)])
 def test_along_a_bare_corridor_small_errors_of_scans_do_not_make_the_place_certain(measured, share):
     # given scans that measure all of each step, or nothing along it
     p = LoopClosureParameters()

@@ -98,7 +98,7 @@ def test_no_other_heights_fit_better(data):
             assert best <= cost(moved, path, closures) + 1e-5
 
 
-@pytest.mark.parametrize("heights_m", [[0.0, np.nan, 0.0], [0.0, 0.1, 0.2]])
+@pytest.mark.table("heights_m", [[0.0, np.nan, 0.0], [0.0, 0.1, 0.2]])
 def test_heights_stay_where_nothing_tells_them(heights_m):
     path = path_with(heights_m)
     closures = [climbed(0, 2, np.nan, np.nan)] if np.isfinite(heights_m).all() else [climbed(0, 2, 0.0)]

@@ -78,7 +78,7 @@ def closure_errors_m(closer, log):
     return errors
 
 
-@pytest.mark.parametrize(("climb_m", "is_closed"), [(0.4, True), (0.6, False)])
+@pytest.mark.table(("climb_m", "is_closed"), [(0.4, True), (0.6, False)])
 def test_no_loop_is_closed_with_a_slice_at_another_height(climb_m, is_closed):
     closer, *_ = run(seed=1, climb=(int(len(TRUTH) * 0.8), climb_m))  # the lap ends at 1 / 1.2
     assert (len(closer.closures) > 0) == is_closed
@@ -107,7 +107,7 @@ def test_round_trip_is_closed_and_the_path_corrected():
     assert ate(log.odometry, log.truth.poses_in_map) > 0.5
 
 
-@pytest.mark.parametrize("seed", [1, 3])
+@pytest.mark.table("seed", [1, 3])
 def test_places_that_look_alike_are_not_taken_for_each_other(seed):
     """Rows of equal rooms and beams; `benchmarks.slam_repeated` counts over a hundred worlds."""
     errors = closure_errors(seed)
@@ -115,7 +115,7 @@ def test_places_that_look_alike_are_not_taken_for_each_other(seed):
     assert errors[:, 0].max() < 0.5  # the next room or beam is at least 2.5 m away
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.table("seed", range(2))
 def test_a_bare_corridor_has_odometrys_length_and_ends_where_it_began(seed):
     """Out and back between two rooms. With these seeds the length erred by 0.08 to 0.23 m less than odometry.
 
@@ -147,7 +147,7 @@ def test_a_bare_corridor_has_odometrys_length_and_ends_where_it_began(seed):
     assert np.abs(published.poses_in_map - path.poses_in_map)[:, :2].max() < 0.12
 
 
-@pytest.mark.parametrize("end", ["log", "save", "landing"])
+@pytest.mark.table("end", ["log", "save", "landing"])
 def test_a_way_that_ends_as_soon_as_a_place_is_seen_again_is_closed_too(end, tmp_path):
     # given a round trip that ends where its beginning has come into sight again, too late for a second match
     truth = along(rectangle_route(12.0, 7.0, 0.5, laps=1.4), 0.5)
@@ -176,7 +176,7 @@ def test_a_way_that_ends_as_soon_as_a_place_is_seen_again_is_closed_too(end, tmp
     assert errors_m(session, log).max() < 0.1
 
 
-@pytest.mark.parametrize("loop_closure", [True, False])
+@pytest.mark.table("loop_closure", [True, False])
 def test_two_branches_become_one_map_after_odometry_has_slipped(loop_closure):
     # given a round trip; over 8 m of it there are no scans, and odometry stands still
     truth = along(rectangle_route(12.0, 7.0, 0.5, laps=1.4), 0.5)

@@ -143,7 +143,7 @@ def tried(places, off=(0.0, 0.0, 0.0), risen_m=0.0, planar=None, rays=slice(None
     return match_in_space(candidate, planar, path, of_path, sigmas_m, P), se2.between(*truth)
 
 
-@pytest.mark.parametrize("risen_m", [0.0, 0.3, -0.3])
+@pytest.mark.table("risen_m", [0.0, 0.3, -0.3])
 def test_a_place_is_found_at_its_true_pose_and_height(risen_m):
     found, truth = tried([(3.0, 3.0, 0.8), (3.4, 3.3, 0.9)], (0.3, -0.2, 0.04), risen_m)
     np.testing.assert_allclose(found.newer_in_older, truth, atol=0.02)
@@ -179,7 +179,7 @@ def test_level_scans_that_clouds_contradict_close_no_loop():
     assert tried(places, planar=wrong)[0] is None
 
 
-@pytest.mark.parametrize("points", [np.zeros((3, 2)), np.zeros(3)])
+@pytest.mark.table("points", [np.zeros((3, 2)), np.zeros(3)])
 def test_a_cloud_of_another_shape_is_one_sentence(points):
     with pytest.raises(ScanError, match=r"must be \(n, 3\) points"):
         LevelCloud.of(points, LEVEL, (0.0, 0.0))

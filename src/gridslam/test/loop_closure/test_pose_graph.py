@@ -55,7 +55,7 @@ def plain_errors(moved, edges):
     return np.einsum("nij,nj->ni", whitening, errors)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.table("seed", range(2))
 def test_path_is_where_no_small_step_of_any_node_lowers_the_robust_cost(seed):
     # given a bent path with errors, and measurements between nodes drawn at random, one of them wrong
     rng = np.random.default_rng(seed)

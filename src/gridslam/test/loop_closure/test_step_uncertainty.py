@@ -38,7 +38,7 @@ def test_steps_are_as_firm_as_their_links_and_without_one_like_odometry():
     assert edges[4][1, 1] < 0.02**2
 
 
-@pytest.mark.parametrize(("share", "expected"), [(0.5, 0.25), (3.0, 1.0)])
+@pytest.mark.table(("share", "expected"), [(0.5, 0.25), (3.0, 1.0)])
 def test_the_path_tells_how_good_odometry_is(share, expected):
     # given odometry whose deviations are a share of the assumed ones, with a few great errors
     rng, p, count = np.random.default_rng(0), LoopClosureParameters(), 400

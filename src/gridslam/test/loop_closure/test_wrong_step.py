@@ -17,7 +17,7 @@ FIRST, EVERY = 120, 4
 """Before this node no place was seen twice; from it on, places are searched for every so many nodes."""
 
 
-@pytest.mark.parametrize("turned_deg", [-48.0, 30.0])
+@pytest.mark.table("turned_deg", [-48.0, 30.0])
 def test_a_wrong_turn_of_the_filter_is_mended_once_a_loop_closes(turned_deg):
     # given a round trip, on which the filter turns wrongly at a single node; odometry and scans say otherwise
     truth, node = along(rectangle_route(12.0, 7.0, 0.5, laps=1.4), 0.5), 60

@@ -40,7 +40,7 @@ def test_by_default_all_but_the_last_centimetre_is_used():
     assert beams.hits.tolist() == [True]
 
 
-@pytest.mark.parametrize("order", [[0, 1, 2], [2, 1, 0], [1, 2, 0]])
+@pytest.mark.table("order", [[0, 1, 2], [2, 1, 0], [1, 2, 0]])
 def test_beams_are_put_into_the_base_frame_in_any_order(order):
     # a lidar 1 m ahead of the base, looking to the left
     angles, ranges = np.array([-math.pi / 2, 0.0, 0.5]), np.array([2.0, 1.0, 3.0])
@@ -77,7 +77,7 @@ def test_thinning_averages_runs_of_neighbours(count, seed, dense):
     np.testing.assert_allclose(got, np.reshape(expected, (-1, 2)), atol=1e-9)
 
 
-@pytest.mark.parametrize(("count", "at_most"), [(180, 180), (3_600, 800), (10_000, 800)])
+@pytest.mark.table(("count", "at_most"), [(180, 180), (3_600, 800), (10_000, 800)])
 def test_matching_costs_no_more_for_more_beams_of_the_same_view(count, at_most):
     # a circle of 3 m has 377 cells of 5 cm along its circumference; half a cell apart, 754 beams
     rng = np.random.default_rng(0)
@@ -86,7 +86,7 @@ def test_matching_costs_no_more_for_more_beams_of_the_same_view(count, at_most):
     assert len(beams.matching) <= at_most
 
 
-@pytest.mark.parametrize(("count", "at_most"), [(180, 180), (BEAMS_MAX, BEAMS_MAX), (10_000, 1600)])
+@pytest.mark.table(("count", "at_most"), [(180, 180), (BEAMS_MAX, BEAMS_MAX), (10_000, 1600)])
 def test_the_map_gets_each_beam_unless_they_lie_close_together(count, at_most):
     # given a wall all around at 3 m, and nothing in range in every second direction of a quarter
     angles = np.linspace(-math.pi, math.pi, count, endpoint=False)

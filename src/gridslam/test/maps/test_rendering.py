@@ -44,14 +44,3 @@ def test_the_map_covers_the_box_that_is_asked_for(log):
     low, high = np.array(grid.origin_xy_m), np.add(grid.origin_xy_m, grid.size_m)
     assert (low <= (-6.0, -5.0)).all()
     assert (high >= (10.0 - 1e-9, 4.5 - 1e-9)).all()
-
-
-def test_the_drawing_takes_memory_for_what_was_seen(log):
-    # given a map whose tables reach far beyond it
-    slam = rooms.begin(log)
-    rooms.run(slam, log, 0, 5)
-    slam._map.tiles.cover((-60.0, -60.0), (60.0, 60.0))
-    grid = slam.grid()
-    assert grid.size_m < (30.0, 30.0)
-    # then the drawing has a byte for each cell that is published
-    assert slam._map._renderer._canvas.size == grid.cells.size

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import copy
-import dataclasses
 import os
 import resource
 from pathlib import Path
@@ -158,45 +156,6 @@ def test_free_space_that_waits_is_halved_as_if_it_had_not_waited(count, seed):
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
-def test_waiting_free_space_is_written_once_for_particles_of_one_past(monkeypatch):
-    # given particles that map a place with few surfaces, each from its own pose
-    monkeypatch.setattr(free_space, "SCANS", 3)
-    rng, nothing = np.random.default_rng(4), np.zeros(60, bool)
-    beams = dataclasses.replace(beams_from(rng, 60, reach=100.0), hits=nothing)
-    maps = TileMaps(PARTICLES, DELTA)
-    maps._free_space = FreeSpace(PARTICLES)
-    scans = [rng.normal(0.0, 0.01, (PARTICLES, 3)) for _ in range(4)]
-    for poses in scans[:3]:
-        maps.insert(poses, beams)
-    # then nothing is written, because no beam has ended in a tile
-    assert maps.pool.used == 0
-    # when one of them is the ancestor of all, and its first scan has waited long enough
-    maps.resample(np.full(PARTICLES, 2))
-    maps.insert(scans[3], beams)
-    # then all particles have the same tiles, and they hold that scan alone
-    first = PlainCopies()
-    first.insert(np.tile(scans[0][2], (PARTICLES, 1)), beams)
-    visits = first.maps[0].visits
-    by_tile = visits.reshape(2 * HALF // SIDE, SIDE, 2 * HALF // SIDE, SIDE).any(axis=(1, 3))
-    assert maps.pool.used == by_tile.sum()
-    assert (maps.tables == maps.tables[0]).all()
-    assert maps.pool.tiles.visits[maps.tables[0]].sum() == visits.sum()
-
-
-def test_free_space_waits_if_most_tiles_are_free_and_several_particles_map():
-    few = beams_from(np.random.default_rng(5), 30, reach=900.0)
-    half = beams_from(np.random.default_rng(5), 60, reach=250.0)  # 58 % of the tiles are free
-    many = beams_from(np.random.default_rng(6), 300)
-    for particles, beams, waits in ((2, few, True), (2, half, True), (1, few, False), (2, many, False)):
-        maps = TileMaps(particles, DELTA)
-        for _ in range(2):
-            maps.insert(np.zeros((particles, 3)), beams)
-            before = maps.pool.used
-            maps.resample(np.zeros(particles, int))
-        assert (maps._free_space is not None) == waits
-        assert maps.pool.used <= before
-
-
 def test_resampling_copies_no_tile_and_writing_only_those_it_changes():
     # given two particles that have mapped 20 m apart
     maps, beams = TileMaps(2, DELTA), beams_from(np.random.default_rng(1), 30, reach=10.0)
@@ -211,14 +170,6 @@ def test_resampling_copies_no_tile_and_writing_only_those_it_changes():
     # and when both write on, far away from what they share, that stays shared
     maps.insert(np.array([(0.0, 20.0, 0.0), (0.0, 20.0, 0.1)]), beams)
     assert set(shared) <= set(maps.tables[0].ravel()) & set(maps.tables[1].ravel())
-
-
-def test_one_particle_writes_in_place():
-    maps, beams = TileMaps(1, DELTA), beams_from(np.random.default_rng(2), 30)
-    maps.insert(np.zeros((1, 3)), beams)
-    table = maps.tables.copy()
-    maps.insert(np.zeros((1, 3)), beams)
-    np.testing.assert_array_equal(maps.tables, table)
 
 
 def resident_mb() -> float:
@@ -239,16 +190,6 @@ def test_tiles_take_memory_once_they_are_written_and_give_it_back():
         assert not pool.tiles.means[5000:].any()
         del pool
     assert resident_mb() - before < 5.0
-
-
-def test_a_copied_pool_grows_like_its_original():
-    pool = TilePool(3)
-    pool.tiles.visits[2, 5] = 7
-    again = copy.deepcopy(pool)
-    for each in (again, pool):
-        each.reserve(100)
-        assert each.tiles.visits.sum() == each.tiles.visits[2, 5] == 7
-        assert each.capacity >= 103
 
 
 def test_a_forked_process_does_not_write_into_the_tiles_of_its_parent():

@@ -143,7 +143,7 @@ def over_stiffeners(t: float, h: float) -> float:
     return h - 0.15 * any(abs(math.remainder(beam_m, 0.75)) < 0.015 for beam_m in beams_m)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.table("seed", [1, 2, 3])
 def test_stiffeners_crossed_in_climb_and_descent_do_not_add_up(seed):
     def wave(t: float) -> float:
         return 2.2 - 1.5 * math.cos(0.6 * t)

@@ -108,7 +108,7 @@ def along_x(t: float) -> np.ndarray:
     return np.array((0.5 * (t - math.tanh(t)), 0.0, 0.0))
 
 
-@pytest.mark.parametrize("lean", [(0.0, 0.0), (0.1, -0.15)])
+@pytest.mark.table("lean", [(0.0, 0.0), (0.1, -0.15)])
 def test_it_follows_a_flight_through_a_room(lean):
     odometry = LidarOdometry(start=circle(0.0))
     estimates = fly(odometry, ROOM, circle, 9.0, lean)
@@ -180,7 +180,7 @@ def turning_over_its_goal(t: float) -> np.ndarray:
     return np.array((0.6 * across_m, -0.8 * across_m, 0.3 - 0.3 * math.cos(t)))
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.table("seed", [1, 2])
 def test_trunks_on_one_side_tell_the_place_of_a_uav_that_knows_its_heading(seed):
     odometry = LidarOdometry(start=turning_over_its_goal(0.0))
     estimates = fly(odometry, TRUNKS_ON_ONE_SIDE, turning_over_its_goal, 6.0, bias=0.1, seed=seed)
@@ -241,7 +241,7 @@ def test_without_imu_it_says_so_and_follows_all_the_same():
     assert last.pose_covariance[2, 2] >= 1.0
 
 
-@pytest.mark.parametrize("rate_deg_s", [60.0, 186.0])
+@pytest.mark.table("rate_deg_s", [60.0, 186.0])
 def test_scans_alone_carry_a_robot_through_fast_turns(rate_deg_s):
     # Given scans at 10 Hz, and nothing else, of a robot that drives, turns on the spot at once, and drives on
     odometry, rng, truth = LidarOdometry(), np.random.default_rng(3), [np.zeros(3)]

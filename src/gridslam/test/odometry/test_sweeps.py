@@ -60,7 +60,7 @@ def greatest_errors(lasts_s: float, has_imu: bool) -> tuple[float, float]:
     return tuple(np.max(off, axis=0).tolist())
 
 
-@pytest.mark.parametrize(("has_imu", "most_rad"), [(True, 0.02), (False, 0.09)])
+@pytest.mark.table(("has_imu", "most_rad"), [(True, 0.02), (False, 0.09)])
 def test_the_beams_of_a_turning_scan_are_put_where_they_were_measured(has_imu, most_rad):
     # given turns of 2 rad/s, in which the base turns by 0.18 rad and moves by 0.09 m within a scan
     off_m, off_rad = greatest_errors(SWEEP_S, has_imu)

@@ -71,7 +71,7 @@ def test_best_score_is_that_of_an_exhaustive_search(seed, score_min):
     assert found[0].score == pytest.approx(max(scores), abs=1e-9)
 
 
-@pytest.mark.parametrize("pose", [(2.0, -1.5, 0.4), (-3.0, 1.0, 3.0), (3.3, 0.4, -2.0)])
+@pytest.mark.table("pose", [(2.0, -1.5, 0.4), (-3.0, 1.0, 3.0), (3.3, 0.4, -2.0)])
 def test_a_pose_is_found_without_any_prior(pose):
     search = PlaceSearch(LikelihoodField.from_grid(grid_of(WALLS)))
     found = search.find(points_at(WALLS, pose), SearchSettings())
@@ -130,7 +130,7 @@ def test_distances_are_those_of_a_plain_transform_as_far_as_they_reach():
         assert (found[~near] > 81).all()
 
 
-@pytest.mark.parametrize("pooled", [1, 2, 3])
+@pytest.mark.table("pooled", [1, 2, 3])
 def test_a_field_is_that_of_the_mean_squared_distance_in_each_block(pooled):
     # given a map with empty rows and columns beside what is occupied, and parts that nobody has seen
     rng = np.random.default_rng(1)

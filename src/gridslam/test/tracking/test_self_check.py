@@ -95,7 +95,7 @@ def test_all_of_the_maps_spread_counts_where_the_pose_was_seen_to_drift_fast():
     assert not later.is_drifting
 
 
-@pytest.mark.parametrize("value", [-1.0, float("nan"), float("inf")])
+@pytest.mark.table("value", [-1.0, float("nan"), float("inf")])
 def test_numbers_without_sense_are_refused(value):
     with pytest.raises(StateError, match="make no sense"):
         SelfCheck(drift=value)

@@ -32,7 +32,7 @@ def judged(clock, stamp_s, x_m, count=20, correction_m=0.0):
     ]
 
 
-@pytest.mark.parametrize("back_s", [0.05, 0.4, 1.0])
+@pytest.mark.table("back_s", [0.05, 0.4, 1.0])
 def test_a_clock_that_is_trimmed_loses_only_the_clouds_until_it_has_caught_up(back_s):
     clock, stamp_s, x_m = flown()
     follow = judged(clock, stamp_s - back_s, x_m)
@@ -67,7 +67,7 @@ def test_a_clock_that_is_set_back_soon_after_take_off_leaves_the_map(seconds, ba
     assert follow[-1] is Follows.TAKE
 
 
-@pytest.mark.parametrize("back_s", [19.9, 1000.0])
+@pytest.mark.table("back_s", [19.9, 1000.0])
 def test_a_recording_that_begins_again_begins_the_map_anew(back_s):
     clock, stamp_s, _ = flown()
     follow = judged(clock, stamp_s - back_s, 0.0)

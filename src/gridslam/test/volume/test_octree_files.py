@@ -162,7 +162,7 @@ def test_headers_are_read_as_octomap_reads_them(tmp_path, suffix, header):
     np.testing.assert_array_equal(kinds(read.values(box)), kinds(voxel_map.values(box)))
 
 
-@pytest.mark.parametrize(("kind", "colour"), [("ColorOcTree", b"\x01\x0a\xff"), ("OcTreeStamped", b"")])
+@pytest.mark.table(("kind", "colour"), [("ColorOcTree", b"\x01\x0a\xff"), ("OcTreeStamped", b"")])
 def test_octrees_with_colours_or_times_are_read_without_them(tmp_path, kind, colour):
     # In OctoMap a node of an .ot is log-odds, colour and a byte of children; a .bt has no colours
     voxel_map = mapped([((0.0, 0.0, 0.0), [(2.0, 1.0, 0.5), (-1.0, 2.0, 0.3)])], 3)

@@ -52,7 +52,7 @@ def test_odom_rises_by_what_the_path_is_higher_than_odometry():
     np.testing.assert_allclose(found[0].translation, 0.0, atol=1e-12)
 
 
-@pytest.mark.parametrize("rise_m", [None, 0.3])
+@pytest.mark.table("rise_m", [None, 0.3])
 def test_where_odometry_begins_anew_the_correction_changes_with_that_step_alone(rise_m):
     """Given 1 m/s along x, and odometry that begins anew between 5.2 and 5.4 s, at x = 0 and turned..."""
     history, stamps_s = OdometryHistory(), np.arange(51) / 5.0

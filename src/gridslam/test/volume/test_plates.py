@@ -55,7 +55,7 @@ def test_a_wall_across_the_cells_gets_plates_on_it_that_fill_it_once(normal, see
     assert 0.95 < areas_of(plates).sum() / SIDE_M**2 < (1.1 if normal[2] == 1.0 else 1.6)  # they overlap
 
 
-@pytest.mark.parametrize("height_m", [0.0, 0.1, 0.19])
+@pytest.mark.table("height_m", [0.0, 0.1, 0.19])
 def test_a_floor_with_few_points_has_no_gaps_also_on_the_border_of_cells(height_m):
     rng = np.random.default_rng(9)
     side_m, cell_m = 4.0, PlateParameters().cell

@@ -20,7 +20,7 @@ def test_a_fresh_range_is_a_point_where_its_beam_ended():
     np.testing.assert_allclose(added(10.05), [[1.0, 2.0, 3.0], [0.1, 0.0, 2.05]], atol=1e-6)
 
 
-@pytest.mark.parametrize("stamp_s", [9.8, 10.2])
+@pytest.mark.table("stamp_s", [9.8, 10.2])
 def test_an_old_range_does_not_count(stamp_s):
     np.testing.assert_array_equal(added(stamp_s), CLOUD)
 

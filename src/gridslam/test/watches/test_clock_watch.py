@@ -33,13 +33,13 @@ def said_of(scans, late_s):
     return [sentence for sentence in told if sentence]
 
 
-@pytest.mark.parametrize(("late_s", "words"), [(-0.7, "0.7 s too early"), (1.2, "1.2 s too late")])
+@pytest.mark.table(("late_s", "words"), [(-0.7, "0.7 s too early"), (1.2, "1.2 s too late")])
 def test_other_clocks_are_told_once(scans, late_s, words):
     (said,) = said_of(scans, late_s)
     assert words in said
 
 
-@pytest.mark.parametrize("late_s", [0.0, -0.15, 0.15])
+@pytest.mark.table("late_s", [0.0, -0.15, 0.15])
 def test_nothing_is_said_of_clocks_that_agree(scans, late_s):
     assert said_of(scans, late_s) == []
 
@@ -48,7 +48,7 @@ def test_a_vehicle_that_hardly_turns_tells_nothing(scans):
     assert said_of(scans[:12] * 3, 0.7) == []
 
 
-@pytest.mark.parametrize("late_s", [0.5, -1.5, 1.95])
+@pytest.mark.table("late_s", [0.5, -1.5, 1.95])
 def test_the_offset_is_that_of_exact_turns(late_s):
     times_s = np.arange(0.0, 30.0, 0.1)
     begin_s = np.arange(0.0, 29.0, 0.5)

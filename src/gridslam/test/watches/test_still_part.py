@@ -60,7 +60,7 @@ def test_a_lidar_that_turns_on_the_spot_is_in_order(walls, beside_m):
     assert not part.is_wrong
 
 
-@pytest.mark.parametrize("kept", [NO_YAW, NO_WAY])
+@pytest.mark.table("kept", [NO_YAW, NO_WAY])
 def test_a_bare_corridor_tells_nothing(kept):
     route = planar_world.along(np.array([(-8.0, 0.0), (8.0, 0.0)]), 0.2)
     log = planar_world.drive(CORRIDOR, route, LIDAR, 1)

@@ -46,7 +46,7 @@ def test_yaw_of_a_tilted_body(yaw, pitch, roll):
     assert yaw_of(tilted) == pytest.approx(yaw, abs=1e-9)
 
 
-@pytest.mark.parametrize("bad", [(0.0, 0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 1.0), (math.inf, 0.0, 0.0, 1.0)])
+@pytest.mark.table("bad", [(0.0, 0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 1.0), (math.inf, 0.0, 0.0, 1.0)])
 def test_refuses_what_is_no_rotation(bad):
     with pytest.raises(PoseError, match="not a rotation"):
         normalised(bad)

@@ -40,20 +40,8 @@ def test_a_box_that_reaches_to_the_end_of_the_world_has_nothing_beyond():
     ]
 
 
-@pytest.mark.table("encoding", ["utf-8", "utf-8-sig", "utf-16", "latin-1"])
-def test_whatever_editor_has_written_them(tmp_path, encoding):
-    text = "keep_out:\r\n- {name: Lüfter, low: [0, 0, 0], high: [1, 1, 1]}\r\n"
-    (tmp_path / "limits.yaml").write_bytes(text.encode(encoding))
-    assert [box.name for box in read_limits(tmp_path / "limits.yaml").boxes] == ["Lüfter"]
-
-
 def test_a_box_the_wrong_way_round_is_refused_with_a_sentence(tmp_path):
     path = tmp_path / "limits.yaml"
     path.write_text("{keep_out: [{low: [0, 0, 2], high: [1, 1, 1], name: tank}]}")
     with pytest.raises(LimitsError, match=r"limits\.yaml: .*box tank has z from 2 to 1 m"):
         read_limits(path)
-
-
-def test_a_file_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(LimitsError, match=r"none\.yaml cannot be read"):
-        read_limits(tmp_path / "none.yaml")

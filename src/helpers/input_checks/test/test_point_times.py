@@ -41,7 +41,7 @@ def test_times_of_another_clock_tell_how_long_a_cloud_lasts_and_no_more():
     assert "timestamp" in times.why_not
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("speed", "rate", "words"), [(0.0, 0.5, "0.5 m off"), (2.0, 0.0, "0.2 m off"), (0.5, 0.02, "")]
 )
 def test_a_cloud_that_is_bent_is_told_once_and_what_it_costs(speed, rate, words):

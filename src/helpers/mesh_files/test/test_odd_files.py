@@ -153,7 +153,7 @@ def test_ply_of_mixed_faces_and_with_more_bytes(tmp_path, content, told_m2):
     assert area_m2(tmp_path / "a.ply", content) == pytest.approx(told_m2)
 
 
-@pytest.mark.parametrize(("unit", "metres"), [("0,01", 0.01), ("1e-2", 0.01), (" 0.3048 ", 0.3048)])
+@pytest.mark.table(("unit", "metres"), [("0,01", 0.01), ("1e-2", 0.01), (" 0.3048 ", 0.3048)])
 def test_the_number_of_colladas_unit_counts_and_not_its_name(tmp_path, unit, metres):
     content = DAE.format(unit=f'<unit name="meter" meter="{unit}"/>', places=places(ANGLE, " "))
     assert area_m2(tmp_path / "a.dae", content) == pytest.approx(3.0 * metres**2)
@@ -216,7 +216,7 @@ def test_a_plain_gltf_is_read(tmp_path):
     assert area_m2(tmp_path / "a.gltf", gltf()) == pytest.approx(0.5)
 
 
-@pytest.mark.parametrize("in_component", [True, False])
+@pytest.mark.table("in_component", [True, False])
 def test_3mf_whose_objects_stand_in_a_model_of_their_own(tmp_path, in_component):
     space = (
         'xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02" '

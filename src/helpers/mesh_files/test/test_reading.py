@@ -68,7 +68,7 @@ def three_mf(path, unit, corners):
     return path
 
 
-@pytest.mark.parametrize(("unit", "metres"), [("millimeter", 1e-3), ("inch", 0.0254), ("foot", 0.3048)])
+@pytest.mark.table(("unit", "metres"), [("millimeter", 1e-3), ("inch", 0.0254), ("foot", 0.3048)])
 def test_3mf_tells_its_unit(tmp_path, unit, metres):
     check_box(three_mf(tmp_path / "box.3mf", unit, CORNERS / metres))
 
@@ -116,7 +116,7 @@ def test_the_simulator_ignores_the_axis_as_gazebo_does(tmp_path):
     np.testing.assert_allclose(np.ptp(part.vertices_m, axis=0), SIZE_M)
 
 
-@pytest.mark.parametrize("kind", ["glb", "gltf"])
+@pytest.mark.table("kind", ["glb", "gltf"])
 def test_gltf_is_y_up_but_for_trimesh(tmp_path, kind):
     """Blender writes x, z, -y; its nodes are moved and turned."""
     scene = trimesh.Scene()

@@ -64,7 +64,7 @@ def end(arguments, number=signal.SIGINT, after_s=0.0, line=None, **environment):
         process.wait()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.table("number", [signal.SIGINT, signal.SIGTERM])
 def test_before_anything_is_open_it_ends_on_the_spot(number):
     code, output, seconds = end([sys.executable, "-c", BEGIN + "time.sleep(60)"], number, line="begun")
     assert code == 128 + number
@@ -72,7 +72,7 @@ def test_before_anything_is_open_it_ends_on_the_spot(number):
     assert seconds < PATIENCE_S
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.table("number", [signal.SIGINT, signal.SIGTERM])
 def test_its_temporary_folders_go_and_those_of_others_stay(number, tmp_path):
     other = tmp_path / f"meshes_of_process_{os.getpid()}_x"
     other.mkdir()
@@ -95,7 +95,7 @@ time.sleep(60)
     assert list(tmp_path.iterdir()) == [other]
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.table("number", [signal.SIGINT, signal.SIGTERM])
 def test_what_is_open_is_closed_whatever_the_main_thread_does(number):
     body = """
 ending.closes_by(lambda: print("closed"))
@@ -173,7 +173,7 @@ leave(0, close)
     assert ended.stderr == "a warning of its own: x\n"
 
 
-@pytest.mark.parametrize("body", ["time.sleep(60)", "leave(0, lambda: time.sleep(60))"])
+@pytest.mark.table("body", ["time.sleep(60)", "leave(0, lambda: time.sleep(60))"])
 def test_nothing_that_hangs_is_waited_for_long(body):
     code, output, seconds = end(
         [sys.executable, "-c", BEGIN + "ending.main_thread_closes()\n" + body], line="begun", after_s=0.2
@@ -218,18 +218,3 @@ def test_no_node_says_that_rosdep_was_never_initialised(tmp_path):
 
     assert "rosdep view is empty" in said("import dynamic_reconfigure.server")
     assert said("import node_tools.ending; import dynamic_reconfigure.server") == ""
-
-
-def test_garbage_is_collected_seldom_during_imports_and_not_in_them():
-    code = (
-        "import gc\n"
-        "usual = gc.get_threshold()\n"
-        "from node_tools.ending import Ending\n"
-        "ending = Ending()\n"
-        "assert gc.get_threshold()[0] > usual[0]\n"
-        "ending.start_is_over()\n"
-        "assert gc.get_threshold() == usual\n"
-        "assert gc.get_freeze_count() > 1000\n"
-    )
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join((str(PACKAGE / "src"), *sys.path))}
-    subprocess.run([sys.executable, "-c", code], env=environment, check=True)

@@ -112,7 +112,7 @@ def launched(*prefix):
     return told.stdout.splitlines()
 
 
-@pytest.mark.parametrize("prefix", [(), ("nice", "-n", "1"), ("sh", "-c", '"$@"; true', "sh")])
+@pytest.mark.table("prefix", [(), ("nice", "-n", "1"), ("sh", "-c", '"$@"; true', "sh")])
 def test_nodes_of_one_parent_are_of_one_launch_and_those_of_another_are_not(prefix):
     first, second = launched(*prefix), launched(*prefix)
     assert len(first) == len(second) == 2

@@ -22,7 +22,7 @@ def start(*arguments, before=(), path=None, **environment):
     )
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("environment", "why"), [({}, "DISPLAY is not set"), ({"DISPLAY": ":9876"}, "DISPLAY=:9876")]
 )
 def test_without_a_display_it_says_so_and_ends_well(environment, why):

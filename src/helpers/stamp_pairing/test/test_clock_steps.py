@@ -77,7 +77,7 @@ def test_it_never_goes_back_and_never_leaps(stamps_s):
         before_s = now_s
 
 
-@pytest.mark.parametrize("clock_s", [100.0, 0.0, 50.0 * YEAR_S])
+@pytest.mark.table("clock_s", [100.0, 0.0, 50.0 * YEAR_S])
 def test_while_it_is_silent_any_other_stream_leads_the_time_by_its_own_clock(clock_s):
     time = SteadyTime()
     time.at(100.0)
@@ -108,7 +108,7 @@ def test_it_never_goes_back_whoever_leads(told):
         before_s = time.now_s
 
 
-@pytest.mark.parametrize("step_s", [2.5, 600.0, YEAR_S])
+@pytest.mark.table("step_s", [2.5, 600.0, YEAR_S])
 def test_streams_of_both_clocks_keep_their_order_while_it_is_set_ahead(step_s):
     time = SharedSteadyTime()
     assert [time.at(stamp_s) for stamp_s in (100.0, 99.98, 100.1)] == [100.0, 99.98, 100.1]

@@ -58,7 +58,7 @@ def test_converges_from_everywhere_without_turning_back(yaw, direction, gain, li
     assert abs(yaws[-1] - yaws[0]) <= math.pi + 1e-9  # the short way round
 
 
-@pytest.mark.parametrize("y", [0.0, -0.0])
+@pytest.mark.table("y", [0.0, -0.0])
 def test_the_exact_rear_goes_left(y):
     assert YawRegulator().update((-1.0, y)) == YawRegulatorParameters().max_yaw_rate
 
@@ -115,7 +115,7 @@ def test_reset_forgets_the_hystereses():
     assert regulator.update((-1.0, 0.0)) > 0.0
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf])
+@pytest.mark.table("bad", [math.nan, math.inf])
 def test_bad_numbers_are_refused_and_change_nothing(bad):
     regulator = YawRegulator()
     regulator.update((0.0, 1.0))

@@ -18,7 +18,7 @@ def test_a_uav_that_is_held_back_looks_where_it_is_wanted_to_fly():
     assert steering.on_command(S, STANDS, "held back") == [("held back", LOOKS_LEFT)]
 
 
-@pytest.mark.parametrize(("age_s", "rate"), [(0.5, LOOKS_LEFT), (0.6, 0.0)])
+@pytest.mark.table(("age_s", "rate"), [(0.5, LOOKS_LEFT), (0.6, 0.0)])
 def test_an_old_reference_counts_as_none(age_s, rate):
     steering = YawSteering(YawRegulatorParameters(reference_max_age=0.5))
     steering.on_reference(S, LEFT)

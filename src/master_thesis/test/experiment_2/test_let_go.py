@@ -46,7 +46,7 @@ def flown(worlds_folder):
     return fly
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS)
+@pytest.mark.table("scenario", SCENARIOS)
 def test_the_improved_algorithm_touches_nothing_and_gets_out(flown, scenario):
     description, trial = flown(scenario, "improved")
     assert trial.failure is None
@@ -81,7 +81,7 @@ def test_the_uav_hovers_still_until_the_first_scan(flown):
     assert freeze["moved_until_first_scan_m"] < 0.002
 
 
-@pytest.mark.parametrize("algorithm", ["improved", "original"])
+@pytest.mark.table("algorithm", ["improved", "original"])
 def test_what_flies_answers_what_is_reported_as_its_proposal(flown, algorithm):
     description, trial = flown("wall_three_columns", algorithm)
     proposed = metrics.proposals_of(description, trial)[0]

@@ -69,7 +69,7 @@ def test_without_anything_near_there_is_no_emergency():
     assert proposed.improved_xy == proposed.original_xy == (0.0, 0.0)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("velocity_xy", "words"),
     [
         ((1.0, 0.25), "1.00 m/s ahead, 0.25 m/s to the left"),

@@ -50,7 +50,7 @@ def test_it_flies_to_its_goal_by_its_own_odometry():
     assert np.percentile(np.abs(off[:, 2]), 95) < 0.03
 
 
-@pytest.mark.parametrize("lidar", ["puck", "m8"])
+@pytest.mark.table("lidar", ["puck", "m8"])
 def test_with_clouds_it_knows_its_place_in_space(lidar):
     off = flown_to_the_goal(lidar=lidar)
     assert np.hypot(off[:, 0], off[:, 1]).max() < 0.05
@@ -81,7 +81,7 @@ def stop_after_the_last_pose(loop):
     return stop_of(loop.log.truth.rows, 1e-6 * loop.own_odometry.told_us)
 
 
-@pytest.mark.parametrize("lidar", ["urg", "m8"])  # the slowest, and the heaviest
+@pytest.mark.table("lidar", ["urg", "m8"])  # the slowest, and the heaviest
 def test_it_stops_within_half_a_second_of_its_last_pose(lidar, with_urg):
     with contextlib.nullcontext(with_urg) if lidar == "urg" else flying(lidar) as loop:
         stop = in_a_copy(lambda: stop_after_the_last_pose(loop))

@@ -47,14 +47,13 @@ def test_a_flight_to_a_goal(worlds_folder, asked, sentence):
         goal_flight.read({"world": str(worlds_folder / "empty.world"), **asked}, KEEP_M)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("asked", "sentence"),
     [
         ({"scenario": "maze"}, "There is no scenario 'maze'; choose scenario:=columns|wall_one_column|"),
         ({"mavros": "fake"}, "There is no mavros 'fake'; choose mavros:=sim|real."),
         ({"look_s": "long"}, "'long' is no look; give a number from 0 to 8."),
     ],
-    ids=str,
 )
 def test_a_trial_among_obstacles(worlds_folder, asked, sentence):
     with pytest.raises(FlightsError, match=re.escape(sentence)):

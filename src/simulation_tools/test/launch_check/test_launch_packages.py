@@ -33,6 +33,6 @@ def test_the_missing_package_is_named(gnss, there, missing):
         check_mavros_is_there("real", gnss, finding(*there))
 
 
-@pytest.mark.parametrize("mavros", ["sim", "none"])
+@pytest.mark.table("mavros", ["sim", "none"])
 def test_without_the_real_mavros_nothing_is_needed(mavros):
     check_mavros_is_there(mavros, False, finding())

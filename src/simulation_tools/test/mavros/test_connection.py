@@ -39,13 +39,13 @@ def test_nothing_heard_is_no_connection_and_without_heartbeats_neither():
     assert not pair.connection.alive
 
 
-@pytest.mark.parametrize("factor", [0.08, 1.0, 50.0])
+@pytest.mark.table("factor", [0.08, 1.0, 50.0])
 def test_heartbeats_of_a_simulation_at_any_speed_keep_it(factor):
     """At 0.08 they come every 12.5 s of wall time."""
     assert Pair(factor).run(60.0)
 
 
-@pytest.mark.parametrize("factor", [0.08, 1.0, 50.0])
+@pytest.mark.table("factor", [0.08, 1.0, 50.0])
 def test_without_heartbeats_it_ends_after_10_s_of_the_vehicles_time(factor):
     pair = Pair(factor)
     pair.run(5.0)  # the last heartbeat at 4 s

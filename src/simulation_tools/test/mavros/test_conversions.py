@@ -38,7 +38,7 @@ def test_a_local_setpoint_turns_from_enu_to_ned():
     assert (m.time_boot_ms, m.coordinate_frame, m.target_system, m.target_component) == (1234, 1, 1, 1)
 
 
-@pytest.mark.parametrize("frame", [8, 9])
+@pytest.mark.table("frame", [8, 9])
 def test_a_body_setpoint_turns_from_flu_to_frd(frame):
     m = position_target(TARGET, 0, frame, EVERYTHING, (1, 2, 3), (4, 5, 6), (7, 8, 9), 0.25, 0.5)
     assert (m.x, m.y, m.z) == (1, -2, -3)
@@ -90,7 +90,7 @@ def test_a_quaternion_of_zeros_means_what_it_means_to_mavros():
     assert global_pose_target(TARGET, 0, (47.0, 8.0, 500.0), (0, 0, 0, 0)).yaw == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize("frame", [8, 9])
+@pytest.mark.table("frame", [8, 9])
 def test_a_pose_in_a_body_frame_is_flu(frame):
     m = pose_target(TARGET, 0, (1, 2, 3), quaternion_from_rpy(0.0, 0.0, 0.5), frame)
     assert (m.coordinate_frame, m.x, m.y, m.z) == (frame, 1, -2, -3)
@@ -121,7 +121,7 @@ def test_what_is_no_place_on_earth_is_refused(place):
     assert global_target(TARGET, 0, 5, IGNORE_POSITION, place).lat_int == 0
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e308])
+@pytest.mark.table("bad", [math.nan, math.inf, 1e308])
 def test_a_global_setpoint_that_is_not_finite_is_refused(bad):
     with pytest.raises(ValueError, match="NaN"):
         global_target(TARGET, 0, 5, EVERYTHING, (0, 0, bad))

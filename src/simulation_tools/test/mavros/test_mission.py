@@ -159,7 +159,7 @@ def test_a_flight_controller_that_is_silent_is_asked_three_times():
     assert [m.get_type() for m in mission._client.sent] == ["MISSION_REQUEST_LIST"] * 3
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, 1e6])
+@pytest.mark.table("bad", [math.nan, math.inf, 1e6])
 def test_an_item_that_mavlink_cannot_carry_is_refused(bad):
     mission = client(WithMissions())
     item = MissionItem(3, 16, False, True, (0.0, 0.0, 0.0, 0.0), bad, 8.5, 3.0)

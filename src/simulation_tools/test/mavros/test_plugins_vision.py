@@ -87,7 +87,7 @@ def test_nan_goes_to_the_flight_controller_and_too_great_a_number_does_not(uas, 
     assert refusals == ["An estimate on vision_pose/pose_cov is refused: it holds a number beyond 3.4e38."]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("parameters", "topic", "message"),
     [
         ({}, "speed_twist_cov", TwistWithCovarianceStamped()),

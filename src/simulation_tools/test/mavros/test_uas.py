@@ -66,7 +66,7 @@ class Publisher:
         self.published.append(message)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("listeners", "latch", "published"), [(0, False, []), (1, False, ["made"]), (0, True, ["made"])]
 )
 def test_a_message_is_made_for_those_who_listen(listeners, latch, published):

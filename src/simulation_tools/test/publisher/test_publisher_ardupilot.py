@@ -87,7 +87,7 @@ def test_a_landing_that_was_ordered_ends_the_flight():
     assert bench.publisher.phase is Phase.IDLE
 
 
-@pytest.mark.parametrize("mode", ["RTL", "LAND"])
+@pytest.mark.table("mode", ["RTL", "LAND"])
 def test_a_failsafe_has_the_last_word(mode):
     """PX4's is answered by asking for OFFBOARD again."""
     bench = flying()

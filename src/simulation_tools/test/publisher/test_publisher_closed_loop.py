@@ -110,7 +110,7 @@ class ClosedLoop:
 
 
 # Over six seeds of the estimate's noise 9.6 to 10.4 s and 10.5 to 11.4 s.
-@pytest.mark.parametrize(("extra_kg", "limit_s"), [(0.13, 10.6), (0.80, 11.6)])
+@pytest.mark.table(("extra_kg", "limit_s"), [(0.13, 10.6), (0.80, 11.6)])
 def test_in_closed_loop_it_is_ready_soon_and_does_not_overshoot(extra_kg, limit_s):
     loop = ClosedLoop(extra_kg)
     loop.run(14.0)
@@ -147,7 +147,7 @@ def test_in_closed_loop_without_vision_it_stops_and_lands():
     assert after[since_s > 8.0, 3].max() < 0.1
 
 
-@pytest.mark.parametrize("speed_m_s", [0.5, 1.0])
+@pytest.mark.table("speed_m_s", [0.5, 1.0])
 def test_in_closed_loop_without_vision_it_stops_as_soon_while_it_turns(speed_m_s):
     loop = copy.deepcopy(hovering_by_vision())
     curve = {"velocity": (speed_m_s, 0.0, 0.0), "yaw_rate": 1.0}

@@ -167,7 +167,7 @@ def test_late_commands_make_no_ready_of_a_blind_landing(flying):
     assert not flying.of(RequestMode)
 
 
-@pytest.mark.parametrize("began", [True, False])
+@pytest.mark.table("began", [True, False])
 def test_offboard_without_vision_is_not_ready(began):
     """Whether the node starts in the air, or somebody gives OFFBOARD back."""
     bench = Bench(PublisherParameters(needs_vision=True))

@@ -105,7 +105,7 @@ def test_without_need_of_a_home_it_arms_despite_the_failsafe():
     assert px4.publisher.phase is Phase.FLYING
 
 
-@pytest.mark.parametrize("off_m", [-0.1, 0.1])
+@pytest.mark.table("off_m", [-0.1, 0.1])
 def test_a_height_that_settles_a_hand_off_is_a_hover_all_the_same(off_m):
     px4 = Px4Like(off_m=off_m)
     px4.run(25_000, velocity=(1.0, 0.0, 0.0))

@@ -45,7 +45,7 @@ def test_the_limit_follows_the_longest_gap_but_one(gaps_ms, expected_ms):
     assert limit_ms(gaps_ms) == pytest.approx(expected_ms, abs=1)
 
 
-@pytest.mark.parametrize(("period_ms", "expected_ms"), [(25, 110), (50, 200), (100, 400)])
+@pytest.mark.table(("period_ms", "expected_ms"), [(25, 110), (50, 200), (100, 400)])
 def test_in_lockstep_a_pose_may_be_heard_some_gaps_late(period_ms, expected_ms):
     assert limit_ms(20 * [period_ms], replace(FLYING, in_lockstep=True)) == pytest.approx(expected_ms, abs=1)
 

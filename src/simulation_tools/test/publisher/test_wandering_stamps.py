@@ -38,7 +38,7 @@ def wander(bench, after_s=0.0):
     return bench
 
 
-@pytest.mark.parametrize("simulated", [True, False])
+@pytest.mark.table("simulated", [True, False])
 def test_poses_count_by_their_arrival_and_it_says_what_wanders(simulated):
     bench = Bench(PublisherParameters(time_is_simulated=simulated))
     bench.commands = True

@@ -111,9 +111,7 @@ def test_com_rcl_act_t_is_how_long_it_holds():
     assert mode(flight) is Mode.AUTO_RTL
 
 
-@pytest.mark.parametrize(
-    ("action", "flown"), [(1, Mode.AUTO_LOITER), (3, Mode.AUTO_LAND), (0, Mode.OFFBOARD)]
-)
+@pytest.mark.table(("action", "flown"), [(1, Mode.AUTO_LOITER), (3, Mode.AUTO_LAND), (0, Mode.OFFBOARD)])
 def test_nav_rcl_act_is_what_it_does_then(action, flown):
     flight = hovering()
     flight.px4.parameters.set("COM_RCL_ACT_T", 0.0)

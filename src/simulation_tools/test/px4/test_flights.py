@@ -54,7 +54,7 @@ def test_body_velocities_follow_the_heading_at_receipt():
     assert flight.body.velocity[:2] == pytest.approx(expected, abs=0.08)
 
 
-@pytest.mark.parametrize(("change_rad_s", "least_m", "most_m"), [(3.2, 1.0, 2.5), (0.3, -0.1, 0.1)])
+@pytest.mark.table(("change_rad_s", "least_m", "most_m"), [(3.2, 1.0, 2.5), (0.3, -0.1, 0.1)])
 def test_a_heavy_uav_sinks_while_its_yaw_rate_jumps_to_and_fro(change_rad_s, least_m, most_m):
     """PX4's mixer lowers the thrust to turn. With Puck and camera an Iris has none to spare."""
     flight = Flight.of_iris(extra_kg=0.77, noise=NO_NOISE)

@@ -41,7 +41,7 @@ def test_who_never_takes_off_is_disarmed_after_ten_seconds(stream):
     assert "Takeoff detected" not in flight.texts
 
 
-@pytest.mark.parametrize("stream", [LEVEL, NO_TURN])
+@pytest.mark.table("stream", [LEVEL, NO_TURN])
 def test_no_thrust_on_the_ground_is_a_landing(stream):
     """PX4: landed 1.05 s after the thrust is off, disarmed 3.05 s after it."""
     flight = a_metre_up()

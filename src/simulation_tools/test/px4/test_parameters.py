@@ -34,7 +34,7 @@ def test_parameters_that_px4_did_not_have_are_not_there():
     assert [name for name, value in MEASURED.items() if value is None and name in parameters] == []
 
 
-@pytest.mark.parametrize(("value", "complaint"), [(99.0, "between"), (math.nan, "between"), (0.5, "integer")])
+@pytest.mark.table(("value", "complaint"), [(99.0, "between"), (math.nan, "between"), (0.5, "integer")])
 def test_bad_values_are_refused_in_a_sentence(value, complaint):
     parameters = Px4Parameters()
     with pytest.raises(Px4Error, match=complaint) as caught:

@@ -60,7 +60,7 @@ def test_on_the_ground_it_stays_there_and_disarms():
 
 
 @pytest.mark.flight
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("distance_m", "height_m", "highest_m"),
     [
         (1.0, 3.0, 3.0),

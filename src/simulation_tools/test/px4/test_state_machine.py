@@ -163,7 +163,7 @@ def test_landing_sinks_at_its_speed_and_disarms_two_seconds_after():
     assert math.hypot(*flight.body.position[:2]) < 0.2
 
 
-@pytest.mark.parametrize(("rate_hz", "holds"), [(2.0, True), (1.25, True), (0.9, False)])
+@pytest.mark.table(("rate_hz", "holds"), [(2.0, True), (1.25, True), (0.9, False)])
 def test_how_slow_a_stream_holds_offboard(rate_hz, holds):
     flight = hovering()
     flight.stream_period_us = round(1e6 / rate_hz)

@@ -118,14 +118,13 @@ def forward():
     return from_rest(fly(north=2.0), "v_north", 2.0)[0]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("setpoint", "quantity", "last"),
     [
         (fly(north=-2.0), "v_north", -2.0),
         (fly(east=2.0), "v_east", 2.0),
         (fly(math.sqrt(2.0), -math.sqrt(2.0)), "v_north", math.sqrt(2.0)),
     ],
-    ids=["backwards", "sideways", "diagonally"],
 )
 def test_every_direction_is_flown_like_forward(forward, setpoint, quantity, last):
     """PX4's horizontal law has no preferred direction; its wide mixer differs a little between the axes."""

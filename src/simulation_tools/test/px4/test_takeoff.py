@@ -100,7 +100,7 @@ def test_higher_than_ten_metres_it_goes_on_at_full_speed():
     assert flight.body.position[2] == pytest.approx(20.0, abs=0.1)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("model", "stands_m", "rises_s"),
     [("reference_quad", 0.08, 6.80), ("iris", 0.12, None), ("small_quad", 0.075, None)],
 )

@@ -15,11 +15,10 @@ from pymavlink.dialects.v20 import common
 
 from simulation_tools.autopilot import Px4Error, VehicleState
 from simulation_tools.geometry import Pose
-from simulation_tools.mavlink import LinkError
 from simulation_tools.px4_sitl.hil_sensors import HilParameters, HilSensors
 from simulation_tools.px4_sitl.own_links import OwnLinks
 from simulation_tools.px4_sitl.px4_sitl import Px4Sitl
-from simulation_tools.px4_sitl.simulator_link import SimulatorLink, how_to_start
+from simulation_tools.px4_sitl.simulator_link import SimulatorLink
 from simulation_tools.running.pacing import PacingParameters
 from simulation_tools.running.run_loop import RunLoop
 from simulation_tools.simulation import Simulation, SimulationParameters
@@ -202,18 +201,6 @@ def test_the_loop_begins_with_px4(link, simulation):
     with socket.create_connection(("127.0.0.1", link.port)):
         RunLoop(simulation, OwnLinks(), Output(), PacingParameters(real_time_factor=0.0)).run(enough)
     assert times_us[-1] > 0
-
-
-def test_the_sentence_on_how_to_start_px4_names_its_instance():
-    assert "make px4_sitl none_iris" in how_to_start(4560)
-    assert "px4 -i 7" in how_to_start(4567)
-
-
-def test_a_port_already_taken_is_one_sentence(link):
-    with pytest.raises(
-        LinkError, match=rf"Cannot listen on TCP 127.0.0.1:{link.port} .* choose another port"
-    ):
-        SimulatorLink(port=link.port)
 
 
 def test_garbage_on_the_link_is_counted_and_harmless(link):

@@ -57,7 +57,7 @@ class Steps:
         pass
 
 
-@pytest.mark.parametrize("has_lidar", [True, False])
+@pytest.mark.table("has_lidar", [True, False])
 def test_telemetry_goes_out_after_a_scan_or_a_little_later(has_lidar, monkeypatch):
     rig = Rig(exact=True, real_time_factor=0.0)
     steps = rig.loop._output = Steps()

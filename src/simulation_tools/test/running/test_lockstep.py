@@ -68,7 +68,7 @@ def test_every_participant_is_waited_for(rig):
     assert rig.loop.meter.lockstep_misses == 0
 
 
-@pytest.mark.parametrize(("sent", "lacking"), [(False, ""), (True, "the external pose")])
+@pytest.mark.table(("sent", "lacking"), [(False, ""), (True, "the external pose")])
 def test_an_external_pose_is_waited_for_if_one_was_sent(sent, lacking):
     barrier = Barrier(frozenset(), "vision")
     barrier.raise_for(100)

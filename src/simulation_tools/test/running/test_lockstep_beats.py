@@ -96,7 +96,7 @@ def test_who_works_does_not_excuse_another_one_that_is_silent():
     assert at_s == pytest.approx(TIMEOUT_S, abs=0.1)
 
 
-@pytest.mark.parametrize(("works_s", "comes_s", "is_miss"), [(30.0, 25.0, False), (30.0, None, True)])
+@pytest.mark.table(("works_s", "comes_s", "is_miss"), [(30.0, 25.0, False), (30.0, None, True)])
 def test_a_setpoint_is_waited_for_while_a_participant_works(works_s, comes_s, is_miss):
     barrier = Waits("/explore/processed")
     barrier.comes = False

@@ -134,9 +134,7 @@ def test_a_bad_include_or_joint_inside_a_model_is_left_out_alone(world_of):
     assert len(world.warnings) == 2
 
 
-@pytest.mark.parametrize(
-    "part", [f'<link name="l"><visual name="v">{MESH}</visual></link>', "<static>1</static>"]
-)
+@pytest.mark.table("part", [f'<link name="l"><visual name="v">{MESH}</visual></link>', "<static>1</static>"])
 def test_a_model_that_is_asked_for_by_itself_is_refused(tmp_path, part):
     put_model(tmp_path, "bad", part)
     with pytest.raises(SdfError):
@@ -169,7 +167,7 @@ def test_version_1_10_is_newer_than_1_9(tmp_path):
     assert load_model(home, []).links[0].name == "new"
 
 
-@pytest.mark.parametrize(("version", "axis"), [("1.4", (0, -1, 0)), ("1.3", (0, -1, 0)), ("1.5", (1, 0, 0))])
+@pytest.mark.table(("version", "axis"), [("1.4", (0, -1, 0)), ("1.3", (0, -1, 0)), ("1.5", (1, 0, 0))])
 def test_before_sdf_1_5_an_axis_is_in_the_frame_of_the_model(version, axis):
     # sdformat's 1_4.convert sets use_parent_model_frame to true. The child is turned to the left.
     text = (
@@ -378,7 +376,7 @@ def test_moments_that_no_body_can_have_are_replaced_and_this_is_said(world_of, t
         load_model("model://alone", [tmp_path])
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "head",
     ["<!DOCTYPE sdf>", "<!-- x -->\n<!doctype gazebo SYSTEM 'sdf.dtd'>", "<!DOCTYPE sdf PUBLIC 'a' 'b'>"],
 )

@@ -45,7 +45,7 @@ def test_the_sun_can_be_included_in_a_world(tmp_path):
     assert (parsed.models, parsed.warnings) == ((), ())
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("name", "mass", "inertia"),
     [
         ("iris", 1.5, (0.029125, 0.029125, 0.055225)),

@@ -331,7 +331,7 @@ def test_the_newest_supported_version_of_a_model_is_taken(tmp_path):
     assert load_model(home, []).links[0].name == "new"
 
 
-@pytest.mark.parametrize("uri", ["model://crate/t.stl", "t.stl", "file://{home}/t.stl"])
+@pytest.mark.table("uri", ["model://crate/t.stl", "t.stl", "file://{home}/t.stl"])
 def test_a_mesh_is_found_by_every_kind_of_uri(tmp_path, uri):
     home = tmp_path / "crate"
     mesh = f"<mesh><uri>{uri.format(home=home)}</uri><scale>1 1 2</scale></mesh>"

@@ -37,7 +37,7 @@ def test_a_shape_without_its_size_has_that_of_sdf_and_this_is_said(shape, right,
     assert saying in said
 
 
-@pytest.mark.parametrize("axis", ["", "<axis/>", "<axis><limit><lower>-1</lower></limit></axis>"])
+@pytest.mark.table("axis", ["", "<axis/>", "<axis><limit><lower>-1</lower></limit></axis>"])
 def test_a_joint_without_an_axis_turns_about_z_and_this_is_said(axis):
     model = read(f'{TWO}<joint name="j" type="revolute"><parent>a</parent><child>b</child>{axis}</joint>')
     assert (model.joints[0].kind, model.joints[0].axis) == ("revolute", (0.0, 0.0, 1.0))
@@ -61,7 +61,7 @@ def test_a_joint_may_name_a_nested_model_and_means_its_first_link():
     assert (model.joint("j").parent, model.joint("j").child) == ("in::x", "a")
 
 
-@pytest.mark.parametrize("frame", ['<frame name="f"/>', '<frame name="f" attached_to="f"/>', ""])
+@pytest.mark.table("frame", ['<frame name="f"/>', '<frame name="f" attached_to="f"/>', ""])
 def test_a_joint_to_a_frame_of_no_link_is_refused(frame):
     body = f'{TWO}{frame}<joint name="j" type="fixed"><parent>f</parent><child>a</child></joint>'
     with pytest.raises(SdfError, match="f"):

@@ -187,7 +187,7 @@ def test_a_joint_that_follows_another_one_is_said_to_be_free():
     assert said.startswith('spawn:12: The joint "elbow" turns freely')
 
 
-@pytest.mark.parametrize("namespace", [' xmlns:xacro="http://www.ros.org/wiki/xacro"', ""])
+@pytest.mark.table("namespace", [' xmlns:xacro="http://www.ros.org/wiki/xacro"', ""])
 def test_xacro_is_no_urdf_yet(namespace):
     text = MOVING.replace(
         '<robot name="arm">', f'<robot name="arm"{namespace}>\n<xacro:include filename="x"/>'
@@ -201,7 +201,7 @@ def test_a_line_is_that_of_the_urdf():
         parse_model(MOVING.replace('<mass value="2"/>', '<mass value="-2"/>'), "spawn", [])
 
 
-@pytest.mark.parametrize("uri", ["model://robot", "model://robot/arm.urdf"])
+@pytest.mark.table("uri", ["model://robot", "model://robot/arm.urdf"])
 def test_a_world_includes_a_urdf_as_gazebo_does(tmp_path, uri):
     home = tmp_path / "robot"
     home.mkdir()

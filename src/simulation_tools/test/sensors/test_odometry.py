@@ -222,7 +222,7 @@ class Reference:
         return Pose((*self.xy, z), quaternion_multiply(drift, pose.orientation_xyzw))
 
 
-@pytest.mark.parametrize("turn_per_step_rad", [0.1, -0.1, 3.0])
+@pytest.mark.table("turn_per_step_rad", [0.1, -0.1, 3.0])
 def test_each_step_is_that_of_the_reference(turn_per_step_rad):
     parameters = OdometryParameters(0.02, 0.01, 0.03, 0.02, 0.04)
     start = Pose.from_xyz_rpy(1, 2, 3, 0, 0, 3.0)

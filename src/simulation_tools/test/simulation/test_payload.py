@@ -250,7 +250,7 @@ def test_all_who_ask_at_one_instant_share_a_reading(make):
     assert finder.shared() != first
 
 
-@pytest.mark.parametrize(("kind", "range_m"), [("ray", 4.5), ("gpu_ray", 2.5)])
+@pytest.mark.table(("kind", "range_m"), [("ray", 4.5), ("gpu_ray", 2.5)])
 def test_a_gpu_ray_sees_what_is_drawn_and_a_ray_what_touches(tmp_path, kind, range_m):
     """A bush without a collision shape 2.5 m ahead, and an invisible wall 4.5 m ahead."""
     shape = "<geometry><box><size>1 9 9</size></box></geometry>"

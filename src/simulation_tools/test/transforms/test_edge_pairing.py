@@ -60,7 +60,7 @@ def test_a_repeated_stamp_is_published_once(pairer):
     assert pairer.jumps_back == 0
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("source", "edge"),
     [("on_odometry", ("odom", "base_frame")), ("on_ground_truth", ("base_frame", "world"))],
 )

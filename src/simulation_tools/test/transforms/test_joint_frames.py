@@ -47,7 +47,7 @@ def pose_of(edges, frame):
     return pose
 
 
-@pytest.mark.parametrize("name", ["hinge", "arm::hinge"])
+@pytest.mark.table("name", ["hinge", "arm::hinge"])
 def test_a_turning_joint_is_no_static_frame_and_carries_its_children(name):
     frames = JointFrames(MODEL, "base_frame")
     assert "finger" in {edge.child for edge in frames.static_edges()}

@@ -80,7 +80,7 @@ def test_the_lag_does_not_depend_on_the_step():
     assert fine.rotor_states[0] == pytest.approx(coarse.rotor_states[0])
 
 
-@pytest.mark.parametrize("command", [0.0, -1.0, math.nan])
+@pytest.mark.table("command", [0.0, -1.0, math.nan])
 def test_no_command_stops_the_rotor(command):
     airframe = Airframe([PROPELLER])
     steady(airframe, [1.0])

@@ -30,7 +30,7 @@ def angles_of(gimbal, body, steps):
     return np.array(found)
 
 
-@pytest.mark.parametrize(("roll", "pitch"), [(0.0, 0.0), (0.05, -0.1)])
+@pytest.mark.table(("roll", "pitch"), [(0.0, 0.0), (0.05, -0.1)])
 def test_a_nod_is_a_sine_about_level_in_pitch_then_in_roll(roll, pitch):
     gimbal, body = Gimbal.from_sdf(IRIS), Pose.from_xyz_rpy(0.0, 0.0, 0.0, roll, pitch)
     gimbal.switch(True)
@@ -57,7 +57,7 @@ def test_a_nod_that_is_told_to_end_is_level_within_the_gimbals_rate():
     assert gimbal.angles_rad == pytest.approx((0.0, 0.0), abs=1e-9)
 
 
-@pytest.mark.parametrize(("nod", "words"), [(Nod(0.9, 4.0), "too wide"), (Nod(0.7, 0.4), "longer period")])
+@pytest.mark.table(("nod", "words"), [(Nod(0.9, 4.0), "too wide"), (Nod(0.7, 0.4), "longer period")])
 def test_what_the_gimbal_cannot_do_is_refused_and_changes_nothing(nod, words):
     gimbal = Gimbal.from_sdf(IRIS)
     with pytest.raises(GimbalError, match=words):

@@ -32,7 +32,7 @@ def half_width(geometry):
     return math.hypot(*geometry.size_m[:2]) / 2 if isinstance(geometry, Box) else geometry.radius_m
 
 
-@pytest.mark.parametrize("lidar", ["ust", "m8"])
+@pytest.mark.table("lidar", ["ust", "m8"])
 def test_it_flies_to_the_side_and_stands_still_there(lidar):
     parameters = SimulationParameters(
         str(PACKAGE / "worlds/empty.world"),

@@ -67,7 +67,7 @@ def test_a_carrier_without_a_mount_is_refused():
         load_uav("lidar_ust", "ust")
 
 
-@pytest.mark.parametrize("model", ["iris", "model://iris"])
+@pytest.mark.table("model", ["iris", "model://iris"])
 def test_a_model_may_be_named_as_in_gazebo(model):
     assert load_uav(model).model.name == "iris"
 

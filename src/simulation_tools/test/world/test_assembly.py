@@ -107,7 +107,7 @@ def test_the_first_link_may_hang_on_a_later_one():
     assert len(others) == 2
 
 
-@pytest.mark.parametrize("kind", ["fixed", "revolute"])
+@pytest.mark.table("kind", ["fixed", "revolute"])
 def test_a_joint_to_the_world_holds_the_model(kind):
     first = assemblies(model(joint("wa", kind, "world", "a")))[0]
     assert first[0].mass is None

@@ -55,7 +55,7 @@ def test_a_plane_faces_along_its_normal():
     assert mesh.area > 1e6
 
 
-@pytest.mark.parametrize("suffix", ["stl", "obj", "dae"])
+@pytest.mark.table("suffix", ["stl", "obj", "dae"])
 def test_a_mesh_file_of_each_kind_is_read_and_scaled(tmp_path, suffix):
     path = tmp_path / f"box.{suffix}"
     trimesh.creation.box((1.0, 2.0, 3.0)).export(path)

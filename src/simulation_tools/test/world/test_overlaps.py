@@ -62,7 +62,7 @@ def moved_m(simulation) -> float:
     return max(abs(x - 0.3 * number) + abs(y - 5.0) for number, (x, y, _) in enumerate(places))
 
 
-@pytest.mark.parametrize("static_models", [False, True])
+@pytest.mark.table("static_models", [False, True])
 def test_overlapping_trunks_are_warned_of_and_stand_when_told_to(tmp_path, static_models):
     simulation = Simulation(SimulationParameters(forest(tmp_path), static_models=static_models))
     try:

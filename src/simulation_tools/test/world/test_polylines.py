@@ -71,7 +71,7 @@ def test_the_convex_parts_fill_the_shape_and_leave_the_hole_open():
         assert not (1 < x < 3 and 1 < y < 3)
 
 
-@pytest.mark.parametrize("outlines", [(((0, 0), (2, 2), (2, 0), (0, 2)),), (((0, 0), (1, 1), (2, 2)),)])
+@pytest.mark.table("outlines", [(((0, 0), (2, 2), (2, 0), (0, 2)),), (((0, 0), (1, 1), (2, 2)),)])
 def test_an_outline_that_crosses_itself_or_surrounds_nothing_is_said(outlines):
     with pytest.raises(MeshError, match="<polyline>"):
         mesh_of(Polyline(outlines, 1.0))

@@ -57,7 +57,7 @@ def test_a_box_is_hit_where_the_slab_method_says():
     np.testing.assert_allclose(ranges[hit], expected[hit], atol=FLOAT32_M)
 
 
-@pytest.mark.parametrize("radius", [0.1, 0.5, 3.0])
+@pytest.mark.table("radius", [0.1, 0.5, 3.0])
 def test_a_cylinder_is_hit_within_the_tolerance_of_its_facets(radius):
     _, directions = fan(7200)
     offset = np.array((4.0, -3.0))

@@ -57,7 +57,7 @@ def test_one_stray_command_of_a_side_is_noise():
     assert board([answer(0)] * 9 + [answer(90, away=-1.0)], NEAR_M).passed
 
 
-@pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf])
+@pytest.mark.table("number", [math.nan, math.inf, -math.inf])
 def test_a_command_that_is_no_number_is_no_answer(number):
     verdict = board([Answer(0.0, 0.3, (number, 0.0))] * 9, NEAR_M)
     assert not verdict.passed
@@ -91,7 +91,7 @@ def view(heading_deg, told_deg=None, mirrored=False):
     return View(-bearings if mirrored else bearings, ranges, told)
 
 
-@pytest.mark.parametrize("degrees", [60, -90, 150])
+@pytest.mark.table("degrees", [60, -90, 150])
 def test_a_turn_that_both_see_is_passed(degrees):
     assert turn(view(0), view(degrees)).passed
     assert turn(view(170), view(170 + degrees)).passed
@@ -141,7 +141,7 @@ def test_a_uav_that_is_carried_tells_the_axes_of_its_velocity():
         assert words in verdict.sentence
 
 
-@pytest.mark.parametrize("way", [{"legs": ()}, {"legs": ((0.2, 0.0), (0.0, 0.2))}, {"heading_rad": 0.0}])
+@pytest.mark.table("way", [{"legs": ()}, {"legs": ((0.2, 0.0), (0.0, 0.2))}, {"heading_rad": 0.0}])
 def test_a_way_that_does_not_tell_the_axes_is_not_passed(way):
     verdict = carry(carried(lambda body, world: body, **way))
     assert not verdict.passed

@@ -100,7 +100,7 @@ def test_an_old_reading_does_not_count():
     assert sentences[1] == "The battery's reading is older than one before it, so it does not count."
 
 
-@pytest.mark.parametrize("wrong", [0.0, 0.11, 0.64])
+@pytest.mark.table("wrong", [0.0, 0.11, 0.64])
 def test_a_single_reading_that_falls_all_at_once_does_not_count(wrong):
     charge, sentences = told((0.0, 0.7), (2.0, wrong), (4.0, 0.69))
     assert sentences == [

@@ -133,7 +133,7 @@ def test_a_weak_battery_that_is_empty_before_the_window_is_full_brings_the_uav_h
     assert min(charge for charge, _ in landed) > P.land_at
 
 
-@pytest.mark.parametrize("wrong", [0.0, 0.04, 0.11])
+@pytest.mark.table("wrong", [0.0, 0.04, 0.11])
 def test_one_wrong_reading_neither_lands_it_nor_brings_it_home(wrong):
     watch = EnergyWatch()
     for now_s in range(0, 60, 2):

@@ -88,7 +88,7 @@ def fill(led, box, is_filled=True):
 # the map
 
 
-@pytest.mark.parametrize("why", ["battery", "time", "aborted"])
+@pytest.mark.table("why", ["battery", "time", "aborted"])
 def test_over_an_empty_map_it_comes_down_for_want_of_energy_or_time_or_when_it_is_told_to(why):
     energy = EnergyWatch(EnergyParameters())
     exploration = Exploration(PathPlanner(), Explorer(), ExplorationParameters(time_max=100.0), energy)
@@ -107,7 +107,7 @@ def test_over_an_empty_map_it_comes_down_for_want_of_energy_or_time_or_when_it_i
     assert exploration.explored.reason
 
 
-@pytest.mark.parametrize("jump_m", [(0.4, -0.2, 0.0), (1.6, 0.8, 0.0), (-0.8, 2.4, 0.0)])
+@pytest.mark.table("jump_m", [(0.4, -0.2, 0.0), (1.6, 0.8, 0.0), (-0.8, 2.4, 0.0)])
 def test_after_the_map_and_the_uav_in_it_jumped_it_explores_on_and_lands(jump_m):
     # Given a UAV that has seen half of two rooms; the map jumps by metres, as SLAM closes a loop
     led = Led(shifted_room((0, 0, 0)), HOVER_M + np.array((1.6, 1.6, 0.0)))
@@ -205,7 +205,7 @@ def test_a_door_that_opens_again_lets_it_home():
     assert led.exploration.is_home
 
 
-@pytest.mark.parametrize("view_choice", ["border", "volume"])
+@pytest.mark.table("view_choice", ["border", "volume"])
 def test_a_person_who_follows_it_holds_it_up_for_a_while_only(view_choice):
     # Given somebody a metre behind the UAV, wherever it flies
     explorer = replace(EXPLORER, view_choice=view_choice)
@@ -267,7 +267,7 @@ def test_it_tells_explored_only_when_a_flood_fill_finds_nothing_or_cepa_refused(
 # the pose
 
 
-@pytest.mark.parametrize("end", [End.EXPLORED, End.ABORTED])
+@pytest.mark.table("end", [End.EXPLORED, End.ABORTED])
 def test_a_uav_that_is_lost_hovers_until_it_is_found_or_comes_home(end):
     led = Led(room((6.2, 4.6, 2.4), DOOR))
     led.fly(lambda: led.flight.place_m[0] > 4.0)
@@ -309,7 +309,7 @@ def test_a_battery_that_stops_brings_it_home_with_a_sentence():
     assert led.exploration.is_home
 
 
-@pytest.mark.parametrize(("reading", "end"), [(math.nan, End.BATTERY), (1.0, End.EXPLORED)])
+@pytest.mark.table(("reading", "end"), [(math.nan, End.BATTERY), (1.0, End.EXPLORED)])
 def test_nan_counts_as_silence_and_a_charge_that_jumps_up_does_not_count(reading, end):
     energy = EnergyWatch()
     led = Led(room((6.2, 4.6, 2.4), DOOR), energy=energy)

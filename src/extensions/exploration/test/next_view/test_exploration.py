@@ -37,7 +37,7 @@ def test_without_a_map_it_stays_over_its_home_and_decides_nothing():
     assert not exploration.is_home
 
 
-@pytest.mark.parametrize(("hover_m", "home_m"), [(2.0, 1.3), (1.3, 0.71), (0.5, 0.31)])
+@pytest.mark.table(("hover_m", "home_m"), [(2.0, 1.3), (1.3, 0.71), (0.5, 0.31)])
 def test_home_of_a_low_hover_is_not_in_the_ground(hover_m, home_m):
     # Given a UAV that it saw rise from 0.12 m: home is 0.7 m lower, but not below the middle of the climb
     exploration = Exploration(PathPlanner(), Explorer(), ExplorationParameters(first_sink=0.7))
@@ -190,7 +190,7 @@ def test_what_lies_behind_a_door_that_cepa_does_not_fly_is_named_in_the_end():
     assert "CEPA refused" in exploration.explored.reason
 
 
-@pytest.mark.parametrize("has_door", [True, False])
+@pytest.mark.table("has_door", [True, False])
 def test_a_pane_that_the_lidar_does_not_see_is_pressed_once(has_door):
     """A wall at x = 3 m with a window of 2 x 2 m, whose pane no beam meets, and a door beside it, or none."""
     door = ((3.0, 4.0, 0.0), (3.2, 4.2, 2.4)) if has_door else ((3.0, 4.0, 0.0), (3.2, 6.4, 2.4))
@@ -293,7 +293,7 @@ def test_behind_the_place_where_it_was_held_up_it_flies_fast_again():
     assert steps_m[goes_on_s + 5.0] > 1.0
 
 
-@pytest.mark.parametrize(("off_m", "most_m", "least_s"), [(0.0, 0.15, 0.0), (0.4, 0.41, 5.0)])
+@pytest.mark.table(("off_m", "most_m", "least_s"), [(0.0, 0.15, 0.0), (0.4, 0.41, 5.0)])
 def test_it_lands_over_its_home_or_where_it_is_held_off_for_some_seconds(off_m, most_m, least_s):
     exploration, here_m = coming_home()
     near_s = None

@@ -75,7 +75,7 @@ def test_an_abort_ends_a_pause_on_the_way_home():
     assert not exploration.is_paused
 
 
-@pytest.mark.parametrize("has_ended", [False, True])
+@pytest.mark.table("has_ended", [False, True])
 def test_a_pause_ends_when_the_energy_begins_to_say_come_home(has_ended):
     watch = EnergyWatch(EnergyParameters(reserve=0.5))
     exploration = begun(watch)

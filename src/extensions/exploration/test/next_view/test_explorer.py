@@ -13,8 +13,6 @@ from voxel_room import PLANNER, SIDE_M, TILE, Flight, beams, reachable, room
 
 from exploration.next_view import Explorer, ExplorerParameters
 from exploration.next_view.unknown.leftovers import Why
-from exploration.next_view.unknown_room import is_near_room
-from exploration.next_view.views import room as room_views
 from exploration.planning import FREE, UNKNOWN
 
 LIDAR = {"spacing": 0.4, "reach": 8.0}
@@ -90,7 +88,7 @@ def keeps_clearance(flight, points_m):
     return bool((passed_m > 0.0).all() and is_clear[np.argmax(is_clear) :].all())
 
 
-@pytest.mark.parametrize(("way_spacing", "passes"), [(0.0, False), (0.4, True)])
+@pytest.mark.table(("way_spacing", "passes"), [(0.0, False), (0.4, True)])
 def test_a_door_between_places_to_look_from_is_passed_on_closer_places(way_spacing, passes):
     """It leaves two voxels for the UAV's centre, 0.4 m, and places 0.8 m apart lie beside them."""
     wall = [((3.0, 0.0, 0.0), (3.2, 1.6, 2.4)), ((3.0, 2.4, 0.0), (3.2, 4.6, 2.4))]
@@ -121,7 +119,7 @@ def test_a_slit_that_the_uav_does_not_fit_through_is_named():
     assert max(place[0] for place in flight.places_m) < 3.0
 
 
-@pytest.mark.parametrize("landmark_reach", [1.4, 0.0])
+@pytest.mark.table("landmark_reach", [1.4, 0.0])
 def test_what_is_seen_only_from_far_off_the_walls_is_named(landmark_reach):
     """From 1.4 m off the walls a lidar that sees 2.4 m does not see the middle of a room of 10 m."""
     keeps_near = dataclasses.replace(PLANNER, landmark_reach=landmark_reach)
@@ -149,22 +147,3 @@ def test_a_uav_that_fits_nowhere_is_shut_in_and_nothing_is_said_to_be_explored()
     decision = Explorer(ExplorerParameters(**LIDAR)).decide(flight.space(), flight.place_m)
     assert decision.is_shut_in
     assert decision.goal_m is None
-
-
-@pytest.mark.parametrize(("large_voxels", "looks"), [(0, 0), (10**9, 1)])
-def test_in_a_large_map_room_is_looked_for_at_views_only(monkeypatch, large_voxels, looks):
-    """Given a decision on the way to a view of room, in a map that counts as large, or does not."""
-    calls = []
-    monkeypatch.setattr(room_views, "LARGE_VOXELS", large_voxels)
-    monkeypatch.setattr(
-        room_views, "is_near_room", lambda *asked: calls.append(asked) or is_near_room(*asked)
-    )
-    flight = Flight(room((9.0, 4.0, 3.0), [((4.4, 0.0, 0.0), (4.6, 2.0, 3.0))]), (1.5, 1.5, 1.5))
-    explorer = Explorer(ExplorerParameters(spacing=0.4, worth_min=1e3))
-    goal_m = flight.place_m
-    while math.dist(goal_m, flight.place_m) < 0.8:
-        flight.fly_to(goal_m)
-        goal_m = explorer.decide(flight.space(), flight.place_m).goal_m
-    calls.clear()
-    assert explorer.decide(flight.space(), flight.place_m).goal_m == goal_m
-    assert len(calls) == looks

@@ -1,7 +1,6 @@
 """Sight between voxels, frontiers and the lattice, each against a slow and obvious reference."""
 
 import math
-import time
 
 import numpy as np
 import pytest
@@ -11,10 +10,7 @@ from scipy import ndimage
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from exploration.next_view import frontiers
 from exploration.next_view.frontiers import KnownBorder, frontier_voxels, in_cells
-from exploration.next_view.kernels import best_view as best_views
-from exploration.next_view.kernels import lattice
 from exploration.next_view.kernels.best_view import best_view
 from exploration.next_view.kernels.lattice import lattice_ways, most_room
 from exploration.next_view.kernels.views import is_open, mark_seen, seen_from, sights_of
@@ -111,69 +107,6 @@ def test_the_best_view_of_a_place_much_larger_than_the_reach(seed):
     rates = seen_from(kinds, places, *view, np.zeros(150, bool)) / times_s
     best, gain = best_view(kinds, places, times_s, *view, (1.0, 0.0), unknown(places))
     assert (best, gain) == (-1, 0) if rates.max() == 0.0 else gain / times_s[best] == rates.max()
-
-
-def test_border_that_is_far_away_costs_hardly_anything():
-    # Given a hall, and places and border only in its first part, or in 16 such parts
-    rng = np.random.default_rng(1)
-    kinds = np.full((20, 1600, 100), FREE, np.uint8)
-
-    def took_s(parts):
-        shape = (20, 100 * parts, 100)
-        places, cells = (rng.integers(0, shape, (n * parts, 3)) for n in (800, 500))
-        times_s = 2.0 + np.linalg.norm(places - (10, 50, 50), axis=1) / 7.5
-        view = cells, np.full(len(cells), 20), (-0.27, 0.27), (2.5, 60.0)
-        began_s = time.thread_time()
-        best_view(kinds, places, times_s, *view, (20.0, 20.0), unknown(places))
-        return time.thread_time() - began_s
-
-    took_s(1)  # compiles
-    # Then what is far away is not compared with each place: that would take 256 times as long
-    assert min(took_s(16) for _ in range(3)) < 25.0 * min(took_s(1) for _ in range(3))
-
-
-def test_of_a_great_many_places_few_are_looked_from_that_were_not_before():
-    rng = np.random.default_rng(1)
-    kinds = np.full((10, 300, 300), FREE, np.uint8)
-    places, cells = (rng.integers(0, kinds.shape, (n, 3)) for n in (21_000, 2000))
-    gains, view = unknown(places), (cells, np.full(len(cells), 20), (-0.3, 0.3), (1.0, 30.0))
-    best, gain = best_view(kinds, places, np.full(len(places), 9.0), *view, (20.0, 0.1), gains)
-    assert gain == gains.max() == gains[best]
-    assert 16 < np.count_nonzero(gains >= 0) <= 16 + 100
-    # Then the next decision knows these, and looks from others
-    best_view(kinds, places, np.full(len(places), 9.0), *view, (20.0, 0.1), gains)
-    assert np.count_nonzero(gains >= 0) <= 16 + 200
-
-
-def test_the_reach_of_beams_is_looked_at_for_few_of_many_places(monkeypatch):
-    """Given a hall, then only places that might show most of the border are compared with it."""
-    rng = np.random.default_rng(1)
-    kinds, looked = np.full((20, 80, 100), FREE, np.uint8), []
-    places, cells = rng.integers(0, kinds.shape, (600, 3)), rng.integers(0, kinds.shape, (300, 3))
-    times_s = 2.0 + np.linalg.norm(places - (10, 40, 50), axis=1) / 7.5
-    view = cells, np.full(len(cells), 20), (-0.27, 0.27), (2.5, 60.0)
-    counted = best_views._within
-    monkeypatch.setattr(best_views, "_within", lambda n, *rest: looked.append(n) or counted(n, *rest))
-    monkeypatch.setattr(best_views, "FIRST", 2)
-    found = best_view.py_func(kinds, places, times_s, *view, (20.0, 20.0), unknown(places))
-    assert found == best_view(kinds, places, times_s, *view, (20.0, 20.0), unknown(places))
-    assert 0 < len(looked) < len(places) // 4
-
-
-def test_a_border_that_has_not_changed_is_not_looked_at_again(monkeypatch):
-    """Given a map of 64 tiles, when one in its middle changes, then 7 are looked at, with those beside it."""
-    grid, known, looked = VoxelGrid(0.2, 4), KnownBorder(), []
-    tiles = np.argwhere(np.ones((4, 4, 4), bool))
-    grid.update(tiles, np.full((64, 64), FREE, np.uint8))
-    known.of(grid)
-    find = frontiers.border_of
-    monkeypatch.setattr(frontiers, "border_of", lambda *given: looked.append(given) or find(*given))
-    monkeypatch.setattr(np, "pad", lambda *_: pytest.fail("the whole map was copied"))
-    known.of(grid)
-    assert not looked
-    grid.update(tiles[[21]], np.zeros((1, 64), np.uint8))
-    known.of(grid)
-    assert len(looked) == 7
 
 
 @settings(max_examples=20)
@@ -294,21 +227,6 @@ def test_one_place_of_each_cube_has_most_room(seed, side):
     _, first = np.unique(places[order] // side, axis=0, return_index=True)
     np.testing.assert_array_equal(most_room(places, room, side), order[first])
     assert not len(most_room(places[:0], room[:0], side))
-
-
-def test_in_open_space_voxels_between_nodes_are_not_looked_at(monkeypatch):
-    """Given a hall with one pillar, then only near it, and near the walls, edges are looked at."""
-    is_blocked = np.pad(np.zeros((34, 46, 46), bool), 1, constant_values=True)
-    is_blocked[:, 24, 24] = True
-    squares, looked = np.minimum(clearances(is_blocked), 100), []
-    given = squares, 16, True, 4, np.array([[4, 2, 2]]), np.zeros(1)
-    ways = lattice_ways(*given)
-    check = lattice._is_edge
-    monkeypatch.setattr(lattice, "_is_edge", lambda *edge: looked.append(edge) or check(*edge))
-    np.testing.assert_array_equal(lattice_ways.py_func(*given), ways)
-    even = len(looked)
-    lattice_ways.py_func(squares, 16, False, *given[3:])
-    assert 2 * even < len(looked) - even
 
 
 def test_a_closed_ball_between_two_nodes_cuts_the_edge():

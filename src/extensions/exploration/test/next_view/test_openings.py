@@ -81,7 +81,7 @@ def test_an_opening_of_two_voxels_is_named_too():
     assert opening.place_m == pytest.approx((4.1, 2.2, 1.3), abs=0.5)
 
 
-@pytest.mark.parametrize("walls", [1, 2, 3])
+@pytest.mark.table("walls", [1, 2, 3])
 def test_a_plan_through_a_door_that_is_too_narrow_names_the_door_not_what_is_seen_behind_it(walls):
     """What is seen through a door alone is known as narrowly as the door. It stands at x = 4 m."""
     thick = tuple(wall for n in range(walls) for wall in bulkhead((1.6, 2.4), (0.2, 2.2), 4.0 + 0.2 * n))

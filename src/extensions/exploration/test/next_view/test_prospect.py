@@ -141,7 +141,7 @@ def test_what_was_looked_at_without_gain_counts_no_more_until_it_has_changed():
     assert prospect_of(space, no_gain).gains_m3(*view)[0] > 0.0
 
 
-@pytest.mark.parametrize("roughly", [True, False])
+@pytest.mark.table("roughly", [True, False])
 def test_a_higher_view_of_a_column_counts_what_the_lower_ones_show_too(roughly):
     prospect = prospect_of(room_known_up_to(10))
     low, high = (13, 8, 10), (19, 8, 10)

@@ -47,7 +47,7 @@ def decided(kinds, here_m, is_steep=True):
     return explorer.decide(planner_of(kinds).space(0.0, here_m), here_m)
 
 
-@pytest.mark.parametrize("upside_down", [False, True])
+@pytest.mark.table("upside_down", [False, True])
 def test_a_hole_is_entered_straight_before_any_view_of_its_border(upside_down):
     here_m = HERE_M * (1.0, 1.0, -1.0) + (0.0, 0.0, SIDE * VOXEL_M) if upside_down else HERE_M
     decision = decided(drawn(upside_down), here_m)
@@ -63,7 +63,7 @@ def test_a_hole_is_entered_straight_before_any_view_of_its_border(upside_down):
     np.testing.assert_allclose(decision.column_m[:, :2] - (x, y), 0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("upside_down", [False, True])
+@pytest.mark.table("upside_down", [False, True])
 def test_a_shaft_is_entered_as_far_as_a_range_finder_has_seen_it(upside_down):
     """Given a thread of free voxels in the hole's middle, down to 0.6 m. The UAV keeps two voxels."""
     kinds = drawn()

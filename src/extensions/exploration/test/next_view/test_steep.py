@@ -19,7 +19,7 @@ from exploration.planning import FREE, UNKNOWN, PathPlanner, PlannerParameters
 HOVER_M = np.array((1.0, 2.0, 3.0))
 
 
-@pytest.mark.parametrize(("steep", "cepa_looks_up"), [(False, True), (True, True), (True, False)])
+@pytest.mark.table(("steep", "cepa_looks_up"), [(False, True), (True, True), (True, False)])
 def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_allowed(steep, cepa_looks_up):
     # Given a level lidar, whose beams do not lead through a hole above, and a room on the deck
     slab = [
@@ -66,7 +66,7 @@ def explored(filled, directions, view_choice, is_steep=True):
     return flight, exploration
 
 
-@pytest.mark.parametrize("has_range_finders", [True, False])
+@pytest.mark.table("has_range_finders", [True, False])
 def test_a_high_narrow_room_is_climbed_straight_where_a_range_finder_looks(has_range_finders):
     # Given beams that rise by 0.8 m over the whole length of a room that is 5.2 m high
     straight = np.array([(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)])
@@ -90,7 +90,7 @@ def test_what_is_under_a_ceiling_where_no_level_view_leads_is_seen_from_close_be
     assert known[0] <= ((ceiling != UNKNOWN) | (below != UNKNOWN)).mean() <= known[1]
 
 
-@pytest.mark.parametrize(("free_step", "goes_on", "tried"), [(0, True, 1), (9, True, 3), (None, False, 0)])
+@pytest.mark.table(("free_step", "goes_on", "tried"), [(0, True, 1), (9, True, 3), (None, False, 0)])
 def test_steep_steps_without_a_way_are_tried_at_the_same_look(free_step, goes_on, tried):
     # Given steps up from five places, of which one at most has a way
     x = np.arange(5) if free_step is not None else np.zeros(0)

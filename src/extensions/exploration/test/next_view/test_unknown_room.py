@@ -65,16 +65,14 @@ def test_what_is_unknown_beside_a_door_counts_if_room_lies_behind():
     assert found[17, 17:23, 30].all()
 
 
-@pytest.mark.parametrize(("least_m3", "counts"), [(0.5, True), (1000.0, False)])
+@pytest.mark.table(("least_m3", "counts"), [(0.5, True), (1000.0, False)])
 def test_small_pieces_of_room_do_not_count(least_m3, counts):
     kinds = walled()
     kinds[16:24, 16:24, 30] = UNKNOWN
     assert near(kinds, least_m3).any() == counts
 
 
-@pytest.mark.parametrize(
-    ("high", "known_m3", "counts"), [(8, 641.0, False), (8, 639.0, True), (12, 1e5, True)]
-)
+@pytest.mark.table(("high", "known_m3", "counts"), [(8, 641.0, False), (8, 639.0, True), (12, 1e5, True)])
 def test_niches_of_a_large_place_do_not_count_while_all_of_them_are_a_thousandth(high, known_m3, counts):
     """The UAV's centre keeps 2 voxels to each side: in a niche of 8 x 8 it has room of 4 x 4 x 5, 0.64 m3.
 

@@ -69,7 +69,7 @@ def test_in_the_open_a_corner_is_cut_and_the_aim_stays_ahead():
     assert min(aims_m[:-12]) > 0.7
 
 
-@pytest.mark.parametrize("cost_m", [a_wall, less_room])
+@pytest.mark.table("cost_m", [a_wall, less_room])
 def test_a_corner_with_something_inside_is_not_cut(cost_m):
     way = Way(PLACES_M, cost_m, 1.0)
     track_m, _ = flown(way, (0.0, 0.0, 1.0))
@@ -88,7 +88,7 @@ def a_manhole(a_m, b_m):
     return math.dist(a_m, b_m) * (1.0 + float(dearer.mean()))
 
 
-@pytest.mark.parametrize("corners_x_m", [(1.0, 6.0), (6.0,), (3.4, 6.0)])
+@pytest.mark.table("corners_x_m", [(1.0, 6.0), (6.0,), (3.4, 6.0)])
 def test_it_enters_a_narrow_part_slowly_and_so_in_its_middle(corners_x_m):
     aims_m, here_m = [], np.array((0.0, 0.0, 1.0))
     way = Way([np.array((x, 0.0, 1.0)) for x in corners_x_m], a_manhole, 2.0, begin_m=here_m)
@@ -142,7 +142,7 @@ def under_a_lintel(a_m, b_m):
     return math.dist(a_m, b_m) if (points[beyond, 2] < 1.0).all() else math.inf
 
 
-@pytest.mark.parametrize("climbs_first", [True, False])
+@pytest.mark.table("climbs_first", [True, False])
 def test_before_an_opening_at_another_height_it_climbs_or_sinks_first_if_it_shall(climbs_first):
     begin_m = np.array((0.5, 0.0, 1.2))
     assert under_a_lintel(begin_m, SILL_M) < math.inf  # straight down through the opening
@@ -174,7 +174,7 @@ def test_an_empty_way_has_no_aim():
     assert way.rest_m == []
 
 
-@pytest.mark.parametrize(("goes_round", "is_held_off"), [(True, False), (False, True)])
+@pytest.mark.table(("goes_round", "is_held_off"), [(True, False), (False, True)])
 def test_a_uav_whose_way_gets_longer_makes_progress_if_it_flies(goes_round, is_held_off):
     """It flies 5 m of 10 m. Then a hatch closes, and the way round is 30 m; it flies that, or it stays."""
     progress, end_m, round_m = Progress(), np.array((10.0, 0.0, 1.0)), np.array((5.0, 15.0, 1.0))

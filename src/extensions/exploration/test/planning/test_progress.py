@@ -29,7 +29,7 @@ def test_a_path_without_length_is_reached():
     assert off_m == 0.0
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("way_m", "place"), [(1.0, (1.0, 0.0, 1.0)), (5.5, (4.0, 1.5, 1.0)), (50.0, (4.0, 3.0, 1.0))]
 )
 def test_a_place_ahead_is_on_the_path(way_m, place):

@@ -100,7 +100,7 @@ def test_collision_prevention_does_not_fly_into_the_unseen():
     assert bold.steer(scan, AHEAD).velocity_xy == pytest.approx(AHEAD)
 
 
-@pytest.mark.parametrize("side", [-1.0, 1.0])
+@pytest.mark.table("side", [-1.0, 1.0])
 def test_vfh_plus_passes_a_trunk_on_the_nearer_side_with_its_enlargement(side):
     bearing = -side * 0.05
     decision = VfhPlus().steer(disc(2.0, 0.2, bearing), AHEAD)

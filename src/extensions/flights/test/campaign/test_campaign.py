@@ -24,7 +24,7 @@ BY_100 = {"from": 1, "to": 100, "steps": 100}
 # -- the page -----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.table("kind", KINDS)
 def test_the_page_names_every_axis_world_and_column(kind):
     page = (ROOT / "src/extensions/flights/doc/campaigns.md").read_text()
     on_page = re.findall(r"`([a-z0-9_.]+)`", page)
@@ -197,7 +197,7 @@ def test_a_late_arrival_is_better_than_none():
     assert costs["late"] < costs["stuck"] < costs["touched"]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("axes", "sentence"),
     [
         ({"algorithm": "vfh_plus"}, "Only improved and original"),

@@ -153,7 +153,7 @@ def test_a_deep_dead_end_holds_the_straight_way_and_is_as_deep_as_asked_for(tmp_
         assert shapes["back"][:, 1].min() < -0.3 < 0.3 < shapes["back"][:, 1].max()
 
 
-@pytest.mark.parametrize("door_m", [0.9, 1.0, 1.2])
+@pytest.mark.table("door_m", [0.9, 1.0, 1.2])
 def test_doors_are_as_wide_as_asked_for_and_the_only_way(door_m, tmp_path):
     settings = campaign_of({"trials": {"world": "doors", "door_m": door_m}}, "x").combinations[0]
     shapes = shapes_in(place_of(settings, 5), tmp_path)
@@ -162,7 +162,7 @@ def test_doors_are_as_wide_as_asked_for_and_the_only_way(door_m, tmp_path):
     assert not way_exists(shapes, 26.0, 2.94, FLAT, door_m / 2 + 0.01)
 
 
-@pytest.mark.parametrize("behind", ["nothing", "person", "hose"])
+@pytest.mark.table("behind", ["nothing", "person", "hose"])
 def test_each_manhole_is_near_the_straight_way_and_what_is_behind_one_leaves_it(behind, tmp_path):
     settings = campaign_of({"trials": {"world": "manholes", "behind": behind}}, "x").combinations[0]
     for seed in range(4):
@@ -283,13 +283,13 @@ def wall(y_low, y_high, bottom_m=0.0, top_m=4.0):
     return Outline("wall", corners, bottom_m, top_m)
 
 
-@pytest.mark.parametrize(("gap_m", "found"), [(0.95, False), (1.05, True)])
+@pytest.mark.table(("gap_m", "found"), [(0.95, False), (1.05, True)])
 def test_a_gap_is_a_way_when_it_leaves_half_a_metre_to_both_sides(gap_m, found):
     walls = [wall(-3.0, 1.0 - gap_m / 2), wall(1.0 + gap_m / 2, 3.0)]
     assert way_exists(walls, 10.0, 3.0, FLAT) is found
 
 
-@pytest.mark.parametrize(("bottom_m", "found"), [(1.55, False), (1.65, True)])
+@pytest.mark.table(("bottom_m", "found"), [(1.55, False), (1.65, True)])
 def test_a_way_may_lead_below(bottom_m, found):
     hanging = wall(-3.0, 3.0, bottom_m, 6.0)  # the lowest height is 1.1 m
     assert way_exists([hanging], 10.0, 3.0, np.arange(1.1, 2.95, 0.1)) is found
@@ -313,7 +313,7 @@ def test_a_denser_forest_is_the_sparser_one_with_more_trunks():
     assert np.abs(dense[:, 0] - 13.0).max() <= 13.0 - CLEAR_M
 
 
-@pytest.mark.parametrize("width_m", [1.6, 3.0])
+@pytest.mark.table("width_m", [1.6, 3.0])
 def test_a_hallway_is_passable_and_as_wide_as_it_says(width_m, tmp_path):
     path = tmp_path / "hallway.world"
     path.write_text(hallway_sdf(np.random.default_rng(5), width_m, 26.0))

@@ -56,7 +56,7 @@ def first_s(is_there):
     return next(t for t in np.arange(0.0, 3.0, 0.001).tolist() if is_there(t))
 
 
-@pytest.mark.parametrize(("edge_m", "speed_m_s"), [(0.5, 1.5), (2.0, 2.0)])
+@pytest.mark.table(("edge_m", "speed_m_s"), [(0.5, 1.5), (2.0, 2.0)])
 def test_who_hovers_under_the_middle_needs_the_time_of_the_response_to_the_side(edge_m, speed_m_s):
     needed_s = first_s(lambda t: moved_m(t) >= 0.5 * edge_m + BODY_M)
     above_m = speed_m_s * needed_s - sunk_m(needed_s)
@@ -174,7 +174,7 @@ def test_a_small_load_that_no_beam_meets_before_the_rotors_is_unavoidable():
     assert not could_be_avoided(rows, load, uav())
 
 
-@pytest.mark.parametrize(("sooner_s", "is_avoidable"), [(-0.03, False), (0.03, True)])
+@pytest.mark.table(("sooner_s", "is_avoidable"), [(-0.03, False), (0.03, True)])
 def test_from_the_first_beam_on_it_needs_a_period_to_see_the_delay_and_the_way_back(sooner_s, is_avoidable):
     # Given a load of 2 m whose near edge the beam meets 1 s after BEGIN_S
     back_s = first_s(lambda t: moved_m(t) - t >= BODY_M + PERIOD_S + RESPONSE.delay_s)

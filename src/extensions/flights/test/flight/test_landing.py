@@ -170,7 +170,7 @@ def test_nobody_knows_how_a_uav_without_true_poses_has_landed():
     assert course.outcome.failure == "The landing failed: nobody told the UAV's true pose."
 
 
-@pytest.mark.parametrize("in_flight", [True, False])
+@pytest.mark.table("in_flight", [True, False])
 def test_a_rotor_on_the_ground_is_a_contact_whenever_it_happens(in_flight):
     monitor = Monitor(PhaseLimits(), UavParts("iris", frozenset(("rotor_2",))))
     monitor.on_truth(0.0, (0.0, 0.0, 0.12), (0.0, 0.0, 0.0, 1.0))

@@ -32,7 +32,7 @@ class Attacker:
 
 
 @pytest.mark.flight
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("world", "directions_deg"),
     [
         # straight at one wall, the other, back again, and along the hallway askew

@@ -30,7 +30,7 @@ class Climbs:
         return Decision((1.0, 0.0), False, 0.0, 1, Reason.STEERED, climb_m_s=self.climb_m_s)
 
 
-@pytest.mark.parametrize(("answered", "flown"), [(0.7, 0.7), (None, 0.3)])
+@pytest.mark.table(("answered", "flown"), [(0.7, 0.7), (None, 0.3)])
 def test_climbs_are_told_and_flown_and_ranges_are_in_the_lidars_frame(worlds_folder, answered, flown):
     finders = ("range_finder", "range_finder_up")
     simulation = Simulation(SimulationParameters(str(worlds_folder / "empty.world"), sensors=finders))
@@ -52,9 +52,7 @@ def test_climbs_are_told_and_flown_and_ranges_are_in_the_lidars_frame(worlds_fol
     assert 0.0 < down.range_min_m < 1.0 < down.range_max_m
 
 
-@pytest.mark.parametrize(
-    ("algorithm", "is_told"), [("dynamic", True), ("improved", False), ("original", False)]
-)
+@pytest.mark.table(("algorithm", "is_told"), [("dynamic", True), ("improved", False), ("original", False)])
 def test_only_dynamic_is_told_of_single_beams(worlds_folder, algorithm, is_told):
     """A wire that one beam meets. The median of three beams hides it from the algorithms of the thesis."""
     simulation = Simulation(SimulationParameters(str(worlds_folder / "empty.world")))

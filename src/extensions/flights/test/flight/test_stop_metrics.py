@@ -46,7 +46,7 @@ def test_a_uav_that_flies_on_is_never_slow():
     assert stop.stays_slow_s == pytest.approx(1.5, abs=1.01 * STEP_S)
 
 
-@pytest.mark.parametrize("heading_rad", [0.0, math.pi])
+@pytest.mark.table("heading_rad", [0.0, math.pi])
 def test_the_turn_counts_across_the_change_of_sign(heading_rad):
     stop = stop_of(truth(lambda t_s: 1.0, -0.7, heading_rad), LOST_S)
     assert stop.turn_rad_s == pytest.approx(-0.7)

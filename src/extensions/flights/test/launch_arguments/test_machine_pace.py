@@ -23,7 +23,7 @@ def test_a_flight_that_would_be_late_is_told_with_a_factor_that_the_machine_keep
     assert warning("experiment_1.launch", PX4, lambda: 1.2) == ""
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("name", "changed"),
     [
         ("explore.launch", {"real_time_factor": "0"}),

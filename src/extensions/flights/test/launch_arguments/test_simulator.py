@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import re
-
 import pytest
 
 from flights.errors import FlightsError
 from flights.launch_arguments import simulator
-from simulation_tools.errors import SimulationToolsError
 
 
 @pytest.fixture
@@ -26,22 +23,6 @@ def test_lockstep_with_a_foreign_flight_controller_is_refused(autopilot, arducop
     simulator.check({**asked, "autopilot": "standin", "lockstep": "true"})
     with pytest.raises(FlightsError, match=f"lockstep:=true needs autopilot:=standin; with {autopilot}"):
         simulator.check({**asked, "lockstep": "true"})
-
-
-@pytest.mark.table(
-    ("program", "sentence"),
-    [
-        (" ", "give ardupilot:=/path/to/arducopter"),
-        ("arducopter", "ardupilot:=arducopter is not an absolute path"),
-        ("~/arducopter", "for example ardupilot:=$HOME/arducopter."),
-        ("/bin/true", "/bin/true is not arducopter, built for the board sitl: it does not know"),
-        ("/bin", "/bin is a folder; give the program, for example /bin/arducopter"),
-        ("/no/arducopter", "ArduPilot's program /no/arducopter is not there"),
-    ],
-)
-def test_a_program_that_no_node_would_find_is_refused(program, sentence):
-    with pytest.raises((FlightsError, SimulationToolsError), match=re.escape(sentence)):
-        simulator.check({"autopilot": "ardupilot", "ardupilot": program})
 
 
 def test_a_battery_of_the_simulator_is_refused_with_a_foreign_flight_controller(arducopter):

@@ -83,7 +83,7 @@ def test_the_map_at_half_time_knows_less(flown):
     assert 0 < (run.half_way.cells >= 0).sum() < (run.grid.cells >= 0).sum()
 
 
-@pytest.mark.parametrize("world", ["room", "hold"])
+@pytest.mark.table("world", ["room", "hold"])
 def test_the_shipped_parameters_are_those_of_gridslam(world):
     setup = read_setup(world)
     assert setup.parameters.delta == 0.05
@@ -102,7 +102,7 @@ def test_parameters_of_the_node_alone_are_left_out_and_wrong_ones_refused():
         read_setup("attic")
 
 
-@pytest.mark.parametrize("world", ["room", "hold"])
+@pytest.mark.table("world", ["room", "hold"])
 def test_every_line_of_the_shipped_files_says_its_effect(world, worlds_folder):
     text = (worlds_folder.parent / f"config/gridslam_{world}.yaml").read_text()
     known = {field.name for field in fields(SlamParameters)}

@@ -28,7 +28,7 @@ def narrowest(surface):
     return narrowest_on_way(surface, HERE_M, GOAL_M, np.random.default_rng(1))
 
 
-@pytest.mark.parametrize(("width_m", "height_m"), [(0.6, 0.8), (1.4, 1.2)])
+@pytest.mark.table(("width_m", "height_m"), [(0.6, 0.8), (1.4, 1.2)])
 def test_the_least_side_of_an_opening_is_its_width(width_m, height_m):
     found = narrowest(wall(width_m, height_m))
     assert found.width_m == pytest.approx(min(width_m, height_m), abs=0.15)

@@ -126,7 +126,7 @@ def test_machine_and_versions_are_told():
     assert results.versions()["numpy"] == np.__version__
 
 
-@pytest.mark.parametrize(("free_mb", "wrong"), [(199.9, True), (200.0, False), (0.0, True)])
+@pytest.mark.table(("free_mb", "wrong"), [(199.9, True), (200.0, False), (0.0, True)])
 def test_a_disk_too_full_to_record_is_told_of(tmp_path, free_mb, wrong):
     sentence = shortage_of(tmp_path / "flight.bag", free_mb)
     assert (sentence is not None) is wrong
@@ -141,7 +141,7 @@ SHA256_OF_ABC = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015a
 """FIPS 180-4's example."""
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("lockstep", "misses", "digest"), [(True, 0, SHA256_OF_ABC), (True, 1, None), (False, 0, None)]
 )
 def test_a_flight_that_repeats_has_a_digest(tmp_path, lockstep, misses, digest):

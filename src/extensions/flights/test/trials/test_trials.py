@@ -85,7 +85,7 @@ def test_a_trial_that_failed_is_told_of_not_kept_and_tried_again(tmp_path):
     assert len(path.read_text().splitlines()) == 1
 
 
-@pytest.mark.parametrize("left", [1, 5, 60])
+@pytest.mark.table("left", [1, 5, 60])
 def test_a_kill_loses_at_most_the_line_that_was_being_written(tmp_path, left):
     path = tmp_path / "t.jsonl"
     whole, _ = compute([trial(1), trial(2)], path)

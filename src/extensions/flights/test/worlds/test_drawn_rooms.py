@@ -26,7 +26,7 @@ def room_for_the_uav(drawn, folder):
     return lambda place: room[tuple(np.floor((np.array(place) - low) / SIDE_M).astype(int)[::-1])], places
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.table("seed", range(2))
 def test_rooms_are_closed_and_the_uav_reaches_the_last_one(seed, tmp_path):
     drawn = rooms_world(np.random.default_rng(seed))
     assert drawn == rooms_world(np.random.default_rng(seed))
@@ -40,7 +40,7 @@ def test_rooms_are_closed_and_the_uav_reaches_the_last_one(seed, tmp_path):
 BEAM_0 = r'<collision name="beam_0">\s*<pose>(.*?)</pose>.*?<size>(.*?)</size>'
 
 
-@pytest.mark.parametrize("sizes", [None, SMALL])
+@pytest.mark.table("sizes", [None, SMALL])
 def test_no_beam_hangs_low_over_the_start(sizes):
     apart_m, bottoms_m = [], []
     for seed in range(300):

@@ -140,7 +140,7 @@ def test_a_world_is_drawn_with_sizes_of_ones_own():
     assert generator.make("ballast_tank", {"compartments": 3}) == ballast_tank(BallastTankParameters(3))
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("name", "sizes", "complaint"),
     [
         ("hold", {"length_m": 40.0}, "'hold' has no parameters"),

@@ -29,7 +29,7 @@ def by_name(scenario):
     return {obstacle.name: obstacle for obstacle in placement(scenario)}
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS)
+@pytest.mark.table("scenario", SCENARIOS)
 def test_what_is_within_r_lb_is_where_the_lidar_sees_it(scenario):
     near = [obstacle for obstacle in placement(scenario) if distance(obstacle) < R_LB_M]
     assert len(near) == {"columns": 4, "wall_one_column": 2, "wall_three_columns": 2}[scenario]
@@ -60,7 +60,7 @@ def test_there_is_room_beside_the_wall_but_not_between_the_columns():
     assert max(np.diff(places)) - 0.2 + 2 * VARIATION_M < FITS_M
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS)
+@pytest.mark.table("scenario", SCENARIOS)
 def test_the_obstacles_stand_on_the_floor_and_reach_beyond_the_hover(scenario):
     for obstacle in placement(scenario):
         (outline,) = outlines(World("w", models=(obstacle.model(),)))

@@ -52,7 +52,7 @@ def test_a_place_is_read_however_it_was_copied(given):
     assert scenario.place("goal", given) == (16.0, -4.0, 1.2)
 
 
-@pytest.mark.parametrize("given", ["ballast-tank", "/home/me/ballast-tank", "/worlds/none.world"])
+@pytest.mark.table("given", ["ballast-tank", "/home/me/ballast-tank", "/worlds/none.world"])
 def test_a_world_that_is_not_there_lists_the_names(given):
     with pytest.raises(
         ScenarioError, match=r"choose world:=hold_3d\|hold_3d_cargo\|ballast_tank, or the path"

@@ -63,7 +63,7 @@ def test_nothing_gathered_is_no_cloud():
     assert gathering.take() is None
 
 
-@pytest.mark.parametrize("resolution_m", [0.05, 0.2])
+@pytest.mark.table("resolution_m", [0.05, 0.2])
 def test_coarser_voxels_allow_a_longer_way(resolution_m):
     way_m = 0.75 * resolution_m
     assert len(gathered([scan(0.0), scan(0.1, place=(0.0, way_m - 1e-6, 0.0))], resolution_m)) == 1

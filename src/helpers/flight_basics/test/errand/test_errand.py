@@ -26,7 +26,7 @@ def flying(kept=None):
     return hands
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("told", "waits_s", "words"),
     [
         ([came.Battery(1.0, 0.9)], FIRST_S, "The place of the UAV is not known yet."),
@@ -78,7 +78,7 @@ def test_a_goal_that_was_cancelled_while_it_was_read_comes_home_at_once():
     assert hands.leader.end == "aborted"
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("message", "who"),
     [
         (lambda: came.Command("abort"), "Somebody ended the test by the service ~abort."),
@@ -123,7 +123,7 @@ def test_an_older_goal_of_another_sender_does_not_replace_the_newest_unless_the_
     assert [each.name for each in hands.open] == ["two"]
 
 
-@pytest.mark.parametrize("step_s", [3600.0, -3600.0])
+@pytest.mark.table("step_s", [3600.0, -3600.0])
 def test_a_clock_that_is_set_is_no_silence_of_the_map(step_s):
     hands = flying()
     hands.give(pose(10.0 + step_s))
@@ -195,7 +195,7 @@ def test_a_pose_that_comes_back_finds_the_time_that_has_passed_and_a_paused_cloc
     assert not [each for each in hands.told(out.Say) if "clock was set" in each.words]
 
 
-@pytest.mark.parametrize("content", ["yes", "no"])
+@pytest.mark.table("content", ["yes", "no"])
 def test_a_second_goal_that_comes_in_flight_keeps_the_home(content):
     hands = flying()
     hands.give(pose(10.1, (3.0, 0.0, 2.0)))

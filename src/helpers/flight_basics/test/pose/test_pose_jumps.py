@@ -25,13 +25,13 @@ def test_poses_that_are_wild_in_different_places_are_left_out_for_as_long_as_the
     assert wild_ones([HERE_M, *wild, HERE_M]) == [False, *[True] * 20, False]
 
 
-@pytest.mark.parametrize("metres", [0.5, 1.9])
+@pytest.mark.table("metres", [0.5, 1.9])
 def test_the_correction_of_a_loop_closure_is_taken_at_once(metres):
     there_m = np.add(HERE_M, (0.0, metres, 0.0))
     assert not any(wild_ones([HERE_M, there_m, there_m]))
 
 
-@pytest.mark.parametrize("metres", [6.0, 300.0])
+@pytest.mark.table("metres", [6.0, 300.0])
 def test_a_greater_jump_that_lasts_is_taken_with_its_third_pose(metres):
     there_m = np.add(HERE_M, (0.0, metres, 0.0))
     assert wild_ones([HERE_M, *[there_m] * 5]) == [False, True, True, False, False, False]

@@ -26,7 +26,7 @@ def test_a_pose_that_is_tracked_is_sure(photographs, state):
     assert set(trusts(PoseTrust(photographs), 5.0, state, off_m=0.02)) == {Trust.SURE}
 
 
-@pytest.mark.parametrize("photographs", [True, False])
+@pytest.mark.table("photographs", [True, False])
 def test_a_uav_that_is_lost_hovers_and_then_comes_home(photographs):
     trust = PoseTrust(photographs)
     told = trusts(trust, LOST_S + 1.0, "lost")
@@ -51,7 +51,7 @@ def test_a_uav_that_finds_itself_again_goes_on():
     assert trust.at(5.0) is Trust.SURE
 
 
-@pytest.mark.parametrize("off", [{"state": "uncertain"}, {"off_m": 0.3}, {"off_rad": 0.1}])
+@pytest.mark.table("off", [{"state": "uncertain"}, {"off_m": 0.3}, {"off_rad": 0.1}])
 def test_only_photographs_mind_a_place_that_is_a_little_off(off):
     told = trusts(PoseTrust(photographs=True), UNSURE_S + 1.0, **off)
     assert told[0] is Trust.UNSURE

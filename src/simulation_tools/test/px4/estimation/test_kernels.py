@@ -88,7 +88,7 @@ def test_the_covariance_is_propagated_as_by_dense_matrices(seed):
     assert p == pytest.approx(expected, rel=1e-10, abs=1e-10)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.table("seed", range(3))
 def test_the_transition_is_the_derivative_of_the_motion(seed):
     """Errors put in before a step, and found after it; F is exact to first order in dt."""
     rng = np.random.default_rng(seed)

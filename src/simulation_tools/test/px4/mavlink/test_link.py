@@ -42,7 +42,7 @@ def test_ports_follow_px4s_convention():
     link.close()
 
 
-@pytest.mark.parametrize("streams_unasked", [True, False], ids=["offboard", "ground station"])
+@pytest.mark.table("streams_unasked", [True, False])
 def test_the_default_remote_is_served_without_asking(streams_unasked):
     """A ground station gets heartbeats only, until it sends one itself."""
     listener = Client(1)

@@ -54,7 +54,7 @@ def reaction(flight, seconds=12.0):
     return flight.body.position[1] if changed else math.nan
 
 
-@pytest.mark.parametrize(("action", "mode"), [(2, Mode.AUTO_LOITER), (3, Mode.AUTO_RTL), (5, Mode.AUTO_LAND)])
+@pytest.mark.table(("action", "mode"), [(2, Mode.AUTO_LOITER), (3, Mode.AUTO_RTL), (5, Mode.AUTO_LAND)])
 def test_at_the_greatest_distance_gf_action_flies(action, mode):
     flight = north_at(3.0, GF_MAX_HOR_DIST=25.0, GF_ACTION=action)
     where = reaction(flight)

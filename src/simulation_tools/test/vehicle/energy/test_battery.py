@@ -20,7 +20,7 @@ LINEAR = BatteryParameters(2.0, 2.0, resistance_ohm=0.0, linear_voltage_v=(10.0,
 """10 V whatever its charge: then the current of a power is constant."""
 
 
-@pytest.mark.parametrize(("share", "volts"), [(1.0, 4.1029), (0.5, 3.8034), (0.0, 2.654)])
+@pytest.mark.table(("share", "volts"), [(1.0, 4.1029), (0.5, 3.8034), (0.0, 2.654)])
 def test_the_cells_curve_is_chens_and_rincon_moras(share, volts):
     """Their equation 2, worked out by hand."""
     assert cell_voltage_v(share) == pytest.approx(volts, abs=2e-4)

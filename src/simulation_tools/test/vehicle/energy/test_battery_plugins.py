@@ -61,7 +61,7 @@ def test_a_lidar_draws_what_the_thesis_says(lidar):
     assert power_load_w(carried) - power_load_w(bare) == pytest.approx(TABLE_D1_W[lidar])
 
 
-@pytest.mark.parametrize(("name", "watt_hours"), [("iris", 58.0), ("small_quad", 61.0)])
+@pytest.mark.table(("name", "watt_hours"), [("iris", 58.0), ("small_quad", 61.0)])
 def test_the_shipped_quadrotors_have_a_full_battery(name, watt_hours):
     battery = read_energy(load_model(f"model://{name}", [MODELS])).battery
     assert battery.initial_charge_ah == battery.capacity_ah
