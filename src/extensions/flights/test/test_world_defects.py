@@ -75,6 +75,7 @@ def tank(size_m):
     return f'<sdf version="1.6"><world name="tank">{models}</world></sdf>'
 
 
+@pytest.mark.long
 def test_a_small_tank_gets_smaller_marks(tmp_path):
     """No seam of 2.3 m fits on plates of 1.6 x 1.2 x 1.6 m."""
     world = tmp_path / "tank.world"

@@ -118,9 +118,9 @@ def fly(seed, lasts_s=(300.0, 1500.0), least_charge=0.5):
     return charge - rate * P.landing_time, True
 
 
-def test_a_thousand_flights_come_home_with_the_reserve():
+def test_hundreds_of_flights_come_home_with_the_reserve():
     """The reserve less the rounding of what the battery tells; the issue's bound is 10 %."""
-    landed = [fly(seed) for seed in range(1000)]
+    landed = [fly(seed) for seed in range(300)]
     assert all(home for _, home in landed)
     left = np.array([charge for charge, _ in landed])
     assert left.min() >= P.reserve - 0.02

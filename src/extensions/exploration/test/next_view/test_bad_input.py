@@ -107,7 +107,14 @@ def test_over_an_empty_map_it_comes_down_for_want_of_energy_or_time_or_when_it_i
     assert exploration.explored.reason
 
 
-@pytest.mark.table("jump_m", [(0.4, -0.2, 0.0), (1.6, 0.8, 0.0), (-0.8, 2.4, 0.0)])
+@pytest.mark.parametrize(
+    "jump_m",
+    [
+        (1.6, 0.8, 0.0),
+        pytest.param((0.4, -0.2, 0.0), marks=pytest.mark.long),
+        pytest.param((-0.8, 2.4, 0.0), marks=pytest.mark.long),
+    ],
+)
 def test_after_the_map_and_the_uav_in_it_jumped_it_explores_on_and_lands(jump_m):
     # Given a UAV that has seen half of two rooms; the map jumps by metres, as SLAM closes a loop
     led = Led(shifted_room((0, 0, 0)), HOVER_M + np.array((1.6, 1.6, 0.0)))
@@ -205,7 +212,7 @@ def test_a_door_that_opens_again_lets_it_home():
     assert led.exploration.is_home
 
 
-@pytest.mark.table("view_choice", ["border", "volume"])
+@pytest.mark.parametrize("view_choice", ["border", pytest.param("volume", marks=pytest.mark.long)])
 def test_a_person_who_follows_it_holds_it_up_for_a_while_only(view_choice):
     # Given somebody a metre behind the UAV, wherever it flies
     explorer = replace(EXPLORER, view_choice=view_choice)
@@ -237,7 +244,7 @@ def test_a_person_who_follows_it_holds_it_up_for_a_while_only(view_choice):
     assert led.exploration.is_home or "stood still" in led.explored.reason
 
 
-@settings(max_examples=5)
+@settings(max_examples=settings.default.max_examples // 10)
 @given(st.integers(0, 2**32 - 1))
 def test_it_tells_explored_only_when_a_flood_fill_finds_nothing_or_cepa_refused(seed):
     """CEPA holds the UAV now and then, for up to 15 s. The end must be true all the same."""

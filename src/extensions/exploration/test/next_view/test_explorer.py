@@ -39,7 +39,7 @@ def test_two_rooms_with_a_door_of_1_2_m_are_known_at_the_end():
     assert known[~flight.filled].mean() > 0.99
 
 
-@settings(max_examples=4)
+@settings(max_examples=settings.default.max_examples // 10)
 @given(st.integers(0, 2**32 - 1))
 def test_nothing_reachable_is_unknown_when_it_says_so(seed):
     """In rooms with boxes: all places where the UAV fits are known to be free."""
@@ -52,7 +52,7 @@ def test_nothing_reachable_is_unknown_when_it_says_so(seed):
     assert (flight.kinds[reachable(flight)] == FREE).all()
 
 
-@settings(max_examples=4)
+@settings(max_examples=settings.default.max_examples // 10)
 @given(st.integers(0, 2**32 - 1))
 def test_the_way_home_is_always_known_and_keeps_the_clearance(seed):
     """In two drawn rooms with a door and boxes: at each view a path leads home, through free voxels only."""
@@ -119,6 +119,7 @@ def test_a_slit_that_the_uav_does_not_fit_through_is_named():
     assert max(place[0] for place in flight.places_m) < 3.0
 
 
+@pytest.mark.long
 @pytest.mark.table("landmark_reach", [1.4, 0.0])
 def test_what_is_seen_only_from_far_off_the_walls_is_named(landmark_reach):
     """From 1.4 m off the walls a lidar that sees 2.4 m does not see the middle of a room of 10 m."""

@@ -19,7 +19,14 @@ from exploration.planning import FREE, UNKNOWN, PathPlanner, PlannerParameters
 HOVER_M = np.array((1.0, 2.0, 3.0))
 
 
-@pytest.mark.table(("steep", "cepa_looks_up"), [(False, True), (True, True), (True, False)])
+@pytest.mark.parametrize(
+    ("steep", "cepa_looks_up"),
+    [
+        (True, True),
+        pytest.param(False, True, marks=pytest.mark.long),
+        pytest.param(True, False, marks=pytest.mark.long),
+    ],
+)
 def test_a_hole_in_the_deck_above_is_climbed_through_only_if_steep_steps_are_allowed(steep, cepa_looks_up):
     # Given a level lidar, whose beams do not lead through a hole above, and a room on the deck
     slab = [
@@ -66,7 +73,7 @@ def explored(filled, directions, view_choice, is_steep=True):
     return flight, exploration
 
 
-@pytest.mark.table("has_range_finders", [True, False])
+@pytest.mark.parametrize("has_range_finders", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_a_high_narrow_room_is_climbed_straight_where_a_range_finder_looks(has_range_finders):
     # Given beams that rise by 0.8 m over the whole length of a room that is 5.2 m high
     straight = np.array([(0.0, 0.0, 1.0), (0.0, 0.0, -1.0)])

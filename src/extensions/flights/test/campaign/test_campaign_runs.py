@@ -260,6 +260,7 @@ def check_loadable(values):
     assert flown.k4 == 0.5  # which the campaign sets
 
 
+@pytest.mark.long
 def test_maps_of_the_experiments_worlds_and_of_drawn_ones_are_compared(tmp_path):
     file, out = tmp_path / "maps.yaml", tmp_path / "out"
     file.write_text(yaml.safe_dump(MAPPING))

@@ -112,7 +112,7 @@ def are_touched(paths_m: np.ndarray, load: Load) -> np.ndarray:
     return touched
 
 
-@pytest.mark.table("seed", range(4))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.long) for n in (1, 2, 3))])
 def test_of_many_random_commands_none_escapes_what_is_called_unavoidable(seed):
     """It finds a way wherever one of them does. They are not the best: it finds some for 0.2 m sooner."""
     rng = np.random.default_rng(seed)
@@ -174,6 +174,7 @@ def test_a_small_load_that_no_beam_meets_before_the_rotors_is_unavoidable():
     assert not could_be_avoided(rows, load, uav())
 
 
+@pytest.mark.long
 @pytest.mark.table(("sooner_s", "is_avoidable"), [(-0.03, False), (0.03, True)])
 def test_from_the_first_beam_on_it_needs_a_period_to_see_the_delay_and_the_way_back(sooner_s, is_avoidable):
     # Given a load of 2 m whose near edge the beam meets 1 s after BEGIN_S

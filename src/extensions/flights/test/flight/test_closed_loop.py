@@ -48,7 +48,14 @@ def speed_at_the_end(loop, over_s=0.2):
 LIDAR_AND_WAY = {"forest": ("tim", 40.0), "hallway": ("utm", 20.0), "sparse": ("puck", 20.0)}
 
 
-@pytest.mark.parametrize("scenario", [name for name in SCENARIOS if name != "empty"])
+@pytest.mark.parametrize(
+    "scenario",
+    [
+        name if name == "forest" else pytest.param(name, marks=pytest.mark.long)
+        for name in SCENARIOS
+        if name != "empty"
+    ],
+)
 def test_the_improved_algorithm_flies_every_scenario_without_contact(parameters, scenario):
     lidar, way_m = LIDAR_AND_WAY[scenario]
     given = parameters(scenario, seed=2, goal_xyz_m=(way_m, 0.0, 2.0))

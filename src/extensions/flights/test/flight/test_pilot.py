@@ -32,12 +32,12 @@ class Attacker:
 
 
 @pytest.mark.flight
-@pytest.mark.table(
+@pytest.mark.parametrize(
     ("world", "directions_deg"),
     [
         # straight at one wall, the other, back again, and along the hallway askew
         ("hallway", (90, -90, 45, 180)),
-        ("forest", (0, 30, -80, 200)),
+        pytest.param("forest", (0, 30, -80, 200), marks=pytest.mark.long),
     ],
 )
 def test_a_pilot_who_tries_cannot_hit_anything(world, directions_deg):

@@ -140,7 +140,6 @@ RESULT = {
 @pytest.mark.table(
     ("success", "launch_code", "code", "words"),
     [
-        (True, (), 0, "Results in"),
         (True, ("0",), 0, "Results in"),
         (True, ("1",), 1, "roslaunch gave up with code 1, so the run failed"),
         (False, ("0",), 1, "The run failed; see result.json"),

@@ -26,7 +26,7 @@ def room_for_the_uav(drawn, folder):
     return lambda place: room[tuple(np.floor((np.array(place) - low) / SIDE_M).astype(int)[::-1])], places
 
 
-@pytest.mark.table("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
 def test_rooms_are_closed_and_the_uav_reaches_the_last_one(seed, tmp_path):
     drawn = rooms_world(np.random.default_rng(seed))
     assert drawn == rooms_world(np.random.default_rng(seed))
@@ -55,6 +55,7 @@ def test_no_beam_hangs_low_over_the_start(sizes):
     assert np.array(apart_m)[low].min() >= 0.6
 
 
+@pytest.mark.long
 @pytest.mark.table("kind", TRAPS)
 def test_the_uav_fits_behind_each_trap(kind, tmp_path):
     is_reached, _ = room_for_the_uav(trap_world(np.random.default_rng(1), kind), tmp_path)

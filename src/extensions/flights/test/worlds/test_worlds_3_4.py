@@ -72,7 +72,7 @@ def test_the_room_has_what_figure_8_8_shows(worlds_folder):
     assert distance_to(faces, np.array(inner)) > 0.2  # open: its inside is seen, and empty
 
 
-@pytest.mark.table("name", SCENARIOS)
+@pytest.mark.parametrize("name", SCENARIOS)
 def test_missions_keep_clear_of_everything(name):
     scenario = SCENARIOS[name]
     start = np.array(scenario.start_xyz_yaw[:2])
