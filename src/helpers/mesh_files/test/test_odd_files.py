@@ -92,6 +92,7 @@ def test_a_comb_of_many_teeth_in_a_slanting_plane_and_a_corner_on_a_straight_sid
     [
         b"\xef\xbb\xbf" + PAIR.encode(),
         PAIR.encode("utf-16"),
+        b"# Ger\xfcst\n" + PAIR.encode(),
         PAIR.replace("\n", "\r"),
         PAIR.replace("\n", "\r\n"),
         PAIR.replace(" ", "\t"),
@@ -115,6 +116,7 @@ STL = f"solid a\n{STL}endsolid a\n"
     [
         b"\xef\xbb\xbf" + STL.encode(),
         STL.encode("utf-16"),
+        STL.replace("solid a", "solid Gerüst").encode("latin-1"),
         STL.replace("\n", "\r"),
         STL.replace("\n", " "),
         STL.upper().replace("\n", " "),
@@ -124,10 +126,26 @@ def test_text_stl_of_any_editor(tmp_path, content):
     assert area_m2(tmp_path / "a.stl", content) == pytest.approx(1.0)
 
 
-def test_a_binary_stl_whose_number_of_triangles_was_not_known(tmp_path):
-    triangles = [struct.pack("<12fH", 0, 0, 1, 0, 0, z, 1, 0, z, 0, 1, z, 0) for z in range(3)]
-    content = b"\0" * 80 + struct.pack("<I", 0xFFFFFFFF) + b"".join(triangles)
+TRIANGLES = b"".join(struct.pack("<12fH", 0, 0, 1, 0, 0, z, 1, 0, z, 0, 1, z, 0) for z in range(3))
+
+
+@pytest.mark.table("head", [b"", b"exported", b"solid in Rhino"])
+@pytest.mark.table(
+    ("number", "behind"),
+    [(0xFFFFFFFF, b""), (0, b""), (3, b""), (3, b"some bytes more"), (3, bytes(50)), (3, bytes(5000))],
+)
+def test_a_binary_stl_of_any_program(tmp_path, head, number, behind):
+    """A header may begin with "solid", and a program may not have known the number when it began."""
+    content = head.ljust(80, b"\0") + struct.pack("<I", number) + TRIANGLES + behind
     assert area_m2(tmp_path / "a.stl", content) == pytest.approx(1.5)
+
+
+@pytest.mark.table("length", [83, 84, 100, 154, 233])
+def test_a_binary_stl_that_is_cut_is_refused_as_cut(tmp_path, length):
+    content = b"exported".ljust(80, b"\0") + struct.pack("<I", 3) + TRIANGLES
+    (tmp_path / "a.stl").write_bytes(content[:length])
+    with pytest.raises(MeshFileError, match="is cut"):
+        read_parts(tmp_path / "a.stl")
 
 
 def binary_ply(faces, tail=b""):

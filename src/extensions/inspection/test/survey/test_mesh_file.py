@@ -1,6 +1,5 @@
 """Given meshes of other programs, the surface is theirs: its unit, its triangles, and its place."""
 
-import struct
 import tracemalloc
 
 import numpy as np
@@ -24,93 +23,11 @@ from inspection.survey.views.candidates import View
 FAR_M = np.array((100_000.0, -250_000.0, 30.0))
 
 
-def area_m2(path):
-    return normals_of(read_mesh(path).triangles_m)[1].sum()
-
-
-COLLADA = """<?xml version="1.0" encoding="utf-8"?>
-<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-  <asset>{unit}<up_axis>Z_UP</up_axis></asset>
-  <library_geometries><geometry id="g" name="g"><mesh>
-    <source id="p"><float_array id="a" count="12">{values}</float_array>
-      <technique_common><accessor source="#a" count="4" stride="3">
-        <param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
-      </accessor></technique_common></source>
-    <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-    <triangles count="2"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2 0 2 3</p></triangles>
-  </mesh></geometry></library_geometries>
-  <library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g"/></node></visual_scene>
-  </library_visual_scenes><scene><instance_visual_scene url="#s"/></scene>
-</COLLADA>
-"""
-
-
-@pytest.mark.parametrize("metres", [1.0, 0.3048, 0.0254, 0.01, 0.5])
-def test_collada_tells_its_unit(tmp_path, metres):
-    """A plate of 6 x 4 m."""
-    corners = np.array(((0, 0, 0), (6, 0, 0), (6, 4, 0), (0, 4, 0))) / metres
-    unit = f'<unit name="u" meter="{metres}"/>' if metres != 1.0 else ""
-    values = " ".join(f"{v:.9g}" for v in corners.ravel())
-    (tmp_path / "plate.dae").write_text(COLLADA.format(unit=unit, values=values))
-    assert area_m2(tmp_path / "plate.dae") == pytest.approx(24.0, rel=1e-5)
-
-
 def test_an_unknown_unit_is_refused(tmp_path, monkeypatch):
     trimesh.creation.box().export(tmp_path / "box.stl")
     monkeypatch.setattr(trimesh.Scene, "units", property(lambda _: "furlong per week"))
     with pytest.raises(SurveyError, match="furlong per week"):
         read_mesh(tmp_path / "box.stl")
-
-
-TRIANGLES = ((0, 0, 0, 6, 0, 0, 6, 4, 0), (0, 0, 0, 6, 4, 0, 0, 4, 0))
-BODY = b"".join(struct.pack("<12fH", 0, 0, 1, *corners, 0) for corners in TRIANGLES)
-
-
-@pytest.mark.parametrize("head", [b"exported", b"solid in Rhino"])
-@pytest.mark.parametrize(
-    ("told", "behind"), [(2, b""), (2, b"some bytes more"), (2, bytes(50)), (2, bytes(5000)), (0, b"")]
-)
-def test_bytes_behind_the_triangles_of_an_stl_do_no_harm(tmp_path, head, told, behind):
-    """A header may begin with "solid", and a program may not have known the number when it began."""
-    path = tmp_path / "plate.stl"
-    path.write_bytes(head.ljust(80, b"\0") + struct.pack("<I", told) + BODY + behind)
-    assert area_m2(path) == pytest.approx(24.0)
-
-
-@pytest.mark.parametrize("length", [83, 84, 100, 154, 183])
-def test_an_stl_that_is_cut_is_refused_as_cut(tmp_path, length):
-    path = tmp_path / "plate.stl"
-    path.write_bytes((b"exported".ljust(80, b"\0") + struct.pack("<I", 2) + BODY)[:length])
-    with pytest.raises(SurveyError, match="is cut") as refused:
-        read_mesh(path)
-    assert "Module" not in str(refused.value)
-
-
-FACET = "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 6 0 0\nvertex 6 4 0\nendloop\nendfacet\n"
-
-
-@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
-def test_an_stl_of_the_text_form_is_read_and_a_cut_one_is_refused(tmp_path, encoding):
-    path = tmp_path / "plate.stl"
-    path.write_bytes(f"solid Gerüst\n{FACET}endsolid Gerüst\n".encode(encoding))
-    assert area_m2(path) == pytest.approx(12.0)
-    path.write_bytes(f"solid Gerüst\n{FACET}{FACET[:50]}".encode(encoding))
-    with pytest.raises(SurveyError, match="is cut"):
-        read_mesh(path)
-
-
-@pytest.mark.parametrize("name", ["a.obj", "a.ply", "a.glb", "a.dae", "a.stl"])
-def test_what_is_no_mesh_is_refused_without_a_python_module(tmp_path, name):
-    (tmp_path / name).write_bytes(bytes(range(256)) * 4)
-    with pytest.raises(SurveyError) as refused:
-        read_mesh(tmp_path / name)
-    assert "No module" not in str(refused.value)
-
-
-def test_an_obj_with_umlauts_of_another_code_page_is_read(tmp_path):
-    path = room_file(tmp_path / "room.obj", np.zeros(3))
-    path.write_bytes("# Gerüst\no Gerüst\n".encode("latin-1") + path.read_bytes())
-    assert area_m2(path) == pytest.approx(108.0)
 
 
 def room_file(path, offset_m):

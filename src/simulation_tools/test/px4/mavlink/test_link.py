@@ -12,7 +12,6 @@ from flight import NO_NOISE, Flight
 from mavlink_client import GCS, ONBOARD, Client
 from pymavlink.dialects.v20 import common as mavlink
 
-from simulation_tools.mavlink import LinkError
 from simulation_tools.px4.mavlink.link import MavlinkLink
 from simulation_tools.px4.mavlink.telemetry import OFFBOARD_RATES_HZ
 from simulation_tools.px4.modes import Severity
@@ -21,13 +20,6 @@ from simulation_tools.px4.modes import Severity
 AT_REST_HZ = {**OFFBOARD_RATES_HZ, "POSITION_TARGET_GLOBAL_INT": 0.0, "DISTANCE_SENSOR": 0.0}
 
 # Ports
-
-
-def test_a_taken_port_is_one_sentence(setup):
-    port = setup.link.offboard.port
-    with pytest.raises(LinkError, match=f"127.0.0.1:{port}") as caught:
-        MavlinkLink(setup.flight.px4, 0, 0, offboard_local_port=port)
-    assert "\n" not in str(caught.value)
 
 
 def test_both_ports_are_on_the_loopback(setup):
@@ -252,15 +244,6 @@ def test_status_texts_go_to_ground_stations_only(setup):
     setup.run(0.05)
     assert [m.text for m in ground.take("STATUSTEXT")] == ["Armed by external command"]
     assert onboard.take("STATUSTEXT") == []
-
-
-def test_several_clients_are_served_at_once(setup):
-    clients = [setup.client(), setup.client(), setup.client(on_ground_port=True)]
-    for client in clients:
-        client.heartbeat()
-    setup.run(1.5)
-    for client in clients:
-        assert client.take("LOCAL_POSITION_NED")
 
 
 def test_after_a_reset_streams_start_again(ready):

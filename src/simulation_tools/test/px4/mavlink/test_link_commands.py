@@ -52,12 +52,6 @@ def test_offboard_is_accepted_within_27_ms_of_the_first_setpoint(ready):
     assert setup.ack(client, lambda: client.command(176, 1, 6)) == [(176, 0)]
 
 
-def test_command_int_is_answered_too(ready):
-    setup, client = ready
-    message = mavlink.MAVLink_command_int_message(1, 1, 0, 400, 0, 0, 1, 0, 0, 0, 0, 0, 0)
-    assert setup.ack(client, lambda: client.send(message)) == [(400, 0)]
-
-
 @pytest.mark.parametrize("is_slow", [False, True])
 def test_in_lockstep_an_order_takes_effect_at_its_scan_whether_the_setpoint_comes_before_or_after(
     ready, is_slow
