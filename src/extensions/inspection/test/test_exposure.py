@@ -18,14 +18,14 @@ from inspection.survey.views.candidates import View
 GREY, WHITE, BLACK = (120, 125, 120), (255, 255, 255), (1, 0, 2)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("colour", "is_told"),
     [
         (GREY, True), (WHITE, False), (BLACK, False), ((255, 60, 10), True), ((254, 253, 253), False),
         ((255, 255, 200), True), ((30, 3, 2), True),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("suffix", [".jpg", ".png"])
+@pytest.mark.table("suffix", [".jpg", ".png"])
 def test_what_is_white_or_black_is_not_told(tmp_path, colour, is_told, suffix):
     Image.new("RGB", (100, 60), colour).save(tmp_path / f"a{suffix}", quality=95)
     told = exposed(tmp_path / f"a{suffix}")

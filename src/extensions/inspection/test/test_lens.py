@@ -40,7 +40,7 @@ def by_opencv(points_m, lens):
     return np.column_stack((u, v))
 
 
-@pytest.mark.parametrize("lens", [WIDE, RATIONAL])
+@pytest.mark.table("lens", [WIDE, RATIONAL])
 def test_points_are_drawn_where_opencv_draws_them_and_rays_lead_back(lens):
     camera = SurveyCamera(1280, 960, 85.0, lens=lens)
     points_m = np.random.default_rng(1).uniform((-2.0, -1.5, 2.0), (2.0, 1.5, 6.0), (500, 3))
@@ -115,7 +115,7 @@ def test_a_calibration_comes_back_as_it_was(tmp_path):
         np.testing.assert_allclose(read_camera(path).matrix, camera.matrix, rtol=1e-6)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("more", "told"),
     [
         ({"distortion_model": "equidistant"}, "equidistant"),

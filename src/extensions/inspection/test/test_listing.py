@@ -72,7 +72,7 @@ def turned(path):
         image.save(path, exif=exif)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("damage", "told"),
     [
         (cut, "cut or damaged"), (zeroed, "cut or damaged"), (lambda p: p.write_bytes(b""), "is empty"),
@@ -87,7 +87,7 @@ def turned(path):
         (lambda p: p.with_suffix(".json").write_text(json.dumps(NO_TURN)), "unit"),
     ],
 )  # fmt: skip
-@pytest.mark.parametrize("pixels", [True, False])
+@pytest.mark.table("pixels", [True, False])
 def test_what_cannot_be_read_is_left_out_with_the_reason(tmp_path, damage, told, pixels):
     shoot(tmp_path, "1.jpg", "2.jpg")
     damage(tmp_path / "2.jpg")
@@ -99,7 +99,7 @@ def test_what_cannot_be_read_is_left_out_with_the_reason(tmp_path, damage, told,
     assert len(records_in(tmp_path)[0]) == 1
 
 
-@pytest.mark.parametrize("pixels", [True, False])
+@pytest.mark.table("pixels", [True, False])
 def test_what_cameras_put_behind_a_picture_does_no_harm(tmp_path, pixels):
     shoot(tmp_path, "1.jpg")
     with_more_behind(tmp_path / "1.jpg")
@@ -141,7 +141,7 @@ def test_a_turned_picture_is_not_read_as_if_it_stood_upright(tmp_path):
         read_photograph(tmp_path / "1.jpg")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("orientation", "corner"),
     [(2, "top right"), (3, "bottom right"), (4, "bottom left"), (5, "top left"), (6, "top right"),
      (7, "bottom right"), (8, "bottom left"), (9, "top left")],
@@ -191,7 +191,7 @@ def test_jpegs_by_their_other_suffixes_and_several_in_one_file(tmp_path):
     assert names_of(listed(tmp_path))[1] == ["4.mpo"]
 
 
-@pytest.mark.parametrize("name", ["a b.HEIC", "Übersicht.dng", "c.jxl", "d.PEF"])
+@pytest.mark.table("name", ["a b.HEIC", "Übersicht.dng", "c.jxl", "d.PEF"])
 def test_a_picture_of_a_kind_that_is_not_read_is_told(tmp_path, name):
     shoot(tmp_path, "1.jpg")
     (tmp_path / name).write_bytes(b"a picture")
@@ -203,7 +203,7 @@ def test_a_picture_of_a_kind_that_is_not_read_is_told(tmp_path, name):
     assert listed(tmp_path).left_out == (left_out,)
 
 
-@pytest.mark.parametrize(("name", "depth"), [("1.tif", np.uint16), ("1.png", np.uint16), ("1.jpg", np.uint8)])
+@pytest.mark.table(("name", "depth"), [("1.tif", np.uint16), ("1.png", np.uint16), ("1.jpg", np.uint8)])
 def test_a_picture_without_colours_shows_no_rust_and_does_not_count(tmp_path, name, depth):
     """Pillow makes of 16 bits a white picture."""
     grey = np.linspace(0, np.iinfo(depth).max, 48 * 64).reshape(48, 64).astype(depth)

@@ -21,7 +21,7 @@ def picture(left, right):
     return found
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("left", "right", "lost", "low_ev", "high_ev"),
     [
         (118, 118, 0.0, 0.0, 0.0),

@@ -50,8 +50,8 @@ def test_a_photograph_comes_back(tmp_path):
     assert Image.open(path).getexif()[0x0112] == 1
 
 
-@pytest.mark.parametrize("number", [math.nan, math.inf])
-@pytest.mark.parametrize("name", ["exposure_s", "iso", "lux", "blur_px", "position_m", "covariance"])
+@pytest.mark.table("number", [math.nan, math.inf])
+@pytest.mark.table("name", ["exposure_s", "iso", "lux", "blur_px", "position_m", "covariance"])
 def test_a_record_that_nobody_could_read_is_not_written(tmp_path, name, number):
     given = getattr(record(), name)
     bad = (number, *given[1:]) if isinstance(given, tuple) else number
@@ -136,7 +136,7 @@ def test_a_record_of_a_newer_program_is_read_and_one_that_lacks_a_key_is_named(t
         read_record(path)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "damage",
     [
         "",

@@ -30,7 +30,7 @@ def readings(tmp_path, text):
     return [(each.plate.first, each.original_mm, each.forward_mm, each.aft_mm) for each in rows]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "text",
     [
         HEAD + "#5,W,P,14.0,9.1,9.7,\n",
@@ -51,7 +51,7 @@ def test_a_frame_below_zero_with_a_printers_minus(tmp_path):
     assert number_of("\u22120,5") == -0.5
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "rows",
     [
         '5,W,P,14.0,13.1,13.7,"pit\n6,W,P,14.0,8.0,8.1,\n',  # the second row would be a remark

@@ -9,7 +9,7 @@ from inspection.files import whole as whole_files
 from inspection.files.whole import write_whole
 
 
-@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.table("number", [1, 2])
 def test_a_full_disk_changes_none_of_several_files(tmp_path, monkeypatch, number):
     first, second = tmp_path / "a.npz", tmp_path / "a.json"
     write_whole({first: b"1", second: b"1"})

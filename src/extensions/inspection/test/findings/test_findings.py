@@ -92,7 +92,7 @@ def test_cracks_are_not_looked_for_where_a_pixel_covers_too_much(tmp_path):
         assert [each.kind for each in found] == kinds
 
 
-@pytest.mark.parametrize("detail_mm", [0.5, 1.0, 2.0])
+@pytest.mark.table("detail_mm", [0.5, 1.0, 2.0])
 def test_the_places_of_a_rusted_wall_leave_no_gap_of_a_rusted_edge(detail_mm):
     """Each rusted pixel has a place that is as near as an edge counts as rusted."""
     picture = np.full((1200, 1600, 3), 128, np.uint8)
@@ -111,7 +111,7 @@ def to_srgb(light):
     return np.rint(255 * value).astype(np.uint8)
 
 
-@pytest.mark.parametrize("paint", [(0.45, 0.47, 0.44), (0.15, 0.15, 0.16), (0.5, 0.35, 0.28)])
+@pytest.mark.table("paint", [(0.45, 0.47, 0.44), (0.15, 0.15, 0.16), (0.5, 0.35, 0.28)])
 def test_a_spot_that_fades_into_its_paint_ends_where_rust_covers_half(paint):
     y, x = np.mgrid[-300:300, -400:400]
     share = np.clip(0.5 + (150.0 - np.hypot(x, y)) / 60.0, 0.0, 1.0)[..., None]  # half at 150 px

@@ -141,7 +141,7 @@ def along(low, high, y=0.0):
 LONG = crack(7, *along(0.0, 3.0), status="dismissed", remark="shadow of a seam")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("places_m", "is_same"),
     [
         (along(0.0, 3.0, 0.05), True), (along(2.0, 2.5), True), (along(1.0, 1.2, 0.3), False),
@@ -156,7 +156,7 @@ def test_a_decision_stays_with_what_lies_there(places_m, is_same):
     assert (found.id, found.status) == ((7, "dismissed") if is_same else (8, "new"))
 
 
-@pytest.mark.parametrize(("away_m", "is_same"), [(0.2, True), (0.25, False), (1.6, False)])
+@pytest.mark.table(("away_m", "is_same"), [(0.2, True), (0.25, False), (1.6, False)])
 def test_findings_without_places_are_known_by_their_middles(away_m, is_same):
     """0.15 m and half of the shorter one's length."""
     old = replace(LONG, places_m=(), position_m=(0.0, 0.0, 1.0))

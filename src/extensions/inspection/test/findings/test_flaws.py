@@ -36,8 +36,8 @@ def stamped(picture, colour, text="2021-07-14 12:33", place=(300, 440)):
     return np.array(image)
 
 
-@pytest.mark.parametrize("colour", [(255, 140, 0), (255, 255, 255), (255, 60, 20), (0, 0, 0)])
-@pytest.mark.parametrize("place", [(300, 440), (10, 5)])
+@pytest.mark.table("colour", [(255, 140, 0), (255, 255, 255), (255, 60, 20), (0, 0, 0)])
+@pytest.mark.table("place", [(300, 440), (10, 5)])
 def test_a_stamp_is_told_and_its_digits_are_nothing(colour, place):
     even = np.full((480, 640, 3), 120, np.uint8)
     picture = stamped(even, colour, place=place)
@@ -60,7 +60,7 @@ def moved(picture, length, axis):
     return ndimage.uniform_filter1d(picture.astype(float), length, axis=axis).astype(np.uint8)
 
 
-@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.table("axis", [0, 1])
 def test_motion_blur_is_told(axis):
     rng = np.random.default_rng(2)
     blocks = np.kron(rng.integers(60, 200, (12, 16)), np.ones((40, 40))).astype(np.uint8)
@@ -69,7 +69,7 @@ def test_motion_blur_is_told(axis):
     assert BLURRED in flaws_in(moved(sharp, 21, axis))
 
 
-@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.table("axis", [0, 1])
 def test_edges_that_lie_far_apart_differ_by_the_distance(axis):
     stripes = np.where(np.arange(1200) // 50 % 2, 60, 180)[:, None, None] * np.ones((1, 1200, 3))
     # Across an edge F that a Gaussian smoothed, the integral of (F(x + l) - F(x))^2 is
@@ -82,7 +82,7 @@ def test_edges_that_lie_far_apart_differ_by_the_distance(axis):
     assert blur_ratio(np.full((100, 100, 3), 90, np.uint8)) == 1.0  # nothing to judge by
 
 
-@pytest.mark.parametrize("value", [0, 255])
+@pytest.mark.table("value", [0, 255])
 def test_black_and_white_pictures_are_left_out(tmp_path, value, capsys):
     Image.fromarray(PLATE).save(tmp_path / "plate.png")
     Image.fromarray(np.full_like(PLATE, value)).save(tmp_path / "lost.png")
@@ -95,7 +95,7 @@ def test_black_and_white_pictures_are_left_out(tmp_path, value, capsys):
     assert f"1 photographs: inks.jpg: {CONVERTED}" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("size", [(1, 1), (3, 200), (31, 640)])
+@pytest.mark.table("size", [(1, 1), (3, 200), (31, 640)])
 def test_a_picture_that_is_too_small_to_show_anything_is_told(tmp_path, size, capsys):
     Image.new("RGB", size, (140, 60, 30)).save(tmp_path / "ä 1.png")
     assert main([str(tmp_path)]) == 1

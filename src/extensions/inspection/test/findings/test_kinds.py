@@ -34,7 +34,7 @@ def graded(*findings):
     return areas_graded(ship(), walls, np.zeros((0, 3)), findings, GradeRules())[0]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("kind", "share"), [("rust", 0.1), ("flake", 0.1), ("bump", 0.0), ("crack", 0.0), ("unheard of", 0.0)]
 )
 def test_the_area_is_rusted_if_the_kind_says_so(kind, share):
@@ -71,7 +71,7 @@ def test_size_is_an_area_or_a_length():
     assert not kind_of("bump").is_large_enough(1.0, 3.9e-4, least)
 
 
-@pytest.mark.parametrize(("kind", "wider"), [("flake", GROWN), ("bump", AS_BEFORE)])
+@pytest.mark.table(("kind", "wider"), [("flake", GROWN), ("bump", AS_BEFORE)])
 def test_growth_is_of_what_the_size_is(kind, wider):
     before, now = (finding(1, kind, (0.5, 1.5, 1.2), 0.5, area_m2) for area_m2 in (0.02, 0.05))
     assert compared(Survey([before], None), Survey([now], None)).change[1] == wider

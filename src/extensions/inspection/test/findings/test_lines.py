@@ -27,7 +27,7 @@ def test_depth_and_width_are_those_drawn():
     assert is_thin(line, PARAMETERS)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "light",
     [
         drawn(line=1.0),  # nothing
@@ -39,7 +39,6 @@ def test_depth_and_width_are_those_drawn():
         ),  # a weld
         np.where(np.arange(200) < 90, drawn(), 1.0).astype(np.float32),  # half of the line
     ],
-    ids=["nothing", "step", "edge", "band", "weld", "half"],
 )
 def test_no_thin_dark_line(light):
     assert not is_thin(line_through(ROW, light), PARAMETERS)
@@ -55,7 +54,7 @@ def toe(unlike, bent_px):
     )
 
 
-@pytest.mark.parametrize(("unlike", "bent_px", "is_crack"), [(0.4, 0, False), (0.4, 4, True), (0.1, 0, True)])
+@pytest.mark.table(("unlike", "bent_px", "is_crack"), [(0.4, 0, False), (0.4, 4, True), (0.1, 0, True)])
 def test_the_toe_of_a_weld_is_straight_between_two_surfaces(unlike, bent_px, is_crack):
     assert is_thin(toe(unlike, bent_px), PARAMETERS) is is_crack
 
@@ -88,7 +87,7 @@ def test_noisy_yellow_paint_is_no_rust():
     assert [each.kind for each in candidates_in(shot, PARAMETERS)] == ["rust"]
 
 
-@pytest.mark.parametrize(("width", "detail_mm", "count"), [(2, 0.3, 1), (9, 0.3, 1), (9, 1.0, 0)])
+@pytest.mark.table(("width", "detail_mm", "count"), [(2, 0.3, 1), (9, 0.3, 1), (9, 1.0, 0)])
 def test_a_wide_crack_is_found_in_a_fine_photograph(width, detail_mm, count):
     """9 px are 2.7 mm at 0.3 mm per pixel: a crack; at 1 mm per pixel they are a band."""
     shot = np.full((600, 400, 3), 150.0)
@@ -101,7 +100,7 @@ def test_a_wide_crack_is_found_in_a_fine_photograph(width, detail_mm, count):
         assert np.abs(each.pixels[:, 0] - (199.5 + 0.5 * width)).max() < 3.0
 
 
-@pytest.mark.parametrize(("bend_px", "count"), [(0.0, 0), (0.3, 0), (4.0, 1)])
+@pytest.mark.table(("bend_px", "count"), [(0.0, 0), (0.3, 0), (4.0, 1)])
 def test_on_the_mesh_of_a_map_straight_lines_are_edges(bend_px, count):
     """The mesh of a map does not show every edge of the structure. 0.003 of 400 px are 1.2 px."""
     triangle = np.array([[(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)]])

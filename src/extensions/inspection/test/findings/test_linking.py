@@ -36,7 +36,7 @@ def test_groups_hang_together_as_by_all_pairs(seed):
     )
 
 
-@pytest.mark.parametrize(("apart", "is_one"), [(0.0599, True), (0.0601, False)])
+@pytest.mark.table(("apart", "is_one"), [(0.0599, True), (0.0601, False)])
 def test_what_is_just_apart_stays_apart(apart, is_one):
     groups = [np.zeros((1, 3)), np.array([[0.0, -apart, 0.0]])]
     assert (len(linked(groups, 0.06)) == 1) == is_one

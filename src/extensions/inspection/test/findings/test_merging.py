@@ -40,7 +40,7 @@ def test_a_corroded_wall_has_the_area_that_all_its_photographs_show_together():
     assert any(each.photographs == ("a.jpg",) for each in found)
 
 
-@settings(max_examples=20)
+@settings(max_examples=settings.default.max_examples // 2)
 @given(st.integers(0, 2**32 - 1))
 def test_poses_that_are_off_and_any_number_of_photographs_change_the_area_little(seed):
     rng = np.random.default_rng(seed)
@@ -65,7 +65,7 @@ def test_a_long_crack_stays_one_and_tells_its_places():
     assert np.ptp(np.array(found.places_m)[:, 0]) == pytest.approx(2.6, abs=0.1)
 
 
-@pytest.mark.parametrize(("off_m", "count"), [(0.01, 4), (0.5, 2)])
+@pytest.mark.table(("off_m", "count"), [(0.01, 4), (0.5, 2)])
 def test_spots_of_two_photographs_are_one_as_far_apart_as_the_poses_may_be_wrong(off_m, count):
     """Two spots, 0.9 m apart; the second photograph shows both 0.4 m beside."""
     at_m = ((0.0, 0.0), (0.9, 0.0))
@@ -85,7 +85,7 @@ def test_spots_of_two_photographs_are_one_as_far_apart_as_the_poses_may_be_wrong
         )  # each is one spot of 0.1 x 0.1 m
 
 
-@pytest.mark.parametrize(("x", "normal"), [(0.4, -WALL), (2.0, WALL)])
+@pytest.mark.table(("x", "normal"), [(0.4, -WALL), (2.0, WALL)])
 def test_the_other_side_of_a_plate_and_what_lies_far_away_is_another_spot_however_unsure_the_pose(x, normal):
     one, other = (
         rust((at, 0.0), (at + 0.1, 0.1), name)._replace(off_m=1000.0, normal=facing)

@@ -82,7 +82,7 @@ def test_a_photograph_of_any_name_is_linked(tmp_path):
     assert 'href="./S%C3%BCd%20%231%2050%25.jpg"' in (tmp_path / "report.html").read_text()
 
 
-@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "cp1252"])
+@pytest.mark.table("encoding", ["utf-8-sig", "utf-16", "cp1252"])
 def test_findings_that_an_editor_has_stored_otherwise_are_in_the_report(tmp_path, capsys, encoding):
     Image.fromarray(mottled(wall_picture())).save(tmp_path / "1.jpg")
     assert main([str(tmp_path)]) == 0

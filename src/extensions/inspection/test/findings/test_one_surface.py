@@ -52,7 +52,7 @@ def count(shot, parameters=PARAMETERS):
     return sum(each.kind == "crack" for each in candidates_in(shot, parameters))
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.table("seed", range(2))
 def test_a_crack_in_one_surface_is_found(seed):
     assert count(picture(with_lines(grain(seed), [winding(seed)]))) >= 1
 
@@ -63,7 +63,7 @@ def rows(seed, step, turn):
     return [winding(100 * seed + k, turn) + np.array((0, top - 160)) for k, top in enumerate(tops)]
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.table("seed", range(2))
 def test_joints_between_stone_and_moss_are_none(seed):
     joints = rows(seed, 80, 4.0)
     y, x = np.mgrid[:SIDE, :SIDE]
@@ -74,7 +74,7 @@ def test_joints_between_stone_and_moss_are_none(seed):
     assert count(shot, ANYWHERE) > 0
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.table("seed", range(2))
 def test_stalks_in_light_and_shade_are_none(seed):
     shade = ndimage.gaussian_filter(np.random.default_rng(seed).normal(size=(SIDE, SIDE)), 20)
     light = grain(seed) * np.exp(0.5 * shade / shade.std())
@@ -146,7 +146,7 @@ def test_a_line_along_a_marked_one_is_the_same():
     assert unlike_marked([near], [], 5.0) == [near]
 
 
-@pytest.mark.parametrize("times", [2, 3, 5, 7])
+@pytest.mark.table("times", [2, 3, 5, 7])
 def test_means_of_squares_have_the_last_bit_of_numpy(times):
     light = np.random.default_rng(3).random((45, 62), np.float32)
     rows, columns = 45 // times, 62 // times

@@ -37,14 +37,14 @@ def rust_px(found):
     return sum(each.size_px for each in found if each.kind == "rust")
 
 
-@pytest.mark.parametrize("paint", PAINTS.values(), ids=PAINTS)
+@pytest.mark.table("paint", PAINTS.values())
 def test_an_intact_red_coating_is_no_rust_and_rust_on_it_is(paint):
     assert rust_px(candidates_in(painted(paint), FindingParameters(), detail_mm=1.67)) == 0
     found = candidates_in(painted(paint, [(200, 150, 30)]), FindingParameters(), detail_mm=1.67)
     assert rust_px(found) == pytest.approx(np.pi * 30**2, rel=0.2)
 
 
-@pytest.mark.parametrize("paint", PAINTS.values(), ids=PAINTS)
+@pytest.mark.table("paint", PAINTS.values())
 def test_a_coating_that_is_given_is_no_rust_wherever_it_is(paint):
     """A red band beside grey, with rust on the grey."""
     picture = painted(GREY, [(300, 150, 30)])
@@ -100,7 +100,7 @@ def test_one_red_wall_in_a_grey_space_is_rust(tmp_path, capsys):
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize("colour", ["red", "1,2", "1,2,3,4", "1,2,256", "-1,2,3"])
+@pytest.mark.table("colour", ["red", "1,2", "1,2,3,4", "1,2,256", "-1,2,3"])
 def test_a_colour_that_makes_no_sense_is_refused(tmp_path, colour, capsys):
     given = folder_of(tmp_path / "a", painted(GREY))
     try:

@@ -66,7 +66,7 @@ def test_a_ridge_of_gauss_answers_as_closed_form_has_it():
     assert ridge_strength(values, 9.0)[30, 30] == pytest.approx(1.0, rel=0.06)
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.table("seed", range(6))
 def test_grain_alone_is_no_crack(seed):
     assert [each for each in candidates_in(shot(grain(seed)), PARAMETERS) if each.kind == "crack"] == []
 
@@ -78,7 +78,7 @@ def share_found(line, places):
     return np.mean(cKDTree(places).query(on_line)[0] < 6.0)
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.table("seed", range(3))
 def test_a_winding_crack_is_found_all_along(seed):
     line = winding(seed + 10)
     found = [each for each in candidates_in(shot(grain(seed), [line]), PARAMETERS) if each.kind == "crack"]
@@ -105,7 +105,7 @@ def test_a_plain_surface_has_no_ridge():
     assert ridges_above_usual(light, 1.0).max() < STRONG
 
 
-@pytest.mark.parametrize(("left", "right", "share"), [(1.0, 1.0, 1.0), (0.6, 1.0, 1 / 3), (0.4, 1.0, 0.0)])
+@pytest.mark.table(("left", "right", "share"), [(1.0, 1.0, 1.0), (0.6, 1.0, 1 / 3), (0.4, 1.0, 0.0)])
 def test_both_sides_of_a_line_are_alike_and_those_of_a_step_are_not(left, right, share):
     """The line has the light 0.4, so the share is (left - 0.4) / (right - 0.4)."""
     light = np.tile(np.where(np.arange(60) < 30, left, right), (60, 1))
@@ -134,7 +134,7 @@ def paving(seed, stones=5, joint_px=14):
     return light
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.table("seed", range(3))
 def test_a_pavement_has_edges_of_joints_and_no_crack(seed):
     found = [each for each in candidates_in(shot(paving(seed)), PARAMETERS) if each.kind == "crack"]
     assert len(found) == 0

@@ -65,7 +65,7 @@ def test_probabilities_are_those_by_hand():
     assert probability == pytest.approx(1.0 / (1.0 + np.exp(1.0 - 3.0 * np.tanh(1.0))))
 
 
-@pytest.mark.parametrize(("kind", "is_rust"), [(leather, False), (on_grey, True)])
+@pytest.mark.table(("kind", "is_rust"), [(leather, False), (on_grey, True)])
 def test_the_weights_of_the_package_tell_them_apart(kind, is_rust):
     likely = likely_cells(cells_of(kind(1)), learnt_weights(), LEAST_LIKELY)
     assert (likely.sum() > 3 * CELLS) == is_rust

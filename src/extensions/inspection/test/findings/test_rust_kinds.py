@@ -15,7 +15,7 @@ def rust_in(picture):
     return [each.kind for each in candidates_in(picture, PARAMETERS) if each.kind in ("rust", "red")]
 
 
-@pytest.mark.parametrize("kind", [each for each in NO_RUST if each not in TAKEN_FOR_RUST])
+@pytest.mark.table("kind", [each for each in NO_RUST if each not in TAKEN_FOR_RUST])
 def test_no_rust(kind):
     assert rust_in(kind(0)) == []
 
@@ -25,6 +25,6 @@ def test_what_differs_from_a_coating_that_fills_the_picture_needs_texture_too():
     assert rust_in(skin(1)) == []
 
 
-@pytest.mark.parametrize("kind", RUST)
+@pytest.mark.table("kind", RUST)
 def test_rust(kind):
     assert rust_in(kind(0))

@@ -35,7 +35,7 @@ def rust_px(picture, **parameters):
     return sum(each.size_px for each in found if each.kind == "rust")
 
 
-@pytest.mark.parametrize("times", [1, 2])
+@pytest.mark.table("times", [1, 2])
 def test_mottled_brown_is_rust_and_even_red_paint_is_not_in_any_size(times, monkeypatch):
     monkeypatch.setattr(rust_texture, "COPY_PIXELS", HEIGHT * WIDTH)
     rust = drawn(RUST, 120, 0.15, uneven=0.4, times=times)

@@ -130,6 +130,7 @@ def many_spots(rng, share_early):
     return np.array(true_m)[of], placed
 
 
+@settings(max_examples=settings.default.max_examples // 2)
 @given(spots_apart)
 def test_fewer_than_a_third_of_the_lines_of_sight_may_be_wrong(seed):
     true_m, placed = many_spots(np.random.default_rng(seed), 0.33)
@@ -138,6 +139,7 @@ def test_fewer_than_a_third_of_the_lines_of_sight_may_be_wrong(seed):
     assert off_m.max() < 0.15  # so near, a finding belongs to a defect
 
 
+@settings(max_examples=settings.default.max_examples // 4)
 @given(spots_apart)
 def test_where_the_map_is_right_nothing_moves(seed):
     _, placed = many_spots(np.random.default_rng(seed), 0.0)
@@ -163,7 +165,7 @@ def corroded(rng):
     return placed
 
 
-@settings(max_examples=20)
+@settings(max_examples=settings.default.max_examples // 4)
 @given(spots_apart)
 def test_a_corroded_floor_stays_where_it_is(seed):
     """The middle of what a photograph shows of it says nothing, and lines of sight cross anywhere."""
@@ -175,7 +177,7 @@ def test_a_corroded_floor_stays_where_it_is(seed):
     assert (off_m > 0.15).mean() < 0.05
 
 
-@settings(max_examples=20)
+@settings(max_examples=settings.default.max_examples // 4)
 @given(spots_apart)
 def test_a_spot_stays_on_its_line_of_sight_and_the_order_does_not_matter(seed):
     rng = np.random.default_rng(seed)

@@ -13,8 +13,8 @@ from inspection.findings.picture.ridges import ridges_above_usual
 from inspection.findings.picture.smoothing import gaussian_weights, smoothed, smoothed_rows
 
 
-@pytest.mark.parametrize("shape", [(40, 60), (3, 4), (1, 9), (5, 1)])
-@pytest.mark.parametrize("deviation_px", [1.0, 2.83])
+@pytest.mark.table("shape", [(40, 60), (3, 4), (1, 9), (5, 1)])
+@pytest.mark.table("deviation_px", [1.0, 2.83])
 def test_smoothing_is_that_of_scipy(shape, deviation_px):
     values = np.random.default_rng(1).random(shape, np.float32)
     expected = ndimage.gaussian_filter(values, deviation_px, truncate=3.0)

@@ -96,7 +96,7 @@ def test_pushed_about_before_a_door_it_gives_up_and_takes_the_other_one():
     assert min(y for x, y, _ in track_m if abs(x - 3.3) < 0.1) > 2.0
 
 
-@pytest.mark.parametrize("climbs_first", [True, False])
+@pytest.mark.table("climbs_first", [True, False])
 def test_before_a_manhole_at_another_height_it_climbs_first_if_it_shall(climbs_first):
     # Given a UAV near a wall that is open from z = 1.8 m on, and a photograph behind it
     walls = [((3.0, 0.0, 0.0), (3.4, 4.0, 1.8))]
@@ -112,7 +112,7 @@ def test_before_a_manhole_at_another_height_it_climbs_first_if_it_shall(climbs_f
     assert (upright_m > 0.15) == climbs_first
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("shot", "word"),
     [
         (BLURRED, "blurred"),
@@ -418,9 +418,9 @@ def test_closer_looks_go_on_counting_from_those_in_the_folder():
 NONE = (math.nan, math.inf, -math.inf, 1e308)
 
 
-@pytest.mark.parametrize("number", [*NONE, -1.0])
-@pytest.mark.parametrize("place", [0, 7, 14, 35])
-@pytest.mark.parametrize("by_match", [True, False])
+@pytest.mark.table("number", [*NONE, -1.0])
+@pytest.mark.table("place", [0, 7, 14, 35])
+@pytest.mark.table("by_match", [True, False])
 def test_a_covariance_that_is_none_says_that_nobody_knows_the_place(tmp_path, number, place, by_match):
     good = (0.02**2 * np.eye(6)).ravel()
     bad = good.copy()
@@ -437,8 +437,8 @@ def test_a_covariance_that_is_none_says_that_nobody_knows_the_place(tmp_path, nu
     assert read_record(path.with_suffix(".json")).covariance == covariance  # a reader that is strict, too
 
 
-@pytest.mark.parametrize("number", NONE[:3])
-@pytest.mark.parametrize("name", ["blur_px", "lux", "iso", "deviation_m", "shift_m", "turn_rad"])
+@pytest.mark.table("number", NONE[:3])
+@pytest.mark.table("name", ["blur_px", "lux", "iso", "deviation_m", "shift_m", "turn_rad"])
 def test_a_photograph_of_which_a_number_is_none_is_taken_again(number, name):
     good = PhotographQuality(0.1, 90.0, 100.0, 0.02, 0.0001, 0.00001)
     assert not good.fault(InspectionParameters())

@@ -109,7 +109,7 @@ def test_where_its_front_must_still_turn_it_waits_at_the_place():
     assert abs(turn) <= math.radians(QUICK.turned)
 
 
-@pytest.mark.parametrize(("asked_m_s", "exposure_s", "flown_m_s"), [(0.5, 5e-4, 0.5), (0.5, 2e-3, 0.2)])
+@pytest.mark.table(("asked_m_s", "exposure_s", "flown_m_s"), [(0.5, 5e-4, 0.5), (0.5, 2e-3, 0.2)])
 def test_it_passes_at_most_as_fast_as_the_blur_allows(asked_m_s, exposure_s, flown_m_s):
     """0.8 of half a pixel of 1 mm may blur."""
     flying = FlightParameters(passing=True, passing_speed=asked_m_s)

@@ -39,7 +39,7 @@ def test_the_shutter_opens_where_the_camera_is_at_its_place_and_at_rest():
     np.testing.assert_allclose(body_place_m(VIEWS[1], np.array((0.1, 0.0, -0.05))), (5.0, 0.9, 2.05))
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("shift_mm", "turn_mrad", "is_closer", "is_good"),
     [
         (0.49, 0.0, False, True),
@@ -140,9 +140,9 @@ def test_a_uav_that_does_not_come_to_rest_takes_no_photograph():
     assert not shoots(2.1 * STILL_M_S)
 
 
-@pytest.mark.parametrize("number", [1, -1])
-@pytest.mark.parametrize("detail_mm", [0.3, 0.7, 3.0])
-@pytest.mark.parametrize("exposure_s", [0.0005, 0.002])
+@pytest.mark.table("number", [1, -1])
+@pytest.mark.table("detail_mm", [0.3, 0.7, 3.0])
+@pytest.mark.table("exposure_s", [0.0005, 0.002])
 def test_whatever_the_detail_and_the_exposure_the_shutter_opens_where_the_picture_is_sharp(
     number, detail_mm, exposure_s
 ):

@@ -59,7 +59,7 @@ STAMPS_S = np.arange(0.02, 60.0, 0.5)
 BEFORE, NOW = LevelPose((0.3, -0.2, 0.0), 0.1), LevelPose((-0.4, 0.7, 0.25), -0.3)
 
 
-@pytest.mark.parametrize("stamp_s", [0.1, 7.3, 33.0, 59.0])
+@pytest.mark.table("stamp_s", [0.1, 7.3, 33.0, 59.0])
 def test_a_photograph_moves_with_the_path_as_a_rigid_body(stamp_s):
     followed = flown()
     told = record(stamp_s)

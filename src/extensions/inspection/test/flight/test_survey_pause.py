@@ -60,7 +60,7 @@ def test_a_pause_while_the_way_to_a_photograph_is_planned_holds():
     hover(lead, uav, paused_while_it_plans(lead, uav))
 
 
-@pytest.mark.parametrize("end", [End.TIME, End.CAMERA, End.STORAGE])
+@pytest.mark.table("end", [End.TIME, End.CAMERA, End.STORAGE])
 def test_what_ends_a_survey_does_not_end_a_pause(end):
     # Given a UAV that hovers by a pause; when its camera fails, or its time is over
     lead = inspection(parameters=replace(QUICK, time_max=10.0 if end is End.TIME else 1000.0))
@@ -104,7 +104,7 @@ def test_a_pause_ends_when_the_energy_begins_to_say_come_home():
     assert not lead.must_land
 
 
-@pytest.mark.parametrize("drain", [0.0, 0.01])
+@pytest.mark.table("drain", [0.0, 0.01])
 def test_without_a_map_battery_and_time_count(drain):
     watch = EnergyWatch(EnergyParameters(endurance=100.0, landing_time=1.0, reserve=0.5))
     quick = replace(QUICK, time_max=1000.0 if drain else 20.0)

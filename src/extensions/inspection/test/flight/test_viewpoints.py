@@ -38,8 +38,8 @@ def done(tmp_path, records, views):
     return done_in(tmp_path, InspectionParameters(), views)
 
 
-@pytest.mark.parametrize("tells", [True, False])
-@pytest.mark.parametrize(
+@pytest.mark.table("tells", [True, False])
+@pytest.mark.table(
     ("edited", "stays"),
     [
         (VIEWS, {1, 2, 3}),

@@ -55,7 +55,7 @@ def shots(folder, *names, **given):
     return [store(folder / name, **given) for name in names]
 
 
-@pytest.mark.parametrize("flight", ["north", "south"])
+@pytest.mark.table("flight", ["north", "south"])
 def test_of_two_flights_with_the_same_names_each_has_its_own_poses(tmp_path, capsys, flight):
     names = ("north/1.jpg", "north/2.jpg", "south/1.jpg")  # 2.jpg of the south is not in the model
     model = write_model(
@@ -93,7 +93,7 @@ def test_with_a_camera_for_each_picture_all_but_the_zoomed_one_are_placed(tmp_pa
     assert "3.jpg" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("between", [["", ""], ["", "", ""], [], ["1.5 2.5 -1", ""], ["1.5 2.5 -1"]])
+@pytest.mark.table("between", [["", ""], ["", "", ""], [], ["1.5 2.5 -1", ""], ["1.5 2.5 -1"]])
 def test_empty_lines_in_a_model_do_no_harm(tmp_path, between):
     rows = ["# Image list", ""]
     for k in range(3):
@@ -195,7 +195,7 @@ def test_a_time_in_whole_seconds_is_as_sure_as_the_uav_was_slow(tmp_path, capsys
     assert "whole seconds" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(("name", "stamp_s"), [("1003.250000.jpg", 1003.25), ("1009.250000.jpg", 1003.5)])
+@pytest.mark.table(("name", "stamp_s"), [("1003.250000.jpg", 1003.25), ("1009.250000.jpg", 1003.5)])
 def test_a_name_that_is_a_stamp_tells_the_part_of_a_second_unless_it_contradicts(tmp_path, name, stamp_s):
     (path,) = shots(tmp_path / "p", name, block=WHOLE)
     assert place(tmp_path / "p", "--bag", "f.bag", flight=straight_flight(2.0)) == 0

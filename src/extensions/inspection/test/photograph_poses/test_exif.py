@@ -32,7 +32,7 @@ def axes_of(path):
     return np.array(held["position_m"]), Rotation.from_quat(held["orientation_xyzw"]).as_matrix()
 
 
-@pytest.mark.parametrize("as_elements", [False, True])
+@pytest.mark.table("as_elements", [False, True])
 def test_place_and_direction_follow_gps_and_gimbal(tmp_path, capsys, as_elements):
     # 0.001 deg of latitude at 54 deg N is 111.305 m of the meridian; 0.001 deg of longitude 65.58 m
     angles = xmp(as_elements, GimbalYawDegree="+0.00", GimbalPitchDegree="-30.00", GimbalRollDegree="+0.00")
@@ -72,7 +72,7 @@ def test_straight_down_the_top_of_the_picture_is_where_the_gimbal_points():
     assert -axes[:, 1] == pytest.approx((0.0, 1.0, 0.0), abs=1e-9)  # north
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("given", "why"),
     [
         ({"told": LEVEL_EAST}, "no place"),
@@ -101,7 +101,7 @@ def test_without_an_origin_nothing_is_guessed(tmp_path, capsys):
 CALIBRATED = xmp(CalibratedFocalLength="47.5", CalibratedOpticalCenterX="32", CalibratedOpticalCenterY="24")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("block", "told", "focal_px"),
     [
         ({0xA405: 24}, b"", 24.0 * 80.0 / 43.2666),  # of diagonals: 80 px, and 43.27 mm of a full frame
@@ -117,7 +117,7 @@ def test_the_focal_length_in_px(tmp_path, block, told, focal_px):
 PLANE = {0x920A: IFDRational(10, 1), 0xA20E: IFDRational(100, 1), 0xA210: 3}  # 100 px a cm, 10 mm: 100 px
 
 
-@pytest.mark.parametrize(("block", "told"), [(PLANE, b""), ({}, xmp(DewarpData="d;100,100,4,-2,0,0,0,0,0"))])
+@pytest.mark.table(("block", "told"), [(PLANE, b""), ({}, xmp(DewarpData="d;100,100,4,-2,0,0,0,0,0"))])
 def test_a_copy_of_half_the_size_has_half_the_focal_length(tmp_path, block, told):
     kept = {**block, 0xA002: 128, 0xA003: 96}  # of the original; the copy has 64 x 48 px
     camera = read_exif(store(tmp_path / "a.jpg", told=told, block=kept)).camera.value
@@ -126,7 +126,7 @@ def test_a_copy_of_half_the_size_has_half_the_focal_length(tmp_path, block, told
         assert camera.lens.centre_px == pytest.approx((33.5, 22.5))
 
 
-@pytest.mark.parametrize("original", [(128, 48), (48, 64)])
+@pytest.mark.table("original", [(128, 48), (48, 64)])
 def test_of_what_is_cut_out_or_turned_nobody_knows_the_camera(tmp_path, original):
     path = store(tmp_path / "a.jpg", block={**PLANE, **dict(zip((0xA002, 0xA003), original))})
     assert read_exif(path).camera is None
@@ -165,7 +165,7 @@ def test_a_calibration_of_ones_own_stays_and_a_record_of_another_program_does_to
     assert place(tmp_path, "--origin", "54,10,0", "--replace") == 0
 
 
-@pytest.mark.parametrize("damage", [b"", b"\xff\xd8\xff\xe1\x00\x10Exif\0\0II*\0\xff\xff\xff\xff"])
+@pytest.mark.table("damage", [b"", b"\xff\xd8\xff\xe1\x00\x10Exif\0\0II*\0\xff\xff\xff\xff"])
 def test_a_damaged_picture_is_named(tmp_path, damage):
     path = tmp_path / "a.jpg"
     path.write_bytes(damage)
@@ -185,7 +185,7 @@ def test_our_own_photographs_tell_their_camera_and_its_serial_numbers(tmp_path):
     assert read_camera(tmp_path / "calibration.yaml") == camera
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("offset", "behind_s"),
     [
         ("+02:00", 7200),

@@ -97,7 +97,7 @@ def test_a_similarity_is_no_mirror_image():
     assert np.linalg.det(turn) == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("cameras", "images", "why"),
     [
         ("1 OPENCV_FISHEYE 64 48 50 50 32 24 0 0 0 0", None, "OPENCV_FISHEYE is not read"),
@@ -131,7 +131,7 @@ def test_a_model_in_binary_is_told_how_to_become_text(tmp_path, capsys):
 BLOCK = {0xA405: 24}
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "table",
     [
         "name,x,y,z,qx,qy,qz,qw,exposure_s,iso,lux\nA,1,2,3,-0.5,0.5,-0.5,0.5,0.01,,90\n",
@@ -152,7 +152,7 @@ def test_a_table_of_poses(tmp_path, capsys, table):
     assert (held["exposure_s"], held["iso"], held["lux"]) == light
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("rows", "why"),
     [
         ("a.jpg,1,2,,0,0", "line 2: z must be a finite number"),

@@ -16,7 +16,7 @@ RULES = GradeRules()
 NO_EDGES = np.zeros((0, 3))
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("area", "edges", "grade"),
     [
         (0.0, 0.0, "GOOD"), (0.029, 0.199, "GOOD"), (0.03, 0.0, "FAIR"), (0.0, 0.20, "FAIR"),
@@ -27,7 +27,7 @@ def test_grades_are_those_of_the_circular(area, edges, grade):
     assert RULES.grade(area, edges) == grade
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("area", "edges", "other"),
     [
         (0.01, 0.1, None), (0.027, 0.1, "FAIR"), (0.01, 0.18, "FAIR"), (0.034, 0.1, "GOOD"),

@@ -29,7 +29,7 @@ def test_with_all_photographs_searched_there_is_a_grade(tmp_path):
     assert "GOOD" in page_of(folder(tmp_path)).split("Proposed grades")[0]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("searched", "told"),
     [
         (("0.000000.jpg",), "1 photograph that nobody has searched, the first 1.000000.jpg"),

@@ -43,7 +43,7 @@ def test_all_rows_of_a_plate_are_kept_and_the_least_is_official(tmp_path):
     assert [row.lost_mm for row in rows] == pytest.approx([5.0, 0.2, 2.0])
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("original", "reading", "lost"), [("14", "14.2", 0.0), ("3.1", "13.2", None), ("", "13.2", None)]
 )
 def test_no_plate_grows(tmp_path, original, reading, lost):
@@ -53,7 +53,7 @@ def test_no_plate_grows(tmp_path, original, reading, lost):
     assert ("check" in row.remark) == (original == "3.1")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "text",
     [
         "frame,strake,side,original,forward,aft\n1,A,P,14.0,9.1,9.7\n",
@@ -64,7 +64,7 @@ def test_no_plate_grows(tmp_path, original, reading, lost):
         "# gauged on Monday\n\nframe|strake|side|original|forward|aft\n\n Fr. 1 | a | p | 14.0 | 9.1 | 9.7\n",
     ],
 )
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "cp1252"])
+@pytest.mark.table("encoding", ["utf-8", "utf-16", "cp1252"])
 def test_tables_of_other_programs_are_read(tmp_path, text, encoding):
     if encoding == "cp1252":
         text = text.lstrip("\ufeff")
@@ -80,7 +80,7 @@ def test_a_frame_aft_of_the_perpendicular_has_its_plate(tmp_path):
     assert plate.plate.text == "Fr. -4 to 0, strake A, P"
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "row",
     [
         "1,A,X,12,11,11,", "99,A,P,12,11,11,", "1,Z,P,12,11,11,", "1,A,P,thick,11,11,", "1,A,P,nan,1,1,",
@@ -93,7 +93,7 @@ def test_a_bad_reading_is_named_by_its_line(tmp_path, row):
         told(tmp_path / "readings.csv", HEAD + row + "\n")
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "text", ["", HEAD, "frame,strake,original_mm\n1,A,12\n", "frame,strake,side,fwd,forward\n", "\0\0\0"]
 )
 def test_a_table_without_readings_is_refused(tmp_path, text):

@@ -64,7 +64,7 @@ def test_plates_and_areas_hold_the_places_in_them():
     assert ship.areas_of(np.array(((-9.0, 1.0, 2.0), (0.0, 1.0, 2.0))), ["", ""]).tolist() == [1, -1]
 
 
-@pytest.mark.parametrize("off_m", [0.0, 0.07, -0.07, 0.14])
+@pytest.mark.table("off_m", [0.0, 0.07, -0.07, 0.14])
 def test_a_wall_of_a_map_that_lies_off_its_drawing_stays_in_its_area_and_plate(off_m):
     """A hold of Fr. 0 to 10, 6 m long, 8 m wide, 5 m high; its six walls are moved outwards by off_m."""
     walls = {"aft": "V", "forward": "V", "port": "A", "starboard": "A", "floor": "T", "deck": "D"}
@@ -124,7 +124,7 @@ def test_a_bulkhead_on_the_centre_line_stays_on_the_side_of_its_area():
     assert ship.areas_of(places, [None] * 2, np.tile((0.0, -1.0, 0.0), (2, 1))).tolist() == [0, -1]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("path", "value", "told"),
     [
         (("frames", 1, "from"), 8, "overlap"),

@@ -36,7 +36,7 @@ def test_the_view_of_yaw_0_and_tilt_0_looks_along_x_with_the_picture_upright():
     np.testing.assert_allclose(ahead, (1.0, 0.0, 0.0), atol=1e-12)
 
 
-@pytest.mark.parametrize(("yaw", "tilt"), [(0.3, 0.5), (-2.0, -math.pi / 2), (3.0, 1.2)])
+@pytest.mark.table(("yaw", "tilt"), [(0.3, 0.5), (-2.0, -math.pi / 2), (3.0, 1.2)])
 def test_optical_axes_are_right_handed_and_the_kernel_has_the_same(yaw, tilt):
     axes = optical_axes(yaw, tilt)
     np.testing.assert_allclose(axes.T @ axes, np.eye(3), atol=1e-12)

@@ -34,7 +34,7 @@ def room_file(tmp_path_factory):
     return path
 
 
-@pytest.mark.parametrize(("blur_px", "low_m2", "high_m2"), [(0.0, 3.9, 4.6), (2.5, 0.0, 0.0)])
+@pytest.mark.table(("blur_px", "low_m2", "high_m2"), [(0.0, 3.9, 4.6), (2.5, 0.0, 0.0)])
 def test_a_photograph_from_2_m_shows_its_frame_and_a_blurred_one_nothing(
     room_file, tmp_path, blur_px, low_m2, high_m2
 ):
@@ -46,7 +46,7 @@ def test_a_photograph_from_2_m_shows_its_frame_and_a_blurred_one_nothing(
     assert (coverage.points.points_m[coverage.shown, 0] > 2.99).all()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("shift_m", "turn_rad", "is_shown"),
     [(0.0, 0.0, True), (0.006, 0.0, True), (0.009, 0.0, False), (0.0, 0.003, True), (0.0, 0.0045, False)],
 )
@@ -147,7 +147,7 @@ def test_the_foot_of_a_stiffener_that_hides_it_is_not_shown(tmp_path):
     assert record.open_m2[foot].sum() > 0.8 * 0.057 * 0.9
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.long) for n in (1, 2))])
 def test_the_area_shown_is_that_of_the_pixels_that_show_it(tmp_path, seed):
     """A slow reference: each pixel shows its solid angle, on a surface that is near and steep enough."""
     rng = np.random.default_rng(seed)
@@ -178,7 +178,7 @@ def test_the_area_shown_is_that_of_the_pixels_that_show_it(tmp_path, seed):
     assert told_m2 <= 1.005 * area_m2[shown].sum()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("content", "told"),
     [("x,y\n1,2\n", "no column z"), (AHEAD + "1,0,nan,0,0,0\n", "finite"), (AHEAD, "no photograph")],
 )

@@ -112,7 +112,7 @@ def test_the_nearest_places_are_on_this_side_of_a_wall(drafted):
     assert (near[:, 0] < 0.0).all()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("line", "told"),
     [
         ("draft: yes\n", "mapping"),

@@ -82,9 +82,7 @@ def test_a_ground_of_a_kilometre_takes_the_memory_of_the_room_on_it():
     assert found.at(found.air, np.array([(30.0, 40.0, 1.5)])) == 1
 
 
-@pytest.mark.parametrize(
-    ("factor", "why"), [(1000.0, "too much for voxels"), (0.001, "less than two voxels")]
-)
+@pytest.mark.table(("factor", "why"), [(1000.0, "too much for voxels"), (0.001, "less than two voxels")])
 def test_a_mesh_in_millimetres_or_kilometres_is_refused(factor, why):
     room = trimesh.creation.box((6.0, 4.0, 3.0))
     mesh = Mesh(factor * np.array(room.triangles), ("room",), np.zeros(12, int))
@@ -92,7 +90,7 @@ def test_a_mesh_in_millimetres_or_kilometres_is_refused(factor, why):
         room_of_mesh(mesh, SurveyParameters())
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.table("seed", range(3))
 def test_triangles_that_are_cut_keep_their_area_in_the_box(seed):
     """By a slow reference: many random points on the triangle, and the share of them in the box."""
     rng = np.random.default_rng(seed)
@@ -110,10 +108,9 @@ def test_triangles_that_are_cut_keep_their_area_in_the_box(seed):
     assert (samples.triangles == 0).all()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("command", "words"),
     [(survey, ["plan"]), (survey, ["coverage"]), (findings, []), (report, [])],
-    ids=["plan", "coverage", "findings", "report"],
 )
 def test_the_help_tells_the_axis_that_the_reader_turns(command, words, capsys):
     """glTF 2.0, 3.4: y is up."""

@@ -182,7 +182,7 @@ def test_a_plan_is_read_back_as_it_was_written_and_can_be_flown(planned, tmp_pat
     check_plan(back, surface.room)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("old", "new", "told"),
     [
         (", yaw:", ", roll: 0, yaw:", "unknown"),

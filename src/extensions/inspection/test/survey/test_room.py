@@ -42,7 +42,7 @@ def home_in(blocked, box):
     return room, bool(((room.home_m > box[0]) & (room.home_m < box[1])).all())
 
 
-@pytest.mark.parametrize("without", [(), (TOP,), (SIDE,)], ids=["closed", "open top", "open side"])
+@pytest.mark.table("without", [(), (TOP,), (SIDE,)])
 def test_a_large_room_wins_over_a_sealed_cell_be_it_open_or_not(without):
     room, is_there = home_in(boxes((*TANK, without), (*CELL, ())), TANK)
     assert is_there
@@ -150,7 +150,7 @@ def tower(path, has_door):
     return path
 
 
-@pytest.mark.parametrize("has_door", [False, True], ids=["closed", "with a door"])
+@pytest.mark.table("has_door", [False, True])
 def test_from_outside_nothing_in_a_tower_is_flown_or_photographed(tmp_path, has_door):
     asked = SurveyParameters(outside=True, voxel=0.2, patch=1.0)
     surface = read_surface(tower(tmp_path / "tower.stl", has_door), asked)

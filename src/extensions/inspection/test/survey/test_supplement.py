@@ -66,7 +66,7 @@ def test_no_photograph_is_planned_where_none_could_be_taken(surface):
         assert np.linalg.norm(np.array(left_out_m) - each.place_m, axis=1).min() > 0.5
 
 
-@pytest.mark.parametrize("place_m", [(math.nan, 1.0, 2.0), (1.0, 2.0), (math.inf, 0.0, 0.0)])
+@pytest.mark.table("place_m", [(math.nan, 1.0, 2.0), (1.0, 2.0), (math.inf, 0.0, 0.0)])
 def test_a_place_that_is_none_is_named_and_leaves_no_place_out(surface, place_m):
     supplement = Supplement(planned(surface), surface)
     with pytest.raises(SurveyError, match="not three finite numbers"):
