@@ -13,9 +13,10 @@ from gridslam.cloud_odometry.plane_map import PlaneMap
 from gridslam.cloud_odometry.rotations import matrix_of
 
 BACK_AT_THE_START_S = 34.0
+DEAR = pytest.mark.long
 
 
-@pytest.mark.table("slope_deg", [4.0, 8.0, 20.0])
+@pytest.mark.parametrize("slope_deg", [8.0, *(pytest.param(deg, marks=DEAR) for deg in (4.0, 20.0))])
 def test_the_height_holds_up_a_ramp_and_down_again(slope_deg):
     corridor = Corridor(math.radians(slope_deg))
     odometry, rng = CloudOdometry(), np.random.default_rng(1)
@@ -27,7 +28,7 @@ def test_the_height_holds_up_a_ramp_and_down_again(slope_deg):
     assert odometry.height.wrong_m == 0.0
 
 
-@pytest.mark.table("pitch_rad", [-0.008, 0.008])
+@pytest.mark.parametrize("pitch_rad", [0.008, pytest.param(-0.008, marks=DEAR)])
 def test_a_long_level_floor_is_no_slope_and_no_step_whatever_the_imu_and_the_map_drift_by(pitch_rad):
     """A bias of the accelerometer leans the map by degrees: over 60 m it rises or sinks by 0.5 m."""
     corridor = Corridor(0.0, length_m=66.0)
@@ -43,7 +44,7 @@ def test_a_long_level_floor_is_no_slope_and_no_step_whatever_the_imu_and_the_map
     assert np.abs(errors(flown)[:, 2]).max() < 0.05
 
 
-@pytest.mark.table("slope_deg", [8.0, 20.0])
+@pytest.mark.parametrize("slope_deg", [8.0, pytest.param(20.0, marks=DEAR)])
 def test_behind_a_ramp_the_height_is_told_as_uncertain_as_it_is_until_the_floor_of_before_is_back(slope_deg):
     corridor, sigmas_m, off_m = Corridor(math.radians(slope_deg)), [], []
     for seed in range(3):
