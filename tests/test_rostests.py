@@ -22,8 +22,16 @@ def name_of(path: Path) -> str:
     return f"{path.parts[path.parts.index('test', len(ROOT.parts)) - 1]}/{path.stem}"
 
 
-@pytest.mark.parametrize("path", ROSTESTS, ids=name_of)
-def test_rostest(path, processes, tmp_path):
+def with_marks(path: Path):
+    """Return the parameter of a rostest; a launch file that says so is long as a whole."""
+    marks = [pytest.mark.long] if "<!-- long -->" in path.read_text() else []
+    return pytest.param(path, id=name_of(path), marks=marks)
+
+
+@pytest.mark.parametrize("path", map(with_marks, ROSTESTS))
+def test_rostest(path, processes, tmp_path, pytestconfig):
+    if not pytestconfig.option.all:
+        processes.environment["WITHOUT_LONG_TESTS"] = "yes"  # see `node_tools.testing`
     try:
         run = processes.run("rostest", "--results-base-dir", str(tmp_path), str(path), timeout_s=TIMEOUT_S)
     except subprocess.TimeoutExpired as error:

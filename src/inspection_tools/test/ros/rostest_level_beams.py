@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The contract of the node level_beams, seen from outside."""
 
 import math
@@ -8,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import rospy
-import rostest
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
@@ -18,7 +16,7 @@ from node_tools.testing import Input, Output, Stamps, Warned
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from flight_basics_ros.testing import bad_scans, scan_of
 
-NODE = "/level_beams"
+NODE = "/level/level_beams"
 AHEAD = 540
 
 
@@ -33,11 +31,11 @@ def lidar_at(stamp, pitch):
 class LevelBeamsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.scans = Input("scan_in", LaserScan)
-        cls.tf = Input("/tf", TFMessage)
-        cls.level = Output("scan_out", LaserScan)
-        cls.whole = Output("scan_whole", LaserScan)
-        cls.static = Output("/tf_static", TFMessage)
+        cls.scans = Input("level/scan_in", LaserScan)
+        cls.tf = Input("level/tf", TFMessage)
+        cls.level = Output("level/scan_out", LaserScan)
+        cls.whole = Output("level/scan_whole", LaserScan)
+        cls.static = Output("level/tf_static", TFMessage)
         cls.warned = Warned(NODE)
         cls.stamps = Stamps()
 
@@ -87,8 +85,3 @@ class LevelBeamsTest(unittest.TestCase):
             rospy.rostime.wallsleep(0.05)
             self.tf.send(lidar_at(stamp, 0.0))
         self.answer(np.ones(1081, np.float32), 0.0)
-
-
-if __name__ == "__main__":
-    rospy.init_node("level_beams_contract")
-    rostest.rosrun("inspection_tools", "level_beams_contract", LevelBeamsTest)

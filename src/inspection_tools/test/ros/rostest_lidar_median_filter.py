@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The contract of the node lidar_median_filter, seen from outside."""
 
 import math
@@ -8,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import rospy
-import rostest
 from dynamic_reconfigure.client import Client
 from sensor_msgs.msg import LaserScan
 
@@ -17,14 +15,14 @@ from node_tools.testing import Input, Output, Stamps, Warned
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from flight_basics_ros.testing import bad_scans, scan_of
 
-NODE = "/lidar_median_filter"
+NODE = "/median/lidar_median_filter"
 
 
 class LidarMedianFilterTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.scans = Input("scan_in", LaserScan)
-        cls.filtered = Output("scan_out", LaserScan)
+        cls.scans = Input("median/scan_in", LaserScan)
+        cls.filtered = Output("median/scan_out", LaserScan)
         cls.warned = Warned(NODE)
         cls.client = Client(NODE, timeout=200.0)
         cls.stamps = Stamps()
@@ -110,8 +108,3 @@ class LidarMedianFilterTest(unittest.TestCase):
         self.assertEqual((kept["window"], kept["scans"]), (3, 1))
         self.assertEqual(rospy.get_param(NODE + "/window"), 3)
         self.warned.wait_for("window is 4; it must be odd")
-
-
-if __name__ == "__main__":
-    rospy.init_node("lidar_median_filter_contract")
-    rostest.rosrun("inspection_tools", "lidar_median_filter_contract", LidarMedianFilterTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The contract of the node lidar_padding, seen from outside."""
 
 import math
@@ -7,8 +6,6 @@ import unittest
 from pathlib import Path
 
 import numpy as np
-import rospy
-import rostest
 from dynamic_reconfigure.client import Client
 from sensor_msgs.msg import LaserScan
 
@@ -17,14 +14,14 @@ from node_tools.testing import Input, Output, Stamps, Warned
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from flight_basics_ros.testing import bad_scans, scan_of
 
-NODE = "/lidar_padding"
+NODE = "/padding/lidar_padding"
 
 
 class LidarPaddingTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.scans = Input("scan_in", LaserScan)
-        cls.padded = Output("scan_out", LaserScan)
+        cls.scans = Input("padding/scan_in", LaserScan)
+        cls.padded = Output("padding/scan_out", LaserScan)
         cls.warned = Warned(NODE)
         cls.client = Client(NODE, timeout=200.0)
         cls.stamps = Stamps()
@@ -90,8 +87,3 @@ class LidarPaddingTest(unittest.TestCase):
         self.assertEqual(kept["value"], "nan")
         self.warned.wait_for("value is 'far away'")
         self.assertTrue(math.isnan(self.answer(scan_of(self.stamps.next(), [2.0] * 9)).ranges[0]))
-
-
-if __name__ == "__main__":
-    rospy.init_node("lidar_padding_contract")
-    rostest.rosrun("inspection_tools", "lidar_padding_contract", LidarPaddingTest)

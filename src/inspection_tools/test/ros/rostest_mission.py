@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The contract of the node mission: its action, its setpoints, and who waits for whom in lockstep."""
 
 import math
@@ -8,7 +7,6 @@ import unittest
 from pathlib import Path
 
 import rospy
-import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus
 from geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
@@ -210,8 +208,3 @@ class MissionTest(unittest.TestCase):
 
     def test_z_its_threads_take_locks_in_one_order(self):
         self.assertEqual(take_report("mission"), "")
-
-
-if __name__ == "__main__":
-    rospy.init_node("mission_contract")
-    rostest.rosrun("inspection_tools", "mission_contract", MissionTest)

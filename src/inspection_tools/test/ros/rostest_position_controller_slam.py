@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The node position_controller with its poses from SLAM and from the ground truth."""
 
 import math
@@ -7,7 +6,6 @@ import unittest
 from pathlib import Path
 
 import rospy
-import rostest
 from geometry_msgs.msg import Pose, PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool, String
@@ -19,14 +17,14 @@ from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from flight_basics_ros.testing import correction, odometry_of
 
-NODE = "/position_controller"
+NODE = "/slam/position_controller"
 
 
 class SlamTest(unittest.TestCase):
     def test_poses_are_corrected_by_slam_and_missed_while_there_is_none(self):
-        poses, setpoints = Input("odometry", Odometry), Input("pos_setpoint", Pose)
-        tf = Input("/tf", TFMessage)
-        commands, goals = Output("vel_setpoint_out", TwistStamped), Output(NODE + "/goal", PoseStamped)
+        poses, setpoints = Input("slam/odometry", Odometry), Input("slam/pos_setpoint", Pose)
+        tf = Input("slam/tf", TFMessage)
+        commands, goals = Output("slam/vel_setpoint_out", TwistStamped), Output(NODE + "/goal", PoseStamped)
         warned, stamps = Warned(NODE), Stamps()
 
         # Given a setpoint, and no SLAM yet
@@ -84,7 +82,7 @@ class SlamTest(unittest.TestCase):
         self.assertAlmostEqual(math.atan2(linear.y, linear.x), headings[-1], places=9)
 
         # When the flight controller has no pose
-        states = Input("vision_state", String)
+        states = Input("slam/vision_state", String)
         states.send(String("uncertain"))  # it has been no other before
         states.send(String("good"))
         states.send(String("stale"))
@@ -102,7 +100,7 @@ class SlamTest(unittest.TestCase):
         self.assertGreater(math.hypot(*xyz(commands.next().twist.linear)), 0.0)
 
         # When SLAM begins another map, then the setpoint is a place of the old one, and the UAV hovers
-        maps = Input("map_id", String)
+        maps = Input("slam/map_id", String)
         maps.deliver(String("one"))
         maps.send(String("two"))
         warned.wait_for("another map")
@@ -112,10 +110,10 @@ class SlamTest(unittest.TestCase):
         self.assertAlmostEqual(math.hypot(*xyz(command.twist.linear)), 0.0)
 
     def test_ground_truth_is_in_world(self):
-        poses, setpoints = Input("gt/ground_truth", Odometry), Input("gt/pos_setpoint", Pose)
-        commands = Output("gt/vel_setpoint_out", TwistStamped)
-        goals = Output("gt/position_controller/goal", PoseStamped)
-        reached = Output("gt/goal_reached", Bool)
+        poses, setpoints = Input("truth/ground_truth", Odometry), Input("truth/pos_setpoint", Pose)
+        commands = Output("truth/vel_setpoint_out", TwistStamped)
+        goals = Output("truth/position_controller/goal", PoseStamped)
+        reached = Output("truth/goal_reached", Bool)
         setpoint = Pose()
         setpoint.position.z = 3.0
         setpoints.send(setpoint)
@@ -127,8 +125,3 @@ class SlamTest(unittest.TestCase):
         # 1 m below: half of 1 m/s^2 until a / g^2 = 0.5 m are left, so v = sqrt(2 * 0.5 * (1 - 0.25))
         self.assertAlmostEqual(command.twist.linear.z, math.sqrt(0.75))
         self.assertFalse(reached.next().data)
-
-
-if __name__ == "__main__":
-    rospy.init_node("position_controller_slam_contract")
-    rostest.rosrun("inspection_tools", "position_controller_slam_contract", SlamTest)

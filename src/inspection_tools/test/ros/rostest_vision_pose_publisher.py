@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The contract of the node vision_pose_publisher: good poses with their stamps, else silence and a state."""
 
 import math
@@ -7,7 +6,6 @@ import unittest
 from pathlib import Path
 
 import rospy
-import rostest
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
@@ -17,13 +15,13 @@ from node_tools.testing import Input, Output, Warned, wait_until
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from flight_basics_ros.testing import odometry_of
 
-NODE = "/vision_pose_publisher"
+NODE = "/vision/vision_pose_publisher"
 
 
 class VisionPosePublisherTest(unittest.TestCase):
     def setUp(self):
-        self.odometry = Input("odometry", Odometry)
-        self.poses = Output("vision_pose", PoseWithCovarianceStamped)
+        self.odometry = Input("vision/odometry", Odometry)
+        self.poses = Output("vision/vision_pose", PoseWithCovarianceStamped)
         self.states = Output(NODE + "/state", String)
         self.warned = Warned(NODE)
 
@@ -52,8 +50,8 @@ class VisionPosePublisherTest(unittest.TestCase):
         received = self.poses.last(lambda pose: pose.header.stamp == sent.header.stamp, "the pose")
         self.assertEqual(received.header.frame_id, "odom")
         self.assertEqual(received.pose, sent.pose)
-        out = Output("out/odometry_out", Odometry)
-        source = Input("out/odometry", Odometry)
+        out = Output("vision/out/odometry_out", Odometry)
+        source = Input("vision/out/odometry", Odometry)
         source.send(self.send(1.0))
         received = out.next()
         self.assertEqual((received.header.frame_id, received.child_frame_id), ("odom", "base_frame"))
@@ -78,8 +76,3 @@ class VisionPosePublisherTest(unittest.TestCase):
         wait_until(lambda: self.send(40.0) and self.states.messages[-1].data == "good", "the state good")
         pose = self.poses.messages[-1].pose.pose
         self.assertAlmostEqual(pose.position.x, 0.0, delta=0.5 * 0.3)  # it goes on, by max_age at most
-
-
-if __name__ == "__main__":
-    rospy.init_node("vision_pose_publisher_contract")
-    rostest.rosrun("inspection_tools", "vision_pose_publisher_contract", VisionPosePublisherTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The contract of the node yaw_regulator, seen from outside."""
 
 import math
@@ -8,7 +7,6 @@ import unittest
 from pathlib import Path
 
 import rospy
-import rostest
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TransformStamped, TwistStamped
 from tf2_msgs.msg import TFMessage
@@ -18,7 +16,7 @@ from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from flight_basics_ros.testing import velocity_of
 
-NODE = "/yaw_regulator"
+NODE = "/yaw/yaw_regulator"
 DEFAULTS = {"gain": 1.5, "max_yaw_rate": 1.0, "speed_on": 0.25, "speed_off": 0.15}
 ANSWER_S = 0.5
 
@@ -26,9 +24,9 @@ ANSWER_S = 0.5
 class YawRegulatorTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.commands = Input("vel_setpoint_in", TwistStamped)
-        cls.references = Input("vel_reference", TwistStamped)
-        cls.final = Output("vel_setpoint_out", TwistStamped)
+        cls.commands = Input("yaw/vel_setpoint_in", TwistStamped)
+        cls.references = Input("yaw/vel_reference", TwistStamped)
+        cls.final = Output("yaw/vel_setpoint_out", TwistStamped)
         cls.warned = Warned(NODE)
         cls.client = Client(NODE, timeout=200.0)
         cls.stamps = Stamps()
@@ -140,7 +138,7 @@ class YawRegulatorTest(unittest.TestCase):
         q.x, q.z = math.sin(half_lean) * math.cos(half_yaw), math.cos(half_lean) * math.sin(half_yaw)
         q.y = math.sin(half_lean) * math.sin(half_yaw)
         q.w = math.cos(half_lean) * math.cos(half_yaw)
-        tf = rospy.Publisher("/tf_static", TFMessage, queue_size=1, latch=True)
+        tf = rospy.Publisher("yaw/tf_static", TFMessage, queue_size=1, latch=True)
         tf.publish(TFMessage([transform]))
         self.client.update_configuration({"max_yaw_rate": 5.0})
 
@@ -172,8 +170,3 @@ class YawRegulatorTest(unittest.TestCase):
         kept = self.client.update_configuration({"speed_off": 0.5})
         self.assertEqual(kept["speed_off"], 0.15)
         self.warned.wait_for("speed_off is 0.5 m/s; it must be below speed_on")
-
-
-if __name__ == "__main__":
-    rospy.init_node("yaw_regulator_contract")
-    rostest.rosrun("inspection_tools", "yaw_regulator_contract", YawRegulatorTest)

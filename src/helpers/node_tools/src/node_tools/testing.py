@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import threading
 import time
+import unittest
 from functools import partial
 from typing import Any, Callable
 from xmlrpc.client import ServerProxy
@@ -17,16 +20,21 @@ TIMEOUT_S = 150.0
 QUIET_S = 0.3
 """Time without messages after which a topic counts as quiet."""
 
+long = unittest.skipIf("WITHOUT_LONG_TESTS" in os.environ, "long")
+"""Leaves a test of a rostest to `--all`, as pytest's marker of this name does."""
 
-def wait_until(condition: Callable[[], Any], what: str, timeout_s: float = TIMEOUT_S) -> None:
-    """Return when the condition is true; AssertionError if it never is."""
+
+def wait_until(
+    condition: Callable[[], Any], what: str, timeout_s: float = TIMEOUT_S, longest_s: float = 0.1
+) -> None:
+    """Return when the condition is true; AssertionError if it never is. longest_s: between two looks."""
     start = time.monotonic()
     while not condition():
         waited_s = time.monotonic() - start
         if waited_s > timeout_s:
             raise AssertionError(f"waited {timeout_s:.0f} s in vain for {what}")
         # A condition may ask the master. Asked 100 times a second, it slows down the node that is waited for.
-        time.sleep(min(max(0.01, 0.1 * waited_s), 0.1))
+        time.sleep(min(max(0.01, 0.1 * waited_s), longest_s))
 
 
 def address_of(node: str) -> str | None:
@@ -76,20 +84,36 @@ class Output:
 
     def __init__(self, topic: str, message_type: Any) -> None:
         self.messages: list[Any] = []
-        self._topic = topic
-        self._subscriber = rospy.Subscriber(topic, message_type, self.messages.append, tcp_nodelay=True)
+        self._topic, self._came = topic, threading.Condition()
+        self._subscriber = rospy.Subscriber(topic, message_type, self._take, tcp_nodelay=True)
         # A node may compile its inner loops first
         wait_until(lambda: self._subscriber.get_num_connections() > 0, f"a publisher of {topic}", 120.0)
 
+    def _take(self, message: Any) -> None:
+        with self._came:
+            self.messages.append(message)
+            self._came.notify_all()
+
+    def _wait_until(self, condition: Callable[[], Any], what: str) -> None:
+        """Like `wait_until`, for a condition that only a message changes."""
+        with self._came:
+            if not self._came.wait_for(condition, TIMEOUT_S):
+                raise AssertionError(f"waited {TIMEOUT_S:.0f} s in vain for {what} on {self._topic}")
+
     def next(self) -> Any:
         """Wait for a message and take it."""
-        wait_until(lambda: self.messages, f"a message on {self._topic}")
+        self._wait_until(lambda: self.messages, "a message")
         return self.messages.pop(0)
 
     def last(self, condition: Callable[[Any], bool], what: str) -> Any:
         """Wait until the newest message fulfils the condition, and return it."""
-        wait_until(lambda: self.messages and condition(self.messages[-1]), f"{what} on {self._topic}")
+        self._wait_until(lambda: self.messages and condition(self.messages[-1]), what)
         return self.messages[-1]
+
+    def holds(self, condition: Callable[[Any], bool], within_s: float) -> bool:
+        """Return whether a message fulfils the condition, of those that are here or come so soon."""
+        with self._came:
+            return self._came.wait_for(lambda: any(map(condition, self.messages)), within_s)
 
     def assert_quiet(self) -> None:
         """Fail if a message comes within `QUIET_S`."""
