@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import tf2_ros
 from geometry_msgs.msg import TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
+from tf2_msgs.msg import TFMessage
+
+from node_tools.testing import Input
 
 BEAMS = 1440
 
@@ -25,8 +27,8 @@ def of_stamp(output, *stamps):
 class Mounts:
     """Publishes static transforms, all of them again with each new one."""
 
-    def __init__(self):
-        self._broadcaster = tf2_ros.StaticTransformBroadcaster()
+    def __init__(self, topic="/tf_static"):
+        self._input, self._transforms = Input(topic, TFMessage, latch=True), []
 
     def add(self, parent, child, yaw=0.0, pitch=0.0, roll=0.0):
         transform = TransformStamped()
@@ -36,7 +38,8 @@ class Mounts:
         q = transform.transform.rotation
         q.x, q.y = sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy
         q.z, q.w = cr * cp * sy - sr * sp * cy, cr * cp * cy + sr * sp * sy
-        self._broadcaster.sendTransform(transform)
+        self._transforms.append(transform)
+        self._input.deliver(TFMessage(self._transforms))
 
 
 def scan_of(stamp, ranges=None, frame="base_frame", **changes):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import rospy
 from cepa_probe import BEAMS, column, odometry_of, of_stamp, scan_of, velocity_of
 
 from cepa import CepaParameters, Dynamic, LaserScan2D, Motion
@@ -25,9 +24,9 @@ class DynamicCases:
             self.odometry.send(odometry_of(stamp, (1.0, 0.0, 0.0), x=x))
         intensities = [] if seen is None else np.where(seen, 0.0, -1.0)
         self.references.send(velocity_of(stamp, (1.5, 0.0, 0.2)))
-        self.scans.send(scan_of(stamp, ranges, intensities=intensities))
+        take = self.scans.send if odometry else self.scans.deliver
+        take(scan_of(stamp, ranges, intensities=intensities))
         if not odometry:  # the scan waits for it until the next one comes
-            rospy.rostime.wallsleep(0.05)
             self.scans.send(scan_of(self.stamps.next(1e-3), ranges, intensities=intensities))
         return of_stamp(self.commands, stamp).twist.linear
 

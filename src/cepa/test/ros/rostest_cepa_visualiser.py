@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The contract of the node cepa_visualiser, seen from outside, fed by cepa itself."""
 
 import math
@@ -8,19 +7,21 @@ from pathlib import Path
 
 import numpy as np
 import rospy
-import rostest
+from cepa_ros.parameters import Choice, config_of
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan, PointCloud2
 from visualization_msgs.msg import Marker, MarkerArray
 
+from cepa import CepaParameters
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from cepa_probe import column, odometry_of, of_stamp, scan_of, velocity_of
 
 R_LB, R_UB = 0.5, 1.2
+DEFAULTS = config_of(Choice("improved", CepaParameters()))
 
 
 class CepaVisualiserTest(unittest.TestCase):
@@ -32,7 +33,8 @@ class CepaVisualiserTest(unittest.TestCase):
         cls.odometry = Input("odometry", Odometry)
         cls.warned = Warned("/cepa_visualiser")
         cls.client = Client("/cepa", timeout=200.0)
-        cls.stamps = Stamps(100.0)
+        cls.client.update_configuration(DEFAULTS)
+        cls.stamps = Stamps(5000.0)  # after those of rostest_tuning.py
         wait_until(lambda: cls.scans._publisher.get_num_connections() == 2, "cepa and its visualiser")
         cls.settle()
 
@@ -135,8 +137,3 @@ class CepaVisualiserTest(unittest.TestCase):
         self.pictures.assert_quiet()
         type(self).stamps = Stamps(5.0)
         self.assertIn("r_lb", self.picture())
-
-
-if __name__ == "__main__":
-    rospy.init_node("cepa_visualiser_contract")
-    rostest.rosrun("cepa", "cepa_visualiser_contract", CepaVisualiserTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The node cepa with clouds: what it answers, what it tells, and clouds that make no sense."""
 
 import math
@@ -9,7 +8,6 @@ from pathlib import Path
 import dynamic_reconfigure.client
 import numpy as np
 import rospy
-import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry
@@ -59,22 +57,22 @@ def cloud_of(stamp, points, frame="base_frame", **changes):
 class CloudsTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.client = dynamic_reconfigure.client.Client("/cepa", timeout=200.0)
+        cls.client = dynamic_reconfigure.client.Client("/clouds/cepa", timeout=200.0)
         cls.client.update_configuration({"algorithm": "dynamic"})  # from now on it wants clouds
-        cls.commands = Output("vel_setpoint_out", TwistStamped)
-        cls.stats = Output("cepa/stats", DiagnosticArray)
-        cls.decisions = Output("cepa/decision", MarkerArray)
-        cls.remembered = Output("cepa/remembered", PointCloud2)
-        cls.pictures = Output("cepa_visualiser/markers", MarkerArray)
-        cls.scans = Input("scan_in", LaserScan)
-        cls.references = Input("vel_setpoint_in", TwistStamped)
-        cls.odometry = Input("odometry", Odometry)
-        cls.clouds = Input("cloud", PointCloud2)
-        cls.ranges_up = Input("range_finder_up", Range)
-        cls.imu = Input("imu", Imu)
-        cls.mounts = Mounts()
+        cls.commands = Output("clouds/vel_setpoint_out", TwistStamped)
+        cls.stats = Output("clouds/cepa/stats", DiagnosticArray)
+        cls.decisions = Output("clouds/cepa/decision", MarkerArray)
+        cls.remembered = Output("clouds/cepa/remembered", PointCloud2)
+        cls.pictures = Output("clouds/cepa_visualiser/markers", MarkerArray)
+        cls.scans = Input("clouds/scan_in", LaserScan)
+        cls.references = Input("clouds/vel_setpoint_in", TwistStamped)
+        cls.odometry = Input("clouds/odometry", Odometry)
+        cls.clouds = Input("clouds/cloud", PointCloud2)
+        cls.ranges_up = Input("clouds/range_finder_up", Range)
+        cls.imu = Input("clouds/imu", Imu)
+        cls.mounts = Mounts("clouds/tf_static")
         cls.mounts.add("base_frame", "up_link", pitch=-math.pi / 2)
-        cls.warned = Warned("/cepa")
+        cls.warned = Warned("/clouds/cepa")
         cls.stamps = Stamps(100.0)
 
     def fly(self, points=None, stamp=None, v_ref=(1.0, 0.0, 0.0), **changes):
@@ -97,8 +95,9 @@ class CloudsTest(unittest.TestCase):
 
     def is_answered(self, *stamps):
         """Whether the command for one of the scans comes within a moment."""
-        rospy.rostime.wallsleep(0.05 if len(stamps) == 1 else 0.3)
-        return any(message.header.stamp in stamps for message in list(self.commands.messages))
+        return self.commands.holds(
+            lambda message: message.header.stamp in stamps, 0.05 if len(stamps) == 1 else 0.3
+        )
 
     def test_0_until_a_cloud_comes_the_scan_counts(self):
         np.testing.assert_allclose(self.fly(v_ref=(1.0, 0.0, 0.2)), (1.0, 0.0, 0.2))
@@ -175,7 +174,7 @@ class CloudsTest(unittest.TestCase):
 
     def test_3_a_cloud_that_does_not_tell_where_its_lidar_was_is_dropped(self):
         self.fly(low_wall(), frame="odom")  # now it listens to /tf
-        tf = Input("/tf", TFMessage)
+        tf = Input("clouds/tf", TFMessage)
         edge = TransformStamped(child_frame_id="base_frame")
         edge.header.frame_id, edge.transform.rotation.w = "odom", 1.0
 
@@ -243,8 +242,3 @@ class CloudsTest(unittest.TestCase):
         self.assertEqual(self.climb(8.0), 0.5)
         self.climb(math.nan)
         self.warned.wait_for("The range finder that looks up measures nothing (NaN); the UAV does not climb.")
-
-
-if __name__ == "__main__":
-    rospy.init_node("cepa_clouds")
-    rostest.rosrun("cepa", "cepa_clouds", CloudsTest)

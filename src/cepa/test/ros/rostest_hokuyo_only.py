@@ -1,10 +1,8 @@
-#!/usr/bin/env python3
 """launch/hokuyo_only.launch: the lidar on its stand sees the columns, and CEPA steers clear of them."""
 
 import unittest
 
 import rospy
-import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from sensor_msgs.msg import LaserScan
@@ -32,8 +30,3 @@ class HokuyoOnlyTest(unittest.TestCase):
         wait_until(lambda: stats, "stats")
         self.assertEqual(answers[-1].header.frame_id, "base_frame")
         self.assertLess(answers[-1].twist.linear.x, 1.5)  # v_ref leads into the column
-
-
-if __name__ == "__main__":
-    rospy.init_node("hokuyo_only_contract")
-    rostest.rosrun("cepa", "hokuyo_only_contract", HokuyoOnlyTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Live tuning: each parameter is changed through dynamic_reconfigure, and the next answer shows it."""
 
 import sys
@@ -8,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import rospy
-import rostest
 from cepa_ros.parameters import Choice, config_of
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TwistStamped
@@ -105,8 +103,3 @@ class TuningTest(unittest.TestCase):
         linear = of_stamp(self.commands, stamp).twist.linear
         np.testing.assert_allclose((linear.x, linear.y), held, atol=1e-6)
         self.warned.wait_for("No odometry is near to the scan in time")
-
-
-if __name__ == "__main__":
-    rospy.init_node("cepa_tuning")
-    rostest.rosrun("cepa", "cepa_tuning", TuningTest)
