@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """What path_planner promises: plans by service and by topic, again when the map changes, and one sentence."""
 
 import math
@@ -8,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import rospy
-import rostest
 from actionlib_msgs.msg import GoalID, GoalStatus
 from exploration_ros.planner_messages import tiles_class
 from geometry_msgs.msg import PointStamped, PoseStamped
@@ -26,7 +24,7 @@ from drawn_voxels import block, tiles_of
 from flight_basics_ros.lock_order import take_report
 from flight_basics_ros.testing import odometry_of
 
-NODE = "/path_planner"
+NODE = "/planned/path_planner"
 RESOLUTION_M, SIDE = 0.2, 16
 START, GOAL = (1.5, 2.5, 2.0), (8.1, 2.5, 2.0)
 WALL = slice(24, 26)  # x from 4.8 to 5.2 m
@@ -59,16 +57,16 @@ def points_of(path):
 class PathPlannerTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        cls.plans = Output("/plan", PathMessage)
-        cls.missions = Output("/mission/goal", MissionActionGoal)
-        cls.cancels = Output("/mission/cancel", GoalID)
+        cls.plans = Output("/planned/plan", PathMessage)
+        cls.missions = Output("/planned/mission/goal", MissionActionGoal)
+        cls.cancels = Output("/planned/mission/cancel", GoalID)
         cls.warned = Warned(NODE)
-        cls.maps = Input("/updates", tiles_class())
-        cls.poses = Input("/ground_truth", Odometry)
-        cls.goals = Input("/goal", PoseStamped)
+        cls.maps = Input("/planned/updates", tiles_class())
+        cls.poses = Input("/planned/ground_truth", Odometry)
+        cls.goals = Input("/planned/goal", PoseStamped)
         cls.closed = Input(NODE + "/close", PointStamped)
-        cls.ready = Input("/ready", Bool)
-        cls.results = Input("/mission/result", MissionActionResult)
+        cls.ready = Input("/planned/ready", Bool)
+        cls.results = Input("/planned/mission/result", MissionActionResult)
         cls.service = rospy.ServiceProxy(NODE + "/make_plan", GetPlan)
         cls.service.wait_for_service(200.0)
 
@@ -197,17 +195,11 @@ class PathPlannerTest(unittest.TestCase):
     def test_6_a_goal_waits_until_the_uav_hovers(self):
         # Given: a UAV on the ground
         self.send_map(room([NEAR, FAR]))
-        self.ready.send(Bool(False))
+        self.ready.deliver(Bool(False))
         # When it gets a goal, then a sentence says why nothing flies
-        self.send_pose(START)
-
-        def waits():
-            """Send the goal, again if it came before `ready`, which has another connection."""
-            self.goals.send(stamped(PoseStamped, GOAL))
-            rospy.rostime.wallsleep(0.2)
-            return self.warned.count("The goal waits until the UAV hovers.")
-
-        wait_until(waits, "the sentence")
+        self.poses.deliver(odometry_of(rospy.Time.now(), START, frame="map"))
+        self.goals.send(stamped(PoseStamped, GOAL))
+        self.warned.wait_for("The goal waits until the UAV hovers.")
         rospy.sleep(0.5)  # a mission that was sent before that may still be on its way
         sent = len(self.missions.messages)
         # When the near door closes, then there is another plan, but no mission
@@ -222,8 +214,3 @@ class PathPlannerTest(unittest.TestCase):
 
     def test_z_its_threads_take_locks_in_one_order(self):
         self.assertEqual(take_report("path_planner"), "")
-
-
-if __name__ == "__main__":
-    rospy.init_node("rostest_path_planner")
-    rostest.rosrun("exploration", "path_planner_contract", PathPlannerTest)
