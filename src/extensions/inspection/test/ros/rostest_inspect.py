@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """What the node inspect promises: photographs of a plan, pause, closer looks, a way home, and plain refusals.
 
 Time is that of the messages' stamps, so the UAV flies faster than any clock.
@@ -15,7 +14,6 @@ from xmlrpc.client import ServerProxy
 
 import numpy as np
 import rospy
-import rostest
 import trimesh
 from actionlib_msgs.msg import GoalStatus
 from geometry_msgs.msg import Point, PointStamped
@@ -33,7 +31,7 @@ from inspection.survey import FlightParameters, SurveyCamera, SurveyParameters
 from inspection.survey.plan import Draft, Flight, PlannedView, SurveyPlan
 from inspection.survey.plan_file import read_plan, write_plan
 from inspection.survey.views.candidates import View
-from node_tools.testing import Input, address_of, wait_until
+from node_tools.testing import Input, address_of, long, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -174,6 +172,7 @@ class InspectTest(unittest.TestCase):
         views, mesh = (View((6.0, 5.0, 2.0), 0.0, 0.0),), str(self.folder / "drawn.stl")
         return self.plan("fine.yaml", views, FINE_CAMERA, mesh)
 
+    @long
     def test_04_a_search_that_is_awaited_on_the_ground_is_aborted(self):
         plan = self.plan_of_a_crack()
         self.send_goal("aborted", plan, second_look=True)
@@ -208,6 +207,7 @@ class InspectTest(unittest.TestCase):
         crack_m = -(2101.0 - camera.centre_px[0]) * (wall_m - 6.0) / camera.focal_px  # left of x is y
         self.assertAlmostEqual(near.position_m[1] - 5.0, crack_m, delta=0.15)
 
+    @long
     def test_06_a_draft_is_completed_while_its_photograph_is_taken(self):
         uav, plan = self.uav, self.plan_of_a_crack()
         asked = SurveyParameters(resolution=20.0, patch=1.0, spacing=2.0)
@@ -315,6 +315,7 @@ class InspectTest(unittest.TestCase):
         self.assertEqual(self.results.last.result.end, "battery")
         self.assertIn("land here", self.results.last.result.reason)
 
+    @long
     def test_12_what_a_launch_before_has_left_gives_no_home(self):
         uav = self.uav
         self.send_goal("left", self.plan())
@@ -376,8 +377,3 @@ class InspectTest(unittest.TestCase):
 
     def test_z_its_threads_take_locks_in_one_order(self):
         self.assertEqual(take_report(NODE), "")
-
-
-if __name__ == "__main__":
-    rospy.init_node("inspect_probe")
-    rostest.rosrun("inspection", "inspect_contract", InspectTest)

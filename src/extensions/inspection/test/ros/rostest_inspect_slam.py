@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The node inspect with its poses from SLAM: loop closures, and a SLAM that is lost."""
 
 import sys
@@ -8,7 +7,6 @@ from pathlib import Path as FilePath
 
 import numpy as np
 import rospy
-import rostest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry, Path
 from std_msgs.msg import String
@@ -47,7 +45,7 @@ class SlamUav(Uav):
         correction_m: of `odom` in the map. told: (stamp, place in odom, yaw) of each pose.
     """
 
-    step_s = 0.05
+    step_s, pause_s = 0.05, 0.01
 
     def __init__(self):
         super().__init__("/odometry")
@@ -171,8 +169,3 @@ class InspectSlamTest(unittest.TestCase):
         self.assertEqual((result.end, result.is_home), ("aborted", True))
         self.assertEqual(result.reason, "SLAM is lost. That lasted too long.")
         self.assertEqual(len(self.records("lost")), taken)
-
-
-if __name__ == "__main__":
-    rospy.init_node("inspect_slam_probe")
-    rostest.rosrun("inspection", "inspect_slam_contract", InspectSlamTest)

@@ -25,7 +25,8 @@ SHOOT = roslib.message.get_service_class("simulation_tools/Shoot")
 class Uav:
     """It is where it is sent, at once. Its camera takes grey pictures."""
 
-    step_s = STEP_S
+    step_s, pause_s = STEP_S, 0.05
+    """Of the stamps; and the longest wall time between two of them."""
 
     def __init__(self, poses="/ground_truth"):
         self.picture = np.zeros((48, 64, 3), np.uint8)
@@ -103,4 +104,4 @@ class Uav:
             rospy.sleep(0.02)
             return until()
 
-        wait_until(flown, what, 200.0)
+        wait_until(flown, what, 200.0, self.pause_s)
