@@ -124,6 +124,7 @@ def run(tmp_path, capsys):
     return run
 
 
+@pytest.mark.long
 @pytest.mark.flight
 def test_cepa_is_benchmarked(run, monkeypatch):
     monkeypatch.setattr(cepa, "REPLAYS", 1)  # the original takes 8 ms a scan
@@ -138,6 +139,7 @@ def test_cepa_is_benchmarked(run, monkeypatch):
     assert "thesis, improved / original" in said
 
 
+@pytest.mark.long
 @pytest.mark.flight
 def test_the_campaign_is_flown(run, tmp_path):
     written, said = run(avoidance, "--smallest", "--workers", "1", "--rows", "mixed", "thick")
@@ -181,6 +183,7 @@ def test_the_simulator_s_rays_are_benchmarked_as_bringup_does(tmp_path):
     assert "sim.raycast.by_embree" in done.stdout
 
 
+@pytest.mark.long
 @pytest.mark.flight
 def test_a_soak_is_flown_with_faults_and_without_contacts(run):
     written, said = run(sim, "--soak", "--minutes", "0.4", "--seed", "3")

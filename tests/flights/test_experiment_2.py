@@ -55,10 +55,3 @@ def test_obstacles_appear_in_stopped_time_and_the_original_hits_one(launch):
     contacts = np.genfromtxt(folder / "contacts.csv", delimiter=",", names=True, dtype=None, encoding=None)
     assert contacts["t_s"].min() > freeze["t_s"]
     assert {"proposals.png", "k_sweep.png", "path.png"} <= {path.name for path in folder.iterdir()}
-
-
-def test_what_cannot_be_flown_ends_the_launch_with_a_sentence(launch):
-    said, folder = launch(scenario="maze", is_checked=False)
-    assert "There is no scenario 'maze'; choose scenario:=columns|wall_one_column|" in said
-    assert "Traceback" not in said
-    assert folder is None

@@ -35,6 +35,7 @@ def slam_of(environment: dict) -> int:
     raise AssertionError(f"no SLAM node was started within {READY_PATIENCE_S} s")
 
 
+@pytest.mark.long
 def test_the_mission_begins_when_slam_does_and_the_map_is_true(processes, tmp_path):
     flight = Flight(
         processes, tmp_path, "experiment_3.launch", lidar="urg", headless="true", duration=DURATION_S, seed=2

@@ -33,6 +33,7 @@ STEERING = ("/lidar_median_filter", "/lidar_padding", "/cepa", "/yaw_regulator",
 LINK = ("/mavros_publisher", "/mavros")
 
 
+@pytest.mark.long
 @pytest.mark.timeout(900)
 def test_tuned_attacked_and_interrupted_it_flies_on(processes, tmp_path):
     """CEPA is tuned between two columns. Then each node is killed at cruising speed. Then Ctrl-C comes."""

@@ -193,9 +193,9 @@ def write_bag(path, messages, pose):
     ("kind", "lidar", "conditions", "imu"),
     [
         pytest.param(Recorded, "ust", Conditions(scan_loss=0.6), True, id="lost scans, with an IMU"),
-        pytest.param(OdometryJumps, "ust", Conditions(), False, id="odometry jumps"),
+        pytest.param(OdometryJumps, "ust", Conditions(), False, id="odometry jumps", marks=pytest.mark.long),
         pytest.param(ClockGoesBack, "ust", Conditions(), False, id="clock goes back"),
-        pytest.param(CloudsAreLate, "puck", Conditions(), False, id="late clouds"),
+        pytest.param(CloudsAreLate, "puck", Conditions(), False, id="late clouds", marks=pytest.mark.long),
     ],
 )
 def test_the_node_commands_what_the_loop_has_flown(

@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import os
-import shutil
-import signal
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
@@ -143,33 +140,3 @@ def test_bringup_takes_a_worlds_path_from_the_callers_folder(processes, tmp_path
     assert not (folder / "my results").exists()
     refused = processes.run(*caller, bringup, "experiment_3", "mission:=none.yaml", *ports, timeout_s=200.0)
     assert f"The mission {folder}/none.yaml cannot be read: " in refused.stdout
-
-
-@pytest.mark.timeout(SETUP_PATIENCE_S + 240.0)
-def test_bringup_tells_of_its_own_flight_although_another_ended_later(processes, tmp_path):
-    master, offboard, ground = free_ports(3)
-    processes.environment["ROS_MASTER_URI"] = f"http://localhost:{master}"
-    ports = (f"offboard_port:={offboard}", f"gcs_port:={ground}")
-    results = tmp_path / "results"
-    words = ("experiment_1", "scenario:=empty", "headless:=true", f"results:={results}", *ports)
-    with (tmp_path / "said").open("w") as said:
-        flight = processes.start(str(ROOT / "bringup.sh"), *words, stdout=said, stderr=subprocess.STDOUT)
-    patience_s = time.monotonic() + SETUP_PATIENCE_S
-    while "is sent to the goal" not in (tmp_path / "said").read_text():
-        assert flight.poll() is None, (tmp_path / "said").read_text()
-        assert time.monotonic() < patience_s, (tmp_path / "said").read_text()
-        time.sleep(0.1)
-    # Given the flight of somebody else in the same workspace, whose result is the newest
-    (own,) = (results / "experiment_1").iterdir()
-    other = results / "experiment_1/other"
-    shutil.copytree(own, other)
-    flight.send_signal(signal.SIGINT)
-    while not (own / "result.json").exists():
-        assert time.monotonic() < patience_s, (tmp_path / "said").read_text()
-        time.sleep(0.05)
-    shutil.copy(own / "result.json", other)
-    os.utime(other / "result.json", (time.time() + 60.0,) * 2)
-    assert flight.wait(200.0) == 1
-    summary = (tmp_path / "said").read_text().rpartition("Results in ")[2]
-    assert summary.startswith(f"{own}:\n")
-    assert "The run was interrupted before its end." in summary

@@ -12,7 +12,7 @@ LONG_ENOUGH_S = 70.0
 MISSION_PATIENCE_S = 200.0
 
 
-@pytest.mark.parametrize("gnss", ["true", "false"])
+@pytest.mark.parametrize("gnss", ["true", pytest.param("false", marks=pytest.mark.long)])
 def test_a_flight_of_70_s_arrives(processes, tmp_path, gnss):
     for package in ("mavros",) if gnss == "true" else ("mavros", "mavros_extras"):
         if processes.run("rospack", "find", package, timeout_s=200.0).returncode != 0:

@@ -11,6 +11,8 @@ from launched_flight import READY_PATIENCE_S, Flight
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(600)]
 
 MADE_OF_TRUTH = ("/UAV/ground_truth", "/gazebo/odometry", "/imu", "/gazebo/model_states")
+ERROR_MAX_M = 0.1
+"""What the experiment asks for over four minutes."""
 JUDGE, WORLD_EDGE = "/experiment", "/tf_publisher"
 
 
@@ -47,3 +49,7 @@ def test_it_flies_without_the_truth_and_lands_where_it_started(processes, tmp_pa
     off_m = np.hypot(truth["x_m"] - truth["x_m"][0], truth["y_m"] - truth["y_m"][0])
     assert off_m.max() > 1.5
     assert off_m[-1] < 0.3
+    # And the map is that of the room
+    assert flight.result["slam"]["ate_rmse_m"] < ERROR_MAX_M
+    assert flight.result["slam"]["map_error_mean_m"] < ERROR_MAX_M
+    assert {"map.pgm", "map.yaml", "map.png"} <= {path.name for path in flight.results.iterdir()}

@@ -20,6 +20,7 @@ BESIDE_WALL = "y:=1.1"
 PATIENCE_S = 120.0
 
 
+@pytest.mark.long
 @pytest.mark.timeout(600)
 def test_the_bench_passes_with_our_nodes_and_gives_way_to_a_board(ros_master):
     ports = (f"{name}:={port}" for name, port in zip(("offboard_port", "gcs_port"), free_ports(2)))
@@ -42,9 +43,15 @@ def test_the_bench_passes_with_our_nodes_and_gives_way_to_a_board(ros_master):
     ("words", "wanted"),
     [
         (["90"], "passed  turn: odometry and the lidar's view turned by the same 90 degrees."),
-        (["-120"], "passed  turn: odometry and the lidar's view turned by the same -120 degrees."),
+        pytest.param(
+            *(["-120"], "passed  turn: odometry and the lidar's view turned by the same -120 degrees."),
+            marks=pytest.mark.long,
+        ),
         (["90", "mirrored"], "failed  turn: odometry turned by 90 degrees, the view by -90. -> Do not fly."),
-        (["20"], "failed  turn: odometry's heading changed by 20 degrees only. -> Turn the UAV by hand"),
+        pytest.param(
+            *(["20"], "failed  turn: odometry's heading changed by 20 degrees only. -> Turn the UAV by hand"),
+            marks=pytest.mark.long,
+        ),
     ],
     ids=["to the left", "to the right", "mirrored", "too little"],
 )

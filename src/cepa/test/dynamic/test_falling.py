@@ -128,7 +128,7 @@ def test_in_the_open_what_comes_into_view_from_above_counts_in_the_second_cloud(
     assert seen_s <= times_s[0] <= seen_s + 0.15
 
 
-@pytest.mark.parametrize("speed", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("speed", [pytest.param(0.5, marks=pytest.mark.long), 1.0, 2.0])
 def test_in_the_open_what_stands_does_not_come_down_though_the_uav_flies_up_to_it_and_under_it(speed):
     standing = np.concatenate(
         [

@@ -57,7 +57,9 @@ def warnings_of(flight):
     return [sentence for decision in flight.decisions for sentence in decision.warnings]
 
 
-@pytest.mark.parametrize(("speed", "later_s"), [(1.0, 0.1), (2.0, 0.1), (2.0, 1.5)])
+@pytest.mark.parametrize(
+    ("speed", "later_s"), [pytest.param(1.0, 0.1, marks=pytest.mark.long), (2.0, 0.1), (2.0, 1.5)]
+)
 def test_a_pole_that_appears_after_the_clouds_have_died_is_not_touched(speed, later_s):
     world = HallWithPole(HALL, dies_s=DIES_S, appears_s=DIES_S + later_s)
     flight = fly_along_x(Dynamic(), world, speed, 6.0 + speed, patience_s=14.0)

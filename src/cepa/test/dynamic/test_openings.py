@@ -100,7 +100,7 @@ def passage(boxes_at, middle, rng, patience_s, parameters=SMALL) -> Passage:
     return Passage(np.array(positions), clearance_m)
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
 @pytest.mark.parametrize(("breadth_m", "height_m"), [(0.6, 0.8), (0.65, 0.6), (0.6, 2.0)])
 def test_it_passes_an_opening_that_fits_near_the_middle(breadth_m, height_m, seed):
     rng = np.random.default_rng(seed)
@@ -141,7 +141,7 @@ def hose(t_s: float):
     return ((PLATE_X_M + 0.25, y - 0.03, 0.3), (PLATE_X_M + 0.31, y + 0.03, 3.0))
 
 
-@pytest.mark.parametrize("moving", [person, hose])
+@pytest.mark.parametrize("moving", [person, pytest.param(hose, marks=pytest.mark.long)])
 def test_it_waits_while_something_is_behind_the_opening(moving):
     rng, middle = np.random.default_rng(3), (0.1, 1.5)
     room = room_with_plate(0.6, 0.8, middle)

@@ -91,8 +91,8 @@ def gust(rng):
     )
 
 
-@pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("speed", [2.0, 4.0])
+@pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
+@pytest.mark.parametrize("speed", [pytest.param(2.0, marks=pytest.mark.long), 4.0])
 def test_no_disturbance_within_the_stated_error_leads_into_a_trunk(speed, seed):
     rng = np.random.default_rng(seed)
     adversary = lambda t_s, scene, uav: towards_the_nearest(scene, uav.position)  # noqa: E731
@@ -113,7 +113,7 @@ def test_without_further_scans_it_brakes_and_touches_nothing(seed):
 
 
 @pytest.mark.parametrize("push", ["none", "towards the wall", "gusts"])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 def test_a_uav_that_never_turns_does_not_creep_back_into_the_unseen(seed, push):
     # A wall 1.3 to 2 m behind, which no beam meets: before it sees, the UAV may go 0.5 m and brake
     rng = np.random.default_rng(seed)

@@ -161,7 +161,7 @@ def test_with_clouds_three_heights_are_not_enough():
         assert not len(sinking.take_in([ranging], motion, clouds_show=True))
 
 
-@pytest.mark.parametrize("seed", range(1, 5))
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.long) for seed in (2, 3, 4))])
 @pytest.mark.parametrize(
     "height_of",
     [
@@ -259,8 +259,17 @@ def test_spots_of_what_comes_are_forgotten_and_nothing_beside_or_under_the_uav()
     assert sorted(map(tuple, points.round(6).tolist())) == sorted((beside, under))
 
 
-@pytest.mark.parametrize("is_led", [False, True])
-@pytest.mark.parametrize(("edge_m", "speed"), [(0.3, 0.2), (0.3, 2.0), (1.0, 0.5), (2.0, 0.2), (2.0, 1.0)])
+@pytest.mark.parametrize("is_led", [False, pytest.param(True, marks=pytest.mark.long)])
+@pytest.mark.parametrize(
+    ("edge_m", "speed"),
+    [
+        (0.3, 2.0),
+        (1.0, 0.5),
+        (2.0, 1.0),
+        pytest.param(0.3, 0.2, marks=pytest.mark.long),
+        pytest.param(2.0, 0.2, marks=pytest.mark.long),
+    ],
+)
 def test_a_load_comes_down_beside_the_uav_and_never_onto_it(edge_m, speed, is_led):
     """The UAV hovers, or is led on and on; it has a planar lidar and range finders."""
     clearance_m, lowest_m = fly_near_a_load(

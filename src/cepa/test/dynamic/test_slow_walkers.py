@@ -17,7 +17,7 @@ def back(position):
     return tuple(np.clip(-0.5 * position[:2], -0.7, 0.7).tolist())
 
 
-@pytest.mark.parametrize("has_puck", [False, True])
+@pytest.mark.parametrize("has_puck", [pytest.param(False, marks=pytest.mark.long), True])
 @pytest.mark.parametrize(
     ("walls", "speed", "from_m"),
     [

@@ -29,7 +29,9 @@ class SmallUav(Boxes):
         return Boxes(np.array([[middle - half, middle + half]]))
 
 
-@pytest.mark.parametrize("above_m", [-0.3, -0.15, 0.2])
+@pytest.mark.parametrize(
+    "above_m", [-0.15, pytest.param(-0.3, marks=pytest.mark.long), pytest.param(0.2, marks=pytest.mark.long)]
+)
 @pytest.mark.parametrize("velocity", [(-3.0, 0.0), (3.0, 0.0), (0.0, 2.0), (1.5, -1.5)])
 def test_a_small_uav_above_or_below_the_level_beams_is_evaded_from_each_quarter(velocity, above_m):
     flight = fly_along_x(Dynamic(), SmallUav(velocity, above_m), 2.0, 12.0, 12.0)

@@ -24,7 +24,7 @@ def back(position):
     return tuple(np.clip(-0.5 * position[:2], -0.7, 0.7).tolist())
 
 
-@pytest.mark.parametrize("has_puck", [False, True])
+@pytest.mark.parametrize("has_puck", [pytest.param(False, marks=pytest.mark.long), True])
 @pytest.mark.parametrize(
     ("place", "edge_m", "sinks_m_s"), [("wall", 1.5, 0.5), ("corner", 1.5, 0.5), ("niche", 1.5, 0.3)]
 )
@@ -42,15 +42,15 @@ def test_a_load_that_sinks_near_walls_touches_nobody(place, edge_m, sinks_m_s, h
     assert nearest.walls_m > 0.0
 
 
-@pytest.mark.parametrize("has_puck", [False, True])
+@pytest.mark.parametrize("has_puck", [False, pytest.param(True, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
     ("half_m", "speed", "from_m"),
     [
         (0.25, 0.8, (-6.0, 2.0)),
         (0.25, 1.2, (-5.0, 0.5)),
-        (0.25, 1.2, (-6.0, 0.0)),
+        pytest.param(0.25, 1.2, (-6.0, 0.0), marks=pytest.mark.long),
         (0.6, 1.72, (-3.8, 6.6)),
-        (0.6, 1.78, (-2.0, -6.7)),
+        pytest.param(0.6, 1.78, (-2.0, -6.7), marks=pytest.mark.long),
     ],
 )
 def test_a_person_or_a_truck_that_comes_to_a_uav_before_a_wall_touches_nobody(

@@ -52,12 +52,14 @@ def test_it_gets_a_full_battery_and_hovers_as_high_as_ever():
     assert volume.asked == [([0.0, 0.0, 0.0], 2.0)]
 
 
+@pytest.mark.long
 def test_below_something_it_hovers_lower():
     assert swapped(room_m=0.9)[1] == pytest.approx(1.02, abs=0.1)
 
 
 @pytest.mark.parametrize(
-    ("room_m", "has_battery", "why"), [(0.1, True, "stays on the ground"), (5.0, False, "no full battery")]
+    ("room_m", "has_battery", "why"),
+    [(0.1, True, "stays on the ground"), pytest.param(5.0, False, "no full battery", marks=pytest.mark.long)],
 )
 def test_without_room_or_battery_the_run_ends_with_a_sentence(room_m, has_battery, why):
     outcome, height_m, _, _ = swapped(room_m, has_battery)

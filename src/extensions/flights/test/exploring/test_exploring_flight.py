@@ -36,6 +36,7 @@ def parameters(lidar, gnss=False):
     )
 
 
+@pytest.mark.long
 def test_between_closed_rooms_cepa_never_waits_for_a_way_that_the_planner_knows(tmp_path):
     place = place_of(SMALL_ROOMS, 3)
     with ClosedLoop(place.loop_parameters(place.written_to(tmp_path), 3, 200.0)) as loop:

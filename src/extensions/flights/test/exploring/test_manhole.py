@@ -18,8 +18,15 @@ ROOM_M = 0.1
 """Between a manhole's rim and the radius of a UAV that is in its middle."""
 
 
-@pytest.mark.parametrize("algorithm", ["improved", "dynamic"])
-@pytest.mark.parametrize("lidar", ["near_puck", "qt64"])
+@pytest.mark.parametrize(
+    ("algorithm", "lidar"),
+    [
+        ("dynamic", "qt64"),
+        pytest.param("dynamic", "near_puck", marks=pytest.mark.long),
+        pytest.param("improved", "near_puck", marks=pytest.mark.long),
+        pytest.param("improved", "qt64", marks=pytest.mark.long),
+    ],
+)
 def test_the_small_uav_passes_a_manhole_both_ways(algorithm, lidar, worlds_folder):
     tank = BallastTankParameters()
     manhole = tank.manhole(2)

@@ -59,6 +59,7 @@ def inspecting_flight(loop, plan, energy=None, swaps=0, prior=None, supplement=N
     )  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("swaps", "taken"), [(1, 1), (0, 0)])
 def test_a_battery_that_runs_low_is_swapped_at_home_and_the_flight_goes_on(swaps, taken):
     """At 14 % less the take-off, the reserve of 12 % says to come home before the first photograph."""
