@@ -147,6 +147,16 @@ def test_what_the_findings_rest_on_is_told_and_without_it_nothing_is_graded(tmp_
     assert "GOOD" not in told.partition("Coating condition")[2].partition("GOOD:")[0]
 
 
+def test_a_photograph_that_came_after_the_search_is_told(tmp_path):
+    path = folder(tmp_path)
+    shot = min((path / "photographs").glob("*.jpg"))
+    before = read_search(path / "findings.json")
+    for names, is_told in (((shot.name,), False), (("1.jpg",), True)):
+        write_findings(path / "findings.json", replace(before, searched=names))
+        assert main([str(path)]) == 0
+        assert (f"({shot.name}" in words(path / "report.html")) is is_told
+
+
 def test_photographs_of_another_size_than_the_plans_are_told(tmp_path):
     path = folder(tmp_path)
     view = View((0.0, -1.0, 1.0), math.pi / 2, 0.0)

@@ -61,7 +61,7 @@ def main(arguments: list[str] | None = None) -> int:
         if not target.parent.is_dir():
             raise SurveyError(f"{target} cannot be written: there is no folder {target.parent}.")
         if target.exists():
-            read_search(target)  # refused now, and not after minutes of search
+            _check_before(target)
         parameters = FindingParameters(coatings=tuple(given.coating))
         plan = read_plan(given.plan) if given.plan else None
         if plan and given.mesh is None:
@@ -117,6 +117,15 @@ def _colour(text: str) -> tuple[int, int, int]:
     """Return the colour in "R,G,B"; argparse names the option where ValueError is raised."""
     red, green, blue = (int(each) for each in text.split(","))
     return red, green, blue
+
+
+def _check_before(path: Path) -> None:
+    """Raise ReportError now, and not after minutes of search, if the findings of before are damaged."""
+    try:
+        read_search(path)
+    except ReportError as error:
+        hint = "Mend it, or move it away: the surveyor's decisions are in it."
+        raise ReportError(f"{error} {hint}") from None
 
 
 def _kept(path: Path, found: SearchRecord) -> SearchRecord:

@@ -139,8 +139,11 @@ def read_inspection(folder: Path) -> Inspection:
         )
     if unsearched:
         remarks.append(unsearched)
+    for name, told in (("findings", search), ("coverage", coverage)):
+        if told is not None and shots and not told.rests_on:
+            remarks.append(f"{name}.json does not tell whether its photographs and poses were these.")
     if search is not None:
-        remarks += _left_out("Not searched", search.left_out)
+        remarks += _left_out("Not searched", [*search.left_out, *_newer(shots, search)])
         remarks += _left_out("Searched with a flaw", search.flawed)
         if search.red:
             told = told_of_paint(len(search.red), len(search.searched or ()))
@@ -203,6 +206,18 @@ def _unsearched(coverage: CoverageRecord, search: SearchRecord) -> str:
             f"{missing[0]}. {AGAIN['coverage']}"
         )
     return ""
+
+
+def _newer(shots: Sequence[Shot], search: SearchRecord) -> list[LeftOut]:
+    """Return the photographs that were stored after the search."""
+    if search.searched is None:
+        return []
+    told = {*search.searched, *(each.name for each in search.left_out)}
+    return [
+        LeftOut(each.path.name, "It is newer than findings.json. Run findings again.")
+        for each in shots
+        if each.path.name not in told
+    ]
 
 
 def _changed(photographs: Path, rests_on: Mapping[str, str], what: str) -> str:
