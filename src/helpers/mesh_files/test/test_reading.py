@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from mesh_files.bodies import bodies_of
 from mesh_files.errors import MeshFileError
 from mesh_files.reading import read_parts
 from mesh_files.worlds import is_first, read_triangles
@@ -259,3 +260,20 @@ def test_a_file_that_is_not_there_and_too_many_triangles(tmp_path):
     BOX.export(tmp_path / "box.stl")
     with pytest.raises(MeshFileError, match="12 triangles, more than the 11"):
         read_triangles(tmp_path / "box.stl", most=11)
+
+
+def test_bodies_are_told_apart_and_closed_ones_are_known():
+    """A box 1 km away, as an STL in single precision has it; a sheet that ends in the air; a box of faces."""
+    far = CORNERS[BOX.faces] + (1000.0, 1000.0, 0.0)
+    sheet = np.array(
+        (((20.0, 0, 0), (26.0, 0, 0), (26.0, 4.0, 0)), ((20.0, 0, 0), (26.0, 4.0, 0), (20.0, 4.0, 0)))
+    )
+    triangles_m = np.concatenate((far.astype(np.float32), sheet, CORNERS[BOX.faces]))
+    bodies, is_closed = bodies_of(triangles_m)
+    for first, last, closed in ((0, 12, True), (12, 14, False), (14, 26, True)):
+        assert len(set(bodies[first:last])) == 1
+        assert is_closed[bodies[first]] == closed
+    assert len(is_closed) == 3
+    # Faces of two things that touch are two bodies, and none of them is closed
+    _, apart = bodies_of(CORNERS[BOX.faces], np.arange(12) // 6)
+    assert not apart.any()

@@ -5,13 +5,10 @@ from __future__ import annotations
 from typing import Mapping
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
+from mesh_files.bodies import bodies_of
 from simulation_tools.world.shapes.triangle_mesh import TriangleMesh
 
-SAME_M = 1e-4
-"""Vertices that are nearer are one: an STL writes each corner once for each triangle, in single precision."""
 ASIDE_M = (1.3e-5, 2.9e-5, 0.0)
 """So the way up from a place meets no edge between two triangles, which places at the origin often do."""
 BEYOND_M = 1.0
@@ -60,14 +57,5 @@ def _box_m(mesh: TriangleMesh) -> tuple[np.ndarray, np.ndarray]:
 
 def _closed_bodies(mesh: TriangleMesh) -> list[TriangleMesh]:
     """Return the connected parts of a mesh each of whose edges runs once in both directions."""
-    _, vertices = np.unique(np.rint(mesh.vertices / SAME_M).astype(np.int64), axis=0, return_inverse=True)
-    faces = vertices.reshape(-1)[mesh.triangles]
-    edges = np.concatenate((faces[:, (0, 1)], faces[:, (1, 2)], faces[:, (2, 0)]))
-    size = int(faces.max()) + 1
-    linked = coo_matrix((np.ones(len(edges)), edges.T), shape=(size, size))
-    count, of_vertex = connected_components(linked, directed=False)
-    unpaired = (linked - linked.T).tocoo()
-    is_open = np.zeros(count, bool)
-    is_open[of_vertex[unpaired.row[unpaired.data != 0]]] = True
-    bodies = of_vertex[faces[:, 0]]
-    return [TriangleMesh(mesh.vertices, mesh.triangles[bodies == body]) for body in np.flatnonzero(~is_open)]
+    bodies, is_closed = bodies_of(mesh.vertices[mesh.triangles])
+    return [TriangleMesh(mesh.vertices, mesh.triangles[bodies == body]) for body in np.flatnonzero(is_closed)]

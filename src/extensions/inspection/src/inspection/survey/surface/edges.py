@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from inspection.survey.surface.samples import normals_of
+from mesh_files.bodies import joined_corners
 
 SHARP = 0.87
 """Faces whose normals have a greater cosine between them are one plate."""
@@ -15,11 +16,7 @@ STEP_M = 0.05
 def edge_lines(triangles_m: np.ndarray, parts: np.ndarray) -> np.ndarray:
     """Return the ends (k, 2, 3) of all edges of triangles (m, 3, 3) of things (m,)."""
     normals, _ = normals_of(triangles_m)
-    corners = np.column_stack(
-        (np.rint(triangles_m.reshape(-1, 3) * 1e4).astype(np.int64), np.repeat(parts, 3))
-    )
-    places, vertices = np.unique(corners, axis=0, return_inverse=True)
-    faces = vertices.reshape(-1, 3)
+    places_m, faces = joined_corners(triangles_m, parts)
     sides = np.sort(np.concatenate((faces[:, (0, 1)], faces[:, (1, 2)], faces[:, (2, 0)])), axis=1)
     of_face = np.tile(np.arange(len(faces)), 3)
     order = np.lexsort((sides[:, 1], sides[:, 0]))
@@ -30,8 +27,8 @@ def edge_lines(triangles_m: np.ndarray, parts: np.ndarray) -> np.ndarray:
     pairs = begins[counts == 2]
     cosine = np.abs((normals[of_face[pairs]] * normals[of_face[pairs + 1]]).sum(axis=1))
     is_edge[counts == 2] = cosine < SHARP
-    ends: np.ndarray = places[sides[begins[is_edge]], :3] * 1e-4
-    return ends
+    ends_m: np.ndarray = places_m[sides[begins[is_edge]]]
+    return ends_m
 
 
 def edge_places(triangles_m: np.ndarray, parts: np.ndarray) -> np.ndarray:

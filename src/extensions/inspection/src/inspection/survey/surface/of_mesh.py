@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from flight_basics.errors import SurveyError
 from inspection.survey.kernels.filling import mark_columns
@@ -21,6 +19,7 @@ from inspection.survey.surface.samples import (
     samples_within,
 )
 from inspection.survey.surface.surrounded import surrounded_voxels
+from mesh_files.bodies import bodies_of
 
 EDGE_M = 0.6
 """More on each side of the box around a mesh."""
@@ -97,7 +96,7 @@ def sides_in_air(mesh: Mesh, room: Room, samples: Samples, near: np.ndarray) -> 
     """
     triangles_m = mesh.triangles_m[near]
     normals, _ = normals_of(triangles_m)
-    bodies, is_closed = _bodies(triangles_m, mesh.part[near])
+    bodies, is_closed = bodies_of(triangles_m, mesh.part[near])
     sight = Rays(triangles_m)
     step_m = FRONT * room.voxel_m
     kept = []
@@ -135,22 +134,3 @@ def _air_near(room: Room, places_m: np.ndarray) -> np.ndarray:
             shifted = places_m[missing] + sign * room.voxel_m * np.eye(3)[axis]
             found[missing] = room.at(room.air, shifted) > 0
     return found
-
-
-def _bodies(triangles_m: np.ndarray, parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the body (m,) of each triangle, and which bodies (k,) are closed: each edge runs both ways.
-
-    parts: (m,); triangles of two of them belong to two bodies, even where they touch.
-    """
-    corners = np.rint(triangles_m.reshape(-1, 3) * 1e5).astype(np.int64)
-    corners = np.column_stack((corners, np.repeat(parts, 3)))
-    _, vertices = np.unique(corners, axis=0, return_inverse=True)
-    faces = vertices.reshape(-1, 3)
-    edges = np.concatenate((faces[:, (0, 1)], faces[:, (1, 2)], faces[:, (2, 0)]))
-    count = int(faces.max()) + 1
-    linked = coo_matrix((np.ones(len(edges)), edges.T), shape=(count, count))
-    number, of_vertex = connected_components(linked, directed=False)
-    ways = (linked - linked.T).tocoo()
-    is_open = np.zeros(number, bool)
-    is_open[of_vertex[ways.row[ways.data != 0]]] = True
-    return of_vertex[faces[:, 0]], ~is_open
