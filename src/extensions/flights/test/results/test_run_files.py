@@ -3,6 +3,7 @@
 import json
 import math
 import threading
+from dataclasses import replace
 from datetime import datetime
 
 import numpy as np
@@ -258,3 +259,57 @@ def test_clearance_along_a_path_past_a_tree(tmp_path, worlds_folder, description
         if to_axis > 1.0:
             # between the distance of its centre and that less its greatest reach
             assert to_axis - 0.6 < clearance < to_axis
+
+
+def inspected(**more):
+    told = {"end": "done", "reason": "-", "asked": 20, "taken": 20, "share_asked": 0.98}
+    return {"success": True, "failure": None, "inspection": {**told, **more}}
+
+
+def explored(end):
+    return {"success": True, "failure": None, "exploration": {"end": end, "reason": "-"}}
+
+
+@pytest.mark.parametrize(
+    ("content", "is_done"),
+    [
+        (inspected(), True),
+        (inspected(taken=0, end="aborted"), False),
+        (inspected(taken=12, end="battery"), False),
+        ({**inspected(), "inspection": {"end": "", "reason": "no result"}}, False),
+        # What some photographs could not show, others may
+        (inspected(taken=18, coverage={"share_by_slam": 0.985}), True),
+        (inspected(taken=18, coverage={"share_by_slam": 0.96}), False),
+        (inspected(taken=18), False),
+        (explored("explored"), True),
+        (explored("time"), True),
+        (explored("aborted"), False),
+        (explored("battery"), False),
+        # The photographs were asked, however the exploration before them ended
+        ({**explored("battery"), **inspected()}, True),
+    ],
+)
+def test_a_run_is_a_success_if_it_did_what_was_asked(tmp_path, content, is_done):
+    """The UAV has landed well at home in each of them. The exit code is that of the content returned."""
+    folder = RunFolder(tmp_path, "inspection", datetime.now())
+    told = folder.write_result(content, is_whole=True)
+    assert told == json.loads((folder.path / "result.json").read_text())
+    assert told["success"] is is_done
+    assert bool(told["failure"]) is not is_done
+
+
+def test_what_the_world_lacks_stands_in_the_result(tmp_path, description):
+    """The simulator warns of it at the start."""
+    world = tmp_path / "lacking.world"
+    shape = "<geometry><mesh><uri>file://no_such.stl</uri></mesh></geometry>"
+    world.write_text(
+        '<sdf version="1.6"><world name="w"><model name="pipe"><static>1</static><link name="l">'
+        f'<collision name="c">{shape}</collision></link></model></world></sdf>'
+    )
+    lacking = replace(description, scenario=replace(description.scenario, world_path=world))
+    monitor, _ = fly_straight(until_s=20.0)
+    folder = RunFolder(tmp_path, "experiment_1", datetime.now())
+    wall = monitor.wall_metrics(0.0)
+    told = run_files.write_numbers(folder, lacking, monitor.log, monitor.course.outcome, wall)
+    assert any("no_such.stl" in each for each in told["world_remarks"])
+    assert "no_such.stl" in run_summary.headline(told)

@@ -8,6 +8,7 @@ from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from inspection.flight.live_coverage import LiveCoverage
+from inspection.survey.surface.mesh_file import reference_of
 
 SHOWN, OPEN, OTHER = (
     ColorRGBA(0.15, 0.75, 0.25, 0.9),
@@ -31,7 +32,8 @@ def coverage_markers(coverage: LiveCoverage, frame: str) -> MarkerArray:
     )
     words.pose.orientation.w, words.scale.z = 1.0, 0.6
     areas = coverage.so_far
-    words.text = f"{areas.shown_m2:.0f} of {areas.planned_m2:.0f} m² photographed"
+    of = reference_of(coverage.patches.names)
+    words.text = f"{areas.shown_m2:.0f} of {areas.planned_m2:.0f} m² of the {of} photographed"
     return MarkerArray([*markers, words])
 
 

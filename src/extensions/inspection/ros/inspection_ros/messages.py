@@ -136,7 +136,7 @@ def feedback_of(inspection: Inspection, battery: BatteryState | None, has_map: b
     )
 
 
-def result_of(inspection: Inspection, shots: int) -> SurveyResult:
+def result_of(inspection: Inspection) -> SurveyResult:
     """Return the result."""
     queue = inspection.queue
     return SurveyResult(
@@ -148,7 +148,7 @@ def result_of(inspection: Inspection, shots: int) -> SurveyResult:
         closer=sum(number < 0 for number in queue.done),
         left_out=list(queue.left_out),
         left_out_reasons=list(queue.left_out.values()),
-        shots=shots,
+        shots=inspection.queue.shots,
     )
 
 

@@ -64,15 +64,14 @@ class Photographer:
         say: told what goes wrong. on_shot: called after each shutter, in the thread of `work`.
 
     Attributes:
-        shots: of the shutter, in the survey that is flown. poses: of the UAV, for the records. records: they
-        follow SLAM's path.
+        poses: of the UAV, for the records. records: they follow SLAM's path.
     """
 
     def __init__(self, say: Callable[[str], None], on_shot: Callable[[], None]) -> None:
         self._say, self._on_shot = say, on_shot
         self._inspection: Inspection | None = None
         self._album: Album | None = None
-        self.shots = self._failures = 0
+        self._failures = 0
         self._is_due = self._is_last = False
         self._due: queue.Queue[tuple[Asked, float]] = queue.Queue()
         self.poses, self.records = RecentPoses(), FollowedRecords()
@@ -87,8 +86,6 @@ class Photographer:
 
     def begin(self, inspection: Inspection, album: Album) -> None:
         """Take photographs of a survey from now on. Pictures of the one before still go into its album."""
-        if inspection is not self._inspection:
-            self.shots = 0
         self._inspection, self._album, self._failures = inspection, album, 0
         self._folders[album.folder.folder] = album.folder
 
@@ -168,7 +165,7 @@ class Photographer:
             CameraError: the camera's answer makes no sense; its picture is not taken.
         """
         inspection, _, task = asked
-        self.shots += inspection is self._inspection
+        inspection.queue.note_shot()
         answer = messages.shutter_answer(told)
         body = self.poses.at(answer.stamp_s)
         record = record_of(task, body, answer)

@@ -45,7 +45,7 @@ class SurveyLinks:
         """Return the result."""
         if not has_result or self._leader.inspection is None:
             return SurveyResult(reason=words)
-        return messages.result_of(self._leader.inspection, self._photographer.shots)
+        return messages.result_of(self._leader.inspection)
 
     def send(self, setpoint: np.ndarray | None, here: Here | None) -> None:
         """Publish where to fly and to tilt, if that is new, and where the front is to point."""

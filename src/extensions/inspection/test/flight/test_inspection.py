@@ -415,6 +415,16 @@ def test_closer_looks_go_on_counting_from_those_in_the_folder():
     assert queue.done == {1, -1, -4}
 
 
+def test_each_photograph_is_a_shot_also_one_that_the_folder_held():
+    """The others are those that were taken again."""
+    queue = PhotographQueue(VIEWS, {1, 2}, 3)
+    queue.note_shot()
+    queue.note_failure(queue.next, "blurred", at_once=True)
+    queue.note_shot()
+    queue.note_done(queue.next)
+    assert (len(queue.done), queue.shots) == (3, 4)
+
+
 NONE = (math.nan, math.inf, -math.inf, 1e308)
 
 

@@ -12,6 +12,7 @@ from inspecting_uav import (
     inspection,
 )
 
+from exploration.energy import EnergyParameters, EnergyWatch
 from inspection.findings.background import Answer
 from inspection.flight import End
 from inspection.flight.second_look import SearchState, SecondLook
@@ -116,6 +117,38 @@ def test_while_a_search_takes_long_the_uav_lands_and_goes_on_with_the_answer():
     uav.fly()
     assert [task.number for task in uav.asked] == [1, -1]
     assert (lead.end, lead.is_home) == (End.DONE, True)
+
+
+def test_a_uav_that_has_landed_for_the_search_need_not_take_off_if_nothing_is_found():
+    """A second battery and a flight of no photographs would follow."""
+    search = Search((), patience=10**6)
+    watch = EnergyWatch(EnergyParameters(endurance=60.0, landing_time=1.0, reserve=0.5))
+    lead = inspection(VIEWS[:1], parameters=replace(QUICK, search_hover=1000.0), energy=watch)
+    second, uav = SecondLook(lead, search), Uav(lead, drain=1.0 / 60.0)
+    while not lead.is_home and uav.stamp_s < 60.0:
+        watch.offer(uav.stamp_s, uav.charge)
+        second.look(waits=False)
+        uav.step()
+    # The battery ends the wait, but no photograph needs another one yet
+    assert ([task.number for task in uav.asked], lead.end) == ([1], End.SEARCHING)
+    assert second.state is SearchState.SEARCHING
+    search.patient = 0
+    second.look(waits=False)
+    assert second.state is SearchState.DONE
+
+
+def test_a_battery_that_is_low_after_the_last_photograph_is_no_reason_for_another_one():
+    watch = EnergyWatch(EnergyParameters(endurance=60.0, landing_time=1.0, reserve=0.5))
+    lead = inspection(VIEWS[:1], energy=watch)
+    uav = Uav(lead)
+    while not uav.asked:
+        watch.offer(uav.stamp_s, uav.charge)
+        uav.step()
+    uav.charge = 0.45
+    while not lead.is_home and uav.stamp_s < 60.0:
+        watch.offer(uav.stamp_s, uav.charge)
+        uav.step()
+    assert lead.end is End.DONE
 
 
 def test_an_abort_while_the_search_is_awaited_ends_at_home():

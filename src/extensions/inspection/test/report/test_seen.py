@@ -55,6 +55,19 @@ def test_a_coverage_of_a_plan_or_of_an_older_program_grades_nothing(tmp_path):
     assert "There are no grades" in page
 
 
+def test_a_share_of_a_map_is_told_as_one_beside_that_of_the_drawing(tmp_path):
+    path = folder(tmp_path)
+    record = json.loads((path / "coverage.json").read_text())
+    webs = {"reachable_m2": 3.0, "share": 0.5, "not_mapped_m2": 2.5}
+    drawing = {"surface": "hull.world", "reachable_m2": 20.0, "share_of_reachable": 0.4, "not_mapped_m2": 2.5}
+    record |= {"of": "map", "surface": "drawing.glb", "drawing": {**drawing, "classes": {"webs": webs}}}
+    (path / "coverage.json").write_text(json.dumps(record))
+    page = page_of(path)
+    assert "Surface seen 50.0 % of 16 m² within reach that the flight mapped; 40.0 % of the drawing's" in page
+    assert "2.5 m² of it are not on the map" in page
+    assert "webs 2.5 m²" in page
+
+
 def test_two_files_of_two_runs_do_not_pass_for_one_record(tmp_path):
     """A process that is killed between coverage.npz and coverage.json leaves them so."""
     path = folder(tmp_path)

@@ -186,3 +186,61 @@ def test_poses_that_make_no_sense_are_refused_with_a_sentence(tmp_path, content,
     (tmp_path / "poses.csv").write_text(content)
     with pytest.raises(SurveyError, match=told):
         read_photograph_poses(tmp_path / "poses.csv", CAMERA)
+
+
+def test_a_map_s_coverage_is_told_as_one_and_the_drawing_has_what_the_map_lacks(
+    tmp_path, capsys, monkeypatch
+):
+    """A room of 6 x 4 x 3 m with two webs of 0.3 m from floor to deck, which the map of the flight lacks.
+
+    The map has all walls, 108 m2. A photograph from (1, 0, 0) shows 4.0 m2 of the wall ahead; of the drawing
+    the webs at y = 0.5 and -0.5 hide some of that.
+    """
+    monkeypatch.chdir(tmp_path)
+    plate = trimesh.creation.box((6.0, 4.0, 3.0))
+    plate.invert()
+    scene = trimesh.Scene()
+    scene.add_geometry(plate, node_name="mapped_plating")
+    scene.export("map.glb")
+    drawn = trimesh.creation.box((0.3, 0.02, 3.0)), trimesh.creation.box((0.3, 0.02, 3.0))
+    for web, y in zip(drawn, (-0.5, 0.5)):
+        web.apply_translation((2.85, y, 0.0))
+    scene = trimesh.Scene()
+    scene.add_geometry(plate, node_name="shell")
+    scene.add_geometry(trimesh.util.concatenate(drawn), node_name="webs")
+    scene.export("drawing.glb")
+    (tmp_path / "poses.csv").write_text(AHEAD + "1,0,0,0,0,0\n")
+    asked = [
+        "--poses",
+        "poses.csv",
+        "--resolution",
+        "8",
+        "--spacing",
+        "1",
+        "--voxel",
+        "0.05",
+        "--incidence",
+        "80",
+    ]
+    camera = ["--width", "648", "--height", "486"]
+    assert main(["coverage", "--mesh", "map.glb", "--drawing", "drawing.glb", *asked, *camera]) == 0
+    words, told = capsys.readouterr().out, json.loads(Path("coverage.json").read_text())
+    assert told["of"] == "map"
+    assert told["reachable_m2"] == pytest.approx(108.0, rel=0.02)
+    drawing = told["drawing"]
+    webs = drawing["classes"]["webs"]
+    assert 2.0 < webs["reachable_m2"] < 2 * (2 * 0.3 + 0.02) * 3.0
+    assert webs["not_mapped_m2"] == pytest.approx(webs["reachable_m2"], abs=0.05)
+    assert drawing["classes"]["shell"]["not_mapped_m2"] == pytest.approx(0.0, abs=0.1)
+    assert drawing["not_mapped_m2"] <= drawing["reachable_m2"] <= drawing["surface_m2"]
+    assert "on the map of the flight (map.glb)" in words
+    assert "webs" in words
+    # What is told of the drawing is what its own coverage tells
+    assert main(["coverage", "--mesh", "drawing.glb", *asked, *camera, "--out", "true.json"]) == 0
+    true = json.loads(Path("true.json").read_text())
+    assert (true["of"], true["drawing"]) == ("drawing", None)
+    assert drawing["share_of_reachable"] == pytest.approx(true["share_of_reachable"], abs=0.005)
+    # Without a drawing it is said that what the map lacks does not count
+    capsys.readouterr()
+    assert main(["coverage", "--mesh", "map.glb", *asked, *camera]) == 0
+    assert "no drawing was given" in capsys.readouterr().out

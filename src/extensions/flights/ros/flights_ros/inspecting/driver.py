@@ -225,7 +225,9 @@ def _figures(request: InspectingRequest, parts: Sequence[Part], itinerary: Itine
     assert isinstance(survey, SurveyPart)
     views = 0 if survey.plan is None else len(survey.plan.views)
     told = survey.photographed
-    inspection = survey_figures(told, min(views, request.photographs or views), itinerary.swapped[-1])
+    share = None if survey.plan is None else survey.plan.asked.share
+    asked = min(views, request.photographs or views)
+    inspection = survey_figures(told, asked, itinerary.swapped[-1], share)
     content: dict[str, Any] = {
         "inspection": {**inspection, "stored": survey.stored},
         "world": str(request.flight.description.scenario.world_path),

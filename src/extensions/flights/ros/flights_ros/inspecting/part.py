@@ -27,6 +27,11 @@ from inspection.survey.plan_file import read_plan
 
 WAKE_S = 0.5
 """Wall time between two looks whether ROS shuts down."""
+ENDS = {
+    SearchState.ABORTED: (End.ABORTED, "The search of the photographs was aborted."),
+    SearchState.DONE: (End.DONE, "The photographs are searched, and no more is to be photographed."),
+}
+"""With which a UAV that has landed to wait for the search takes off no more."""
 MakePlan = Callable[[], SurveyPlan]
 """Writes plan.yaml into the run's folder; raises an error of the libraries."""
 
@@ -68,7 +73,7 @@ class SurveyPart(Part):
         self._goal = rospy.Publisher(f"{self.action}/goal", SurveyActionGoal, queue_size=1, latch=True)
         self._is_ready = threading.Event()
         self._is_ready.set()
-        self._is_aborted, self._progress = False, FlightProgress()
+        self._search, self._progress = SearchState.IDLE, FlightProgress()
         self.listens = (
             ("/camera/ground_truth", PoseStamped, self._on_camera),
             ("/inspect/search", String, self._on_search),
@@ -95,10 +100,11 @@ class SurveyPart(Part):
         while not self._is_ready.wait(WAKE_S) and not rospy.is_shutdown():
             so_far = f"{time.monotonic() - began_s:.0f} s so far"
             self._progress.tell("searching the photographs", so_far, "rosservice call /inspect/abort ends it")
+        end = ENDS.get(self._search)
         told = self.photographed.result
-        if self._is_aborted and told is not None:
-            told.end, told.reason = End.ABORTED.value, "The search of the photographs was aborted."
-        return not self._is_aborted
+        if end is not None and told is not None:
+            told.end, told.reason = end[0].value, end[1]
+        return end is None
 
     def send_goal(self) -> None:
         """Begin the survey, or go on with what its folder lacks."""
@@ -124,8 +130,8 @@ class SurveyPart(Part):
         return len(photographs_in(self._folder / "photographs"))
 
     def _on_search(self, message: String) -> None:
-        self._is_aborted = message.data == SearchState.ABORTED.value
-        if message.data == SearchState.SEARCHING.value:
+        self._search = SearchState(message.data)
+        if self._search is SearchState.SEARCHING:
             self._is_ready.clear()
         else:
             self._is_ready.set()
@@ -140,8 +146,12 @@ class SurveyPart(Part):
         self.photographed.truths[round(stamp_s(message), 6)] = (x, y, z), (qx, qy, qz, qw)
 
 
-def figures(told: Photographed, asked: int, swaps: int) -> dict[str, Any]:
-    """Return them for result.json. asked: photographs of the plan that were to be taken."""
+def figures(told: Photographed, asked: int, swaps: int, share: float | None) -> dict[str, Any]:
+    """Return them for result.json.
+
+    asked: photographs of the plan that were to be taken. share: of the surface that they are to show, 0..1;
+    None: there is no plan.
+    """
     result = told.result
     if result is None:
         return {"end": "", "reason": "The survey told no result."}
@@ -152,6 +162,7 @@ def figures(told: Photographed, asked: int, swaps: int) -> dict[str, Any]:
         "reason": result.reason,
         "is_home": result.is_home,
         "asked": max(asked, whole),
+        "share_asked": share,
         "taken": result.taken,
         "open": result.open,
         "closer": result.closer,

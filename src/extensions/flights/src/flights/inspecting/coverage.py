@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Mapping
+from typing import Any, Mapping
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from inspection.camera.photograph_pose import PhotographPose
+from inspection.files.coverage_record import MAP
 from inspection.photographs.searched import countable
-from inspection.survey.coverage import coverages_of_file, write_coverage
+from inspection.survey.coverage import OnDrawing, coverages_on, write_coverage
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.poses import photograph_poses_in, read_photograph_poses
+from inspection.survey.surface.mesh_file import reference_of
+from inspection.survey.surface.reading import read_surface
 
 TruePose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 """Position in the world, m, and orientation (x, y, z, w) of the optical frame."""
@@ -23,8 +26,10 @@ TruePose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 class Judged:
     """What was shown: shares of what is reachable, 0..1, and areas.
 
-    planned_share: what the flown photographs of the plan would show, from their own places. off_m, off_deg:
-    of SLAM's poses from the true ones, median and greatest. taken: the photographs, where they truly were.
+    told: content of coverage.json, which tells of what surface it is. slam_share, planned_share: of that
+    surface. true_share, true_m2, reachable_m2: of the world. planned_share: what the flown photographs of
+    the plan would show, from their own places. off_m, off_deg: of SLAM's poses from the true ones, median and
+    greatest. taken: the photographs, where they truly were.
     """
 
     slam_share: float
@@ -35,10 +40,14 @@ class Judged:
     off_m: tuple[float, float]
     off_deg: tuple[float, float]
     taken: tuple[PhotographPose, ...]
+    told: Mapping[str, Any]
 
     def figures(self) -> dict:
         """Return them for result.json."""
         return {
+            **{key: self.told[key] for key in ("of", "surface")},
+            "told": {key: self.told[key] for key in ("shown_m2", "reachable_m2", "share_of_reachable")},
+            "drawing": self.told["drawing"],
             "share_by_slam": self.slam_share,
             "share_by_truth": self.true_share,
             "share_planned": self.planned_share,
@@ -54,7 +63,8 @@ def judge_photographs(
 ) -> Judged | None:
     """Write coverage.json and coverage_truth.json beside the photographs' folder; None: it has none.
 
-    The first is on the surface that the plan was made from, the second on the world's own.
+    The first is on the surface that the plan was made from. If that is a map, it also tells what the same
+    photographs show of the world, which the flight did not know. The second is on the world, by true poses.
 
     truths: by the stamp of the photograph, in seconds with six decimals. views: photographs to be flown.
 
@@ -74,13 +84,16 @@ def judge_photographs(
         true.append(taken.moved(record.shift_m, record.turn_rad))
     planned = read_photograph_poses(plan_file, plan.camera)[0][:views]
     source = Path(plan.source)
-    by_slam, by_plan, *more = coverages_of_file(
-        source, (told, planned, *((true,) if source == world else ())), camera, plan.asked, plan.home_m
-    )
-    (by_truth,) = more or coverages_of_file(world, (true,), camera, plan.asked, plan.home_m)
-    write_coverage(
-        folder.parent / "coverage.json", by_slam, plan.source, str(folder), told, plan.asked, listing.left_out
-    )
+    drawn = read_surface(world, plan.asked, plan.home_m)
+    (by_truth, on_world) = coverages_on(drawn, (true, told), camera, plan.asked)
+    surface = drawn if source == world else read_surface(source, plan.asked, plan.home_m)
+    by_slam, by_plan = coverages_on(surface, (told, planned), camera, plan.asked)
+    is_map = reference_of(surface.mesh.names) == MAP
+    drawing = OnDrawing.beside(by_slam, str(world), on_world) if is_map else None
+    told_of = write_coverage(
+        folder.parent / "coverage.json", by_slam, plan.source, str(folder), told, plan.asked,
+        listing.left_out, drawing,
+    )  # fmt: skip
     written = write_coverage(
         folder.parent / "coverage_truth.json", by_truth, str(world), "truth", true, plan.asked
     )
@@ -99,4 +112,5 @@ def judge_photographs(
         (float(np.median(off_m)), max(off_m)),
         (float(np.median(off_deg)), max(off_deg)),
         tuple(true),
+        told_of,
     )

@@ -25,11 +25,18 @@ def headline(content: dict) -> str:
         rows[f"photograph {each['photograph']}"] = each["why"]
     coverage = told.get("coverage")
     if coverage:
-        rows["shown"] = (
-            f"{coverage['shown_m2']:.0f} of {coverage['reachable_m2']:.0f} m2 by the true poses "
-            f"({100 * coverage['share_by_truth']:.1f} %; by SLAM's {100 * coverage['share_by_slam']:.1f} %, "
-            f"planned {100 * coverage['share_planned']:.1f} %)"
+        rows["shown of the world"] = (
+            f"{coverage['shown_m2']:.0f} of {coverage['reachable_m2']:.0f} m2 "
+            f"({100 * coverage['share_by_truth']:.1f} %), by the true poses"
         )
+        surface = coverage["told"]
+        rows[f"shown of the {coverage['of']}"] = (
+            f"{surface['shown_m2']:.0f} of {surface['reachable_m2']:.0f} m2 "
+            f"({100 * coverage['share_by_slam']:.1f} %), by SLAM's poses; planned "
+            f"{100 * coverage['share_planned']:.1f} %"
+        )
+        if coverage["drawing"] is not None:
+            rows["not on the map"] = f"{coverage['drawing']['not_mapped_m2']:.0f} m2 of the world"
         rows["area per minute"] = f"{told['m2_per_min']:.0f} m2"
         off_m, off_deg = coverage["pose_error_m"], coverage["pose_error_deg"]
         rows["camera's pose off"] = (

@@ -13,6 +13,7 @@ from flights.results.metrics import flight_metrics
 from flights.results.run_folder import RunFolder
 from flights.results.run_summary import summary_of
 from flights.worlds.floor_plan import outlines_of_file
+from simulation_tools.errors import SimulationToolsError
 
 FlownRun = tuple[RunFolder, RunDescription, FlightLog, Outcome]
 
@@ -35,7 +36,18 @@ def write_numbers(
         folder.write_csv(f"{name}.csv", series.columns, series.rows)
     hits = log.hits(description.lidar_in_body_xyz_m)[::HIT_THINNING]
     folder.write_csv("hits.csv", HIT_COLUMNS, np.round(hits, 3).tolist())
-    return content
+    return {**content, "world_remarks": _world_remarks(description)}
+
+
+def _world_remarks(description: RunDescription) -> tuple[str, ...]:
+    """Return what the simulator warned of at the start: parts of the world that it left out, and the like."""
+    from simulation_tools.sdf.parser import load_world
+    from simulation_tools.world.shapes.meshes import remarks_on_world
+
+    try:
+        return remarks_on_world(load_world(str(description.scenario.world_path)))
+    except SimulationToolsError as error:
+        return (str(error),)
 
 
 def complete_run(

@@ -1,7 +1,7 @@
 """The folder of one run: results/<experiment>/<time>/ with result.json, CSV series and pictures.
 
 A folder is never written twice, and a file appears under its name only when it is complete. result.json tells
-a success only when every other file of the run is complete.
+a success only when every other file of the run is complete, and what was asked was done (`shortfall`).
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import Iterable, Mapping, Sequence
 
 from flights.errors import ResultsError
 from flights.files import plain, replace_file
+from flights.results.shortfall import shortfall
 
 RESULT = "result.json"
 INCOMPLETE = "The run ended before all files of its results were written; its last messages tell why."
@@ -91,9 +92,10 @@ class RunFolder:
 
     def _with_failure(self, content: dict, is_whole: bool) -> dict:
         missing = self._missing if is_whole else [INCOMPLETE, *self._missing]
-        if not missing:
+        wrong = [*missing, *filter(None, (shortfall(content),))]
+        if not wrong:
             return content
-        return {**content, "success": False, "failure": content["failure"] or missing[0]}
+        return {**content, "success": False, "failure": content["failure"] or wrong[0]}
 
     def _write(self, name: str, content: bytes) -> Path:
         with self._writing:

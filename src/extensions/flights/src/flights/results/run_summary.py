@@ -69,6 +69,9 @@ def headline(content: dict) -> str:
     }
     if content["failure"]:
         rows["failure"] = content["failure"]
+    remarks = content.get("world_remarks") or ()
+    if remarks:
+        rows["world"] = remarks[0] + (f" And {len(remarks) - 1} more: world_remarks" if remarks[1:] else "")
     return "\n".join(f"  {name:<22} {value}" for name, value in rows.items())
 
 

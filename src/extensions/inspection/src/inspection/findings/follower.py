@@ -32,6 +32,7 @@ from inspection.survey.plan import SurveyPlan
 from inspection.survey.plan_file import read_plan, write_plan
 from inspection.survey.planner import completed
 from inspection.survey.supplement import ROUNDS, Supplement
+from inspection.survey.surface.mesh_file import reference_of
 from inspection.survey.surface.reading import Surface, read_surface
 
 NICE = 10
@@ -57,6 +58,7 @@ class Follower:
         self._surface: Surface = read_surface(Path(self._plan.source), self._plan.asked, self._plan.home_m)
         self._supplement = Supplement(self._plan, self._surface) if targets.open else None
         self._search: PhotographSearch | None = None
+        self._what = f"the {reference_of(self._surface.mesh.names)}"
         if targets.cracks:
             self._search = PhotographSearch(self._surface.mesh, FindingParameters(), closer_file.parent)
         self._left_out, self._rounds, self._rng = 0, ROUNDS, np.random.default_rng(SEED)
@@ -84,7 +86,10 @@ class Follower:
         except SurveyError as error:
             return {"views": [], "says": str(error), "is_last": True}
         number, share = len(self._plan.views), 100.0 * self._plan.figures["share"]
-        says = f"The plan is complete: {number} photographs show {share:.1f} % of what can be shown."
+        says = (
+            f"The plan is complete: {number} photographs show {share:.1f} % of what can be shown of "
+            f"{self._what}."
+        )
         return {"views": _rows(self._plan)[settled:], "says": says, "is_last": False}
 
     def answer(self, not_taken_m: list[list[float]]) -> dict:
@@ -99,8 +104,8 @@ class Follower:
             if more is not None:
                 before, share = (100.0 * more.figures[key] for key in ("share_before", "share"))
                 says += (
-                    f"The photographs show {before:.1f} % of what can be shown; {len(more.views)} more are "
-                    f"planned, for {share:.1f} %."
+                    f"The photographs show {before:.1f} % of what can be shown of {self._what}; "
+                    f"{len(more.views)} more are planned, for {share:.1f} %."
                 )
                 return {"views": _rows(more), "says": says, "is_last": False}
         return {**self._nearer(says), "is_last": True}

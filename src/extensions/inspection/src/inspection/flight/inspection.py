@@ -333,7 +333,12 @@ class Inspection:
         decision = self._homing.decide(stamp_s, here_m)
         if decision is not None and decision.verdict is not Verdict.GO_ON:
             self.must_land = self.must_land or decision.verdict is Verdict.LAND
-            self.come_home(decision.reason, End.BATTERY)
+            if self.queue.next is not None:
+                self.come_home(decision.reason, End.BATTERY)
+            elif self.awaits:  # it needs a battery only if more is to be photographed
+                self.come_home(decision.reason, End.SEARCHING)
+            else:
+                self._come_home_done()
             if self._homing.turns_low(decision):
                 self.resume()
         if self.end is None and stamp_s - self._began_s > self._p.time_max:
@@ -363,12 +368,16 @@ class Inspection:
             self._set_out_for_any(stamp_s, here_m)
             return
         if not self.awaits:
-            self.come_home(self.lacks or self.queue.summary(), End.ABORTED if self.lacks else End.DONE)
+            self._come_home_done()
         elif self._homing.near_home_s(stamp_s, here_m) > self._p.search_hover:
             words = "The photographs are still being searched. The UAV lands meanwhile."
             self.come_home(words, End.SEARCHING)
         else:
             self._go_home(stamp_s, here_m)
+
+    def _come_home_done(self) -> None:
+        """Come home: nothing is left to photograph."""
+        self.come_home(self.lacks or self.queue.summary(), End.ABORTED if self.lacks else End.DONE)
 
     def _is_clear(self, here_m: np.ndarray, rest_m: list[np.ndarray], stamp_s: float) -> bool:
         return self._planner.has_map and self._legs.is_clear(here_m, rest_m, stamp_s)

@@ -31,6 +31,7 @@ class PhotographQueue:
 
     Attributes:
         done: numbers that are taken; below 0: closer looks. left_out: by number, why it cannot be taken.
+        shots: of the shutter. Each photograph that is stored already was one.
     """
 
     def __init__(self, views: Sequence[View], done: Collection[int] = (), tries: int = 3) -> None:
@@ -40,6 +41,7 @@ class PhotographQueue:
         self._biases_ev: dict[int, list[float]] = {}
         self.done = {number for number in done if number <= len(self.tasks)}
         self.left_out: dict[int, str] = {}
+        self.shots = len(self.done)
         self._closer = min((0, *done))  # a folder may hold closer looks already
 
     @property
@@ -66,6 +68,10 @@ class PhotographQueue:
             told = f"{len(left)} of {len(self.tasks)} photographs cannot be taken; all others are."
             return f"{told}{nearer} Photograph {min(left)}: {why}."
         return f"Every photograph of the plan is taken.{nearer}"
+
+    def note_shot(self) -> None:
+        """The shutter has opened, be the photograph good or not."""
+        self.shots += 1
 
     def note_done(self, task: Task) -> None:
         """It was shot well, so the next one is due."""

@@ -43,10 +43,11 @@ class Search(Protocol):
 
 
 class SearchState(Enum):
-    """What a search of photographs does."""
+    """What a search of photographs does. DONE: it has ended, and nothing is left to photograph."""
 
     IDLE = "idle"
     SEARCHING = "searching"
+    DONE = "done"
     ABORTED = "aborted"
 
 
@@ -72,7 +73,10 @@ class SecondLook:
             return SearchState.ABORTED
         lead = self._inspection
         is_awaited = self._has_asked or (self._lacks_rest and lead.queue.next is None)
-        return SearchState.SEARCHING if lead.awaits and is_awaited else SearchState.IDLE
+        if lead.awaits:
+            return SearchState.SEARCHING if is_awaited else SearchState.IDLE
+        is_done = self._is_closed and lead.queue.next is None and not lead.lacks
+        return SearchState.DONE if is_done else SearchState.IDLE
 
     @property
     def lacks_rest(self) -> bool:

@@ -11,6 +11,7 @@ from typing import Any, Mapping, Sequence
 from urllib.parse import quote
 
 from flight_basics.errors import FlightBasicsError
+from inspection.files.coverage_record import MAP, CoverageRecord
 from inspection.findings.kinds import FINDING_KINDS, FindingKind, kinds_of
 from inspection.findings.merging import Finding
 from inspection.photograph_poses.exif import read_exif
@@ -26,7 +27,6 @@ from inspection.report.static_view import static_view
 from inspection.report.view_data import view_data
 from inspection.report.views import best_of, marks_of
 from inspection.ship.ship import Ship
-from inspection.survey.coverage import CoverageRecord
 from inspection.survey.surface.edges import edge_places
 from inspection.survey.surface.mesh_file import Mesh
 
@@ -186,7 +186,7 @@ def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[d
     if inspection.unsearched:
         whole = "not all photographs were searched"
     elif share is not None and reachable is not None:
-        seen, whole = f"{100 * share:.1f} %", f"of {reachable:,.0f} m² within reach"
+        seen, whole = f"{100 * share:.1f} %", f"of {reachable:,.0f} m² within reach{_reference(coverage)}"
     findings = [each for each in inspection.findings or () if each.status != "dismissed"]
     waiting = sum(each.status in ("new", "under review") for each in findings)
     proposed = [each for each in known.gaugings if each.is_proposed]
@@ -208,6 +208,17 @@ def _figures(inspection: Inspection, known: Judged, rules: GradeRules) -> list[d
         },
         {"name": "Photographs", "value": str(len(inspection.shots)), "more": _counts_in_words(inspection)},
     ]
+
+
+def _reference(coverage: CoverageRecord) -> str:
+    """Return what a share of the surface is one of, if that is less than a drawing."""
+    if coverage.of != MAP:
+        return ""
+    drawing = coverage.drawing
+    if drawing is None or drawing.share_of_reachable is None:
+        return " that the flight mapped"
+    share = 100 * drawing.share_of_reachable
+    return f" that the flight mapped; {share:.1f} % of the drawing's {drawing.reachable_m2:,.0f} m²"
 
 
 def _counts_in_words(inspection: Inspection) -> str:

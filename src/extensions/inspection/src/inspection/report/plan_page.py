@@ -79,7 +79,7 @@ def _figures(plan: SurveyPlan, rows: list[dict[str, Any]], left_out: list[dict[s
     seen = NONE if share is None else f"{100.0 * share:.1f} %"
     whole = "not computed" if reachable_m2 is None else f"of {reachable_m2:,.0f} m\u00b2 within reach"
     if "mesh_m2" in plan.figures:
-        whole += f"; the drawing has {plan.figures['mesh_m2']:,.0f} m\u00b2"
+        whole += f"; the {plan.reference} has {plan.figures['mesh_m2']:,.0f} m\u00b2"
     unreachable_m2 = sum(row["area_m2"] for row in left_out)
     flights = counted(len(rows), "flight") + ("; more are planned during it" if plan.draft else "")
     area = f"{unreachable_m2:,.0f} m\u00b2"
@@ -110,7 +110,12 @@ def _asked(plan: SurveyPlan) -> list[dict[str, str]]:
             others += f", the largest of {largest_m3:,.0f} m\u00b3; --home chooses another one"
         told.append(("Room", f"{room_m3:,.0f} m\u00b3 in which the UAV fits; {others}"))
     if mesh_m2 is not None:
-        told.append(("All faces of the drawing", f"{mesh_m2:,.0f} m\u00b2, in this room or not"))
+        told.append(
+            (
+                f"The whole {plan.reference}",
+                f"{mesh_m2:,.0f} m\u00b2, in this room or not, with both sides of sheets",
+            )
+        )
     rows = (
         *told,
         ("Detail", f"{asked.resolution:g} mm of the surface per pixel or finer, in the worst direction"),

@@ -133,7 +133,7 @@ def basis(inspection: Inspection) -> list[dict[str, str]]:
     }  # fmt: skip
     rows.append(("Programs", ", ".join(f"{name} {version}" for name, version in versions.items() if version)))
     if inspection.coverage:
-        rows.append(("Surface", Path(inspection.coverage.surface).name))
+        rows.append(("Surface", inspection.coverage.reference))
     return [{"name": name, "value": value} for name, value in rows]
 
 

@@ -11,6 +11,7 @@ from typing import Callable, Collection, Mapping, Sequence, TypeVar
 from flight_basics.errors import FlightBasicsError, ReportError, SurveyError
 from input_schemas import read_without
 from inspection.camera.survey_camera import SurveyCamera
+from inspection.files.coverage_record import CoverageRecord
 from inspection.files.run_record import RunRecord
 from inspection.findings.findings_file import SearchRecord, read_search
 from inspection.findings.kinds import CRACK, RUST
@@ -23,7 +24,6 @@ from inspection.photographs.listing import LeftOut, listed
 from inspection.photographs.record import PhotographRecord
 from inspection.photographs.searched import changed_since
 from inspection.report.words import counted
-from inspection.survey.coverage import CoverageRecord
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.plan_file import read_plan
 from inspection.survey.surface_record import SurfaceRecord, read_surface_record

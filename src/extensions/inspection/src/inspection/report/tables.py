@@ -7,6 +7,7 @@ from urllib.parse import quote
 
 import numpy as np
 
+from inspection.files.coverage_record import CoverageRecord
 from inspection.findings.kinds import kind_of
 from inspection.findings.merging import SURE, Finding
 from inspection.findings.picture.on_pictures import MarkedPicture
@@ -16,7 +17,6 @@ from inspection.report.grades import GradeRules, PlateState
 from inspection.report.pictures import data_uri
 from inspection.report.sources import Inspection
 from inspection.ship.ship import SIDES, Ship
-from inspection.survey.coverage import CoverageRecord
 from inspection.survey.plan import SurveyPlan
 from inspection.survey.surface_record import SurfaceRecord
 
@@ -184,12 +184,11 @@ def close_up_rows(findings: Sequence[Finding], ship: Ship) -> list[dict[str, Any
 
 def unseen_tables(inspection: Inspection, ship: Ship) -> dict[str, Any]:
     """Return what was not seen: within reach by place, and out of reach with the plan's reasons."""
-    words, surface, coverage = [], inspection.surface, inspection.coverage or CoverageRecord()
-    share = coverage.share_of_reachable
-    if share is not None:
+    surface, coverage = inspection.surface, inspection.coverage or CoverageRecord()
+    words = coverage.in_words
+    if words and coverage.resolution_mm_per_px is not None:
         words.append(
-            f"The photographs show {100 * share:.1f} % of the surface within reach at "
-            f"{coverage.resolution_mm_per_px or 0:g} mm per pixel or finer and up to "
+            f"A surface counts as shown at {coverage.resolution_mm_per_px:g} mm per pixel or finer and up to "
             f"{coverage.incidence_deg or 0:g}° from square."
         )
     opened: list[dict[str, Any]] = []
@@ -199,7 +198,7 @@ def unseen_tables(inspection: Inspection, ship: Ship) -> dict[str, Any]:
         if coverage.mesh_m2 is not None:
             words.append(
                 f"The surface is that of the room in which the UAV flies, {surface.areas_m2.sum():,.0f} m². "
-                f"All faces of the drawing have {coverage.mesh_m2:,.0f} m²."
+                f"The whole mesh has {coverage.mesh_m2:,.0f} m², both sides of its sheets."
             )
         opened = _open_rows(surface, ship)
     left_out = left_out_rows(inspection.plan, ship) if inspection.plan else []

@@ -71,6 +71,9 @@ def _parser() -> argparse.ArgumentParser:
         "--poses", type=Path, required=True, help="folder of photographs, CSV of poses, or a plan"
     )
     coverage.add_argument("--out", type=Path, default=Path("coverage.json"))
+    coverage.add_argument(
+        "--drawing", type=Path, help="mesh or world of the same place, if --mesh is what a flight mapped"
+    )
     coverage.add_argument("--outside", action="store_true", help=OUTSIDE)
     for name in OF_JUDGED + OF_CAMERA:
         coverage.add_argument(_option(name), type=float, metavar=_unit(name), help=_help(name))
@@ -173,7 +176,7 @@ def _tell_room(surface: Any, is_given: bool, outside: bool) -> None:
             f"{each.sheltered_m3:.1f} m3 of it within walls"
         )
     sides_m2 = float(surface.patches.areas_m2.sum())
-    print(f"  its walls: {sides_m2:.0f} m2; all faces of the mesh: {surface.mesh.area_m2:.0f} m2", flush=True)
+    print(f"  its walls: {sides_m2:.0f} m2; the whole mesh: {surface.mesh.area_m2:.0f} m2", flush=True)
 
 
 def _summary(plan: Any) -> str:
@@ -197,7 +200,7 @@ def _tell(plan: Any) -> None:
     print(
         f"surface: {f['share'] * f['reachable_m2']:.0f} m2 are to be seen, of {f['reachable_m2']:.0f} m2 "
         "within "
-        f"reach and {f['mesh_m2']:.0f} m2 of all faces of the mesh"
+        f"reach and {f['mesh_m2']:.0f} m2 of the whole {plan.reference}, both sides of sheets"
     )
     if "photographs_lp_bound" in f:
         bound = f["photographs_lp_bound"]
@@ -251,9 +254,11 @@ def _warn(sentence: str) -> None:
 
 
 def _coverage(given: argparse.Namespace) -> None:
+    from input_schemas import read_without
     from inspection.camera.survey_camera import SurveyCamera
+    from inspection.files.coverage_record import CoverageRecord
     from inspection.photographs.searched import countable
-    from inspection.survey.coverage import coverage_of_file, write_coverage
+    from inspection.survey.coverage import OnDrawing, coverage_of_file, write_coverage
     from inspection.survey.poses import PLAN_SUFFIXES, photograph_poses_in, read_photograph_poses
     from inspection.survey.surface.mesh_file import NOT_SURVEYED
 
@@ -266,14 +271,19 @@ def _coverage(given: argparse.Namespace) -> None:
     else:
         taken, camera = read_photograph_poses(given.poses, camera)
     coverage = coverage_of_file(given.mesh, taken, camera, asked, given.home)
+    drawing = None
+    if given.drawing is not None:
+        drawn = coverage_of_file(given.drawing, taken, camera, asked, given.home)
+        drawing = OnDrawing.beside(coverage, str(given.drawing), drawn)
     record = write_coverage(
-        given.out, coverage, str(given.mesh), str(given.poses), taken, asked, listing.left_out
+        given.out, coverage, str(given.mesh), str(given.poses), taken, asked, listing.left_out, drawing
     )
-    share = record["share_of_reachable"]
+    print(f"photographs that count: {len(taken)}")
+    for sentence in read_without(given.out, "The record", CoverageRecord, SurveyError)[0].in_words:
+        print(sentence.replace("m²", "m2"))
     print(
-        f"{len(taken)} photographs show {100 * (share or 0.0):.1f} % of {record['reachable_m2']:.0f} m2 that "
-        f"can be reached; {record['shown_m2']:.0f} of {record['surface_m2']:.0f} m2 of all in its room. All "
-        f"faces of the mesh: {record['mesh_m2']:.0f} m2"
+        f"{record['shown_m2']:.0f} of {record['surface_m2']:.0f} m2 of all in its room are shown. The whole "
+        f"mesh: {record['mesh_m2']:.0f} m2, both sides of sheets"
     )
     print(
         f"a surface counts as shown if a pixel covers at most {asked.resolution:g} mm of it, at most "

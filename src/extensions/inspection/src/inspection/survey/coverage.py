@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Sequence
 
@@ -18,6 +18,7 @@ from inspection.photographs.listing import LeftOut
 from inspection.photographs.searched import digest_of
 from inspection.survey.parameters import SurveyParameters
 from inspection.survey.showing import Showing
+from inspection.survey.surface.mesh_file import reference_of
 from inspection.survey.surface.of_mesh import sides_in_air
 from inspection.survey.surface.patches import Patches, grouped
 from inspection.survey.surface.reading import Surface, read_surface
@@ -34,7 +35,8 @@ class Coverage:
     """What was shown, at points spread evenly over the surface.
 
     points: (n,) of them. shown: (n,) by some photograph. reachable: (n,) what a UAV could have shown at all,
-    and what was shown. patches: of the points, for a record. mesh_m2: of all faces, in this room or not.
+    and what was shown. patches: of the points, for a record. mesh_m2: of the whole mesh, in this room or not,
+    with both sides of its sheets.
     """
 
     points: SurfacePoints
@@ -73,18 +75,42 @@ class Coverage:
 
 
 @dataclass(frozen=True)
-class CoverageRecord:
-    """What the report reads of coverage.json; see `write_coverage`. None: it does not tell."""
+class OnDrawing:
+    """What photographs show of a drawing, beside the map on which they were planned.
 
-    surface: str = ""
-    counted: tuple[str, ...] = ()
-    resolution_mm_per_px: float | None = None
-    incidence_deg: float | None = None
-    mesh_m2: float | None = None
-    reachable_m2: float | None = None
-    share_of_reachable: float | None = None
-    record: str | None = None
-    rests_on: dict[str, str] = field(default_factory=dict)
+    source: file of the drawing. is_mapped: (n,) points of its coverage that the map has, too: a surface that
+    faces the same way lies near them.
+    """
+
+    source: str
+    coverage: Coverage
+    is_mapped: np.ndarray
+
+    @classmethod
+    def beside(cls, mapped: Coverage, source: str, coverage: Coverage) -> OnDrawing:
+        """mapped: on the map. coverage: on the drawing in the file `source`, by the same photographs."""
+        points = coverage.points
+        return cls(source, coverage, mapped.record().patches_at(points.points_m, points.normals) >= 0)
+
+    def record(self) -> dict[str, Any]:
+        """Return it for coverage.json, as `DrawnRecord` reads it."""
+        coverage, lacking = self.coverage, self.coverage.reachable & ~self.is_mapped
+        of_part = {
+            name: self.lacking_m2(lacking & (coverage.points.parts == number))
+            for number, name in enumerate(coverage.patches.names)
+        }
+        return {
+            "surface": self.source,
+            **_areas(coverage),
+            "not_mapped_m2": self.lacking_m2(lacking),
+            "classes": {
+                name: {**told, "not_mapped_m2": of_part[name]} for name, told in _things(coverage).items()
+            },
+        }
+
+    def lacking_m2(self, those: np.ndarray) -> float:
+        """Return the area of some of the points (n,)."""
+        return round(float(self.coverage.points.areas_m2[those].sum()), 3)
 
 
 def coverage_of_file(
@@ -150,19 +176,21 @@ def write_coverage(
     taken: Sequence[PhotographPose],
     asked: SurveyParameters,
     left_out: Sequence[LeftOut] = (),
+    drawing: OnDrawing | None = None,
 ) -> dict:
     """Write the record as JSON and return it. `open`: patches within reach that no photograph shows whole.
 
     All patches go into a file of the same name with the suffix .npz: see `survey.surface_record`. `record` is
     its digest: two files of two runs do not pass for one.
 
-    taken: the photographs that count. left_out: those that do not.
+    taken: the photographs that count. left_out: those that do not. drawing: known besides a map.
 
     Raises:
         SurveyError: the files cannot be written; those from before stay.
     """
     whole = surface_record_bytes(coverage.record())
     record = _record_of(coverage, source, poses, taken, asked)
+    record["drawing"] = None if drawing is None else drawing.record()
     record["left_out"] = [{"photograph": each.name, "why": each.why} for each in left_out]
     record["record"] = hashlib.sha256(whole).hexdigest()
     try:
@@ -176,19 +204,11 @@ def _record_of(
     coverage: Coverage, source: str, poses: str, taken: Sequence[PhotographPose], asked: SurveyParameters
 ) -> dict[str, Any]:
     points, names = coverage.points, coverage.patches.names
-    things = {
-        name: {
-            "reachable_m2": round(
-                float(points.areas_m2[coverage.reachable & (points.parts == number)].sum()), 3
-            ),
-            "share": _rounded(coverage.share(number)),
-        }
-        for number, name in enumerate(names)
-    }
     missing = coverage.reachable & ~coverage.shown
     opened = fine_patches(points.only(missing), names, asked) if missing.any() else None
     return {
         "surface": source,
+        "of": reference_of(names),
         "poses": poses,
         "photographs": len(taken),
         "counted": [each.name for each in taken if each.name],
@@ -196,17 +216,38 @@ def _record_of(
         "resolution_mm_per_px": asked.resolution,
         "incidence_deg": asked.incidence,
         "mesh_m2": round(coverage.mesh_m2, 3),
-        "surface_m2": round(float(points.areas_m2.sum()), 3),
-        "shown_m2": round(coverage.shown_m2, 3),
-        "reachable_m2": round(coverage.reachable_m2, 3),
-        "share_of_reachable": _rounded(coverage.share()),
-        "classes": things,
+        **_areas(coverage),
+        "classes": _things(coverage),
         "open": []
         if opened is None
         else [
             [*np.round(point, 3).tolist(), round(area, 5)]
             for point, area in zip(opened.points_m, opened.areas_m2.tolist())
         ],
+    }
+
+
+def _areas(coverage: Coverage) -> dict[str, float | None]:
+    return {
+        "surface_m2": round(float(coverage.points.areas_m2.sum()), 3),
+        "shown_m2": round(coverage.shown_m2, 3),
+        "reachable_m2": round(coverage.reachable_m2, 3),
+        "share_of_reachable": _rounded(coverage.share()),
+    }
+
+
+def _things(coverage: Coverage) -> dict[str, dict[str, float | None]]:
+    """Return what is within reach of each thing, and which share of that is shown."""
+    points = coverage.points
+    reachable_m2 = np.bincount(
+        points.parts, points.areas_m2 * coverage.reachable, len(coverage.patches.names)
+    )
+    return {
+        name: {
+            "reachable_m2": round(float(reachable_m2[number]), 3),
+            "share": _rounded(coverage.share(number)),
+        }
+        for number, name in enumerate(coverage.patches.names)
     }
 
 

@@ -123,7 +123,7 @@ def _tell(panel: Any, plan: SurveyPlan) -> None:
     lines = [f"{len(plan.views)} photographs"]
     if share is not None and reachable_m2 is not None:
         lines[0] += f" show {100.0 * share:.1f} %"
-        lines.append(f"of {reachable_m2:,.0f} m² that can be reached")
+        lines.append(f"of {reachable_m2:,.0f} m² that can be reached of the {plan.reference}")
     lines.append(f"{plan.asked.resolution:g} mm per pixel, incidence to {plan.asked.incidence:g}°")
     handles = [
         Line2D([], [], color=COLOURS[n % len(COLOURS)], marker="o", ms=4, label=_label(n + 1, each))

@@ -7,6 +7,7 @@ from dataclasses import MISSING, dataclass, field
 from flight_basics.checks import check_parameters, limited
 from inspection.camera.survey_camera import SurveyCamera
 from inspection.survey.parameters import FlightParameters, SurveyParameters
+from inspection.survey.surface.mesh_file import reference_of
 from inspection.survey.views.candidates import View
 
 
@@ -76,6 +77,11 @@ class SurveyPlan:
     shares: dict[str, float] = field(default_factory=dict)
     leftovers: tuple[Leftover, ...] = ()
     draft: Draft | None = None
+
+    @property
+    def reference(self) -> str:
+        """What its surface is, and its shares are of: a map of a flight, or a drawing."""
+        return reference_of(tuple(self.shares))
 
     @property
     def views(self) -> tuple[View, ...]:

@@ -47,6 +47,7 @@ def disagreement(share: float) -> str:
         return ""
     return (
         f"The map does not agree with itself: {100.0 * share:.0f} % of its floors and ceilings lie doubled, "
-        f"2 to 5 voxels apart (at most {100.0 * DOUBLED_MAX:.0f} %). The height drifted; look at map.ot, and "
-        "fly again with a range finder and a lidar that see the floor."
+        f"2 to 5 voxels apart (at most {100.0 * DOUBLED_MAX:.0f} %). The height that was told was wrong: it "
+        "drifted, or the pose jumped. Look at map.ot, and fly again with a range finder and a lidar that see "
+        "the floor."
     )

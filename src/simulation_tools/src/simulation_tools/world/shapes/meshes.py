@@ -23,6 +23,7 @@ from simulation_tools.sdf.elements import (
     Plane,
     Polyline,
     Sphere,
+    World,
 )
 from simulation_tools.world.shapes.extrusion import extruded
 from simulation_tools.world.shapes.mesh_files import read_mesh
@@ -101,6 +102,12 @@ def readable(model: Model, drawn: bool = False) -> tuple[Model, list[str]]:
         for link in model.links
     )
     return (replace(model, links=links) if said else model), list(dict.fromkeys(said))
+
+
+def remarks_on_world(world: World) -> tuple[str, ...]:
+    """Return in sentences what of a world is not as in its file. The simulator warns of it at its start."""
+    shapes = [sentence for model in world.models for sentence in readable(model)[1]]
+    return tuple(dict.fromkeys((*shapes, *world.warnings)))
 
 
 def _with_fixed_grounds(model: Model) -> tuple[Model, list[str]]:

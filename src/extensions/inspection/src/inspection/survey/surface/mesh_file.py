@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import Sequence
 
 import numpy as np
 
 from flight_basics.errors import SurveyError
+from inspection.files.coverage_record import DRAWING, MAP
+from mesh_files.bodies import bodies_of
 from mesh_files.errors import MeshFileError
 from mesh_files.worlds import read_triangles
 
@@ -27,6 +31,11 @@ def is_mapped(name: str) -> bool:
     return name.startswith("mapped")
 
 
+def reference_of(names: Sequence[str]) -> str:
+    """Return what a surface of things of these names is: `MAP` or `DRAWING`."""
+    return MAP if any(map(is_mapped, names)) else DRAWING
+
+
 @dataclass(frozen=True)
 class Mesh:
     """triangles_m: (m, 3, 3) corners, map's frame. names: of the things. part: (m,) index of the name."""
@@ -41,11 +50,27 @@ class Mesh:
         known = np.array([is_mapped(name) for name in self.names])
         return np.where(known[self.part], int(known.argmax()), self.part)
 
+    @cached_property
+    def bodies(self) -> tuple[np.ndarray, np.ndarray]:
+        """The body (m,) of each triangle, and which bodies (k,) are closed."""
+        return bodies_of(self.triangles_m, self.part)
+
+    @property
+    def sides(self) -> np.ndarray:
+        """(m,) how many sides of each triangle can be a surface in the air.
+
+        A closed body has one, a sheet two. Of an explored map it is the front; what bounds the air has none.
+        """
+        of, is_closed = self.bodies
+        one_sided = np.array([is_mapped(name) for name in self.names])[self.part] | is_closed[of]
+        surveyed = np.array([name != NOT_SURVEYED for name in self.names])[self.part]
+        return np.where(one_sided, 1, 2) * surveyed
+
     @property
     def area_m2(self) -> float:
-        """Of all faces, each counted once."""
+        """Of all sides that can be a surface in the air: what is within reach is a part of it."""
         across = np.cross(*np.moveaxis(self.triangles_m[:, 1:] - self.triangles_m[:, :1], 1, 0))
-        return float(0.5 * np.linalg.norm(across, axis=1).sum())
+        return float((0.5 * np.linalg.norm(across, axis=1) * self.sides).sum())
 
     def bounds_m(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the corners of the box around all but endless ground."""

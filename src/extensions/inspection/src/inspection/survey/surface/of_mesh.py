@@ -2,24 +2,26 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from flight_basics.errors import SurveyError
-from inspection.survey.kernels.filling import mark_columns
+from inspection.survey.kernels.filling import mark_columns, reached_from
 from inspection.survey.parameters import SurveyParameters
 from inspection.survey.surface.mesh_file import NOT_SURVEYED, Mesh, is_mapped
 from inspection.survey.surface.patches import Patches, grouped
 from inspection.survey.surface.rays import Rays
-from inspection.survey.surface.room import MOST_VOXELS, Room, is_sheltered, room_of
+from inspection.survey.surface.room import HOME_M, MOST_VOXELS, Room, is_sheltered, room_of
 from inspection.survey.surface.samples import (
     Samples,
     SurfacePoints,
     clipped,
     normals_of,
+    samples_in_turn,
     samples_within,
 )
 from inspection.survey.surface.surrounded import surrounded_voxels
-from mesh_files.bodies import bodies_of
 
 EDGE_M = 0.6
 """More on each side of the box around a mesh."""
@@ -31,6 +33,8 @@ SPACING = 0.4
 """Between samples of the surface, in voxels."""
 FRONT = 1.5
 """A side of a surface is in the air if a place so many voxels before it is."""
+BESIDE = 2
+"""Voxels that are kept beside the air: its walls, and one more."""
 
 
 def room_of_mesh(
@@ -59,23 +63,67 @@ def room_of_mesh(
         )
     corner_m = low * p.voxel
     near = np.flatnonzero(clipped(mesh.triangles_m, corner_m, high * p.voxel))
-    samples = samples_within(mesh.triangles_m[near], SPACING * p.voxel, corner_m, high * p.voxel)
-    normals, _ = normals_of(mesh.triangles_m[near])
-    behind = samples.points_m - INTO_M * normals[samples.triangles]
-    index = np.floor((behind - corner_m) / p.voxel).astype(np.int64)[:, ::-1]
-    inside = ((index >= 0) & (index < size)).all(axis=1)
-    blocked = np.zeros(size, bool)
-    blocked[tuple(index[inside].T)] = True
-    into = mesh.triangles_m[near] - INTO_M * normals[:, None]
-    mark_columns(np.ascontiguousarray(((into - corner_m) / p.voxel)[:, :, ::-1]), blocked)
+    blocked = _blocked(mesh.triangles_m[near], corner_m, size, p.voxel)
     kept_out = None
     if p.outside:
         blocked |= is_sheltered(blocked)
         kept_out = surrounded_voxels(mesh.triangles_m[near], blocked, corner_m, p.voxel)
         blocked[: int(np.floor((low_m - corner_m)[2] / p.voxel))] = True
+    else:
+        blocked, corner_m = _around_rooms(blocked, corner_m, p, home_m)
     room = room_of(blocked, corner_m, p.voxel, p.clearance_m, home_m, p.outside, kept_out)
+    end_m = corner_m + np.array(room.air.shape[::-1]) * p.voxel
+    near = near[clipped(mesh.triangles_m[near], corner_m, end_m)]
+    samples = samples_within(mesh.triangles_m[near], SPACING * p.voxel, corner_m, end_m)
+    normals, _ = normals_of(mesh.triangles_m[near])
+    _, inside = _voxels_behind(samples, normals, corner_m, room.air.shape, p.voxel)
     kept = Samples(samples.points_m[inside], samples.triangles[inside], samples.areas_m2[inside])
     return room, kept, near
+
+
+def _blocked(triangles_m: np.ndarray, corner_m: np.ndarray, size: np.ndarray, voxel_m: float) -> np.ndarray:
+    """Return which voxels (d, h, w), the first of which begins at corner_m, triangles (m, 3, 3) cross."""
+    normals, _ = normals_of(triangles_m)
+    blocked = np.zeros(size, bool)
+    for samples in samples_in_turn(triangles_m, SPACING * voxel_m, corner_m, corner_m + size[::-1] * voxel_m):
+        index, inside = _voxels_behind(samples, normals, corner_m, blocked.shape, voxel_m)
+        blocked[tuple(index[inside].T)] = True
+    into = triangles_m - INTO_M * normals[:, None]
+    mark_columns(np.ascontiguousarray(((into - corner_m) / voxel_m)[:, :, ::-1]), blocked)
+    return blocked
+
+
+def _voxels_behind(
+    samples: Samples, normals: np.ndarray, corner_m: np.ndarray, shape: tuple[int, ...], voxel_m: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the voxels (n, 3), z first, just behind samples, and which of them (n,) there are.
+
+    normals: (m, 3) of the triangles.
+    """
+    behind = samples.points_m - INTO_M * normals[samples.triangles]
+    index = np.floor((behind - corner_m) / voxel_m).astype(np.int64)[:, ::-1]
+    return index, ((index >= 0) & (index < shape)).all(axis=1)
+
+
+def _around_rooms(
+    blocked: np.ndarray, corner_m: np.ndarray, parameters: SurveyParameters, home_m: np.ndarray | None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the part of blocked voxels that air can be in from home or from any shelter; and its corner, m.
+
+    So a small closed room on a wide ground takes the memory of the room.
+    """
+    begins = is_sheltered(blocked)
+    if home_m is not None:
+        index = np.floor(((home_m - corner_m) / parameters.voxel)[::-1]).astype(np.int64)
+        reach = math.ceil((parameters.clearance_m + HOME_M) / parameters.voxel)
+        low = np.clip(index - reach, 0, blocked.shape)
+        begins[tuple(map(slice, low, np.clip(index + reach + 1, 0, blocked.shape)))] = True
+    begins &= ~blocked
+    if not begins.any():
+        return blocked, corner_m
+    first, last = reached_from(blocked, begins)
+    low, high = np.maximum(first - BESIDE, 0), np.minimum(last + 1 + BESIDE, blocked.shape)
+    return blocked[tuple(map(slice, low, high))].copy(), corner_m + low[::-1] * parameters.voxel
 
 
 def patches_of_mesh(
@@ -96,7 +144,8 @@ def sides_in_air(mesh: Mesh, room: Room, samples: Samples, near: np.ndarray) -> 
     """
     triangles_m = mesh.triangles_m[near]
     normals, _ = normals_of(triangles_m)
-    bodies, is_closed = bodies_of(triangles_m, mesh.part[near])
+    bodies, is_closed = mesh.bodies
+    bodies = bodies[near]
     sight = Rays(triangles_m)
     step_m = FRONT * room.voxel_m
     kept = []

@@ -35,7 +35,7 @@ class Surface:
 
     @property
     def figures(self) -> dict[str, float]:
-        """What a plan tells of the choice of the room: of all faces, of this room, and of the others."""
+        """What a plan tells of the choice of the room: of the whole mesh, of this room, and of the others."""
         own, *others = self.room.regions or (None,)
         return {
             "mesh_m2": self.mesh.area_m2,

@@ -19,6 +19,8 @@ LEAST_SIDES = 5
 """A place is sheltered if something blocks so many of its six sides; an open-topped tank has no lid."""
 BESIDE_M = 2.0
 """A UAV that surveys from outside takes off so far beside all that is above the ground."""
+HOME_M = 0.5
+"""The UAV's room may begin so far above its clearance over the place of take-off, which is on the ground."""
 MOST_REGIONS, LEAST_M3 = 6, 0.5
 """So many rooms are told, if the UAV's centre has so much space in them."""
 
@@ -214,7 +216,7 @@ def _near(
     Raises:
         SurveyError: the UAV has no room near its home.
     """
-    steps = math.ceil((clearance_m + 0.5) / voxel_m)
+    steps = math.ceil((clearance_m + HOME_M) / voxel_m)
     low = np.maximum(index - (0, 1, 1), 0)
     high = np.minimum(index + np.array((steps + 1, 2, 2)), numbers.shape)
     part = numbers[tuple(map(slice, low.tolist(), high.tolist()))]

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Iterator
 
 import numpy as np
 
 LARGE_M = 5.0
 """A triangle with a longer side that reaches out of a box is cut into parts."""
+AT_ONCE = 500_000
+"""Points, of some 100 bytes while they are computed."""
 GOLDEN = np.array((0.7548776662466927, 0.5698402909980532))
 """Steps of the sequence that fills a square evenly (Roberts, 2018: R2)."""
 
@@ -51,33 +54,46 @@ def normals_of(triangles_m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return across / np.maximum(twice[:, None], 1e-15), 0.5 * twice
 
 
-def samples_on(triangles_m: np.ndarray, spacing_m: float) -> Samples:
-    """Return points on triangles, one for each spacing_m squared and at least one for each triangle."""
-    _, areas_m2 = normals_of(triangles_m)
-    numbers = np.maximum(np.ceil(areas_m2 / spacing_m**2).astype(np.int64), 1)
-    of = np.repeat(np.arange(len(numbers)), numbers)
-    order = np.arange(len(of)) - np.repeat(np.cumsum(numbers) - numbers, numbers)
-    along = (0.5 + (order[:, None] + 1) * GOLDEN) % 1.0
-    along[numbers[of] == 1] = 1.0 / 3.0
-    folded = along.sum(axis=1) > 1.0
-    along[folded] = 1.0 - along[folded]
-    corners = triangles_m[of]
-    points_m = (
-        corners[:, 0]
-        + along[:, :1] * (corners[:, 1] - corners[:, 0])
-        + along[:, 1:] * (corners[:, 2] - corners[:, 0])
-    )
-    return Samples(points_m, of, (areas_m2 / numbers)[of])
-
-
 def samples_within(
     triangles_m: np.ndarray, spacing_m: float, low_m: np.ndarray, high_m: np.ndarray
 ) -> Samples:
-    """Return points on triangles as `samples_on` does, but without most of those outside a box.
+    """Return points on triangles (m, 3, 3), one for each spacing_m squared and at least one for each of them.
 
-    Large triangles that reach out of it, such as the ground of a world, are cut into parts; parts outside are
-    left out. So the memory goes by the surface in the box.
+    Most of those outside a box are left out: large triangles that reach out of it, such as the ground of a
+    world, are cut into parts, and parts outside do not count. So the memory goes by the surface in the box.
     """
+    several = list(samples_in_turn(triangles_m, spacing_m, low_m, high_m))
+    return Samples(
+        np.concatenate([each.points_m for each in several]),
+        np.concatenate([each.triangles for each in several]),
+        np.concatenate([each.areas_m2 for each in several]),
+    )
+
+
+def samples_in_turn(
+    triangles_m: np.ndarray, spacing_m: float, low_m: np.ndarray, high_m: np.ndarray
+) -> Iterator[Samples]:
+    """Yield the points of `samples_within`, `AT_ONCE` of them at a time, and once at least."""
+    parts_m, owners = _parts_within(triangles_m, low_m, high_m)
+    _, areas_m2 = normals_of(parts_m)
+    numbers = np.maximum(np.ceil(areas_m2 / spacing_m**2).astype(np.int64), 1)
+    ends, total = np.cumsum(numbers), int(numbers.sum())
+    for begin in range(0, max(total, 1), AT_ONCE):
+        points = np.arange(begin, min(begin + AT_ONCE, total))
+        of = np.searchsorted(ends, points, side="right")
+        along = (0.5 + (points - ends[of] + numbers[of] + 1)[:, None] * GOLDEN) % 1.0
+        along[numbers[of] == 1] = 1.0 / 3.0
+        folded = along.sum(axis=1) > 1.0
+        along[folded] = 1.0 - along[folded]
+        a, b, c = np.moveaxis(parts_m[of], 1, 0)
+        points_m = a + along[:, :1] * (b - a) + along[:, 1:] * (c - a)
+        yield Samples(points_m, owners[of], (areas_m2 / numbers)[of])
+
+
+def _parts_within(
+    triangles_m: np.ndarray, low_m: np.ndarray, high_m: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return triangles and parts of them (k, 3, 3), and of which triangle each (k,) is."""
     reaches = ((triangles_m.min(axis=1) < low_m) | (triangles_m.max(axis=1) > high_m)).any(axis=1)
     sides_m = np.linalg.norm(triangles_m[:, (1, 2, 0)] - triangles_m, axis=2).max(axis=1)
     is_cut = reaches & (sides_m > LARGE_M)
@@ -91,8 +107,7 @@ def samples_within(
         parts.append(left[is_small])
         owners.append(of[is_small])
         left, of = halved(left[~is_small]), np.tile(of[~is_small], 2)
-    samples = samples_on(np.concatenate(parts), spacing_m)
-    return Samples(samples.points_m, np.concatenate(owners)[samples.triangles], samples.areas_m2)
+    return np.concatenate(parts), np.concatenate(owners)
 
 
 def halved(triangles_m: np.ndarray) -> np.ndarray:
