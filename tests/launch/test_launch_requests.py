@@ -88,6 +88,8 @@ REFUSED = {
         "The settings of an inspection /no.yaml cannot be read:",
     ),
     "a setting": ("inspection", ["width:=640"], "inspection.launch has no argument 'width'; it takes world"),
+    "one name for two times": ("inspection", ["time:=60"], "inspection.launch has no argument 'time'; "),
+    "time": ("inspection", ["photograph_time:=0"], "'0' is no photograph_time; give a number from 1 to"),
     "two maps": ("inspection", ["explore:=true", "drawing:=/map.bt"], "leave out plan:= and drawing:=."),
     "package": (
         "experiment_1",

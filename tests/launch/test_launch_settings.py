@@ -199,6 +199,13 @@ def test_an_inspection_explores_unless_it_gets_a_plan_or_a_drawing():
 
 
 @pytest.mark.ros
+def test_exploration_and_photographs_of_an_inspection_have_their_own_times():
+    path = ROOT / "src/extensions/flights/launch/inspection.launch"
+    params = loaded(path, "explore_time:=61", "photograph_time:=62").params
+    assert [params[f"/{node}/time_max"].value for node in ("explore", "inspect")] == [61.0, 62.0]
+
+
+@pytest.mark.ros
 def test_the_settings_of_an_inspection_say_the_defaults(tmp_path):
     """A line that is left out counts as its default, and one that is there counts."""
     path = ROOT / "src/extensions/flights/launch/inspection.launch"

@@ -59,6 +59,7 @@ def read(asked: Mapping[str, Any], keep_m: float) -> InspectingRequest:
     Raises:
         FlightsError, SimulationToolsError: one sentence.
     """
+    scenario.number("photograph_time", asked.get("photograph_time", 3600.0), 1.0, exploring.LONGEST_S)
     flight = exploring.read(asked, keep_m)
     photographs = scenario.whole_number("photographs", asked.get("photographs", 0), 0, 100_000)
     search_s = scenario.number("search", asked.get("search", 20.0), 0.0, 86_400.0)
