@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """What slam_gridslam says about where it is: ~state, /diagnostics, and what it does with initialpose."""
 
 import itertools
@@ -9,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import rospy
-import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
 from sensor_msgs.msg import LaserScan
@@ -26,7 +24,7 @@ from planar_world import Lidar, along, rectangle_route, scan_at
 from rooms import WALLS
 from slam_probe import transform
 
-NODE = "/gridslam"
+NODE = "/localisation/gridslam"
 LIDAR = Lidar(math.radians(270.0), 271, 10.0, 0.01, 10.0)
 WAY = along(rectangle_route(2.0, 1.5, 0.5), 0.3)
 
@@ -36,13 +34,13 @@ class LocalisationTest(unittest.TestCase):
     def setUpClass(cls):
         cls.processed = Output(NODE + "/processed", Header)
         cls.states = Output(NODE + "/state", String)
-        cls.diagnostics = Output("/diagnostics", DiagnosticArray)
+        cls.diagnostics = Output("localisation/diagnostics", DiagnosticArray)
         cls.particles = Output(NODE + "/particles", PoseArray)
         cls.warned = Warned(NODE)
-        cls.scans = Input("scan", LaserScan)
-        cls.odometry = Input("/tf", TFMessage)
-        cls.given = Input("initialpose", PoseWithCovarianceStamped)
-        cls.static = Input("/tf_static", TFMessage, latch=True)
+        cls.scans = Input("localisation/scan", LaserScan)
+        cls.odometry = Input("localisation/tf", TFMessage)
+        cls.given = Input("localisation/initialpose", PoseWithCovarianceStamped)
+        cls.static = Input("localisation/tf_static", TFMessage, latch=True)
         cls.static.send(transform("base_link", "laser", rospy.Time(0)))
         cls.starts_s = itertools.count(100_000.0, -1000.0)
 
@@ -98,7 +96,7 @@ class LocalisationTest(unittest.TestCase):
         marker = Output(NODE + "/state_marker", Marker).last(lambda marker: True, "a marker")
         self.assertEqual((marker.text, marker.header.frame_id), ("tracking", "base_link"))
         status = self.status(DiagnosticStatus.OK, "tracking")
-        self.assertEqual(status.name, "gridslam: localisation")
+        self.assertEqual(status.name, "localisation/gridslam: localisation")
         numbers = {each.key: each.value for each in status.values}
         self.assertGreater(float(numbers["beams that agree with the map (share)"]), 0.9)
         self.assertLess(float(numbers["spread of the particles (m)"]), 0.1)
@@ -143,8 +141,3 @@ class LocalisationTest(unittest.TestCase):
             self.give(*pose)
             self.warned.wait_for(sentence)
         self.assertEqual(self.states.messages, [])
-
-
-if __name__ == "__main__":
-    rospy.init_node("slam_localisation_contract")
-    rostest.rosrun("gridslam", "slam_localisation_contract", LocalisationTest)

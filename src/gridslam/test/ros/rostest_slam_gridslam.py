@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The contract of the node slam_gridslam, seen from outside; simulated time stands still all the while."""
 
 import itertools
@@ -11,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import rospy
-import rostest
 from geometry_msgs.msg import PoseArray
 from nav_msgs.msg import MapMetaData, OccupancyGrid
 from nav_msgs.msg import Path as PathMessage
@@ -23,7 +21,7 @@ from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from gridslam.files.map_file import read_map
-from node_tools.testing import Input, Output, Warned, wait_until
+from node_tools.testing import Input, Output, Warned, long, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from slam_probe import ROOM_XY, room_scan, transform
@@ -307,6 +305,7 @@ class SlamGridslamTest(unittest.TestCase):
         folder = Path(subprocess.check_output(["roslaunch-logs"], text=True).strip())
         return [log.read_text(errors="replace") for log in folder.glob("gridslam*.log")]
 
+    @long
     def test_what_makes_no_sense_ends_it_with_a_sentence(self):
         cases = {
             "_particles:=0": "particles must be at least 1",
@@ -327,8 +326,3 @@ class SlamGridslamTest(unittest.TestCase):
             self.assertEqual(process.returncode, 1, said)
             self.assertIn(cases[argument], said)
             self.assertNotIn("Traceback", said)
-
-
-if __name__ == "__main__":
-    rospy.init_node("slam_gridslam_contract")
-    rostest.rosrun("gridslam", "slam_gridslam_contract", SlamGridslamTest)

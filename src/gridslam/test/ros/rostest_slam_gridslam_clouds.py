@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The node slam_gridslam with clouds: odometry that sinks is corrected in TF and on the path."""
 
 import sys
@@ -7,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import rospy
-import rostest
 from gridslam_ros.volume import messages
 from nav_msgs.msg import Path as PathMessage
 from nav_msgs.srv import GetMap
@@ -22,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from puck_in_a_room import cloud, heading, ranges_m
 from slam_probe import transform
 
-NODE = "/gridslam"
+NODE = "/clouds/gridslam"
 ROUNDS, STEP_M, RADIUS_M, HEIGHT_M = 5.2, 0.5, 2.0, 1.0
 SUNK_M = 0.4
 """By odometry, from the start to the end."""
@@ -38,11 +36,11 @@ class SlamGridslamCloudsTest(unittest.TestCase):
     def setUp(self):
         self.processed = Output(NODE + "/processed", Header)
         self.paths = Output(NODE + "/path", PathMessage)
-        self.tf = Output("/tf", TFMessage)
+        self.tf = Output("clouds/tf", TFMessage)
         self.warned = Warned(NODE)
-        self.scans, self.clouds = Input("scan", LaserScan), Input("cloud", PointCloud2)
-        self.odometry = Input("/tf", TFMessage)
-        self.static = Input("/tf_static", TFMessage, latch=True)
+        self.scans, self.clouds = Input("clouds/scan", LaserScan), Input("clouds/cloud", PointCloud2)
+        self.odometry = Input("clouds/tf", TFMessage)
+        self.static = Input("clouds/tf_static", TFMessage, latch=True)
         self.static.send(transform("base_link", "laser", rospy.Time(0)))
         self.rng, self.now_s = np.random.default_rng(1), 1000.0
 
@@ -91,7 +89,7 @@ class SlamGridslamCloudsTest(unittest.TestCase):
         self.assertGreater(self.risen_m(), 0.5 * SUNK_M)
         self.assertLess(self.risen_m(), 1.2 * SUNK_M)
         # the path's heights are the true ones again
-        rospy.ServiceProxy("dynamic_map", GetMap)()  # publishes the path, too
+        rospy.ServiceProxy("clouds/dynamic_map", GetMap)()  # publishes the path, too
         stamp = rospy.Time.from_sec(self.now_s - 2.0)
         path = self.paths.last(lambda path: path.poses and path.header.stamp > stamp, "the newest path")
         heights_m = np.array([each.pose.position.z for each in path.poses])
@@ -103,8 +101,3 @@ class SlamGridslamCloudsTest(unittest.TestCase):
         self.odometry.send(transform("odom", "base_link", stamp + rospy.Duration(2.0), z=told_m))
         self.wait_for_processed(stamp)
         self.warned.wait_for("Scans have no cloud of the same stamp")
-
-
-if __name__ == "__main__":
-    rospy.init_node("slam_gridslam_clouds")
-    rostest.rosrun("gridslam", "slam_gridslam_clouds", SlamGridslamCloudsTest)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """A map outlives its node: what roslaunch starts again goes on with the copy that was kept."""
 
 import os
@@ -10,7 +9,6 @@ from xmlrpc.client import ServerProxy
 
 import numpy as np
 import rospy
-import rostest
 from nav_msgs.msg import Path as PathMessage
 from octomap_msgs.msg import Octomap
 from sensor_msgs.msg import PointCloud2
@@ -20,8 +18,10 @@ from gridslam.volume.saved.saved_map import read_volume
 from node_tools.testing import Input, Output, address_of, wait_until
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from rostest_slam_octomap import NODE, WALL, cloud, occupied, path_of
+from rostest_slam_octomap import WALL, cloud, occupied, path_of
 from slam_probe import transform
+
+NODE = "/killed/slam_octomap"
 
 POST = [(1.1, 1.1, z) for z in np.arange(0.1, 1.0, 0.2)]
 """Centres of the voxels of a post, away from the ways to the wall."""
@@ -29,11 +29,11 @@ POST = [(1.1, 1.1, z) for z in np.arange(0.1, 1.0, 0.2)]
 
 class KilledTest(unittest.TestCase):
     def setUp(self):
-        self.full = Output("/octomap_full", Octomap)
-        self.clouds, self.tf = Input("cloud_in", PointCloud2), Input("/tf", TFMessage)
-        self.static = Input("/tf_static", TFMessage, latch=True)
+        self.full = Output("killed/octomap_full", Octomap)
+        self.clouds, self.tf = Input("killed/cloud_in", PointCloud2), Input("killed/tf", TFMessage)
+        self.static = Input("killed/tf_static", TFMessage, latch=True)
         self.static.send(transform("base_link", "lidar", rospy.Time(0)))
-        self.paths = Input("path", PathMessage)
+        self.paths = Input("killed/path", PathMessage)
         self.stamp = rospy.Time(1000)
 
     def send(self, points, x=0.0):
@@ -71,8 +71,3 @@ class KilledTest(unittest.TestCase):
             return occupied(self.full.messages[-1]) == moved | post
 
         wait_until(has_both, "the wall and the post")
-
-
-if __name__ == "__main__":
-    rospy.init_node("killed_probe", disable_signals=True)
-    rostest.rosrun("gridslam", "slam_octomap_killed", KilledTest)
