@@ -29,7 +29,7 @@ def main() -> None:
     poses = rospy.Publisher("odometry", Odometry, queue_size=1)
     place = [0.0, 0.0, 2.0]
     threading.Thread(target=move, args=(place,), daemon=True).start()
-    while place:
+    while place and not rospy.is_shutdown():
         message = Odometry()
         message.header.stamp = rospy.Time.now()
         message.header.frame_id, message.child_frame_id = "odom", "base_frame"
