@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The node gazebo as other nodes see it: topics, sensors, times, physics."""
 
 from __future__ import annotations
@@ -9,7 +8,6 @@ import time
 from pathlib import Path
 
 import rospy
-import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 from gazebo_msgs.msg import ModelState
@@ -181,8 +179,3 @@ class TestGazebo(GazeboTestCase):
                 {name: usual[name] for name in ("gravity_x", "gravity_z", "contact_surface_layer")}
             )
             self.services["reset_world"]()  # the UAV has sunk as well
-
-
-if __name__ == "__main__":
-    rospy.init_node("rostest_gazebo")
-    rostest.rosrun("simulation_tools", "gazebo_test", TestGazebo)

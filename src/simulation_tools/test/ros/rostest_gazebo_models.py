@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Models of the node gazebo come, go and move by its services, are seen, and nonsense is refused."""
 
 from __future__ import annotations
@@ -8,7 +7,6 @@ import sys
 from pathlib import Path
 
 import rospy
-import rostest
 from gazebo_msgs.msg import ModelState
 from geometry_msgs.msg import Pose
 from visualization_msgs.msg import Marker, MarkerArray
@@ -134,8 +132,3 @@ def far_pose():
     pose = Pose()
     pose.position.x, pose.position.y, pose.orientation.w = -20.0, 20.0, 1.0
     return pose
-
-
-if __name__ == "__main__":
-    rospy.init_node("rostest_gazebo_models")
-    rostest.rosrun("simulation_tools", "gazebo_models_test", TestGazeboModels)

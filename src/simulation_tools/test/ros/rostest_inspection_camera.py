@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The node inspection_camera as other nodes see it: a gimbal, a shutter, and pictures that come later."""
 
 from __future__ import annotations
@@ -8,14 +7,13 @@ import threading
 import unittest
 
 import rospy
-import rostest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Image
 from std_msgs.msg import Float64
 from tf2_msgs.msg import TFMessage
 
-from node_tools.testing import Input, Output, Warned, wait_until
+from node_tools.testing import Input, Output, Warned, long
 from simulation_tools.camera.optics import CameraOptics
 from simulation_tools.geometry import Pose, rotate
 from simulation_tools.srv import Shoot, ShootRequest
@@ -32,10 +30,10 @@ class TestInspectionCamera(unittest.TestCase):
 
     @classmethod
     def setUpClass(cls):
-        cls.poses, cls.tilts = Input("ground_truth", Odometry), Input("camera/tilt", Float64)
-        cls.tf, cls.images = Output("/tf", TFMessage), Output("camera/image_raw", Image)
-        cls.truths, cls.warned = Output("camera/ground_truth", PoseStamped), Warned("/camera")
-        cls.shoot = rospy.ServiceProxy("camera/shoot", Shoot)
+        cls.poses, cls.tilts = Input("photo/ground_truth", Odometry), Input("photo/camera/tilt", Float64)
+        cls.tf, cls.images = Output("photo/tf", TFMessage), Output("photo/camera/image_raw", Image)
+        cls.truths, cls.warned = Output("photo/camera/ground_truth", PoseStamped), Warned("/photo/camera")
+        cls.shoot = rospy.ServiceProxy("photo/camera/shoot", Shoot)
         cls.shoot.wait_for_service(200.0)
 
     def tell(self, seconds):
@@ -51,14 +49,12 @@ class TestInspectionCamera(unittest.TestCase):
             type(self).seconds = round(self.seconds + STEP_S, 6)
             self.tell(self.seconds)
         stamp = rospy.Time.from_sec(self.seconds)
-        wait_until(
-            lambda: self.tf.messages and self.tf.messages[-1].transforms[0].header.stamp == stamp, "TF"
-        )
+        self.tf.last(lambda message: message.transforms[0].header.stamp == stamp, "the pose")
 
     def tilt(self, angle_rad):
-        self.tilts.send(Float64(angle_rad))
-        rospy.sleep(0.3)  # another topic than the poses: it must be there before them
+        self.tilts.deliver(Float64(angle_rad))  # another topic than the poses: it must be there before them
 
+    @long  # the node waits 15 s for one
     def test_1_without_a_pose_it_takes_no_photograph(self):
         told = self.shoot(ShootRequest())
         self.assertFalse(told.success)
@@ -96,6 +92,7 @@ class TestInspectionCamera(unittest.TestCase):
         self.assertTrue(told[0].success)
         self.assertEqual(told[0].stamp, later)
 
+    @long  # as above
     def test_4_a_pose_that_does_not_come_is_told(self):
         told = self.shoot(ShootRequest(not_before=rospy.Time.from_sec(self.seconds + 1.0)))
         self.assertFalse(told.success)
@@ -137,8 +134,3 @@ class TestInspectionCamera(unittest.TestCase):
         self.fly(0.1)
         told = self.shoot(ShootRequest(not_before=rospy.Time.from_sec(self.seconds)))
         self.assertEqual(told.stamp, rospy.Time.from_sec(self.seconds))
-
-
-if __name__ == "__main__":
-    rospy.init_node("inspection_camera_test")
-    rostest.rosrun("simulation_tools", "inspection_camera_test", TestInspectionCamera)

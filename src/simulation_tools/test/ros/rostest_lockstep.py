@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """Lockstep through the whole graph: a flight repeats bit for bit, take-off included, at full speed."""
 
 from __future__ import annotations
@@ -7,7 +6,6 @@ import threading
 import unittest
 
 import rospy
-import rostest
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
@@ -72,8 +70,3 @@ class TestLockstep(unittest.TestCase):
         self.assertFalse(parting[:2], "the flights part at this time (ns), at these poses")
         self.assertGreater(max(pose[2] for pose in first.values()), 1.8, "it did take off")
         self.assertGreater(max(pose[0] for pose in first.values()), 0.5, "it did fly")
-
-
-if __name__ == "__main__":
-    rospy.init_node("rostest_lockstep", disable_rostime=True)
-    rostest.rosrun("simulation_tools", "lockstep_test", TestLockstep)

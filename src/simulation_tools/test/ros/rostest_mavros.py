@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """The node mavros as a script written for MAVROS sees it, over a real MAVLink link to the simulated PX4."""
 
 from __future__ import annotations
@@ -11,7 +10,6 @@ import time
 from pathlib import Path
 
 import rospy
-import rostest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from mavros_msgs import srv
@@ -22,7 +20,9 @@ from std_msgs.msg import Float64
 from std_srvs.srv import Empty
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from mavros_test_case import MavrosTestCase
+from mavros_test_case import PATIENCE_S, MavrosTestCase
+
+from node_tools.testing import long
 
 TOPICS = {
     "state": State,
@@ -224,19 +224,26 @@ class TestMavros(MavrosTestCase):
         self.assertEqual((denied.success, denied.result), (False, 2))
 
         # The stream ends: PX4 lands, and comes back with it.
+        self.be_patient(1.0)
         self.assertTrue(self.eventually(lambda: self.mode() == "AUTO.LAND"))
+        self.be_patient(PATIENCE_S)
         self.assertEqual(self.last("state").system_status, 5)
         self.assertTrue(self.eventually(lambda: self.mode() == "OFFBOARD", 60.0, self.stream_pose))
         self.land_soon()
         self.assertTrue(self.services["cmd/land"](0, 0, 0, 0, 0).success)
         self.assertTrue(self.eventually(lambda: not self.last("state").armed, 60.0))
 
+    @long
     def test_z_the_example_of_an_offboard_script_takes_off_and_lands(self):
         """As a user starts it; afterwards the UAV stands where it stood."""
         z = lambda: self.last("local_position/pose").pose.position.z  # noqa: E731
         ground, heights = z(), []
         # In a node's folder are all the others. rosrun takes long to find one, and time goes fast here.
-        command = [str(Path(sys.argv[0]).with_name("offboard_example")), "_height:=1.0", "_hold:=0.5"]
+        command = [
+            str(Path(sys.argv[0]).parents[1] / "simulation_tools/offboard_example"),
+            "_height:=1.0",
+            "_hold:=0.5",
+        ]
         example = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
         self.addCleanup(example.kill)
         self.eventually(lambda: heights.append(z()) or example.poll() is not None, 90.0)
@@ -245,8 +252,3 @@ class TestMavros(MavrosTestCase):
         self.assertAlmostEqual(max(heights) - ground, 1.0, delta=0.15)
         self.assertAlmostEqual(z(), ground, delta=0.05)
         self.assertFalse(self.last("state").armed)
-
-
-if __name__ == "__main__":
-    rospy.init_node("rostest_mavros")
-    rostest.rosrun("simulation_tools", "mavros", "mavros_suite")

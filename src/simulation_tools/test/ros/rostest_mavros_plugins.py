@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """MAVROS's further plugins as a script finds them: types, values beside the simulator's truth, refusals."""
 
 from __future__ import annotations
@@ -10,7 +9,6 @@ from pathlib import Path
 import rosgraph
 import rospy
 import rosservice
-import rostest
 from geographic_msgs.msg import GeoPoseStamped
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
 from mavros_msgs import srv
@@ -34,6 +32,8 @@ from std_srvs.srv import Trigger
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from mavros_interface import PUBLISHED, SERVED, SUBSCRIBED
 from mavros_test_case import MavrosTestCase
+
+from node_tools.testing import long
 
 HEARD = {
     "state": State,
@@ -217,6 +217,7 @@ class TestMavrosPlugins(MavrosTestCase):
             self.assertEqual(rospy.get_param(f"/mavros/{plugin}/mav_frame"), "BODY_NED")
             self.assertTrue(set_frame(1).success)
 
+    @long
     def test_y_further_setpoints_fly(self):
         """Global setpoints, then an acceleration and an attitude; PX4's targets beside them."""
 
@@ -292,8 +293,3 @@ class TestMavrosPlugins(MavrosTestCase):
         self.ask_for_mode(0, "AUTO.LAND")
         landed = self.eventually(lambda: not self.last("state").armed, 60.0)
         self.assertTrue(landed, (self.last("state"), self.where()))
-
-
-if __name__ == "__main__":
-    rospy.init_node("rostest_mavros_plugins")
-    rostest.rosrun("simulation_tools", "mavros_plugins", TestMavrosPlugins)

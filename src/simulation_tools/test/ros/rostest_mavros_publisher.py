@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """sitl.launch and tools.launch in flight: ready, TF, commands, bad commands, deaths, landings."""
 
 from __future__ import annotations
@@ -20,7 +19,6 @@ import rosgraph_msgs.msg
 import rosnode
 import rospkg
 import rospy
-import rostest
 import tf2_ros
 from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
@@ -35,6 +33,8 @@ from std_srvs.srv import Trigger
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from mavros_test_case import MavrosTestCase
+
+from node_tools.testing import long
 
 YAW = 0.5  # at the start
 HIGH_M = 2.5  # above the hover height: PX4's landing takes 7 s from there, longer than any node is away
@@ -171,6 +171,7 @@ class TestMavrosPublisher(MavrosTestCase):
         heading = math.atan2(self.place[1] - start[1], self.place[0] - start[0])
         self.assertAlmostEqual(heading, YAW, delta=0.1)
 
+    @long
     def test_ba_the_command_of_the_readme_flies(self):
         readme = Path(rospkg.RosPack().get_path("simulation_tools"), "README.md").read_text()
         command = re.search(r"^rostopic pub .*$", readme, re.MULTILINE).group()
@@ -236,6 +237,7 @@ class TestMavrosPublisher(MavrosTestCase):
         self.assertLess(math.dist(taken_over[:2], self.place[:2]), 1.5)
         self.assertLess(self.highest, where[2] + 0.3)  # no second take-off
 
+    @long
     def test_g_mavros_killed_leads_to_landing_and_back_to_the_hover_height(self):
         height = self.place[2]
         seen = len(self.ready)
@@ -250,6 +252,7 @@ class TestMavrosPublisher(MavrosTestCase):
         self.assert_hovers()
         self.assertGreater(self.place[2], 1.9)
 
+    @long
     def test_ga_a_mavros_that_hangs_is_called_by_its_name(self):
         said = []
         rosout = rospy.Subscriber("/rosout", rosgraph_msgs.msg.Log, lambda m: said.append(m.msg))
@@ -272,6 +275,7 @@ class TestMavrosPublisher(MavrosTestCase):
         uri = rosgraph.Master("/test").lookupNode(node)
         return xmlrpc.client.ServerProxy(uri).getPid("/test")[2]
 
+    @long
     def test_gb_wind_tilts_the_hovering_uav_and_can_be_tuned(self):
         client = Client("/gazebo", timeout=200.0)
         client.update_configuration({"wind_x": 6.0})
@@ -285,6 +289,7 @@ class TestMavrosPublisher(MavrosTestCase):
         self.assertAlmostEqual(tilt, math.atan2(drag_n, weight_n), delta=math.radians(2.5))
         self.assertLess(self.speed, 0.3)
 
+    @long
     def test_h_somebody_elses_landing_is_left_alone_until_restart(self):
         self.land_soon()
         rospy.ServiceProxy("/mavros/set_mode", SetMode)(0, "AUTO.LAND")
@@ -298,8 +303,3 @@ class TestMavrosPublisher(MavrosTestCase):
         self.assertTrue(rospy.ServiceProxy("/mavros_publisher/restart", Trigger)().success)
         self.assertTrue(self.eventually(lambda: self.state.armed and self.place[2] > 0.5, 60.0))
         self.assertTrue(self.eventually(lambda: self.ready[-1], 60.0))
-
-
-if __name__ == "__main__":
-    rospy.init_node("rostest_mavros_publisher")
-    rostest.rosrun("simulation_tools", "mavros_publisher", TestMavrosPublisher)

@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 """MAVROS's plugins of external estimates in a graph: from ROS to the flight controller and back."""
 
 from __future__ import annotations
@@ -7,7 +6,6 @@ import sys
 from pathlib import Path
 
 import rospy
-import rostest
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from mavros_msgs.msg import EstimatorStatus
 from nav_msgs.msg import Odometry
@@ -60,8 +58,3 @@ class TestMavrosVision(MavrosTestCase):
         pose.header.stamp.secs = 1
         Input("/mavros/vision_pose/pose_cov", PoseWithCovarianceStamped).send(pose)
         self.warned.wait_for("vision_pose/pose_cov is refused: it holds a number beyond 3.4e38")
-
-
-if __name__ == "__main__":
-    rospy.init_node("rostest_mavros_vision")
-    rostest.rosrun("simulation_tools", "mavros_vision", TestMavrosVision)
