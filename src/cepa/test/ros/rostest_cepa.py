@@ -9,8 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import rospy
+from cepa_probe import BEAMS, Mounts, column, odometry_of, of_stamp, scan_of, velocity_of
 from cepa_ros.parameters import Choice, config_of
 from diagnostic_msgs.msg import DiagnosticArray
+from dynamic_cases import DynamicCases
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
@@ -19,10 +21,6 @@ from visualization_msgs.msg import MarkerArray
 
 from cepa import CepaParameters, Improved, LaserScan2D, Original
 from node_tools.testing import Input, Output, Stamps, Warned, long, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from cepa_probe import BEAMS, Mounts, column, odometry_of, of_stamp, scan_of, velocity_of
-from dynamic_cases import DynamicCases
 
 NODE = "/cepa"
 DEFAULTS = config_of(Choice("improved", CepaParameters()))

@@ -1,12 +1,11 @@
 """The contract of the node cepa_visualiser, seen from outside, fed by cepa itself."""
 
 import math
-import sys
 import unittest
-from pathlib import Path
 
 import numpy as np
 import rospy
+from cepa_probe import column, odometry_of, of_stamp, scan_of, velocity_of
 from cepa_ros.parameters import Choice, config_of
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TwistStamped
@@ -16,9 +15,6 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from cepa import CepaParameters
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from cepa_probe import column, odometry_of, of_stamp, scan_of, velocity_of
 
 R_LB, R_UB = 0.5, 1.2
 DEFAULTS = config_of(Choice("improved", CepaParameters()))

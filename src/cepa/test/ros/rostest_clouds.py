@@ -1,13 +1,12 @@
 """The node cepa with clouds: what it answers, what it tells, and clouds that make no sense."""
 
 import math
-import sys
 import unittest
-from pathlib import Path
 
 import dynamic_reconfigure.client
 import numpy as np
 import rospy
+from cepa_probe import Mounts, odometry_of, of_stamp, scan_of, velocity_of
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TransformStamped, TwistStamped
 from nav_msgs.msg import Odometry
@@ -16,9 +15,6 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from cepa_probe import Mounts, odometry_of, of_stamp, scan_of, velocity_of
 
 WALL_M = 1.7
 HEIGHTS = np.radians(np.arange(-15.0, 15.1, 2.0))

@@ -1,24 +1,20 @@
 """Live tuning: each parameter is changed through dynamic_reconfigure, and the next answer shows it."""
 
-import sys
 import unittest
 from collections import deque
-from pathlib import Path
 
 import numpy as np
 import rospy
+from cepa_probe import odometry_of, of_stamp, scan_of, velocity_of
 from cepa_ros.parameters import Choice, config_of
 from dynamic_reconfigure.client import Client
 from geometry_msgs.msg import TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
+from tuning_cases import CASES, PERIOD_S, UNSEEN_INTENSITY
 
 from cepa import CepaParameters
 from node_tools.testing import Input, Output, Stamps, Warned
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from cepa_probe import odometry_of, of_stamp, scan_of, velocity_of
-from tuning_cases import CASES, PERIOD_S, UNSEEN_INTENSITY
 
 NODE = "/cepa"
 DEFAULTS = config_of(Choice("improved", CepaParameters()))

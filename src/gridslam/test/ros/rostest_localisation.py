@@ -2,27 +2,22 @@
 
 import itertools
 import math
-import sys
 import unittest
-from pathlib import Path
 
 import numpy as np
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseArray, PoseWithCovarianceStamped
+from planar_world import Lidar, along, rectangle_route, scan_at
+from rooms import WALLS
 from sensor_msgs.msg import LaserScan
+from slam_probe import transform
 from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
 from gridslam import se2
 from node_tools.testing import Input, Output, Warned, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from planar_world import Lidar, along, rectangle_route, scan_at
-from rooms import WALLS
-from slam_probe import transform
 
 NODE = "/localisation/gridslam"
 LIDAR = Lidar(math.radians(270.0), 271, 10.0, 0.01, 10.0)

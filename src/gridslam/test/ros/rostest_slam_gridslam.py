@@ -3,7 +3,6 @@
 import itertools
 import math
 import subprocess
-import sys
 import tempfile
 import unittest
 from pathlib import Path
@@ -16,15 +15,13 @@ from nav_msgs.msg import Path as PathMessage
 from nav_msgs.srv import GetMap
 from roslib.packages import find_node
 from sensor_msgs.msg import LaserScan
+from slam_probe import ROOM_XY, room_scan, transform
 from std_msgs.msg import Float64, Header
 from std_srvs.srv import Trigger
 from tf2_msgs.msg import TFMessage
 
 from gridslam.files.map_file import read_map
 from node_tools.testing import Input, Output, Warned, long, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from slam_probe import ROOM_XY, room_scan, transform
 
 NODE = "/gridslam"
 PARTICLES = 5

@@ -1,24 +1,19 @@
 """The node slam_gridslam with clouds: odometry that sinks is corrected in TF and on the path."""
 
-import sys
 import unittest
-from pathlib import Path
 
 import numpy as np
 import rospy
 from gridslam_ros.volume import messages
 from nav_msgs.msg import Path as PathMessage
 from nav_msgs.srv import GetMap
+from puck_in_a_room import cloud, heading, ranges_m
 from sensor_msgs.msg import LaserScan, PointCloud2
+from slam_probe import transform
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from node_tools.testing import Input, Output, Warned, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from puck_in_a_room import cloud, heading, ranges_m
-from slam_probe import transform
 
 NODE = "/clouds/gridslam"
 ROUNDS, STEP_M, RADIUS_M, HEIGHT_M = 5.2, 0.5, 2.0, 1.0

@@ -17,6 +17,7 @@ from nav_msgs.msg import Path as PathMessage
 from octomap_msgs.msg import Octomap
 from octomap_msgs.srv import BoundingBoxQuery, GetOctomap
 from sensor_msgs.msg import LaserScan, PointCloud2, PointField, Range
+from slam_probe import transform
 from std_msgs.msg import Header
 from std_srvs.srv import Empty, Trigger
 from tf2_msgs.msg import TFMessage
@@ -26,9 +27,6 @@ from gridslam.msg import VoxelTiles
 from gridslam.srv import GetDistances, GetFrontiers
 from gridslam.volume import VolumeParameters, map_from, read_octree
 from node_tools.testing import Input, Output, Warned, long, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from slam_probe import transform
 
 NODE = "/volume/slam_octomap"
 SIDE = 0.2

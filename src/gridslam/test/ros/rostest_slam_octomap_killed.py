@@ -2,24 +2,20 @@
 
 import os
 import signal
-import sys
 import unittest
-from pathlib import Path
 from xmlrpc.client import ServerProxy
 
 import numpy as np
 import rospy
 from nav_msgs.msg import Path as PathMessage
 from octomap_msgs.msg import Octomap
+from rostest_slam_octomap import WALL, cloud, occupied, path_of
 from sensor_msgs.msg import PointCloud2
+from slam_probe import transform
 from tf2_msgs.msg import TFMessage
 
 from gridslam.volume.saved.saved_map import read_volume
 from node_tools.testing import Input, Output, address_of, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from rostest_slam_octomap import WALL, cloud, occupied, path_of
-from slam_probe import transform
 
 NODE = "/killed/slam_octomap"
 

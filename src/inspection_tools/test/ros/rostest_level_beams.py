@@ -1,20 +1,16 @@
 """The contract of the node level_beams, seen from outside."""
 
 import math
-import sys
 import unittest
-from pathlib import Path
 
 import numpy as np
 import rospy
+from flight_basics_ros.testing import bad_scans, scan_of
 from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
 from sensor_msgs.msg import LaserScan
 from tf2_msgs.msg import TFMessage
 
 from node_tools.testing import Input, Output, Stamps, Warned
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from flight_basics_ros.testing import bad_scans, scan_of
 
 NODE = "/level/level_beams"
 AHEAD = 540

@@ -1,18 +1,14 @@
 """The contract of the node lidar_padding, seen from outside."""
 
 import math
-import sys
 import unittest
-from pathlib import Path
 
 import numpy as np
 from dynamic_reconfigure.client import Client
+from flight_basics_ros.testing import bad_scans, scan_of
 from sensor_msgs.msg import LaserScan
 
 from node_tools.testing import Input, Output, Stamps, Warned
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from flight_basics_ros.testing import bad_scans, scan_of
 
 NODE = "/padding/lidar_padding"
 

@@ -1,25 +1,20 @@
 """The contract of the node mission: its action, its setpoints, and who waits for whom in lockstep."""
 
 import math
-import sys
 import threading
 import unittest
-from pathlib import Path
 
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
+from flight_basics_ros.lock_order import take_report
+from flight_basics_ros.testing import odometry_of, scan_of, velocity_of
 from geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Header
 
-from node_tools.testing import Input, Output, Stamps, Warned, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from flight_basics_ros.lock_order import take_report
-from flight_basics_ros.testing import odometry_of, scan_of, velocity_of
-
 from inspection_tools.msg import MissionActionFeedback, MissionActionGoal, MissionActionResult, MissionGoal
+from node_tools.testing import Input, Output, Stamps, Warned, wait_until
 
 
 class Client:

@@ -1,20 +1,16 @@
 """The contract of the node position_controller with poses from odometry, seen from outside."""
 
 import math
-import sys
 import unittest
-from pathlib import Path
 
 import rospy
 from dynamic_reconfigure.client import Client
+from flight_basics_ros.testing import odometry_of
 from geometry_msgs.msg import Pose, PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool
 
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from flight_basics_ros.testing import odometry_of
 
 NODE = "/control/position_controller"
 DEFAULTS = {"max_speed": 2.0, "max_acceleration": 2.0, "braking_deceleration": 1.0}

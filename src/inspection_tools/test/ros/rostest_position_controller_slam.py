@@ -1,11 +1,10 @@
 """The node position_controller with its poses from SLAM and from the ground truth."""
 
 import math
-import sys
 import unittest
-from pathlib import Path
 
 import rospy
+from flight_basics_ros.testing import correction, odometry_of
 from geometry_msgs.msg import Pose, PoseStamped, TwistStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Bool, String
@@ -13,9 +12,6 @@ from tf2_msgs.msg import TFMessage
 
 from node_tools.conversions import xyz
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from flight_basics_ros.testing import correction, odometry_of
 
 NODE = "/slam/position_controller"
 

@@ -1,21 +1,17 @@
 """tools.launch as a whole: the graph of figure 5.2 of the thesis, respawning, bad parameters at the start."""
 
 import subprocess
-import sys
 import unittest
-from pathlib import Path
 
 import rosnode
 import rospy
+from flight_basics_ros.testing import odometry_of, scan_of, velocity_of
 from geometry_msgs.msg import Pose, TwistStamped
 from nav_msgs.msg import Odometry
 from roslib.packages import find_node
 from sensor_msgs.msg import LaserScan
 
 from node_tools.testing import Input, Output, Stamps, address_of, long, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from flight_basics_ros.testing import odometry_of, scan_of, velocity_of
 
 TYPES = {
     "/scan/filtered": "sensor_msgs/LaserScan",

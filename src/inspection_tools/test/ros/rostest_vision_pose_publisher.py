@@ -1,19 +1,15 @@
 """The contract of the node vision_pose_publisher: good poses with their stamps, else silence and a state."""
 
 import math
-import sys
 import unittest
-from pathlib import Path
 
 import rospy
+from flight_basics_ros.testing import odometry_of
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import String
 
 from node_tools.testing import Input, Output, Warned, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from flight_basics_ros.testing import odometry_of
 
 NODE = "/vision/vision_pose_publisher"
 

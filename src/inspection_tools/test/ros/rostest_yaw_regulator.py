@@ -1,20 +1,16 @@
 """The contract of the node yaw_regulator, seen from outside."""
 
 import math
-import sys
 import time
 import unittest
-from pathlib import Path
 
 import rospy
 from dynamic_reconfigure.client import Client
+from flight_basics_ros.testing import velocity_of
 from geometry_msgs.msg import TransformStamped, TwistStamped
 from tf2_msgs.msg import TFMessage
 
 from node_tools.testing import Input, Output, Stamps, Warned, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from flight_basics_ros.testing import velocity_of
 
 NODE = "/yaw/yaw_regulator"
 DEFAULTS = {"gain": 1.5, "max_yaw_rate": 1.0, "speed_on": 0.25, "speed_off": 0.15}

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import math
-import sys
 import time
-from pathlib import Path
 
 import rospy
 from diagnostic_msgs.msg import DiagnosticArray
 from dynamic_reconfigure.client import Client
 from gazebo_msgs.msg import ModelState
+from gazebo_test_case import PATIENCE_S, GazeboTestCase
 from geometry_msgs.msg import Pose
 from sensor_msgs.msg import CameraInfo, FluidPressure, Image, JointState, Range
 from std_srvs.srv import SetBool, Trigger
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from gazebo_test_case import PATIENCE_S, GazeboTestCase
 
 from node_tools.testing import wait_until
 from simulation_tools.srv import NodLidar

@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import math
-import sys
-from pathlib import Path
 
 import rospy
 from gazebo_msgs.msg import ModelState
+from gazebo_test_case import PATIENCE_S, GazeboTestCase
 from geometry_msgs.msg import Pose
 from visualization_msgs.msg import Marker, MarkerArray
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from gazebo_test_case import PATIENCE_S, GazeboTestCase
 
 from node_tools.testing import Input
 

@@ -14,13 +14,11 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import PoseStamped, Twist, TwistStamped
 from mavros_msgs import srv
 from mavros_msgs.msg import AttitudeTarget, ExtendedState, HomePosition, ParamValue, PositionTarget, State
+from mavros_test_case import PATIENCE_S, MavrosTestCase
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState, Imu, NavSatFix
 from std_msgs.msg import Float64
 from std_srvs.srv import Empty
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from mavros_test_case import PATIENCE_S, MavrosTestCase
 
 from node_tools.testing import long
 

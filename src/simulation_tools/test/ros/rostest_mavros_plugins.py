@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import sys
-from pathlib import Path
 
 import rosgraph
 import rospy
 import rosservice
 from geographic_msgs.msg import GeoPoseStamped
 from geometry_msgs.msg import PoseStamped, Vector3Stamped
+from mavros_interface import PUBLISHED, SERVED, SUBSCRIBED
 from mavros_msgs import srv
 from mavros_msgs.msg import (
     VFR_HUD,
@@ -25,13 +24,10 @@ from mavros_msgs.msg import (
     Waypoint,
     WaypointList,
 )
+from mavros_test_case import MavrosTestCase
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import FluidPressure, Imu, MagneticField, NavSatFix
 from std_srvs.srv import Trigger
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from mavros_interface import PUBLISHED, SERVED, SUBSCRIBED
-from mavros_test_case import MavrosTestCase
 
 from node_tools.testing import long
 

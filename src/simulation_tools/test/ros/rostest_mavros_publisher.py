@@ -9,7 +9,6 @@ import re
 import shlex
 import signal
 import subprocess
-import sys
 import time
 import xmlrpc.client
 from pathlib import Path
@@ -26,13 +25,11 @@ from gazebo_msgs.msg import ContactsState
 from geometry_msgs.msg import Pose, TwistStamped
 from mavros_msgs.msg import State
 from mavros_msgs.srv import SetMode
+from mavros_test_case import MavrosTestCase
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import LaserScan
 from std_msgs.msg import Bool
 from std_srvs.srv import Trigger
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from mavros_test_case import MavrosTestCase
 
 from node_tools.testing import long
 
@@ -222,6 +219,7 @@ class TestMavrosPublisher(MavrosTestCase):
         v = lambda: self.truth.twist.twist.linear  # noqa: E731
         self.assertTrue(self.eventually(lambda: v().x > 0.8, 60.0, both))
 
+    @long
     def test_f_killed_in_mid_air_it_takes_over_where_the_uav_is(self):
         self.for_simulated(1.5, self.fly)
         type(self).highest = 0.0

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import rospy
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from mavros_msgs.msg import EstimatorStatus
+from mavros_test_case import MavrosTestCase
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Range
 
 from node_tools.testing import Input, Warned
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-from mavros_test_case import MavrosTestCase
 
 
 class TestMavrosVision(MavrosTestCase):

@@ -3,14 +3,15 @@
 import math
 import os
 import signal
-import sys
 import unittest
-from pathlib import Path
 from xmlrpc.client import ServerProxy
 
 import rospy
 from actionlib_msgs.msg import GoalStatus
+from drawn_voxels import block, tiles_of
 from exploration_ros.planner_messages import tiles_class
+from flight_basics_ros.lock_order import take_report
+from flight_basics_ros.testing import Newest, odometry_of
 from geometry_msgs.msg import Pose
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
@@ -20,12 +21,6 @@ from visualization_msgs.msg import MarkerArray
 from exploration.msg import ExploreActionFeedback, ExploreActionGoal, ExploreActionResult
 from exploration.srv import RoomAbove
 from node_tools.testing import Input, Warned, address_of, long, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from drawn_voxels import block, tiles_of
-from flight_basics_ros.lock_order import take_report
-from flight_basics_ros.testing import Newest, odometry_of
 
 NODE = "/explore"
 RESOLUTION_M, SIDE = 0.2, 16

@@ -1,14 +1,15 @@
 """What path_planner promises: plans by service and by topic, again when the map changes, and one sentence."""
 
 import math
-import sys
 import unittest
-from pathlib import Path
 
 import numpy as np
 import rospy
 from actionlib_msgs.msg import GoalID, GoalStatus
+from drawn_voxels import block, tiles_of
 from exploration_ros.planner_messages import tiles_class
+from flight_basics_ros.lock_order import take_report
+from flight_basics_ros.testing import odometry_of
 from geometry_msgs.msg import PointStamped, PoseStamped
 from nav_msgs.msg import Odometry
 from nav_msgs.msg import Path as PathMessage
@@ -17,12 +18,6 @@ from std_msgs.msg import Bool
 
 from inspection_tools.msg import MissionActionGoal, MissionActionResult
 from node_tools.testing import Input, Output, Warned, wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from drawn_voxels import block, tiles_of
-from flight_basics_ros.lock_order import take_report
-from flight_basics_ros.testing import odometry_of
 
 NODE = "/planned/path_planner"
 RESOLUTION_M, SIDE = 0.2, 16

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import rospy
 import trimesh
+from drawn_wall import AWAY_M, CAMERA, wall_picture
 from inspection_ros import detector_link
 from inspection_ros.detector_link import DetectorLink
 from inspection_ros.photograph_messages import photograph_message
@@ -25,9 +26,6 @@ from inspection.photographs.folder import PhotographFolder
 from inspection.photographs.listing import photographs_in
 from inspection.photographs.record import PhotographRecord
 from node_tools.testing import wait_until
-
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
-from drawn_wall import AWAY_M, CAMERA, wall_picture
 
 PAGE = Path(__file__).resolve().parents[2] / "doc/findings.md"
 

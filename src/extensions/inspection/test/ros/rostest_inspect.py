@@ -33,8 +33,6 @@ from inspection.survey.plan_file import read_plan, write_plan
 from inspection.survey.views.candidates import View
 from node_tools.testing import Input, address_of, long, wait_until
 
-sys.path.insert(0, str(Path(__file__).resolve().parent))
-sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[3] / "exploration/test"))
 from flight_basics_ros.lock_order import take_report
 from flight_basics_ros.testing import Newest
@@ -303,18 +301,6 @@ class InspectTest(unittest.TestCase):
         for path, content in kept.items():
             self.assertEqual(path.read_bytes(), content)
 
-    def test_11_where_it_must_land_it_does_not_wait_for_pictures(self):
-        uav = self.uav
-        uav.camera = "blind"
-        self.send_goal("blind", self.plan())
-        uav.fly(lambda: self.feedback.last.status.goal_id.id == "blind", "the flight")
-        uav.fly(lambda: self.feedback.last.feedback.taken == 1, "the first photograph")
-        uav.charge = 0.02
-        wait_until(lambda: uav.tell() or rospy.sleep(0.02) or self.ended("blind"), "the end", 15.0)
-        uav.camera, uav.charge = "good", 0.9
-        self.assertEqual(self.results.last.result.end, "battery")
-        self.assertIn("land here", self.results.last.result.reason)
-
     @long
     def test_12_what_a_launch_before_has_left_gives_no_home(self):
         uav = self.uav
@@ -374,6 +360,19 @@ class InspectTest(unittest.TestCase):
         uav.fly(lambda: self.ended("a short time"), "the end")
         self.assertEqual(self.results.last.result.end, "time")
         self.assertIn("The time of 1 s is over", self.results.last.result.reason)
+
+    def test_16_where_it_must_land_it_does_not_wait_for_pictures(self):
+        """The last of all: the camera's thread goes on waiting for the picture."""
+        uav = self.uav
+        uav.camera = "blind"
+        self.send_goal("blind", self.plan())
+        uav.fly(lambda: self.feedback.last.status.goal_id.id == "blind", "the flight")
+        uav.fly(lambda: self.feedback.last.feedback.taken == 1, "the first photograph")
+        uav.charge = 0.02
+        wait_until(lambda: uav.tell() or rospy.sleep(0.02) or self.ended("blind"), "the end", 15.0)
+        uav.camera, uav.charge = "good", 0.9
+        self.assertEqual(self.results.last.result.end, "battery")
+        self.assertIn("land here", self.results.last.result.reason)
 
     def test_z_its_threads_take_locks_in_one_order(self):
         self.assertEqual(take_report(NODE), "")

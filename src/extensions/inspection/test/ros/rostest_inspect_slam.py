@@ -24,8 +24,6 @@ from inspection.survey.views.candidates import View
 from node_tools.conversions import set_yaw
 from node_tools.testing import Input, wait_until
 
-sys.path.insert(0, str(FilePath(__file__).resolve().parent))
-sys.path.insert(0, str(FilePath(__file__).resolve().parents[1]))
 sys.path.insert(0, str(FilePath(__file__).resolve().parents[3] / "exploration/test"))
 from flight_basics_ros.testing import Newest, correction, odometry_of
 from surveying_uav import START, Uav
