@@ -9,7 +9,7 @@ import math
 import re
 import signal
 import sys
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
 
@@ -29,6 +29,9 @@ from master_thesis.report.pdf import write_pdf
 from master_thesis.report.piece import TRIALS, Piece
 from master_thesis.report.size import EXPERIMENTS, FULL, QUICK, SMALLEST
 
+PART = "experiment_1"
+"""Its flights are 1.5 m long."""
+
 
 def arguments(folder):
     return ["--smallest", "--no-pdf", "--workers", "1", "--out", str(folder)]
@@ -47,97 +50,129 @@ class CtrlC(ThisProcess):
         signal.raise_signal(signal.SIGINT)
 
 
+@dataclass(frozen=True)
+class Call:
+    """What a call of the report has left. lines: the pieces on the disk."""
+
+    code: int
+    errors: str
+    page: str
+    lines: list[dict]
+
+    @property
+    def results(self) -> dict[str, dict]:
+        return {line["name"]: line["result"] for line in self.lines}
+
+
+def called(folder, workers, *words) -> Call:
+    """Call the smallest report."""
+    with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stderr(io.StringIO()) as errors:
+        patch.setattr(sys, "unraisablehook", sys.unraisablehook)  # an interrupt replaces it
+        patch.setattr(command, "open_workers", lambda _: contextlib.nullcontext(workers))
+        patch.setattr(experiment_2, "variation_parameters", shortly_observed)
+        code = command.main([*arguments(folder), *words])
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    lines = [json.loads(line) for line in (folder / TRIALS).read_text().split("\n")[:-1]]
+    return Call(code, errors.getvalue(), page, lines)
+
+
 @pytest.fixture(scope="module")
-def report(tmp_path_factory):
-    """Interrupt the smallest report after its first piece, then let it end.
-
-    Returns (folder, exit code and errors of the first call, exit code and errors of the second).
-    """
-    folder, ends = tmp_path_factory.mktemp("report"), []
-    for workers in CtrlC(), ThisProcess():
-        with pytest.MonkeyPatch.context() as patch, contextlib.redirect_stderr(io.StringIO()) as errors:
-            patch.setattr(sys, "unraisablehook", sys.unraisablehook)  # an interrupt replaces it
-            patch.setattr(command, "open_workers", lambda _, given=workers: contextlib.nullcontext(given))
-            patch.setattr(experiment_2, "variation_parameters", shortly_observed)
-            ends.append((command.main(arguments(folder)), errors.getvalue()))
-        page = folder / "index.html"
-        if len(ends) == 1 and page.exists():
-            page.rename(folder / "interrupted.html")
-    return folder, *ends
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("report")
 
 
-def lines_of(folder) -> list[dict]:
-    """Return the pieces on the disk."""
-    path = folder / TRIALS
-    return [json.loads(line) for line in path.read_text().split("\n")[:-1]] if path.exists() else []
+@pytest.fixture(scope="module")
+def interrupted(folder):
+    """The report of one experiment, interrupted after its first piece."""
+    return called(folder, CtrlC(), "--only", PART)
+
+
+@pytest.fixture(scope="module")
+def part(folder, interrupted):
+    """The next call, which comes to its end."""
+    return called(folder, ThisProcess(), "--only", PART)
+
+
+@pytest.fixture(scope="module")
+def whole(folder, part):
+    """A call for all other experiments."""
+    return called(folder, ThisProcess())
+
+
+@pytest.fixture(params=["part", pytest.param("whole", marks=pytest.mark.long)])
+def report(request):
+    return request.getfixturevalue(request.param)
 
 
 @pytest.mark.flight
 @pytest.mark.timeout(900)  # after a change of kernels the first run compiles them
-def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(report):
-    folder, (code, interrupted), (code_of_second, errors) = report
-    assert code == 130
-    assert "Interrupted; all finished pieces are kept; the next call goes on from here." in interrupted
-    assert code_of_second == 0, errors
-    before, of = map(int, re.search(r"(\d+) of (\d+) trials are there from before", errors).groups())
-    assert (before, of) == (1, len(plan(SMALLEST)))
-    assert sorted(line["name"] for line in lines_of(folder)) == sorted(piece.name for piece in plan(SMALLEST))
+def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(interrupted, part):
+    assert interrupted.code == 130
+    assert "Interrupted; all finished pieces are kept; the next call goes on from here." in interrupted.errors
+    assert part.code == 0, part.errors
+    pieces = chosen(plan(SMALLEST), [PART], [])
+    before, of = map(int, re.search(r"(\d+) of (\d+) trials are there from before", part.errors).groups())
+    assert (before, of) == (1, len(pieces))
+    assert sorted(line["name"] for line in part.lines) == sorted(piece.name for piece in pieces)
 
 
 @pytest.mark.flight
 @pytest.mark.timeout(900)
-def test_ctrl_c_writes_the_page_of_what_is_finished(report):
-    folder, *_ = report
-    first, *others = lines_of(folder)
-    page = (folder / "interrupted.html").read_text(encoding="utf-8")
+def test_ctrl_c_writes_the_page_of_what_is_finished(interrupted, part):
+    first, *others = part.lines
+    assert interrupted.lines == [first]
     titles = {piece.name: escape(piece.title) for piece in plan(SMALLEST)}
-    assert titles[first["name"]] not in page  # it is not among the missing ones
-    assert all(titles[line["name"]] in page for line in others)
+    assert titles[first["name"]] not in interrupted.page  # it is not among the missing ones
+    assert all(titles[line["name"]] in interrupted.page for line in others)
 
 
 @pytest.mark.flight
-@pytest.mark.timeout(900)  # after a change of kernels the first run compiles them
+@pytest.mark.timeout(900)
 def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
-    folder, _, _ = report
-    page = (folder / "index.html").read_text(encoding="utf-8")
-    sources = re.findall(r'(?:src|href)="([^"]*)"', page)
+    sources = re.findall(r'(?:src|href)="([^"]*)"', report.page)
     assert sources
     assert all(source.startswith(("data:image/svg+xml;base64,", "#")) for source in sources)
-    assert "@import" not in page
-    assert "url(" not in page
-    found = {line["name"]: line["result"] for line in lines_of(folder)}
-    mapped = found["experiment_3_ust_1_3s"]
-    assert f"{mapped['open']['map_error_p95_m']:.3f}" in page
-    flown = found["experiment_1_forest_improved_1_1.5m"]
+    assert "@import" not in report.page
+    assert "url(" not in report.page
+    flown = report.results["experiment_1_forest_improved_1_1.5m"]
     assert flown["reached_goal"] is True
-    assert f"{flown['computation_ms']:.3f}" in page
-    for piece in plan(SMALLEST):
-        assert f'<section id="{piece.experiment}">' in page
-    assert 'class="missing"' not in page
-    assert "not computed" not in page
-    assert page.count('<span class="basis">one flight of each</span>') == 4  # the smallest flies once
-    assert "One flight of each lidar." in page
+    assert f"{flown['computation_ms']:.3f}" in report.page
 
 
 @pytest.mark.flight
-@pytest.mark.timeout(900)  # after a change of kernels the first run compiles them
-def test_without_gnss_it_flies_back_and_lands_where_it_started(report):
-    found = {line["name"]: line["result"] for line in lines_of(report[0])}
-    home = found["without_gnss_room_ust_1_3s"]
+@pytest.mark.timeout(900)
+def test_every_link_of_the_contents_leads_somewhere(report):
+    targets = set(re.findall(r'href="#([^"]+)"', report.page))
+    assert {"summary", "origin", "experiment_1"} <= targets
+    assert targets <= set(re.findall(r'id="([^"]+)"', report.page))
+
+
+@pytest.mark.long
+@pytest.mark.flight
+@pytest.mark.timeout(900)
+def test_the_whole_page_has_every_piece(whole):
+    assert whole.code == 0, whole.errors
+    assert sorted(whole.results) == sorted(piece.name for piece in plan(SMALLEST))
+    mapped = whole.results["experiment_3_ust_1_3s"]
+    assert f"{mapped['open']['map_error_p95_m']:.3f}" in whole.page
+    for piece in plan(SMALLEST):
+        assert f'<section id="{piece.experiment}">' in whole.page
+    assert 'class="missing"' not in whole.page
+    assert "not computed" not in whole.page
+    assert whole.page.count('<span class="basis">one flight of each</span>') == 4  # the smallest flies once
+    assert "One flight of each lidar." in whole.page
+
+
+@pytest.mark.long
+@pytest.mark.flight
+@pytest.mark.timeout(900)
+def test_without_gnss_it_flies_back_and_lands_where_it_started(whole):
+    home = whole.results["without_gnss_room_ust_1_3s"]
     assert home["flown"]
     assert not home["contact"]
     assert home["landed_off_m"] < 0.3
     start, *path = home["path_xy"]
     assert max(math.dist(start, place) for place in path) > 1.0  # 3 s at 0.6 m/s, less the acceleration
-
-
-@pytest.mark.flight
-@pytest.mark.timeout(900)  # after a change of kernels the first run compiles them
-def test_every_link_of_the_contents_leads_somewhere(report):
-    page = (report[0] / "index.html").read_text(encoding="utf-8")
-    targets = set(re.findall(r'href="#([^"]+)"', page))
-    assert {"summary", "origin", "experiment_1"} <= targets
-    assert targets <= set(re.findall(r'id="([^"]+)"', page))
 
 
 # -- what is computed ---------------------------------------------------------------------------------------
