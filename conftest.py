@@ -322,17 +322,12 @@ def master_of_module(processes_of_module):
     return start_master(processes_of_module)
 
 
-def unused_master() -> str:
-    """Return a master's address at which none answers: tests leave the user's own one alone."""
-    from flights.graph.free_ports import free_ports
-
-    return f"http://localhost:{free_ports(1)[0]}"
-
-
 def start_master(processes: Processes) -> Processes:
     """Start a ROS master on a free port, lead `processes` to it, and wait until it answers."""
-    processes.environment["ROS_MASTER_URI"] = uri = unused_master()
-    port = int(uri.rpartition(":")[2])
+    from flights.graph.free_ports import free_ports
+
+    (port,) = free_ports(1)
+    processes.environment["ROS_MASTER_URI"] = f"http://localhost:{port}"
     master = processes.start("rosmaster", "--core", "-p", str(port), stdout=subprocess.DEVNULL)
     end = time.monotonic() + 60.0
     while time.monotonic() < end:
