@@ -239,6 +239,16 @@ def test_each_key_that_is_lost_or_wrong_is_named(case, tmp_path):
             assert len(told) < 400
 
 
+@pytest.mark.parametrize("case", [each for each in CASES if each.name.endswith("yaml")], ids=lambda c: c.name)
+def test_a_key_that_is_unknown_is_named_where_people_write_the_file(case, tmp_path):
+    path = tmp_path / case.name
+    parts = [way for way, kind, _ in keys_in(case.schema, case.good) if dataclasses.is_dataclass(kind)]
+    for way in [(), *parts]:
+        told = told_of(case, written(path, changed(case.good, (*way, "zz"), 1)))
+        assert case.name in told, way
+        assert "'zz'" in told, way
+
+
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_a_file_that_is_cut_or_something_else_is_refused(case, tmp_path):
     path = tmp_path / case.name

@@ -141,9 +141,6 @@ def test_a_bulkhead_on_the_centre_line_stays_on_the_side_of_its_area():
         (("areas", 1, "sides"), ["X"], "P, S or both"),
         (("areas", 2, "sides"), ["P"], '"port" and "walls" overlap'),
         (("plate_frames",), 0, "plate_frames"),
-        (("colour",), "red", "'colour', which is unknown"),
-        (("plate_frame",), 5, "did you mean 'plate_frames'?"),
-        (("particulars",), {"flag": "Malta"}, "'flag', which is unknown"),
     ],
 )
 def test_a_ship_that_makes_no_sense_is_refused_in_one_sentence(path, value, told):

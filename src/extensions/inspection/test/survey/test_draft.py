@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 import trimesh
 
-from flight_basics.errors import SurveyError
 from inspection.camera.photograph_pose import PhotographPose
 from inspection.survey import SurveyParameters
 from inspection.survey.checking import check_plan
@@ -110,23 +109,3 @@ def test_the_nearest_places_are_on_this_side_of_a_wall(drafted):
     assert beyond.any()
     assert len(near) == inside.sum() - beyond.sum()
     assert (near[:, 0] < 0.0).all()
-
-
-@pytest.mark.table(
-    ("line", "told"),
-    [
-        ("draft: yes\n", "mapping"),
-        ("draft: {seed: 1}\n", "draft lacks the key 'search_s'"),
-        ("draft: {seed: 1.5, search_s: 3}\n", "whole number"),
-        ("draft: {seed: 1, search_s: 3, more: 1}\n", "unknown"),
-        ("draft: {seed: 1, search_s: .nan}\n", "finite"),
-        ("draft: {seed: 1, search_s: 1.0e+9}\n", "0 to 86400"),
-    ],
-)
-def test_a_draft_that_makes_no_sense_is_refused_with_a_sentence(drafted, tmp_path, line, told):
-    _, _, draft = drafted
-    write_plan(tmp_path / "plan.yaml", replace(draft, draft=None))
-    text = (tmp_path / "plan.yaml").read_text().replace("flights:\n", line + "flights:\n")
-    (tmp_path / "plan.yaml").write_text(text)
-    with pytest.raises(SurveyError, match=told):
-        read_plan(tmp_path / "plan.yaml")

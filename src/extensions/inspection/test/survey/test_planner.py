@@ -182,21 +182,13 @@ def test_a_plan_is_read_back_as_it_was_written_and_can_be_flown(planned, tmp_pat
     check_plan(back, surface.room)
 
 
-@pytest.mark.table(
-    ("old", "new", "told"),
-    [
-        (", yaw:", ", roll: 0, yaw:", "unknown"),
-        ("id: 1, at: [", "id: 1, tilt: 0, yaw: 0, at: [.nan, 1, 1]}\n  - {id: 2, at: [", "finite number"),
-        ("flights:", "flihgts:", "flihgts"),
-        ("id: 1, at: [", "id: 1, tilt: 0, yaw: 0, at: [2.95, 0, 1.5]}\n  - {id: 2, at: [", "from a surface"),
-    ],
-)
-def test_a_plan_that_was_edited_wrongly_is_refused_with_a_sentence(planned, tmp_path, old, new, told):
+def test_a_plan_that_was_edited_wrongly_is_refused_with_a_sentence(planned, tmp_path):
     surface, plans = planned
+    edited = "id: 1, tilt: 0, yaw: 0, at: [2.95, 0, 1.5]}\n  - {id: 2, at: ["
     path = tmp_path / "plan.yaml"
     write_plan(path, plans[-1])
-    path.write_text(path.read_text().replace(old, new, 1))
-    with pytest.raises(SurveyError, match=told):
+    path.write_text(path.read_text().replace("id: 1, at: [", edited, 1))
+    with pytest.raises(SurveyError, match="from a surface"):
         check_plan(read_plan(path), surface.room)
 
 
