@@ -136,9 +136,7 @@ def test_a_record_of_a_newer_program_is_read_and_one_that_lacks_a_key_is_named(t
         read_record(path)
 
 
-@pytest.mark.table(
-    "damage", ["{", "NO PLACE", "LESS"]
-)
+@pytest.mark.table("damage", ["{", "NO PLACE", "LESS"])
 def test_a_damaged_record_loses_one_photograph_and_is_told(tmp_path, damage):
     store = PhotographFolder(tmp_path, CAMERA)
     store.save(PICTURE, taken(1.0, 1))
