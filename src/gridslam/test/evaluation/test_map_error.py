@@ -59,15 +59,6 @@ def test_share_of_wall_seen():
     assert share == pytest.approx((8.0 + 2 * 0.1) / 28.0, abs=2 * CELL / 28.0)
 
 
-def test_turned_wall_is_straight_but_turned():
-    # Given the lower wall turned by 0.02 rad about its middle: cell centres spread evenly within half a cell
-    along = np.arange(-4.0, 4.0, 0.01)
-    points = np.column_stack([4.0 + along, 0.02 * along])
-    wall = map_error(grid_of(points), ROOM).walls[0]
-    assert wall.turned_rad == pytest.approx(0.02, abs=0.002)
-    assert wall.straightness_rms_m == pytest.approx(CELL / math.sqrt(12.0), rel=0.15)
-
-
 def test_pose_of_the_map_in_the_world_counts():
     # Given a room seen from a map frame that stands at (2, 1), turned by 90 degrees
     x, y = wall_points().T

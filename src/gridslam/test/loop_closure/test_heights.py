@@ -42,22 +42,6 @@ def cost(heights_m, path, closures):
     return off.sum() + sum(robust)
 
 
-def test_a_drift_is_spread_evenly_along_the_way():
-    """Odometry rose by 0.01 m a step, on a level way of 40 m; its start is known again at the end."""
-    path = path_with(0.01 * np.arange(41.0))
-    found = fitted_heights(path, [climbed(0, 40, 0.0, 1e-4)], P)
-    np.testing.assert_allclose(found, 0.0, atol=1e-4)
-
-
-def test_a_closure_counts_against_the_way_by_their_variances():
-    """In the closed form of one loop: the end moves by the way's share of both variances."""
-    path = path_with(np.zeros(26))
-    of_way, of_closure = 25 * (P.climb_m_per_sqrt_m**2 + 0.002**2), 0.1**2
-    found = fitted_heights(path, [climbed(0, 25, 0.01, 0.1)], P)
-    assert found[25] == pytest.approx(0.01 * of_way / (of_way + of_closure), rel=0.01)
-    np.testing.assert_allclose(found, found[25] * np.arange(26.0) / 25.0, atol=1e-6)
-
-
 def test_a_climb_is_as_uncertain_as_the_shortest_way_over_steps_and_closures():
     # given a way of 40 m with a closure from its 10th to its 35th node, and one that tells no climb
     path = path_with(np.zeros(41))
