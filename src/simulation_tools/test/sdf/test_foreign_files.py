@@ -36,7 +36,7 @@ def put_model(folder, body=LINK, version="1.6"):
     (folder / "model.sdf").write_text(f'<sdf version="{version}"><model name="x">{body}</model></sdf>')
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "text",
     [
         "<world name='w'><audio>a&nbsp;b</audio>MODEL</world>",  # an entity that nobody declares
@@ -47,14 +47,14 @@ def put_model(folder, body=LINK, version="1.6"):
         "<world name='w'><audio><![CDATA[ & <sdf> -- ]]>&nbsp;</audio>MODEL</world >",
     ],
 )
-@pytest.mark.parametrize(("before", "behind"), [("", ""), ("<other/>\n", "\n<sdf version='1.6'/> rest <a")])
+@pytest.mark.table(("before", "behind"), [("", ""), ("<other/>\n", "\n<sdf version='1.6'/> rest <a")])
 def test_what_tinyxml_takes_is_read(read, text, before, behind):
     world = read(f"{before}<sdf version='1.6'>{text.replace('MODEL', MODEL)}</sdf>{behind}")
     assert [model.name for model in world.models] == ["m"]
     assert world.models[0].links[0].collisions[0].geometry == Box((1.0, 2.0, 3.0))
 
 
-@pytest.mark.parametrize("bad", ["<a b/>", "<a b='c>", "<a>", "</a>", "<a></b>", "<!-- a"])
+@pytest.mark.table("bad", ["<a b/>", "<a b='c>", "<a>", "</a>", "<a></b>", "<!-- a"])
 def test_what_tinyxml_does_not_take_either_is_refused(read, bad):
     with pytest.raises(SdfError, match=r"w\.world:[12]: The file is not well-formed XML"):
         read(f"<sdf version='1.6'><world name='w'>\n{bad}{MODEL}</world></sdf>")
@@ -65,13 +65,7 @@ def test_a_name_keeps_its_entities(read):
     assert read(text).models[0].name == "a&b&deg;A"
 
 
-def test_lines_are_those_of_the_file(read):
-    text = "<sdf version='1.6'>\n<!-- a\n-- b --><world name='w'><light\nname='x'type='point'/>\n"
-    text += "<model name='n'/>"
-    assert "w.world:5: " in read(text + "</world></sdf>").warnings[0]
-
-
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("body", "version", "gravity"),
     [
         ("<physics><gravity>0 0 -1.6</gravity></physics>", "1.4", -1.6),

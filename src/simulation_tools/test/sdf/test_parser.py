@@ -142,12 +142,6 @@ def test_a_plugin_is_kept_as_it_is_and_a_known_one_gives_no_warning():
     assert parsed.warnings == ()
 
 
-def test_an_unknown_plugin_is_kept_but_named():
-    parsed = model('<link name="a"/>\n<plugin name="p" filename="libdance.so"><x>1</x></plugin>')
-    assert parsed.plugins[0].filename == "libdance.so"
-    assert parsed.warnings == ("text: Not supported and therefore without effect: <model/plugin> (line 2).",)
-
-
 def test_everything_unsupported_is_named_once_in_one_sentence_per_file():
     parsed = model(
         '<link name="a">\n<audio_sink/>\n<kinematic>true</kinematic>\n'
@@ -319,16 +313,6 @@ def test_the_model_path_comes_from_the_environment_when_none_is_given(tmp_path, 
     put_model(tmp_path, "crate", '<link name="l"/>')
     monkeypatch.setenv("GAZEBO_MODEL_PATH", f"/nowhere:{tmp_path}")
     assert load_model("model://crate").name == "crate"
-
-
-def test_the_newest_supported_version_of_a_model_is_taken(tmp_path):
-    home = put_model(tmp_path, "crate", '<link name="new"/>')
-    (home / "old.sdf").write_text('<sdf version="1.4"><model name="crate"><link name="old"/></model></sdf>')
-    (home / "model.config").write_text(
-        '<model><sdf version="1.4">old.sdf</sdf><sdf version="1.6">model.sdf</sdf>'
-        '<sdf version="9">no.sdf</sdf></model>'
-    )
-    assert load_model(home, []).links[0].name == "new"
 
 
 @pytest.mark.table("uri", ["model://crate/t.stl", "t.stl", "file://{home}/t.stl"])

@@ -53,7 +53,7 @@ TURNED = f"<pose>5 1 0 0 0 {QUARTER}</pose>"
 FRAME = f'<frame name="f">{TURNED}</frame>'
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("body", "right"),
     [
         # ahead of a model that looks along y is farther along y
@@ -82,7 +82,7 @@ def test_a_model_stands_in_the_frame_that_its_pose_names(world_of, body, right):
     assert world.warnings == ()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("frame", "saying"),
     [
         ("nowhere", 'There is no frame "nowhere" in this world'),
@@ -95,7 +95,7 @@ def test_a_frame_that_leads_nowhere_leaves_its_model_out(world_of, frame, saying
     assert saying in world.warnings[0]
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "inner",
     [
         model("i", '<pose relative_to="k">2 0 0 0 0 0</pose>'),
@@ -104,7 +104,7 @@ def test_a_frame_that_leads_nowhere_leaves_its_model_out(world_of, frame, saying
         + model("i", '<pose relative_to="h::l">1 0 0 0 0 0</pose>'),
     ],
 )
-@pytest.mark.parametrize("frame", ["link", "frame"])
+@pytest.mark.table("frame", ["link", "frame"])
 def test_a_nested_model_stands_in_a_frame_of_the_outer_one(world_of, inner, frame):
     world = world_of(
         model("o", "<pose>0 0 7 0 0 0</pose>", body=f'{LINK}<{frame} name="k">{TURNED}</{frame}>{inner}')
@@ -119,7 +119,7 @@ def test_two_nested_models_of_one_name_keep_their_own_places(world_of):
     assert {(1, 0, 0), (2, 0, 0), (1, 0, 1), (2, 0, 1)} == places
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "body",
     [
         included("<name>b</name><placement_frame>tip</placement_frame>" + TURNED),
@@ -133,7 +133,7 @@ def test_the_placement_frame_comes_to_the_pose(world_of, body):
     assert world.warnings == ()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "pose",
     [
         '<pose degrees="true">1 2 3 0 0 90</pose>',
@@ -149,7 +149,7 @@ def test_a_turn_in_degrees_or_as_a_quaternion_is_obeyed(world_of, pose):
     assert turned.pose.rpy_rad == pytest.approx((0, 0, math.pi / 2))
 
 
-@pytest.mark.parametrize("numbers", ["1 2 3 0 0 0", "1 2 3 0 0 0 0", "1 2 3 0 0 nan 1"])
+@pytest.mark.table("numbers", ["1 2 3 0 0 0", "1 2 3 0 0 0 0", "1 2 3 0 0 nan 1"])
 def test_a_bad_quaternion_leaves_its_model_out(world_of, numbers):
     world = world_of(model("b", f'<pose rotation_format="quat_xyzw">{numbers}</pose>') + model("good"))
     assert [each.name for each in world.models] == ["good"]

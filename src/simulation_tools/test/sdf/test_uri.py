@@ -104,7 +104,7 @@ def fuel(tmp_path, monkeypatch):
     return home
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("uri", "rest"),
     [
         ("https://fuel.ignitionrobotics.org/1.0/OpenRobotics/models/Oak tree", "10"),
@@ -120,7 +120,7 @@ def test_a_model_of_fuel_comes_from_the_cache(fuel, uri, rest):
     assert resolve(uri, [], None) == fuel / rest
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("uri", "saying"),
     [
         ("https://fuel.gazebosim.org/1.0/OpenRobotics/models/Elm", "not in the local cache of Fuel"),
