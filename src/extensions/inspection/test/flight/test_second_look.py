@@ -137,20 +137,6 @@ def test_a_uav_that_has_landed_for_the_search_need_not_take_off_if_nothing_is_fo
     assert second.state is SearchState.DONE
 
 
-def test_a_battery_that_is_low_after_the_last_photograph_is_no_reason_for_another_one():
-    watch = EnergyWatch(EnergyParameters(endurance=60.0, landing_time=1.0, reserve=0.5))
-    lead = inspection(VIEWS[:1], energy=watch)
-    uav = Uav(lead)
-    while not uav.asked:
-        watch.offer(uav.stamp_s, uav.charge)
-        uav.step()
-    uav.charge = 0.45
-    while not lead.is_home and uav.stamp_s < 60.0:
-        watch.offer(uav.stamp_s, uav.charge)
-        uav.step()
-    assert lead.end is End.DONE
-
-
 def test_an_abort_while_the_search_is_awaited_ends_at_home():
     lead = inspection(VIEWS[:1])
     second, uav = SecondLook(lead, Search((), patience=10**6)), Uav(lead)

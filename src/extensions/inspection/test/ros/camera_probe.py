@@ -109,7 +109,7 @@ picture = Image(height=1, width=1, encoding="rgb8", step=3, data=bytes(3))
 picture.header.stamp = stamps[-1]
 pictures.publish(picture)
 wait_for(lambda: not takes.waits)
-told["late"] = {**stored, "shots": takes.shots, "waits": takes.waits}
+told["late"] = {**stored, "shots": surveys["second"].queue.shots, "waits": takes.waits}
 white = Inspection()
 takes.begin(white, photographer.Album(Folder("white", []), lambda _: None, Everything()))
 takes.take(TASKS[1], 10.0)
