@@ -18,12 +18,12 @@ from flight_limits.limits import LimitsError, LimitsFile, read_limits
 from flights.campaign.reading import read_campaign
 from flights.errors import FlightsError
 from input_schemas import MaybeInfinite, read_without
+from inspection.files.coverage_record import CoverageRecord
 from inspection.files.run_record import RunRecord
 from inspection.findings.findings_file import FindingsFile, read_search
 from inspection.findings.remembered import MarksFile, read_marks
 from inspection.photographs.record import PhotographRecord, read_record
 from inspection.ship.ship_file import ShipFile, read_ship
-from inspection.survey.coverage import CoverageRecord
 from inspection.survey.plan_file import PlanFile, read_plan
 from inspection_tools.mission.file import MissionFile, read_mission
 from simulation_tools.camera.defects import DefectFile, read_defects
@@ -101,6 +101,10 @@ DEFECTS = {"defects": [MARK], "coatings": {"shell": PLACE}, "effects": EFFECTS, 
 COVERAGE = {
     "surface": "a.dae", "counted": ["1.jpg"], "resolution_mm_per_px": 1.0, "incidence_deg": 60.0,
     "mesh_m2": 1.0, "reachable_m2": 1.0, "share_of_reachable": 0.5, "record": "0", "rests_on": {"1.jpg": "0"},
+    "of": "map", "drawing": {
+        "surface": "b.world", "surface_m2": 3.0, "reachable_m2": 2.0, "shown_m2": 1.0,
+        "share_of_reachable": 0.5, "not_mapped_m2": 1.0, "classes": {"web": {"reachable_m2": 1.0, "share": 0.5, "not_mapped_m2": 1.0}},
+    },
 }  # fmt: skip
 FLOWN = {
     "photographs": 3, "purpose": "a", "time_s": 1.0, "way_m": 1.0, "battery_start": 1.0, "battery_end": 0.5

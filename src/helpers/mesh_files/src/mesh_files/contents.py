@@ -1,12 +1,14 @@
-"""What stands in a file in place of the mesh that its name promises."""
+"""What a mesh file holds: its text, or what stands there in place of the mesh that its name promises."""
 
 from __future__ import annotations
 
+import codecs
 import struct
 
 from mesh_files.errors import MeshFileError
-from mesh_files.text import text_of
 
+MARKS = ((codecs.BOM_UTF8, "utf-8"), (codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
+"""Byte order marks."""
 SAMPLE = 1024
 """Bytes by which a file that is no mesh is known."""
 _LFS = "version https://git-lfs.github.com/spec/"
@@ -14,6 +16,16 @@ _PAGE = ("<!doctype html", "<html")
 _GLB = struct.Struct("<4sII")
 GLTF = 2
 """The version of glTF that is read."""
+
+
+def text_of(content: bytes) -> str:
+    """Return the text, without a byte order mark and with ends of lines as here.
+
+    Numbers are the same in any code page, so letters that are no UTF-8 do no harm.
+    """
+    encoding = next((name for mark, name in MARKS if content.startswith(mark)), "utf-8")
+    text = content.decode(encoding, errors="replace").removeprefix("\ufeff")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def check_content(kind: str, content: bytes) -> None:

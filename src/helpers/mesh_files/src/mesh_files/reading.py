@@ -11,14 +11,13 @@ import numpy as np
 
 from mesh_files.axes import turn_of
 from mesh_files.collada_text import plain_collada
-from mesh_files.contents import check_content
+from mesh_files.contents import check_content, text_of
 from mesh_files.errors import MeshFileError
 from mesh_files.gltf import check_gltf, gltf_document
 from mesh_files.obj import plain_obj, with_points
 from mesh_files.off import read_off
 from mesh_files.ply import read_ply
 from mesh_files.stl import is_text_stl, plain_stl, whole_stl
-from mesh_files.text import text_of
 from mesh_files.three_mf import read_3mf
 
 _ALONE = "geometry_0"

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 import struct
 
+from mesh_files.contents import text_of
 from mesh_files.errors import MeshFileError
-from mesh_files.text import text_of
 
 HEADER_BYTES, COUNT_BYTES, TRIANGLE_BYTES = 80, 4, 50
 TEXT_SAMPLE = 1024
