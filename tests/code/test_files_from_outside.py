@@ -103,7 +103,8 @@ COVERAGE = {
     "mesh_m2": 1.0, "reachable_m2": 1.0, "share_of_reachable": 0.5, "record": "0", "rests_on": {"1.jpg": "0"},
     "of": "map", "drawing": {
         "surface": "b.world", "surface_m2": 3.0, "reachable_m2": 2.0, "shown_m2": 1.0,
-        "share_of_reachable": 0.5, "not_mapped_m2": 1.0, "classes": {"web": {"reachable_m2": 1.0, "share": 0.5, "not_mapped_m2": 1.0}},
+        "share_of_reachable": 0.5, "not_mapped_m2": 1.0,
+        "classes": {"web": {"reachable_m2": 1.0, "share": 0.5, "not_mapped_m2": 1.0}},
     },
 }  # fmt: skip
 FLOWN = {
