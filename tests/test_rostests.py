@@ -36,12 +36,15 @@ def test_rostest(path, processes, tmp_path, pytestconfig):
         run = processes.run("rostest", "--results-base-dir", str(tmp_path), str(path), timeout_s=TIMEOUT_S)
     except subprocess.TimeoutExpired as error:
         pytest.fail(f"{path.name} did not end within {TIMEOUT_S:g} s:\n{error.output}", pytrace=False)
-    cases = [case for file in tmp_path.rglob("*.xml") for case in cases_in(file)]
     # rostest counts a test that ended without results as passed: a node that it needs may have died
-    if run.returncode != 0 or not cases:
+    results = [cases_in(file) for file in tmp_path.rglob("rosunit-*.xml")]
+    cases = [case for file in tmp_path.rglob("*.xml") for case in cases_in(file)]
+    if run.returncode != 0 or not all(results) or not results:
         failures = [failure.text or "" for case in cases for kind in FAILED for failure in case.iter(kind)]
         told = "\n".join([run.stdout, said_by_nodes(tmp_path / "ros/log"), *failures])
-        pytest.fail(f"{path.name}: code {run.returncode}, {len(cases)} results\n{told}", pytrace=False)
+        pytest.fail(
+            f"{path.name}: code {run.returncode}, {sum(map(len, results))} results\n{told}", pytrace=False
+        )
 
 
 FAILED = ("failure", "error")
