@@ -76,16 +76,17 @@ def test_a_battery_that_runs_low_is_swapped_at_home_and_the_flight_goes_on(swaps
     assert (len(photographed.true), outcome.landed, outcome.failure) == (taken, True, None)
 
 
-def test_it_photographs_from_its_place_then_what_that_did_not_show_and_lands_at_home():
+@pytest.mark.parametrize("is_supplemented", [False, pytest.param(True, marks=pytest.mark.long)])
+def test_it_photographs_from_its_place_then_what_that_did_not_show_and_lands_at_home(is_supplemented):
     plan, parameters = flight_in_a_room()
     asked = SurveyParameters(resolution=4.0, share=0.2, class_share=0.0, margin=0.25, voxel=0.2, patch=1.0)
     plan = replace(plan, asked=asked)
     (view,) = plan.views
     parameters = replace(parameters, limits=PhaseLimits(flight_timeout_s=150.0))
     surface = read_surface(Path(parameters.simulation.world), asked, plan.home_m)
+    supplement = Supplement(plan, surface) if is_supplemented else None
     with ClosedLoop(parameters) as loop:
-        prior = PriorMap(surface.room)
-        flown = inspecting_flight(loop, plan, prior=prior, supplement=Supplement(plan, surface))
+        flown = inspecting_flight(loop, plan, prior=PriorMap(surface.room), supplement=supplement)
         photographed, outcome = flown.run(), loop.outcome
         truth = loop.log.truth.array("x_m", "y_m")
     assert (flown.inspection.end, outcome.landed, outcome.collision) == (End.DONE, True, False)
@@ -97,6 +98,8 @@ def test_it_photographs_from_its_place_then_what_that_did_not_show_and_lands_at_
     ahead = (0.0, math.cos(0.2), math.sin(0.2))
     assert first.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
     assert estimated.axes[:, 2] @ ahead > math.cos(math.radians(3.0))
-    assert len(more) == len(flown.inspection.queue.tasks) - 1 > 0
+    assert len(more) == len(flown.inspection.queue.tasks) - 1
+    assert bool(more) == is_supplemented
     before, after = coverages_on(surface, ([first], photographed.true), plan.camera, asked)
-    assert before.share() < asked.share <= after.share()
+    assert before.share() < asked.share
+    assert (after.share() >= asked.share) == is_supplemented
