@@ -14,7 +14,6 @@ import pytest
 from launched_flight import READY_PATIENCE_S, Flight
 
 ROOT = Path(__file__).resolve().parents[2]
-EMPTY = ROOT / "src/extensions/flights/worlds/empty.world"
 PROBES = ROOT / "tests/flights"
 
 pytestmark = [pytest.mark.ros, pytest.mark.flight]
@@ -97,7 +96,7 @@ def only_from_nodes(traceback: re.Match) -> str:
 
 
 def test_interrupted_while_it_starts_the_launch_ends_quietly(processes, tmp_path):
-    flight = Flight(processes, tmp_path, "fly_to_goal.launch", world=EMPTY, goal="9 0 2")
+    flight = Flight(processes, tmp_path, "experiment_1.launch", scenario="empty", headless="true")
     flight.wait_until_said("process[experiment", READY_PATIENCE_S)
     time.sleep(1.0)  # some nodes still import, others connect
     flight.interrupt()

@@ -16,7 +16,15 @@ NOTHING = Boxes(np.empty((0, 2, 3)))
 
 
 @pytest.mark.parametrize("hole_m", [1.4, pytest.param(1.6, marks=pytest.mark.long)])
-@pytest.mark.parametrize(("start_m", "goal_m"), [(1.3, 4.4), (1.3, 3.2), (4.4, 1.3), (4.4, 2.6)])
+@pytest.mark.parametrize(
+    ("start_m", "goal_m"),
+    [
+        (1.3, 4.4),
+        (4.4, 1.3),
+        pytest.param(1.3, 3.2, marks=pytest.mark.long),
+        pytest.param(4.4, 2.6, marks=pytest.mark.long),
+    ],
+)
 def test_it_climbs_and_sinks_through_a_hole_in_a_deck(start_m, goal_m, hole_m):
     # A deck in a room of 5.6 m, with a square hole; the reference leads nearly straight through it
     half, far = 0.5 * hole_m, 3.0

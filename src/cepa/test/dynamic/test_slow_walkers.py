@@ -22,7 +22,7 @@ def back(position):
     ("walls", "speed", "from_m"),
     [
         (NO_WALLS, 0.45, (-3.0, 0.5)),
-        (WALL, 0.3, (-3.0, 0.0)),
+        pytest.param(WALL, 0.3, (-3.0, 0.0), marks=pytest.mark.long),
         (WALL, 0.5, (-2.0, 2.0)),
     ],
 )
