@@ -110,8 +110,12 @@ def test_map_saver_without_a_master_says_so(processes):
 
 
 def test_map_saver_is_interrupted_without_a_traceback(ros_master):
+    master = rosgraph.Master("/test", ros_master.environment["ROS_MASTER_URI"])
     child = ros_master.start_node("gridslam", "map_saver", stderr=subprocess.PIPE, text=True)
-    time.sleep(4.0)
+    deadline = time.monotonic() + 60.0
+    while "/map" not in dict(master.getSystemState()[1]):
+        assert time.monotonic() < deadline, "it does not wait for a map"
+        time.sleep(0.05)
     child.send_signal(signal.SIGINT)
     _, said = child.communicate(timeout=200.0)
     assert "Traceback" not in said
