@@ -101,13 +101,6 @@ def test_a_unit_before_a_sentence_stands_in_its_column_only(sentence, expected):
     assert expected in page
 
 
-def test_each_parameter_has_one_row(parameters):
-    twice = {
-        (node, name) for node, rows in parameters.items() for name in rows if name.strip() != name
-    }  # a name with a space beside it stood below the same name without one
-    assert twice == set()
-
-
 def test_one_text_may_tell_of_several_attributes():
     told = attributes(
         "Sizes.\n\nAttributes:\n    a, b: Of both,\n        m.\n    c: Third.\n\nRaises:\n    E: no.\n"
