@@ -28,7 +28,7 @@ def with_marks(path: Path):
     return pytest.param(path, id=name_of(path), marks=marks)
 
 
-@pytest.mark.parametrize("path", map(with_marks, ROSTESTS))
+@pytest.mark.parametrize("path", [with_marks(path) for path in ROSTESTS])
 def test_rostest(path, processes, tmp_path, pytestconfig):
     if not pytestconfig.option.all:
         processes.environment["WITHOUT_LONG_TESTS"] = "yes"  # see `node_tools.testing`
