@@ -51,6 +51,7 @@ def test_the_path_is_whole(driven, log):
     assert np.hypot(*(path.poses_in_map - true)[:, :2].T).max() < 0.15
 
 
+@pytest.mark.long
 def test_a_run_saved_in_a_known_place_goes_on_as_if_never_interrupted(driven, log, tmp_path):
     whole, updates, _ = driven
     last = next(

@@ -44,7 +44,8 @@ def test_a_long_level_floor_is_no_slope_and_no_step_whatever_the_imu_and_the_map
     assert np.abs(errors(flown)[:, 2]).max() < 0.05
 
 
-@pytest.mark.parametrize("slope_deg", [8.0, pytest.param(20.0, marks=DEAR)])
+@pytest.mark.long
+@pytest.mark.table("slope_deg", [8.0, 20.0])
 def test_behind_a_ramp_the_height_is_told_as_uncertain_as_it_is_until_the_floor_of_before_is_back(slope_deg):
     corridor, sigmas_m, off_m = Corridor(math.radians(slope_deg)), [], []
     for seed in range(3):

@@ -176,6 +176,7 @@ def test_a_way_that_ends_as_soon_as_a_place_is_seen_again_is_closed_too(end, tmp
     assert errors_m(session, log).max() < 0.1
 
 
+@pytest.mark.long
 @pytest.mark.table("loop_closure", [True, False])
 def test_two_branches_become_one_map_after_odometry_has_slipped(loop_closure):
     # given a round trip; over 8 m of it there are no scans, and odometry stands still

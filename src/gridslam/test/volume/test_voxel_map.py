@@ -87,6 +87,7 @@ def test_voxels_equal_octomaps(clouds, max_range):
     np.testing.assert_array_equal(voxel_map.values(box), filled(leaves, box))
 
 
+@pytest.mark.long
 def test_clouds_of_a_flight_through_a_hold_give_octomaps_voxels():
     clouds = [puck_in_hold((4.0 + 6.0 * k, 3.0 + 5.0 * k, 2.0 + 2.0 * k), k, columns=450) for k in range(3)]
     tree, voxel_map = oracle_of(clouds), mapped(clouds)

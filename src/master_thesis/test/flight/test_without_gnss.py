@@ -50,6 +50,7 @@ def test_it_flies_to_its_goal_by_its_own_odometry():
     assert np.percentile(np.abs(off[:, 2]), 95) < 0.03
 
 
+@pytest.mark.long
 @pytest.mark.table("lidar", ["puck", "m8"])
 def test_with_clouds_it_knows_its_place_in_space(lidar):
     off = flown_to_the_goal(lidar=lidar)
