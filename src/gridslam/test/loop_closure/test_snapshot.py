@@ -37,6 +37,15 @@ def test_a_snapshot_stays_as_it_is_while_the_filter_goes_on(log):
         snapshot.first_in_map = 3
 
 
+def test_parts_of_different_lengths_are_no_snapshot(log):
+    slam = rooms.begin(log, keep_scans=True)
+    rooms.run(slam, log, 0, 60)
+    snapshot = slam.snapshot()
+    for name in ("stamps_s", "odometry", "heights_m", "scans", "clouds", "is_usable"):
+        with pytest.raises(ValueError, match="one length"):
+            dataclasses.replace(snapshot, **{name: getattr(snapshot, name)[:-1]})
+
+
 def test_a_filter_that_keeps_no_scans_gives_none(log):
     with pytest.raises(StateError, match="keep_scans=True"):
         rooms.begin(log).snapshot()

@@ -120,6 +120,12 @@ def test_the_time_step_can_change_between_steps(build):
     assert world.get_state("thing").linear_velocity_m_s[2] == pytest.approx(-9.8 * 0.005)
 
 
+def test_closing_twice_is_harmless():
+    world = PhysicsWorld(World("w", ()))
+    world.close()
+    world.close()
+
+
 # -- states --------------------------------------------------------------------------------------------------
 @given(STATE)
 def test_a_state_comes_back_as_it_was_set_wherever_the_centre_of_mass_is(state):
