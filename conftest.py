@@ -141,7 +141,7 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
     for number, rows in enumerate(itertools.product(*(rows for _, rows in tables))):
         given = dict(fixtures)
         for (names, _), row in zip(tables, rows):
-            given.update(zip(names, row if len(names) > 1 else [row]))
+            given.update(zip(names, cells_of(row, len(names))))
         if "tmp_path" in given:
             given["tmp_path"] = given["tmp_path"] / f"row_{number}"
             given["tmp_path"].mkdir()
@@ -157,6 +157,14 @@ def pytest_pyfunc_call(pyfuncitem: pytest.Function) -> bool | None:
         failed[0].add_note("\n".join(note for error in failed[1:] for note in error.__notes__))
         raise failed[0]
     return True
+
+
+def cells_of(row: Any, count: int) -> tuple[Any, ...]:
+    """Return the cells of a table's row, also where it is a `pytest.param`. A mark needs `parametrize`."""
+    if isinstance(row, type(pytest.param())):
+        assert not row.marks, "a row of a table has no marks of its own; use parametrize"
+        return tuple(row.values)
+    return tuple(row) if count > 1 else (row,)
 
 
 def names_in(names: str | list[str] | tuple[str, ...]) -> list[str]:
