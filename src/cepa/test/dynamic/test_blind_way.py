@@ -33,7 +33,7 @@ def test_a_uav_that_does_not_turn_may_go_half_a_metre():
     assert way.follow(motion(-0.45), False, BLIND).tolist() == NOT_LONG  # it came back
 
 
-@pytest.mark.parametrize("turned_rad", [-0.8, 0.3, 0.8])
+@pytest.mark.table("turned_rad", [-0.8, 0.3, 0.8])
 def test_a_uav_that_turns_may_go_a_metre_more_for_each_rad(turned_rad):
     way, allowed_m = BlindWay(), 0.5 + abs(turned_rad)
     way.follow(motion(0.0, 3.0), False, BLIND)  # the turn leads over the seam at 180 degrees
@@ -75,7 +75,7 @@ def test_what_leads_back_is_within_60_degrees_of_the_way_back_or_stands():
     assert leads_back(commands, np.zeros(2)).all()
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("ago", "must_flee", "is_known"), [(19, False, True), (25, False, False), (25, True, True)]
 )
 def test_while_something_comes_older_scans_tell_what_is_free_behind(ago, must_flee, is_known):

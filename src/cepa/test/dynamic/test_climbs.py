@@ -42,7 +42,7 @@ def test_it_climbs_and_sinks_through_a_hole_in_a_deck(start_m, goal_m, hole_m):
     assert min(flight.clearances_m) > 0.05
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.table("sign", [1.0, -1.0])
 def test_along_a_wall_it_turns_back_to_where_it_came_from_when_it_is_told_to(sign):
     """It has not seen the wall farther on yet: that is no reason to go on."""
     walls = [((0.5, -3.0, 0.0), (0.7, 3.0, 20.0)), ((-3.0, 0.5, 0.0), (3.0, 0.7, 20.0))]
@@ -71,7 +71,7 @@ def test_the_vertical_disturbance_moves_it_by_at_most_the_height_error():
     assert straying_m <= HEIGHT_ERROR_M
 
 
-@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.table("sign", [1.0, -1.0])
 def test_where_nothing_is_it_climbs_and_sinks_as_fast_as_climb_max(sign):
     # The reference asks for more. Range finders show that nothing is above and below
     steering, height_m, climb = Dynamic(), 20.0, 0.0

@@ -118,7 +118,7 @@ def approach(place, **changes):
     return np.array([*decision.velocity_xy, decision.climb_m_s])
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("name", "value", "place"),
     [
         ("climb_max", 0.3, "low wall"),
@@ -213,7 +213,7 @@ def test_what_is_seen_before_odometry_comes_is_no_obstacle_afterwards(has_clouds
     np.testing.assert_array_equal(view.remembered_m, timely.view().remembered_m)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("change", "word"),
     [
         ({"climb_max": 1.5}, "climb_max"),
@@ -325,7 +325,7 @@ def test_a_way_leads_back_only_when_what_closes_it_is_near():
     assert gain(layers_with_wall(5.0), 30.0) > 0.1  # until memory_s is over
 
 
-@pytest.mark.parametrize("climb", [-2.0, 0.0, 0.3])
+@pytest.mark.table("climb", [-2.0, 0.0, 0.3])
 def test_the_candidates_climb_at_most_as_fast_as_they_may(climb):
     level = candidates(np.array([2.0, 0.0, 1.0]), np.array([1.0, 1.0, -0.2]), 2.0)
     commands = climbing(level, climb, 0.8)

@@ -78,7 +78,7 @@ def plain_layers(points, far_m):
         yield np.minimum(far_m, np.maximum(0.0, (np.sqrt(squares).astype(float) - 0.5) * CELL_M))
 
 
-@pytest.mark.parametrize(("far_m", "integers"), [(0.8, np.uint16), (18.5, np.uint32)])
+@pytest.mark.table(("far_m", "integers"), [(0.8, np.uint16), (18.5, np.uint32)])
 def test_each_layer_is_the_same_to_the_last_bit_as_obstacle_by_obstacle(far_m, integers):
     squares = squares_for(SIDE, CELL_M, far_m)
     assert squares.dtype == integers
@@ -154,7 +154,7 @@ def test_the_field_of_view_of_a_lidar_that_leans_ends_where_its_angles_end(seed)
         assert free[i, j] == (99.0 if is_seen else 0.0)
 
 
-@pytest.mark.parametrize(("elevation", "no_return_m"), [((-2.0, 2.0), 99.0), ((1.58, 2.0), 0.0)])
+@pytest.mark.table(("elevation", "no_return_m"), [((-2.0, 2.0), 99.0), ((1.58, 2.0), 0.0)])
 def test_a_field_of_view_up_to_the_vertical_and_beyond_has_all_or_nothing(elevation, no_return_m):
     free = np.full((8, 12), math.inf, np.float32)
     open_empty(free, 4, 0.05, np.eye(3), elevation, (-math.pi, math.pi), 99.0)

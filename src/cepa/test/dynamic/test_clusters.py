@@ -37,7 +37,7 @@ def plain_segments(points, gap, least):
     return [segment for segment in segments if len(segment) >= least]
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.table("seed", range(5))
 def test_segments_are_those_of_the_plain_reference(seed):
     points = scan_of_arcs(np.random.default_rng(seed))
     clusters, labels = np.empty((200, columns.CLUSTER_COLUMNS)), np.empty(len(points), np.int64)
@@ -94,7 +94,7 @@ LORRY = np.array([(2.25, 0.9), (-2.25, 0.9), (-2.25, -0.9), (2.25, -0.9)])
 """Its corners, counter-clockwise."""
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.table("seed", range(20))
 def test_a_box_is_measured_where_the_lidar_stands_before_it(seed):
     rng = np.random.default_rng(seed)
     lidar, middle = rng.uniform(-1.0, 1.0, 2), rng.uniform(3.0, 5.0, 2)

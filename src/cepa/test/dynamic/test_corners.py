@@ -29,7 +29,7 @@ FOREST = np.array(
 """Trunks of Experiment 1's forest: x, y, radius, m."""
 
 
-@pytest.mark.parametrize("distance_m", [1.3, 1.0, 0.8, 0.6])
+@pytest.mark.table("distance_m", [1.3, 1.0, 0.8, 0.6])
 def test_a_metre_of_the_way_out_is_a_metre_of_progress_however_near_an_obstacle_is(distance_m):
     # Given a way out along x, which keeps one distance from a wall; a metre of it costs what `slowness` says
     field = DistanceField(np.full((1, 151, 151), distance_m), 0.1, 1.0, 1.3)

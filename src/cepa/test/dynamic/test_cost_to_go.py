@@ -56,7 +56,7 @@ def answers_before_the_door(steering, since_s, until_s, speed_m_s):
     return [answer_at(steering, at_s, 0.8, 0.6, DOOR_AND_GATE, speed_m_s).velocity_xy for at_s in stamps_s]
 
 
-@pytest.mark.parametrize("pause_s", [4.0, 10.0])
+@pytest.mark.table("pause_s", [4.0, 10.0])
 def test_a_uav_that_has_hovered_before_a_door_goes_on_through_it(pause_s):
     steering = Dynamic()
     before = answers_before_the_door(steering, 0.0, 0.5, 1.0)

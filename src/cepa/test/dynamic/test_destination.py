@@ -26,7 +26,7 @@ def line(start, end):
     return np.linspace(start, end, count)
 
 
-@pytest.mark.parametrize("start", [(2.0, 0.0), (3.0, 2.0), (4.0, -1.0)])
+@pytest.mark.table("start", [(2.0, 0.0), (3.0, 2.0), (4.0, -1.0)])
 def test_a_reference_in_proportion_to_the_distance_ends_at_the_goal(start):
     gain, reference = told(line(start, (2.6, 0.7)), lambda place: 1.25 * (GOAL_M - place))
     assert gain == pytest.approx(1.25)
@@ -53,7 +53,7 @@ def test_a_reference_that_brakes_evenly_ends_before_it_seems_to():
     assert 1.0 < math.hypot(*reference) / gain / math.dist(here, GOAL_M) < 2.6
 
 
-@pytest.mark.parametrize("course", ["constant", "faster", "winding"])
+@pytest.mark.table("course", ["constant", "faster", "winding"])
 def test_a_course_has_no_end(course):
     rng = np.random.default_rng(1)
     references = {
@@ -74,7 +74,7 @@ def test_it_forgets_the_end_of_an_earlier_reference():
     assert destination.gain_1_s == 0.0
 
 
-@pytest.mark.parametrize("goal", [(4.0, 0.0), (4.4, 0.3), (7.0, 0.0)])
+@pytest.mark.table("goal", [(4.0, 0.0), (4.4, 0.3), (7.0, 0.0)])
 def test_it_flies_to_a_goal_near_a_trunk_without_circling(goal):
     scene = Scene(circles=np.array([(5.4, 0.0, 0.4)]))
     flight = fly(Dynamic(), scene, to_goal(goal), Uav(), np.random.default_rng(1), time_limit_s=20.0)

@@ -76,7 +76,7 @@ def test_a_way_with_an_end_leads_there_and_round_a_wall():
     assert around - 0.2 < way[20, 20] < 1.15 * around
 
 
-@pytest.mark.parametrize(("end_x_m", "nearest_m"), [(1.25, 0.25), (1.5, 0.5)])
+@pytest.mark.table(("end_x_m", "nearest_m"), [(1.25, 0.25), (1.5, 0.5)])
 def test_a_way_leads_to_the_open_cells_nearest_to_an_end_that_is_closed(end_x_m, nearest_m):
     slowness, way = np.ones((41, 41)), np.empty((41, 41))
     slowness[:, 25:30] = math.inf
@@ -205,7 +205,7 @@ def test_what_no_beam_sees_was_seen_from_elsewhere():
     assert bins[0] == 5.0
 
 
-@pytest.mark.parametrize(("seen_m", "is_seen"), [(2.0, True), (0.8, False)])
+@pytest.mark.table(("seen_m", "is_seen"), [(2.0, True), (0.8, False)])
 def test_the_body_was_seen_if_an_earlier_scan_reached_beyond_it(seen_m, is_seen):
     bins = np.full(360, 5.0)
     bins[120:241] = -1.0
@@ -237,7 +237,7 @@ def recalled(bins, cells, patience=MOST_TRUST):
     return sorted(map(tuple, np.round(points[:count], 6).tolist())), hidden[:count]
 
 
-@pytest.mark.parametrize("scans", [1, 5, 40])
+@pytest.mark.table("scans", [1, 5, 40])
 def test_what_was_seen_more_often_is_forgotten_later_when_seen_free(scans):
     """TRUST for each scan that saw it, MOST_TRUST at most. Until then it counts, though scans see past it."""
     cells, bins = memory_cells(), np.full(360, 8.0)
@@ -254,7 +254,7 @@ def test_what_was_seen_more_often_is_forgotten_later_when_seen_free(scans):
     assert recalled(bins, cells, patience=1)[0] == []
 
 
-@pytest.mark.parametrize("height_m", [-0.8, 0.8])
+@pytest.mark.table("height_m", [-0.8, 0.8])
 def test_what_a_leaning_lidar_saw_far_from_its_height_is_forgotten_by_one_scan_past_it(height_m):
     cells, bins = memory_cells(), np.full(360, 8.0)
     for scan in range(5):

@@ -23,8 +23,8 @@ RNG = np.random.default_rng(1)
 COMES_M_S, RADIUS_M, GROWTH_M_S = 2.0, 0.9, 0.2
 
 
-@pytest.mark.parametrize("own_m_s", [0.0, 1.0])
-@pytest.mark.parametrize("off_m", [-0.5, 0.01, 0.5])
+@pytest.mark.table("own_m_s", [0.0, 1.0])
+@pytest.mark.table("off_m", [-0.5, 0.01, 0.5])
 def test_what_comes_head_on_is_evaded_whatever_progress_that_costs(own_m_s, off_m):
     # Given a UAV that braking does not save
     mover = np.array([[4.5, off_m, -COMES_M_S, 0.0, RADIUS_M, GROWTH_M_S]])
@@ -55,7 +55,7 @@ def open_field(movers):
     return Surroundings(field, free_space, np.array(movers), NO_COST_TO_GO)
 
 
-@pytest.mark.parametrize("off_m", np.arange(-0.7, 0.71, 0.2))
+@pytest.mark.table("off_m", np.arange(-0.7, 0.71, 0.2))
 def test_in_which_direction_it_may_leave_does_not_depend_on_who_of_a_group_is_before_it(off_m):
     # Given seven people abreast, 1.4 m apart, who hit a UAV that brakes from 3 m/s
     around = open_field([(6.1, off_m + 1.4 * k, -1.7, 0.0, 0.4, 0.5) for k in range(-3, 4)])
@@ -94,7 +94,7 @@ def test_the_faster_candidates_follow_the_others_and_are_only_there_to_evade():
     assert progress.tolist() == [1.0, 4.0, 1.0, 0.5]
 
 
-@pytest.mark.parametrize(("has_end", "farthest_m"), [(True, 0.5), (False, 0.3)])
+@pytest.mark.table(("has_end", "farthest_m"), [(True, 0.5), (False, 0.3)])
 def test_who_evades_loses_no_more_than_it_is_asked_to_gain(has_end, farthest_m):
     progress = np.array([0.5, -0.2, -4.0])
     limit_progress(progress, 0.4, has_end, np.zeros(3, bool), np.ones(3, bool))

@@ -61,7 +61,7 @@ def found_in(
     return None
 
 
-@pytest.mark.parametrize(("edge_m", "sinks"), [(0.3, 0.5), (1.0, 0.2), (2.0, 2.0)])
+@pytest.mark.table(("edge_m", "sinks"), [(0.3, 0.5), (1.0, 0.2), (2.0, 2.0)])
 def test_a_load_is_found_before_it_is_at_the_height_of_the_body(edge_m, sinks):
     start_m = 4.0 + sinks
     found = found_in(lambda t: box(3.0, 0.0, start_m - sinks * t, edge_m), 0.0, 20.0)
@@ -82,7 +82,7 @@ def test_a_load_whose_near_side_is_over_the_highest_channel_is_as_large_as_loads
     assert ahead - radius < 0.5
 
 
-@pytest.mark.parametrize(("edge_m", "sinks"), [(0.35, 0.5), (1.15, 1.1), (1.0, 1.2)])
+@pytest.mark.table(("edge_m", "sinks"), [(0.35, 0.5), (1.15, 1.1), (1.0, 1.2)])
 def test_a_load_that_is_in_view_for_less_than_half_a_second_is_found_and_as_wide_as_its_front(edge_m, sinks):
     start_m, far_m = HEIGHT_M + 1.5, 1.0 + edge_m
     load_at = lambda t: box(0.5 * (1.0 + far_m), 0.0, start_m - sinks * t, edge_m)  # noqa: E731
@@ -117,7 +117,7 @@ def seen_in_the_open(
     return times_s
 
 
-@pytest.mark.parametrize(("edge_m", "sinks"), [(0.5, 0.8), (0.6, 1.0), (0.8, 1.5)])
+@pytest.mark.table(("edge_m", "sinks"), [(0.5, 0.8), (0.6, 1.0), (0.8, 1.5)])
 def test_in_the_open_what_comes_into_view_from_above_counts_in_the_second_cloud(edge_m, sinks):
     # Given a load that is at the UAV's height 0.6 m ahead, 2 s after the UAV has set off at 1 m/s
     middle_m = 2.6 + 0.5 * edge_m
@@ -197,7 +197,7 @@ def test_a_thing_that_is_nearer_at_once_does_not_fall():
         assert not len(falling.columns(motion))
 
 
-@pytest.mark.parametrize(("speed", "climb"), [(1.0, 0.0), (0.0, 0.5), (0.0, -0.3)])
+@pytest.mark.table(("speed", "climb"), [(1.0, 0.0), (0.0, 0.5), (0.0, -0.3)])
 def test_what_stands_or_rises_does_not_fall(speed, climb):
     standing = np.concatenate(
         [
@@ -210,7 +210,7 @@ def test_what_stands_or_rises_does_not_fall(speed, climb):
     assert found_in(lambda t: Boxes(np.concatenate((standing, lifted(t)))), speed, 5.0, climb) is None
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.table("seed", range(4))
 def test_the_rim_of_a_manhole_does_not_fall(seed):
     """A UAV sinks past the lintel of a manhole, drifts before it, and sees its sides edge-on."""
     rng = np.random.default_rng(seed)
@@ -247,14 +247,14 @@ def in_gallery(depths_m: np.ndarray, place: np.ndarray) -> Cloud:
     return Cloud(AROUND[sideways][near] * ranges[near, None], LIMITS_RAD, 0.1, FAR_M)
 
 
-@pytest.mark.parametrize("seed", range(1, 5))
+@pytest.mark.table("seed", range(1, 5))
 def test_the_stones_of_a_gallery_do_not_fall_while_the_uav_sinks(seed):
     depths_m = np.random.default_rng(seed).uniform(0.0, 0.5, (64, 64))
     moves = 1.0, 3.0, -0.3, PUCK_PERIOD_S
     assert found_in(lambda t: depths_m, *moves, cloud_of=in_gallery) is None
 
 
-@pytest.mark.parametrize(("edge_m", "sinks", "aside_m"), [(0.95, 0.7, 0.1), (0.6, 0.6, 0.2)])
+@pytest.mark.table(("edge_m", "sinks", "aside_m"), [(0.95, 0.7, 0.1), (0.6, 0.6, 0.2)])
 def test_a_uav_leaves_a_load_that_a_puck_sees_late(edge_m, sinks, aside_m):
     """It is over the highest channel until it is some 0.3 m over the UAV, which flies towards it at 1 m/s."""
     steering, place, state = Dynamic(), np.array([0.0, 0.0, HEIGHT_M]), np.zeros((3, 4))
@@ -273,7 +273,7 @@ def test_a_uav_leaves_a_load_that_a_puck_sees_late(edge_m, sinks, aside_m):
     assert clearance_m > 0.0
 
 
-@pytest.mark.parametrize(("edge_m", "sinks"), [(1.0, 0.5), (2.0, 1.0)])
+@pytest.mark.table(("edge_m", "sinks"), [(1.0, 0.5), (2.0, 1.0)])
 def test_a_load_that_comes_down_onto_the_way_is_not_flown_under(edge_m, sinks):
     """It would be at the UAV's height, on its way, when a UAV that flies on at 1 m/s is there."""
     steering, place, state = Dynamic(), np.array([0.0, 0.0, HEIGHT_M]), np.zeros((3, 4))
@@ -292,7 +292,7 @@ def test_a_load_that_comes_down_onto_the_way_is_not_flown_under(edge_m, sinks):
     assert clearance_m > 0.1
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.table("seed", [1, 2])
 def test_the_lowest_points_are_those_of_a_slow_search(seed):
     rng = np.random.default_rng(seed)
     points, origin = rng.uniform(-3.0, 3.0, (300, 3)), tuple(rng.uniform(-20.0, 20.0, 3).tolist())

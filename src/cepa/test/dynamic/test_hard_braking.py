@@ -28,7 +28,7 @@ class Lowered(Scene):
         return met if position[0] >= self.from_m else np.full(len(directions), np.inf)
 
 
-@pytest.mark.parametrize(("speed", "ahead_m"), [(1.0, 0.75), (1.5, 0.95), (2.0, 1.3)])
+@pytest.mark.table(("speed", "ahead_m"), [(1.0, 0.75), (1.5, 0.95), (2.0, 1.3)])
 def test_what_appears_within_the_usual_braking_distance_is_not_touched(speed, ahead_m):
     # Told to stand, it loses its speed with 1 / (1.8 per s): it flies on for 0.56 s of its flight, and more
     # by its lag. It would have 0.2 m left, or less. With 6 m/s2 it needs 0.08 m of 1 m/s, or 0.33 m of 2 m/s.
@@ -40,7 +40,7 @@ def test_what_appears_within_the_usual_braking_distance_is_not_touched(speed, ah
     assert flight.clearance_m > BODY_RADIUS_M
 
 
-@pytest.mark.parametrize("speed", [0.3, 1.0, 3.0, 5.0])
+@pytest.mark.table("speed", [0.3, 1.0, 3.0, 5.0])
 def test_the_uav_has_its_greatest_acceleration_and_does_not_fly_back(speed):
     state, step_s = np.zeros((3, 4)), 0.001
     state[:2, 1] = 0.6 * speed, -0.8 * speed
@@ -61,7 +61,7 @@ def test_at_1_m_s_the_command_asks_for_just_the_greatest_acceleration():
     assert MODEL.p * (command[0] - 1.0) == pytest.approx(-MODEL.acceleration_max_m_s2)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("clearance_m", "is_late"),
     [((0.8, 0.5, 0.45), False), ((0.8, 0.5, 0.3), True), ((0.3, 0.3, 0.29), False), ((0.3, 0.2, 0.1), True)],
 )
@@ -69,7 +69,7 @@ def test_it_is_too_late_if_standing_ends_within_the_hull_and_nearer_than_now(cle
     assert is_too_late(np.array(clearance_m), 0.4) is is_late
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("speed", "clouds_show_heights", "is_hard"),
     [(1.0, False, True), (1.0, True, False), (0.2, False, False), (0.2, True, False)],
 )

@@ -97,7 +97,7 @@ def test_the_response_is_not_worked_out_again_at_each_scan(monkeypatch):
     assert len(asked) == 1
 
 
-@pytest.mark.parametrize("age_s", [0.0, 0.02])
+@pytest.mark.table("age_s", [0.0, 0.02])
 def test_odometry_in_time_changes_nothing(age_s):
     tracker, beam_ends = ObstacleTracker(), BeamEnds()
     rng = np.random.default_rng(1)

@@ -143,11 +143,11 @@ def watch(
 FEW_TRUNKS = Scene(circles=np.array([(3.0, 4.0, 0.2), (6.0, -5.0, 0.3), (8.0, 3.5, 0.25), (2.0, -4.0, 0.2)]))
 
 
-@pytest.mark.parametrize("speed", [1.0, 2.0])
-@pytest.mark.parametrize(
+@pytest.mark.table("speed", [1.0, 2.0])
+@pytest.mark.table(
     ("start", "direction"), [((5.0, -3.0), (0.0, 1.0)), ((8.0, 0.5), (-1.0, 0.0)), ((3.0, 0.5), (1.0, 0.0))]
 )
-@pytest.mark.parametrize("radius", [0.2, 0.5])
+@pytest.mark.table("radius", [0.2, 0.5])
 def test_a_person_is_found_within_half_a_second_with_its_velocity(speed, start, direction, radius):
     velocity = speed * np.array(direction)
     world = World(FEW_TRUNKS, circles=[(start, velocity, radius)])
@@ -163,8 +163,8 @@ def test_a_person_is_found_within_half_a_second_with_its_velocity(speed, start, 
     assert max(errors) < 0.8
 
 
-@pytest.mark.parametrize("velocity", [(-1.4, 0.0), (-0.7, 0.0), (-1.2, 0.5)])
-@pytest.mark.parametrize(("persons", "standing"), [(4, 0), (8, 0), (6, 3)])
+@pytest.mark.table("velocity", [(-1.4, 0.0), (-0.7, 0.0), (-1.2, 0.5)])
+@pytest.mark.table(("persons", "standing"), [(4, 0), (8, 0), (6, 3)])
 def test_people_abreast_are_no_drift_of_the_odometry(persons, standing, velocity):
     # They come 1.1 m apart to a field where less stands than moves: an odometry that is off by as much
     # would look the same
@@ -178,7 +178,7 @@ def test_people_abreast_are_no_drift_of_the_odometry(persons, standing, velocity
     assert np.median(velocities, axis=0) == pytest.approx(velocity, abs=0.4)
 
 
-@pytest.mark.parametrize("persons", [4, 6, 8])
+@pytest.mark.table("persons", [4, 6, 8])
 def test_slow_people_abreast_are_found_where_an_imu_confirms_the_odometry(persons):
     # At 0.45 m/s they come no faster than an odometry may drift for a while; nothing stands
     places = [(7.0, 1.1 * (k - 0.5 * (persons - 1))) for k in range(persons)]
@@ -190,7 +190,7 @@ def test_slow_people_abreast_are_found_where_an_imu_confirms_the_odometry(person
     assert np.median(velocities, axis=0) == pytest.approx((-0.45, 0.0), abs=0.15)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("doubt", "seems_to_move"), [(DOUBTED, False), (Doubt(True, False), False), (Doubt(False, False), True)]
 )
 def test_a_heading_that_drifts_is_recognised_where_the_imu_does_not_confirm_it(doubt, seems_to_move):
@@ -200,7 +200,7 @@ def test_a_heading_that_drifts_is_recognised_where_the_imu_does_not_confirm_it(d
     assert any(len(moving.positions) for _, _, _, moving in sets) == seems_to_move
 
 
-@pytest.mark.parametrize("edge", [1.0, 2.0])
+@pytest.mark.table("edge", [1.0, 2.0])
 def test_a_vehicle_is_found_from_a_uav_in_flight(edge):
     world = World(FEW_TRUNKS, boxes=[((9.0, -5.0), (0.0, 2.0), edge)])
     sets = [moving for t, _, _, moving in watch(world, 1.5, speed=2.0, seed=2) if t > 0.6]
@@ -221,9 +221,9 @@ def test_a_lorry_seen_in_part_in_full_and_in_part_keeps_its_velocity():
             assert (np.hypot(*(ends - place).T) < radius + 0.3).all()
 
 
-@pytest.mark.parametrize("left_first", [False, True])
-@pytest.mark.parametrize("aside_m", [-1.5, 0.0, 1.5])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.table("left_first", [False, True])
+@pytest.mark.table("aside_m", [-1.5, 0.0, 1.5])
+@pytest.mark.table("seed", range(3))
 def test_a_lorry_that_comes_into_view_in_parts_does_not_come_sideways(seed, aside_m, left_first):
     world, told = InParts((9.0, aside_m), left_first), 0
     for t, _, _, moving in watch(world, 2.0, speed=1.0, seed=seed):
@@ -244,7 +244,7 @@ def test_its_points_and_no_others_are_marked():
             assert not moving.is_moving.any()
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.table("seed", range(2))
 def test_nothing_moves_in_a_forest(seed):
     # 4 m/s, trunks that appear from behind others, a wall with a corner. Of 20 such forests none had a false
     # mover in 9600 scans (doc/how_it_works.md)
@@ -323,7 +323,7 @@ def test_of_posts_that_come_into_sight_near_a_lost_thing_at_most_one_moves_on():
     assert all(count == 0 for t, count in counts if 4.0 < t < 5.0)  # then the person comes into sight again
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("climb_m_s", "rise_m_s", "are_upright", "moves"),
     [(0.8, 0.0, True, False), (0.0, 0.0, False, True), (0.0, 0.8, False, False), (0.0, 0.8, True, True)],
 )
@@ -372,7 +372,7 @@ def test_the_floor_is_no_thing_that_moves():
         assert moving.is_moving.shape == (40,)
 
 
-@pytest.mark.parametrize(("shown_m", "moves"), [(5.0, False), (math.inf, True)])
+@pytest.mark.table(("shown_m", "moves"), [(5.0, False), (math.inf, True)])
 def test_a_wall_over_which_a_leaning_lidar_has_looked_does_not_move(shown_m, moves):
     # A wall 7 m ahead. The UAV leans for half a second; then it sees a part of the wall through a door, and
     # as it flies on, another part. With beams that do not pass over it, a wall has come from the side.

@@ -101,7 +101,7 @@ def passage(boxes_at, middle, rng, patience_s, parameters=SMALL) -> Passage:
 
 
 @pytest.mark.parametrize("seed", [0, pytest.param(1, marks=pytest.mark.long)])
-@pytest.mark.parametrize(("breadth_m", "height_m"), [(0.6, 0.8), (0.65, 0.6), (0.6, 2.0)])
+@pytest.mark.table(("breadth_m", "height_m"), [(0.6, 0.8), (0.65, 0.6), (0.6, 2.0)])
 def test_it_passes_an_opening_that_fits_near_the_middle(breadth_m, height_m, seed):
     rng = np.random.default_rng(seed)
     middle = rng.uniform(-0.5, 0.5), rng.uniform(1.3, 1.7)
@@ -120,7 +120,7 @@ def test_the_reference_may_miss_the_middle():
     assert abs(flown.at_plate[0] - middle[0]) < 0.04
 
 
-@pytest.mark.parametrize(("breadth_m", "height_m"), [(0.4, 0.8), (0.6, 0.25)])
+@pytest.mark.table(("breadth_m", "height_m"), [(0.4, 0.8), (0.6, 0.25)])
 def test_it_stops_before_an_opening_that_does_not_fit(breadth_m, height_m):
     rng, middle = np.random.default_rng(1), (0.1, 1.5)
     room = room_with_plate(breadth_m, height_m, middle)

@@ -85,7 +85,7 @@ def test_a_range_shows_what_is_beside_the_body_along_its_beam(seed, range_m):
         assert (cells.stamps[index] == NOW_S) == expected
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.table("seed", range(3))
 def test_its_own_place_is_what_would_be_seen_if_all_around_the_body_were(seed):
     rng, parameters = np.random.default_rng(seed), CepaParameters()
     motion = moved(rng)

@@ -83,7 +83,7 @@ def test_it_stays_where_no_range_finder_looks(boxes, direction):
     assert clearance_m > 0.05
 
 
-@pytest.mark.parametrize("speed_m_s", [0.5, 2.0])
+@pytest.mark.table("speed_m_s", [0.5, 2.0])
 def test_it_does_not_creep_backwards_into_what_its_lidar_does_not_see(speed_m_s):
     path, clearance_m = path_along_x(LOW_WALL, (UP, DOWN), 6.0, -speed_m_s, math.radians(120.0))
     assert path[:, 0].min() > -1.0  # the wall is 2 m behind; what it sees aside lets it go back a little
@@ -113,14 +113,14 @@ def test_height_limits_hold():
         assert steering.steer(scan, (SPEED_M_S, 0.0), (0.0, 0.0), motion).climb_m_s <= 0.05
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("range_m", "free_m"), [(3.0, 3.0), (math.inf, 10.0), (-math.inf, 0.0), (math.nan, 0.0), (0.01, 0.0)]
 )
 def test_what_a_range_says(range_m, free_m):
     assert Ranging((0.0, 0.0, 0.0), UP, range_m, 0.05, 10.0).free_m == free_m
 
 
-@pytest.mark.parametrize("wrong", [{"direction": (0.0, 0.0, 2.0)}, {"range_max_m": 0.01}])
+@pytest.mark.table("wrong", [{"direction": (0.0, 0.0, 2.0)}, {"range_max_m": 0.01}])
 def test_a_range_finder_that_makes_no_sense_is_refused(wrong):
     right = {"origin_m": (0.0, 0.0, 0.0), "direction": UP, "range_m": 1.0, "range_min_m": 0.05}
     with pytest.raises(MotionError, match="range finder"):

@@ -102,7 +102,7 @@ def test_no_disturbance_within_the_stated_error_leads_into_a_trunk(speed, seed):
         assert Reason.STEERED in reasons
 
 
-@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.table("seed", range(2))
 def test_without_further_scans_it_brakes_and_touches_nothing(seed):
     rng = np.random.default_rng(100 + seed)
     blind_s = rng.uniform(1.5, 4.0)
@@ -112,7 +112,7 @@ def test_without_further_scans_it_brakes_and_touches_nothing(seed):
     assert clearance_m > BODY_RADIUS_M
 
 
-@pytest.mark.parametrize("push", ["none", "towards the wall", "gusts"])
+@pytest.mark.table("push", ["none", "towards the wall", "gusts"])
 @pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in (1, 2))])
 def test_a_uav_that_never_turns_does_not_creep_back_into_the_unseen(seed, push):
     # A wall 1.3 to 2 m behind, which no beam meets: before it sees, the UAV may go 0.5 m and brake
@@ -138,7 +138,7 @@ def test_a_uav_that_never_turns_does_not_creep_back_into_the_unseen(seed, push):
     assert uav.position[0] < -0.25  # it may set off backwards
 
 
-@pytest.mark.parametrize(("r_lb", "rear_m"), [(0.8, 0.62), (0.8, 0.53), (0.5, 0.48)])
+@pytest.mark.table(("r_lb", "rear_m"), [(0.8, 0.62), (0.8, 0.53), (0.5, 0.48)])
 def test_it_leaves_between_things_within_r_lb_and_touches_nothing(r_lb, rear_m):
     # Columns of 0.2 m around it, those behind nearer, as in Experiment 2; ahead is a gap of 1 m
     bearings, distances = np.radians([52.0, -52.0, 120.0, -120.0]), np.array([0.75, 0.75, rear_m, rear_m])

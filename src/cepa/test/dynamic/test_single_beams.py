@@ -30,7 +30,7 @@ def wall_with(beam=None, range_m=1.0, width=1):
     return ranges
 
 
-@pytest.mark.parametrize("beam", [0, 700, BEAMS - 1])
+@pytest.mark.table("beam", [0, 700, BEAMS - 1])
 def test_a_single_beam_is_put_back_until_earlier_scans_confirm_it(beam):
     single_beams = SingleBeams()
     found = [confirmed(single_beams, wall_with(beam)).ranges[beam] for _ in range(8)]

@@ -27,8 +27,8 @@ def found_at(height_of, rng, way=UP, speed=0.0, until_s=30.0):
     return None
 
 
-@pytest.mark.parametrize("speed", [0.2, 0.5, 1.0, 2.0])
-@pytest.mark.parametrize(("way", "start_m"), [(UP, 8.0), (DOWN, -4.0)])
+@pytest.mark.table("speed", [0.2, 0.5, 1.0, 2.0])
+@pytest.mark.table(("way", "start_m"), [(UP, 8.0), (DOWN, -4.0)])
 def test_what_comes_is_found_in_time_to_leave_and_not_long_before(speed, way, start_m):
     end_m = 0.15 if way is UP else 0.3  # of the body
     arrives_s = (abs(start_m - HEIGHT_M) - end_m) / speed
@@ -37,7 +37,7 @@ def test_what_comes_is_found_in_time_to_leave_and_not_long_before(speed, way, st
     assert 2.5 < arrives_s - found_s < 7.0 or (arrives_s < 3.5 and found_s < 0.6)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("height_of", "speed"),
     [
         (lambda t, x: 5.0, 0.0),  # a ceiling
@@ -71,7 +71,7 @@ def test_the_disc_ends_where_the_beam_passed_just_before():
     assert x + ahead - radius == pytest.approx(0.0, abs=0.1)
 
 
-@pytest.mark.parametrize("lean_rad", [-0.05, 0.05])
+@pytest.mark.table("lean_rad", [-0.05, 0.05])
 def test_a_beam_that_leans_passed_the_edge_at_the_height_of_the_load_and_not_at_its_own_end(lean_rad):
     # Given a load whose edge is at x = 0, and a UAV that leans while it flies under it at 0.5 m/s
     sinking, found = Sinking(0.3, 0.15), np.empty((0, 6))
@@ -115,8 +115,8 @@ def test_a_web_of_a_tank_down_which_a_beam_runs_does_not_come_down():
         assert not len(sinking.take_in([ranging], motion, clouds_show=True))
 
 
-@pytest.mark.parametrize(("way", "near_m"), [(UP, 0.9), (DOWN, 0.9), (DOWN, 0.8)])
-@pytest.mark.parametrize("is_load", [False, True])
+@pytest.mark.table(("way", "near_m"), [(UP, 0.9), (DOWN, 0.9), (DOWN, 0.8)])
+@pytest.mark.table("is_load", [False, True])
 def test_what_stands_after_all_is_given_up_and_what_comes_is_not(way, near_m, is_load):
     """It comes by 0.15 m/s, as the floor does if the UAV's own height drifts for 1.5 s, or as a load does."""
     sinking, rng, is_closed = Sinking(0.3, 0.15), np.random.default_rng(5), {}
@@ -162,7 +162,7 @@ def test_with_clouds_three_heights_are_not_enough():
 
 
 @pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.long) for seed in (2, 3, 4))])
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "height_of",
     [
         lambda x, rough_m: 9.0 - x % 5.0,  # hopper plates of 45 degrees, one after the other
@@ -179,7 +179,7 @@ def test_hopper_plates_and_rough_roofs_do_not_come_down_under_a_roof_while_cloud
         assert not len(sinking.take_in([ranging], motion, clouds_show=True))
 
 
-@pytest.mark.parametrize(("ceiling_m", "is_open"), [(math.inf, True), (12.0, True), (5.0, False)])
+@pytest.mark.table(("ceiling_m", "is_open"), [(math.inf, True), (12.0, True), (5.0, False)])
 def test_it_is_in_the_open_for_six_seconds_after_the_beam_has_met_no_ceiling_within_8_m(ceiling_m, is_open):
     sinking = Sinking(0.3, 0.15)
     for t, up_m in ((0.0, ceiling_m - HEIGHT_M), (0.1, 2.0)):
@@ -201,7 +201,7 @@ def test_what_is_slower_than_a_slope_under_which_the_uav_flies_counts_when_it_is
         assert (found_s is not None) == is_found
 
 
-@pytest.mark.parametrize(("before_m", "near_m"), [(30.0, 1.2), (math.inf, 0.4), (30.0, 2.5), (7.0, 1.2)])
+@pytest.mark.table(("before_m", "near_m"), [(30.0, 1.2), (math.inf, 0.4), (30.0, 2.5), (7.0, 1.2)])
 def test_in_the_open_the_uav_goes_back_from_what_appears_over_it_until_it_knows_whether_it_comes(
     before_m, near_m
 ):
@@ -282,7 +282,7 @@ def test_a_load_comes_down_beside_the_uav_and_never_onto_it(edge_m, speed, is_le
     assert lowest_m > HEIGHT_M - 0.3
 
 
-@pytest.mark.parametrize(("edge_m", "speed", "lead_s"), [(2.0, 1.7, 1.6), (1.2, 1.0, 1.4), (1.8, 0.7, 1.3)])
+@pytest.mark.table(("edge_m", "speed", "lead_s"), [(2.0, 1.7, 1.6), (1.2, 1.0, 1.4), (1.8, 0.7, 1.3)])
 def test_a_uav_that_flies_under_a_load_is_out_again_before_it_arrives(edge_m, speed, lead_s):
     """It flies at 1 m/s; the load is at its height so long after the beam has met it."""
     start_m, lead_m = -1.0 - 0.5 * edge_m, speed * (1.0 + lead_s)
@@ -298,7 +298,7 @@ def test_a_uav_that_flies_under_a_load_is_out_again_before_it_arrives(edge_m, sp
     assert lowest_m > HEIGHT_M - 0.9  # it is nowhere near the floor
 
 
-@pytest.mark.parametrize(("edge_m", "speed", "lead_s"), [(2.0, 1.7, 1.3), (1.2, 1.0, 1.0)])
+@pytest.mark.table(("edge_m", "speed", "lead_s"), [(2.0, 1.7, 1.3), (1.2, 1.0, 1.0)])
 def test_under_a_load_that_a_puck_does_not_see_the_uav_hurries_as_without_clouds(edge_m, speed, lead_s):
     """It flies at 1 m/s; the load is at its height so long after the beam has met it."""
     clearance_m, _ = fly_near_a_load(
@@ -332,7 +332,7 @@ def test_a_uav_that_sinks_out_of_the_way_of_a_load_stops_in_time_over_the_floor(
     assert decision.climb_m_s == 0.0
 
 
-@pytest.mark.parametrize(("arrives_s", "sinks"), [(0.3, True), (-0.3, True), (-0.6, False), (-5.0, False)])
+@pytest.mark.table(("arrives_s", "sinks"), [(0.3, True), (-0.3, True), (-0.6, False), (-5.0, False)])
 def test_the_uav_does_not_sink_for_what_should_have_come_and_has_not(monkeypatch, arrives_s, sinks):
     """A disc of 2 m over the UAV; it is told when something arrives in it, which is not seen any more."""
     disc = np.array([[-0.5, 0.0, 0.0, 0.0, 2.0, 0.0, arrives_s, 1.0]])
@@ -346,7 +346,7 @@ def test_the_uav_does_not_sink_for_what_should_have_come_and_has_not(monkeypatch
     assert (decision.climb_m_s < 0.0) == sinks
 
 
-@pytest.mark.parametrize(("below_m", "sinks"), [(HEIGHT_M, True), (0.25, False), (-math.inf, False)])
+@pytest.mark.table(("below_m", "sinks"), [(HEIGHT_M, True), (0.25, False), (-math.inf, False)])
 def test_the_uav_does_not_sink_onto_what_its_range_finder_sees_below(monkeypatch, below_m, sinks):
     """The floor of its start is 2 m below; a box may be nearer."""
     disc = np.array([[-0.5, 0.0, 0.0, 0.0, 2.0, 0.0, 0.3, 1.0]])

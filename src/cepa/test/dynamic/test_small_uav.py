@@ -32,7 +32,7 @@ class SmallUav(Boxes):
 @pytest.mark.parametrize(
     "above_m", [-0.15, pytest.param(-0.3, marks=pytest.mark.long), pytest.param(0.2, marks=pytest.mark.long)]
 )
-@pytest.mark.parametrize("velocity", [(-3.0, 0.0), (3.0, 0.0), (0.0, 2.0), (1.5, -1.5)])
+@pytest.mark.table("velocity", [(-3.0, 0.0), (3.0, 0.0), (0.0, 2.0), (1.5, -1.5)])
 def test_a_small_uav_above_or_below_the_level_beams_is_evaded_from_each_quarter(velocity, above_m):
     flight = fly_along_x(Dynamic(), SmallUav(velocity, above_m), 2.0, 12.0, 12.0)
     assert min(flight.clearances_m) > 0.0
@@ -54,7 +54,7 @@ def test_the_slab_holds_the_nearest_point_of_each_direction_without_floor_and_ce
     np.testing.assert_allclose(angles, (0.0, 0.5 * math.pi), atol=2.0 * beams.increment)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("stands", "person_m", "sees_m"),
     [(True, 4.0, 4.0), (False, 4.0, 2.0), (True, 2.2, 2.0), (True, None, 2.0)],
 )
@@ -78,7 +78,7 @@ def test_a_sill_that_stands_does_not_hide_what_is_behind_it_at_the_bodys_heights
         np.testing.assert_allclose(points, [(2.0, 0.01, 0.0)], atol=0.02)
 
 
-@pytest.mark.parametrize(("column_deg", "is_whole"), [(1.0, True), (2.0, True), (5.0, False)])
+@pytest.mark.table(("column_deg", "is_whole"), [(1.0, True), (2.0, True), (5.0, False)])
 def test_between_the_columns_of_a_cloud_a_scan_does_not_look_past_a_thing(column_deg, is_whole):
     # Given a thing 2 m ahead, below the scan's plane and 20 degrees wide, and a scan of a wall 7 m away
     azimuths = np.radians(np.arange(-10.0, 10.1, column_deg))

@@ -65,7 +65,7 @@ def test_a_wall_that_seems_to_move_far_away_is_no_threat():
     assert len(threats(NO_MOVERS, EVASION_M_S, PARAMETERS.r_ub)) == 0
 
 
-@pytest.mark.parametrize("last_m_s", [0.0, 0.2, 1.5])
+@pytest.mark.table("last_m_s", [0.0, 0.2, 1.5])
 def test_beside_what_moves_the_uav_does_not_hurry(last_m_s):
     # Given a slow reference, as at the end of a way, and something that moves but will not meet the UAV
     reference, last = np.array([0.2, 0.0, 0.0]), np.array([last_m_s, 0.0, 0.0])
@@ -97,7 +97,7 @@ def test_a_group_closes_what_is_between_and_the_way_that_it_comes():
     assert np.abs(points[:, 1]).max() == pytest.approx(1.1)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     "movers",
     [
         [person(6.0, 0.0)],

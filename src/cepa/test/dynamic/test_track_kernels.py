@@ -44,7 +44,7 @@ def plain_shift(reaches, track):
     return shift, np.sum(~np.isnan(off) & ~new), new
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.table("seed", range(20))
 def test_sides_tell_how_far_a_thing_is_from_its_track(seed):
     rng = np.random.default_rng(seed)
     track, shift, new = rng.normal(size=columns.TRACK_COLUMNS), np.empty(2), np.empty(16, bool)
@@ -102,7 +102,7 @@ def test_the_filter_is_a_kalman_filter_of_constant_velocity():
     assert track[0, state] == pytest.approx([*mean.ravel(), *covariance.ravel()[[0, 1, 3]]])
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.table("seed", range(5))
 def test_a_disc_holds_what_is_left_of_it_and_the_cluster(seed):
     rng = np.random.default_rng(seed)
     for _ in range(50):
@@ -121,7 +121,7 @@ def test_a_disc_holds_what_is_left_of_it_and_the_cluster(seed):
         assert columns.NORMALS @ new + track[columns.REACH :] == pytest.approx(sides)  # they stay in place
 
 
-@pytest.mark.parametrize("tilted", [False, True])
+@pytest.mark.table("tilted", [False, True])
 def test_a_part_of_a_thing_is_a_side_only_if_the_lidar_is_level(tilted):
     # Given a side of 1.8 m that stood 3 m ahead, of which a scan shows only the left half
     points = np.column_stack((np.full(46, 3.0), np.linspace(0.0, 0.9, 46)))
@@ -137,7 +137,7 @@ def test_a_part_of_a_thing_is_a_side_only_if_the_lidar_is_level(tilted):
     assert (track[0, columns.Y] == 0.0) == tilted
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.table("seed", range(5))
 def test_pairs_are_each_others_nearest(seed):
     rng = np.random.default_rng(seed)
     clusters, tracks = np.zeros((20, columns.CLUSTER_COLUMNS)), np.zeros((25, columns.TRACK_COLUMNS))
@@ -157,7 +157,7 @@ def test_pairs_are_each_others_nearest(seed):
         assert matches[c] == (nearest[c] if nearest[c] >= 0 and owners[nearest[c]] == c else -1)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.table("seed", range(20))
 def test_a_place_is_free_if_all_directions_near_it_are(seed):
     rng = np.random.default_rng(seed)
     bins = rng.choice([-1.0, 2.0, 9.0], 360, p=[0.01, 0.02, 0.97])
@@ -188,7 +188,7 @@ def test_what_counts_is_laid_without_the_drift():
     np.testing.assert_allclose(corrected[:count] - (0.05, -0.02), expected, atol=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.table("seed", range(5))
 def test_evidence_grows_and_falls_and_tells_what_moves(seed):
     rng = np.random.default_rng(seed)
     tracks, owners = rng.uniform(0.0, 1.0, (60, columns.TRACK_COLUMNS)), rng.integers(-1, 3, 60)

@@ -40,7 +40,7 @@ def way_m(goal: np.ndarray, gap_m: float) -> tuple[float, float]:
     return flown_m, passed_y
 
 
-@pytest.mark.parametrize("goal_y", [-2.0, 3.0])
+@pytest.mark.table("goal_y", [-2.0, 3.0])
 def test_a_wall_longer_than_the_window_is_gone_around(goal_y):
     # Straight to an end, along the other side and to the goal: 16 m, and 20 m at most; twice for wavering
     flown_m, passed_y = way_m(np.array([12.0, goal_y]), 0.0)
@@ -48,7 +48,7 @@ def test_a_wall_longer_than_the_window_is_gone_around(goal_y):
     assert abs(passed_y) > 15.0
 
 
-@pytest.mark.parametrize("gap_m", [0.9, 0.97])
+@pytest.mark.table("gap_m", [0.9, 0.97])
 def test_a_gap_that_fits_is_passed_though_both_ends_of_the_wall_look_open(gap_m):
     flown_m, passed_y = way_m(np.array([12.0, 0.5]), gap_m)
     assert flown_m < 40.0
@@ -90,7 +90,7 @@ def test_a_hover_that_is_asked_for_ends_the_trail():
         assert not returns.meets(60.0 + STEP_S * k, x, 0.0)
 
 
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("hovers_s", "clear_s", "is_same"), [(0.0, 2.0, True), (0.0, 4.0, False), (1.0, 2.0, False)]
 )
 def test_a_short_clear_way_does_not_end_the_trail_and_a_long_one_or_a_hover_does(hovers_s, clear_s, is_same):
@@ -179,7 +179,7 @@ def test_each_further_return_is_told_from_the_third_on():
     assert "3 times in 120 s" in told[3][0]
 
 
-@pytest.mark.parametrize("is_held", [False, True])
+@pytest.mark.table("is_held", [False, True])
 def test_what_is_near_and_out_of_view_grows_old_only_while_the_uav_is_held_up(is_held):
     # Given something 1 m beside the UAV, which no beam meets any more, and behind which none ends
     memory = SpaceMemory(CepaParameters(memory_s=20.0))

@@ -67,7 +67,7 @@ def test_the_view_shows_what_was_seen_and_does_not_change_the_answers():
     assert len(left[5].remembered_m) == 0  # four do
 
 
-@pytest.mark.parametrize("change", [{}, {"r_ub": 1.5}, {"window_m": 12.0}, {"response_p": 1.4}])
+@pytest.mark.table("change", [{}, {"r_ub": 1.5}, {"window_m": 12.0}, {"response_p": 1.4}])
 def test_another_set_of_parameters_takes_over_what_is_known(change):
     wall, nothing = np.where(AHEAD, 3.0 / np.cos(ANGLES), np.inf), np.full(BEAMS, np.inf)
     earlier, unchanged, other = Dynamic(), Dynamic(), Dynamic(CepaParameters(**change))

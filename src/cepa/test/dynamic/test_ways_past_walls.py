@@ -25,7 +25,7 @@ def back(position):
 
 
 @pytest.mark.parametrize("has_puck", [pytest.param(False, marks=pytest.mark.long), True])
-@pytest.mark.parametrize(
+@pytest.mark.table(
     ("place", "edge_m", "sinks_m_s"), [("wall", 1.5, 0.5), ("corner", 1.5, 0.5), ("niche", 1.5, 0.3)]
 )
 def test_a_load_that_sinks_near_walls_touches_nobody(place, edge_m, sinks_m_s, has_puck):

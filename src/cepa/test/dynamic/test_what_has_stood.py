@@ -40,7 +40,7 @@ def test_what_clouds_have_shown_only_just_has_not_stood():
     assert memory.have_stood(SEEMS_TO_MOVE, SIDE, motion).tolist() == [False]
 
 
-@pytest.mark.parametrize("speed_m_s", [0.6, 1.5])
+@pytest.mark.table("speed_m_s", [0.6, 1.5])
 def test_what_comes_along_has_not_stood(speed_m_s):
     memory, motion = remembered_for(2.0, lambda stamp_s: speed_m_s * (stamp_s - 2.1))
     assert memory.have_stood(SEEMS_TO_MOVE, SIDE, motion).tolist() == [False]

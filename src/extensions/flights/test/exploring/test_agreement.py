@@ -13,7 +13,7 @@ FLIGHT_S = 60.0
 FLOWN = {"success": True, "failure": "", "exploration": {"end": "explored"}}
 
 
-@pytest.mark.parametrize("share", [0.0, DOUBLED_MAX])
+@pytest.mark.table("share", [0.0, DOUBLED_MAX])
 def test_a_map_that_agrees_with_itself_leaves_the_success(share):
     judged = with_agreement(FLOWN, share)
     told = {"end": "explored", "doubled_share": share, "home_height_off_m": None}

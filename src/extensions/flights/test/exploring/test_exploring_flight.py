@@ -100,7 +100,7 @@ def test_it_knows_more_and_more_also_when_it_has_a_full_battery(flown):
         assert told.views >= 2
 
 
-@pytest.mark.parametrize(("lidar", "gnss"), [("ust", False), ("puck", True)])
+@pytest.mark.table(("lidar", "gnss"), [("ust", False), ("puck", True)])
 def test_without_clouds_or_with_gnss_it_is_refused(lidar, gnss):
     with ClosedLoop(parameters(lidar, gnss)) as loop, pytest.raises(FlightError, match="Exploration needs"):
         ExploringFlight(loop, *SETTINGS)

@@ -24,7 +24,7 @@ def test_an_exploration_is_followed_by_the_photographs_and_each_battery_counts_o
     assert itinerary.swapped == [1, 2]
 
 
-@pytest.mark.parametrize("end", ["explored", "time", "shut in"])
+@pytest.mark.table("end", ["explored", "time", "shut in"])
 def test_whatever_ends_the_exploration_at_home_but_an_abort_the_photographs_follow(end):
     itinerary = Itinerary(parts=2, swaps=1)
     assert told(itinerary, end) == [Next.NEXT_PART]
@@ -50,7 +50,7 @@ def test_without_a_battery_an_empty_one_ends_the_itinerary_and_the_next_part_beg
     assert not itinerary.take_battery()
 
 
-@pytest.mark.parametrize("end", ["explored", "battery", "aborted", "done"])
+@pytest.mark.table("end", ["explored", "battery", "aborted", "done"])
 def test_a_uav_that_is_not_home_lands_where_it_is(end):
     assert Itinerary(parts=2, swaps=5).after(end, is_home=False) is Next.LOST
 

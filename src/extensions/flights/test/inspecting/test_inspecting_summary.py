@@ -13,7 +13,7 @@ RUN = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("stored", "says"), [(5, False), (7, True)])
+@pytest.mark.table(("stored", "says"), [(5, False), (7, True)])
 def test_photographs_of_an_interrupted_flight_are_told(stored, says):
     told = {**TOLD, "swaps": 0, "flight_s": 60.0, "stored": stored}
     words = headline({**RUN, "inspection": told})
