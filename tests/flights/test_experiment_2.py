@@ -2,41 +2,21 @@
 
 from __future__ import annotations
 
-import json
-
-import numpy as np
 import pytest
 from launched_flight import Flight
 
 pytestmark = [pytest.mark.ros, pytest.mark.flight]
 
 
-@pytest.fixture
-def launch(processes, tmp_path):
-    """Run experiment_2.launch to its end; returns what was said and the results folder, if there is one."""
-
-    def run(**args):
-        flight = Flight(processes, tmp_path, "experiment_2.launch", headless="true", **args)
-        flight.wait(200.0)
-        return flight.said, next((tmp_path / "results").glob("experiment_2/*"), None)
-
-    return run
-
-
-def test_obstacles_appear_in_stopped_time_and_the_original_hits_one(launch):
+def test_obstacles_appear_in_stopped_time_and_the_original_hits_one(processes, tmp_path):
     """As fast as the machine can, in lockstep: the flight is the same on every machine."""
-    said, folder = launch(
-        scenario="wall_three_columns",
-        algorithm="original",
-        K="20",
-        lockstep="true",
-        lockstep_timeout=30,
-        real_time_factor="0",
-    )
-    assert folder is not None, said
-    result = json.loads((folder / "result.json").read_text())
+    lockstep = {"lockstep": "true", "lockstep_timeout": 30, "real_time_factor": "0", "headless": "true"}
+    asked = {"scenario": "wall_three_columns", "algorithm": "original", "K": "20"}
+    flight = Flight(processes, tmp_path, "experiment_2.launch", **asked, **lockstep)
+    flight.wait(200.0)
+    result = flight.result
     assert result["success"], result["failure"]
-    assert "Traceback" not in said
+    assert "Traceback" not in flight.said
     # Given four obstacles around a UAV that hovers at 2 m
     freeze = result["freeze"]
     assert freeze["uav_xyz_m"] == pytest.approx((0.0, 0.0, 2.0), abs=0.05)
@@ -52,6 +32,5 @@ def test_obstacles_appear_in_stopped_time_and_the_original_hits_one(launch):
     # Then the UAV flies into the column, and the simulator saw it
     assert next(iter(result["touched"])) == "column_middle::link::body"
     assert result["min_clearance_m"] < 0.005
-    contacts = np.genfromtxt(folder / "contacts.csv", delimiter=",", names=True, dtype=None, encoding=None)
-    assert contacts["t_s"].min() > freeze["t_s"]
-    assert {"proposals.png", "k_sweep.png", "path.png"} <= {path.name for path in folder.iterdir()}
+    assert flight.series("contacts")["t_s"].min() > freeze["t_s"]
+    assert {"proposals.png", "k_sweep.png", "path.png"} <= {path.name for path in flight.results.iterdir()}
