@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from lossy_proxy import LossyProxy
-from mavlink_client import HOST, Client
+from mavlink_client import HOST, Client, Setup
 from pymavlink.dialects.v20 import common as mavlink
 
 from simulation_tools.mavlink import Codec
 from simulation_tools.px4.modes import Mode
+
+
+@pytest.fixture(scope="module")
+def one_setup():
+    setup = Setup()
+    setup.run(0.1)
+    yield setup
+    setup.close()
 
 
 def test_nonsense_is_warned_of_once(setup):
@@ -176,3 +188,70 @@ def test_a_stalled_client_and_one_that_vanishes_hold_up_nobody(setup):
     attitudes = [m.time_boot_ms for m in alive.inbox if m.get_type() == "ATTITUDE"]
     assert max(b - a for a, b in zip(attitudes[100:], attitudes[101:])) <= 20
     stalled.close()
+
+
+# Numbers that make no sense, in messages that do
+
+COMMANDS = (17, 20, 21, 22, 176, 178, 179, 192, 300, 400, 410, 510, 511, 512, 520, 528, 31000)
+numbers = st.one_of(
+    st.sampled_from([math.nan, math.inf, -math.inf, 3e38, -3e38, 1e30, 0.0, 1.0, -1.0, 21196.0, 242.0, 33.0]),
+    st.floats(width=32),
+)
+whole_numbers = st.one_of(
+    st.sampled_from([0, 1, -1, 2**31 - 1, -(2**31), 0x7FF80000]), st.integers(-(2**31), 2**31 - 1)
+)
+
+
+def everything_sent(setup):
+    """Let every stream and every other message be packed once."""
+    setup.flight.step()
+    setup.link.reset()
+    setup.link.send_due(setup.flight.body.time_us)
+    for number in (242, 49, 87, 264):
+        setup.clients[0].command(512, number)
+    setup.link.poll(setup.flight.body.time_us)
+
+
+@given(
+    st.sampled_from(COMMANDS),
+    st.lists(numbers, min_size=7, max_size=7),
+    whole_numbers,
+    whole_numbers,
+    st.booleans(),
+)
+def test_commands_with_any_numbers_are_survived(one_setup, number, params, x, y, as_int):
+    setup = one_setup
+    client = setup.clients[0] if setup.clients else setup.client()
+    client.take("")
+    if as_int:
+        message = mavlink.MAVLink_command_int_message
+        client.send(message(1, 1, 5, number, 0, 0, *params[:4], x, y, params[6]))
+    else:
+        client.send(mavlink.MAVLink_command_long_message(1, 1, number, 0, *params))
+    setup.run(0.008)
+    everything_sent(setup)
+    acks = [m.command for m in client.take("COMMAND_ACK")]
+    assert acks == [number] + 4 * [512]
+
+
+@given(
+    st.lists(numbers, min_size=11, max_size=11),
+    st.integers(0, 4095),
+    st.sampled_from([1, 5, 6, 8]),
+    whole_numbers,
+)
+def test_setpoints_with_any_numbers_are_survived(one_setup, values, mask, frame, latitude):
+    setup = one_setup
+    client = setup.clients[0] if setup.clients else setup.client()
+    if frame in (1, 8):
+        message = mavlink.MAVLink_set_position_target_local_ned_message
+        client.send(message(1, 1, 1, frame, mask, *values))
+    else:
+        message = mavlink.MAVLink_set_position_target_global_int_message
+        client.send(message(1, 1, 1, frame, mask, latitude, latitude, *values[2:]))
+    client.send(mavlink.MAVLink_command_long_message(1, 1, 176, 0, 1, 6, 0, 0, 0, 0, 0))
+    client.send(mavlink.MAVLink_command_long_message(1, 1, 400, 0, 1, 0, 0, 0, 0, 0, 0))
+    setup.run(0.016)
+    everything_sent(setup)
+    assert np.isfinite(setup.flight.px4.commands).all()
+    assert all(math.isfinite(value) for value in setup.flight.body.position)
