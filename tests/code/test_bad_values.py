@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 NEEDED: dict[str, dict[str, Any]] = {
     "AirStream": {"mean_m_s": 1.0},
     "BatteryParameters": {"capacity_ah": 5.0, "initial_charge_ah": 0.0},
+    "CalibrationFile": {"image_width": 1, "image_height": 1, "camera_matrix": None},
     "Campaign": {"name": "c", "kind": "trials", "blocks": (), "seed": 1, "seeds": 1},
     "Defect": {
         "kind": "rust",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from launched_flight import Flight
 
-pytestmark = [pytest.mark.ros, pytest.mark.flight]
+pytestmark = [pytest.mark.ros, pytest.mark.flight, pytest.mark.long]
 
 
 def test_obstacles_appear_in_stopped_time_and_the_original_hits_one(processes, tmp_path):

@@ -33,7 +33,7 @@ from flights.flight.conditions import Conditions
 from flights.flight.parameters import ClosedLoopParameters
 from simulation_tools.simulation import SimulationParameters
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.long]
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = "/UAV/vel_setpoint/safe/body"
 BEGIN_NS, FAULT_NS, END_S = 9_500_000_000, 11_000_000_000, 12.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from launched_flight import READY_PATIENCE_S, Flight
 
-pytestmark = [pytest.mark.ros, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.ros, pytest.mark.long, pytest.mark.timeout(600)]
 
 MADE_OF_TRUTH = ("/UAV/ground_truth", "/gazebo/odometry", "/imu", "/gazebo/model_states")
 ERROR_MAX_M = 0.1

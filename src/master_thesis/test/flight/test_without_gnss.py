@@ -82,6 +82,7 @@ def stop_after_the_last_pose(loop):
     return stop_of(loop.log.truth.rows, 1e-6 * loop.own_odometry.told_us)
 
 
+@pytest.mark.long
 @pytest.mark.table("lidar", ["urg", "m8"])  # the slowest, and the heaviest
 def test_it_stops_within_half_a_second_of_its_last_pose(lidar, with_urg):
     with contextlib.nullcontext(with_urg) if lidar == "urg" else flying(lidar) as loop:

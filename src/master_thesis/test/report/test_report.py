@@ -104,6 +104,7 @@ def report(request):
     return request.getfixturevalue(request.param)
 
 
+@pytest.mark.long
 @pytest.mark.flight
 @pytest.mark.timeout(900)  # after a change of kernels the first run compiles them
 def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(interrupted, part):
@@ -116,6 +117,7 @@ def test_ctrl_c_keeps_what_is_finished_and_the_next_call_goes_on(interrupted, pa
     assert sorted(line["name"] for line in part.lines) == sorted(piece.name for piece in pieces)
 
 
+@pytest.mark.long
 @pytest.mark.flight
 @pytest.mark.timeout(900)
 def test_ctrl_c_writes_the_page_of_what_is_finished(interrupted, part):
@@ -126,6 +128,7 @@ def test_ctrl_c_writes_the_page_of_what_is_finished(interrupted, part):
     assert all(titles[line["name"]] in interrupted.page for line in others)
 
 
+@pytest.mark.long
 @pytest.mark.flight
 @pytest.mark.timeout(900)
 def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
@@ -139,6 +142,7 @@ def test_the_page_needs_nothing_else_and_shows_the_pieces_numbers(report):
     assert f"{flown['computation_ms']:.3f}" in report.page
 
 
+@pytest.mark.long
 @pytest.mark.flight
 @pytest.mark.timeout(900)
 def test_every_link_of_the_contents_leads_somewhere(report):
