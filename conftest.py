@@ -36,7 +36,7 @@ sys.path += [*sorted(str(path) for path in ROOT.glob("src/**/src")), str(ROOT)]
 # Tests run beside each other. More threads in numpy would wait for each other, and they wait by computing.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-EXAMPLES, ALL_EXAMPLES = 20, 100
+EXAMPLES, ALL_EXAMPLES = 20, 50
 """Of each property; where one example is dear, the test itself names fewer."""
 
 
