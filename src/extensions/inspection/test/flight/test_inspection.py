@@ -195,6 +195,20 @@ def test_a_battery_that_runs_low_ends_the_flight_and_the_next_one_takes_the_rest
     assert lead.end is End.DONE
 
 
+def test_after_the_last_photograph_a_landing_for_the_battery_has_its_reason():
+    watch = EnergyWatch(EnergyParameters(endurance=60.0))
+    lead = inspection(VIEWS[:1], energy=watch)
+    uav = Uav(lead)
+    while not uav.asked:
+        watch.offer(uav.stamp_s, uav.charge)
+        uav.step()
+    uav.charge = 0.02
+    while not (lead.is_home or lead.must_land):
+        watch.offer(uav.stamp_s, uav.charge)
+        uav.step()
+    assert lead.end is End.DONE and "land here" in lead.reason
+
+
 def test_it_hovers_in_a_pause_and_an_abort_brings_it_home():
     lead = inspection()
     uav = Uav(lead)

@@ -155,9 +155,13 @@ class Inspection:
         """Land here: the UAV cannot come home."""
         with self._lock:
             self.come_home(why, End.ABORTED)
-            if not self.must_land and why not in self.reason:
-                self.reason = f"{self.reason} {why}"
-            self.must_land = True
+            self._must_land(why)
+
+    def _must_land(self, why: str) -> None:
+        """Land here, and tell why beside the reason for which the flight has ended."""
+        if not self.must_land and why not in self.reason:
+            self.reason = f"{self.reason} {why}"
+        self.must_land = True
 
     def come_home(self, reason: str, end: End) -> None:
         """Come home, unless it does already. If it is paused, then after the pause."""
@@ -332,13 +336,14 @@ class Inspection:
         """End if the energy or the time says so. here_m: where the UAV was last, (x, y, z)."""
         decision = self._homing.decide(stamp_s, here_m)
         if decision is not None and decision.verdict is not Verdict.GO_ON:
-            self.must_land = self.must_land or decision.verdict is Verdict.LAND
             if self.queue.next is not None:
                 self.come_home(decision.reason, End.BATTERY)
             elif self.awaits:  # it needs a battery only if more is to be photographed
                 self.come_home(decision.reason, End.SEARCHING)
             else:
                 self._come_home_done()
+            if decision.verdict is Verdict.LAND:
+                self._must_land(decision.reason)
             if self._homing.turns_low(decision):
                 self.resume()
         if self.end is None and stamp_s - self._began_s > self._p.time_max:
