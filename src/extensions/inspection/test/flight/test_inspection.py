@@ -206,7 +206,8 @@ def test_after_the_last_photograph_a_landing_for_the_battery_has_its_reason():
     while not (lead.is_home or lead.must_land):
         watch.offer(uav.stamp_s, uav.charge)
         uav.step()
-    assert lead.end is End.DONE and "land here" in lead.reason
+    assert lead.end is End.DONE
+    assert "land here" in lead.reason
 
 
 def test_it_hovers_in_a_pause_and_an_abort_brings_it_home():

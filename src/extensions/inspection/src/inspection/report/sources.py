@@ -139,8 +139,8 @@ def read_inspection(folder: Path) -> Inspection:
         )
     if unsearched:
         remarks.append(unsearched)
-    for name, told in (("findings", search), ("coverage", coverage)):
-        if told is not None and shots and not told.rests_on:
+    for name, record in (("findings", search), ("coverage", coverage)):
+        if record is not None and shots and not record.rests_on:
             remarks.append(f"{name}.json does not tell whether its photographs and poses were these.")
     if search is not None:
         remarks += _left_out("Not searched", [*search.left_out, *_newer(shots, search)])
